@@ -1,0 +1,1 @@
+"""What any return map does, exact or fitted alike."""

@@ -1,0 +1,52 @@
+"""The errors nsmaps raises: a call that is wrong is an error, a point that fails is data (`Outcome`).
+
+Every message says what, the value, why, and what is accepted.
+"""
+
+from collections.abc import Iterable
+
+
+class NsmapsError(ValueError):
+    """Base of every error of nsmaps; also a ValueError, so that validators and callers may treat it as one."""
+
+
+class StudyError(NsmapsError):
+    """A study file that cannot be run: says file, line, column, what is accepted and a near match."""
+
+
+class UnknownSystemError(NsmapsError):
+    """No installed system has this name: lists those that are there."""
+
+
+class SystemDefinitionError(NsmapsError):
+    """A system whose flight, walls or parameters cannot be turned into a return map."""
+
+
+class StateError(NsmapsError):
+    """States of the wrong shape or kind were passed to a map."""
+
+
+class ConditionError(NsmapsError):
+    """A condition or number in a study's text that cannot be read safely."""
+
+    column: int = 0  #: where in the text, from zero
+
+
+class FitError(NsmapsError):
+    """Data that cannot bear the polynomial asked for."""
+
+
+class ProofError(NsmapsError):
+    """A bound that was asked for cannot be derived."""
+
+
+def near_match(word: str, known: Iterable[str]) -> str:
+    """`, did you mean 'x'?` for the closest of the known words, or nothing.
+
+    >>> near_match("vi_piar", ["vi_pair", "bouncing_ball"])
+    ", did you mean 'vi_pair'?"
+    """
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, list(known), n=1, cutoff=0.6)
+    return f", did you mean {close[0]!r}?" if close else ""

@@ -1,0 +1,1 @@
+"""What the physics does: systems, their flights and impacts, first returns, families and surfaces."""

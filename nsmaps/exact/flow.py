@@ -1,0 +1,50 @@
+"""The seven functions that the generator writes for each system, in numbers and without cancellation.
+
+`flight.py` and `returns.py` are written against this file; `kernel.py` puts generated functions of these names in its place.
+A flight starts on a wall at phase `phi` (radians) and place `z` with velocity `w`; `s` is the time since then; `p` holds the
+parameters.
+"""
+
+from typing import Any
+
+Numbers = tuple[float, ...]
+
+HORIZON = 0.0  #: longest flight followed, in the system's time
+HAS_UP = True  #: is there a wall that stops growing displacement
+HAS_DOWN = True  #: is there a wall that stops falling displacement
+BASE_UP = True  #: is the base wall the upper one
+
+
+def phase_rate(p: Any) -> float:
+    """Radians of phase a unit of time."""
+    raise NotImplementedError
+
+
+def wall_places(p: Any) -> tuple[float, float]:
+    """Displacement of the upper and of the lower wall."""
+    raise NotImplementedError
+
+
+def rebound(p: Any, up: bool, v: float) -> tuple[float, float]:
+    """Speed just after an impact of speed v on the upper (or lower) wall, and its derivative."""
+    raise NotImplementedError
+
+
+def coefficients(p: Any, phi: float, z: float, w: float) -> Numbers:
+    """What of the flight does not depend on s."""
+    raise NotImplementedError
+
+
+def bounds(p: Any, phi: float, z: float, w: float) -> tuple[float, float]:
+    """Bounds on |jerk| and |snap| for all s in [0, HORIZON]."""
+    raise NotImplementedError
+
+
+def evaluate(c: Numbers, s: float) -> tuple[float, float, float, float]:
+    """Displacement since the start, velocity, acceleration and jerk at s."""
+    raise NotImplementedError
+
+
+def tangent(p: Any, phi: float, z: float, w: float, s: float) -> tuple[float, float, float, float]:
+    """d displacement/d phi, d displacement/d w, d velocity/d phi, d velocity/d w at fixed s."""
+    raise NotImplementedError

@@ -1,0 +1,195 @@
+"""What a map answers: outcomes, returns and impacts; words of impacts; the phase circle.
+
+A point that fails is data: its `Outcome` says why and its image is NaN.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nsmaps.errors import StateError
+
+Floats = NDArray[np.float64]
+TWO_PI = 2 * np.pi
+
+
+class Outcome(IntEnum):
+    """Why a return ended as it did; `Outcome.x.advice` says what to do about it."""
+
+    returned = 0
+    stuck = 1
+    rests = 2
+    escaped = 3
+    undecided = 4
+    uncovered = 5
+    invalid = 6
+
+    @property
+    def advice(self) -> str:
+        """One sentence: what happened and what may be tried."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Outcome.returned: "Came back to the base wall.",
+    Outcome.stuck: "Came to rest on the base wall; the image is its release, at speed zero.",
+    Outcome.rests: "Rests on a wall for ever: the forcing never lifts it off. There is no image.",
+    Outcome.escaped: "No return within the horizon. Look at the displacement, or raise the system's horizon.",
+    Outcome.undecided: "A flight passes a wall within rounding of a graze; the image is that of one of the two words.",
+    Outcome.uncovered: "The state lies in no piece of the composite map. Add a piece, or restrict the starts.",
+    Outcome.invalid: "The start is no state: NaN, infinite, or with a negative impact speed.",
+}
+
+
+class Angle(str):
+    """The name of a coordinate that lives on the circle [0, 2 pi), in radians."""
+
+    __slots__ = ()
+
+
+def wrap(angle: ArrayLike) -> Floats:
+    """The angle, in radians, brought to [0, 2 pi)."""
+    wrapped = np.mod(np.asarray(angle, float), TWO_PI)
+    return np.where(wrapped >= TWO_PI, 0.0, wrapped)
+
+
+def nearest_turn(angle: ArrayLike, to: ArrayLike) -> Floats:
+    """The angle plus the whole turns that bring it nearest to `to`, in radians."""
+    angle = np.asarray(angle, float)
+    return angle - TWO_PI * np.round((angle - np.asarray(to, float)) / TWO_PI)
+
+
+def angle_mask(coordinates: Sequence[str]) -> NDArray[np.bool_]:
+    """Which coordinates are angles, shape (n,)."""
+    return np.array([isinstance(name, Angle) for name in coordinates], bool)
+
+
+def as_states(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
+    """States as a float array of shape (N, n), or a StateError that says what is accepted."""
+    array = np.ascontiguousarray(states, float)
+    n = len(coordinates)
+    if array.ndim != 2 or array.shape[1] != n:
+        raise StateError(
+            f"states have shape {array.shape}; a batch of shape (N, {n}) is accepted, one row ({', '.join(coordinates)}) a state"
+        )
+    return array
+
+
+CHATTER, REST, LONGER = "~", "_", "..."
+
+
+def word_base(walls: Sequence[str]) -> int:
+    """The number base in which a word of impacts is coded: one digit a wall, two marks, and zero for none."""
+    return len(walls) + 3
+
+
+def decode(code: int, walls: Sequence[str]) -> str:
+    """The word of a code: a letter for each impact in order, `~` after a wall on which chatter ran its course,
+    `_` after one on which the ball rested, `...` where the word is longer than the code holds.
+
+    >>> decode(1 + 4 * 5 + 3 * 25, ("B", "T")), decode(1 + 2 * 5 + 1 * 25, ("B", "T"))
+    ('B_~', 'BTB')
+    """
+    letters = ("", *walls, CHATTER, REST)
+    text, code = "", int(code)
+    if code < 0:
+        text, code = LONGER, -code
+    word = ""
+    while code:
+        code, digit = divmod(code, word_base(walls))
+        word += letters[digit]
+    return word + text
+
+
+def encode(word: str, walls: Sequence[str]) -> int:
+    """The code of a word, the inverse of `decode` for words that it holds whole.
+
+    >>> decode(encode("BTTB", ("B", "T")), ("B", "T"))
+    'BTTB'
+    """
+    letters = (*walls, CHATTER, REST)
+    code, power, rest = 0, 1, word
+    while rest:
+        digit = next((k for k, letter in enumerate(letters, 1) if rest.startswith(letter)), 0)
+        if not digit:
+            raise StateError(
+                f"the word {word!r} has no letter at {rest!r}; accepted: the walls {', '.join(walls)}, "
+                f"{CHATTER!r} (chatter) and {REST!r} (rest)"
+            )
+        code, power, rest = code + digit * power, power * word_base(walls), rest[len(letters[digit - 1]) :]
+    return code
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Returns:
+    """First returns of a batch of N states with n coordinates, by an exact or a fitted map."""
+
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    start: Floats  #: shape (N, n), as given
+    image: Floats  #: shape (N, n), angles in [0, 2 pi); NaN where there is none
+    turns: NDArray[np.int32]  #: shape (N, n), whole turns an angle made from its start to its image; zero elsewhere
+    codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
+    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
+    time: Floats  #: shape (N,), from start to image in the system's time; NaN where unknown
+    derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if asked for
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The word of each return, shape (N,): the base wall, every impact on the way, the base wall."""
+        values, inverse = np.unique(self.codes, return_inverse=True)
+        return np.array([decode(value, self.walls) for value in values] or [""], dtype=str)[inverse]
+
+    @property
+    def lifted(self) -> Floats:
+        """Images with angles not wrapped but continued from their start, shape (N, n)."""
+        return self.image + TWO_PI * self.turns
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Which returns have an image, shape (N,)."""
+        return np.isfinite(self.image).all(axis=1)
+
+    def has_word(self, word: str) -> NDArray[np.bool_]:
+        """Which returns made this word, shape (N,)."""
+        same: NDArray[np.bool_] = self.codes == encode(word, self.walls)  # type: ignore[assignment]
+        return same
+
+    def select(self, keep: ArrayLike) -> "Returns":
+        """The returns that a mask or an index array keeps."""
+        k = np.asarray(keep)
+        derivative = None if self.derivative is None else self.derivative[k]
+        return Returns(
+            self.coordinates,
+            self.walls,
+            self.start[k],
+            self.image[k],
+            self.turns[k],
+            self.codes[k],
+            self.outcome[k],
+            self.time[k],
+            derivative,
+        )
+
+    def counts(self) -> dict[str, int]:
+        """How many returns ended in which outcome, by name."""
+        values, numbers = np.unique(self.outcome, return_counts=True)
+        return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Impacts:
+    """Every impact of one trajectory in order, on any wall; M impacts."""
+
+    walls: tuple[str, ...]
+    wall: NDArray[np.int8]  #: shape (M,), index into `walls`
+    time: Floats  #: shape (M,), since the start
+    phase: Floats  #: shape (M,), radians in [0, 2 pi)
+    speed: Floats  #: shape (M,), impact speed just before the impact, at least zero
+    mark: NDArray[np.str_]  #: shape (M,), "" for an impact, "~" or "_" for a release after chatter or rest

@@ -1,0 +1,181 @@
+"""From a system's formulas to its compiled kernel: generated once, kept on disk, loaded without sympy from then on."""
+
+import hashlib
+import importlib.util
+import inspect
+import os
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Returns
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+HERE = Path(__file__).parent
+ENGINE = ("remainders.py", "flight.py", "returns.py")  # written against flow.py, copied behind what is generated
+MARK = "# === engine ===\n"
+CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
+
+
+@dataclass(frozen=True, slots=True)
+class Kernel:
+    """The compiled functions of one system class, for every value of its parameters."""
+
+    module: ModuleType
+
+    def first_returns(self, system: "ImpactSystem", start: Floats, derivative: bool, chatter: float) -> Returns:
+        """First returns of a batch, shape (N, 2), on all cores."""
+        n = len(start)
+        image, turns = np.empty((n, 2)), np.empty((n, 2), np.int32)
+        codes, outcome, time = np.empty(n, np.int64), np.empty(n, np.int8), np.empty(n)
+        tangents = np.empty((n if derivative else 0, 2, 2))
+        p = _vector(system)
+
+        def run(k: slice) -> None:
+            chunk = tangents[k] if derivative else np.empty((0 if k.stop > k.start else 1, 2, 2))
+            self.module.first_returns(p, start[k], chatter, image[k], turns[k], codes[k], outcome[k], time[k], chunk)
+
+        chunks = [slice(i, min(i + CHUNK, n)) for i in range(0, n, CHUNK)]
+        if len(chunks) < 2:
+            for k in chunks:
+                run(k)
+        else:
+            with ThreadPoolExecutor(os.cpu_count()) as pool:
+                list(pool.map(run, chunks))
+        coordinates, walls = system.coordinates, system.wall_names
+        return Returns(coordinates, walls, start, image, turns, codes, outcome, time, tangents if derivative else None)
+
+    def impacts(self, system: "ImpactSystem", state: Floats, n: int, chatter: float) -> Impacts:
+        """The first n impacts on all walls from one state, shape (2,)."""
+        time, phase, speed = np.empty(n), np.empty(n), np.empty(n)
+        on_base, mark = np.empty(n, np.int8), np.zeros(n, np.int8)
+        v, phi = float(state[0]), float(state[1]) % (2 * np.pi)
+        p, up = _vector(system), bool(self.module.BASE_UP)
+        m = self.module.trajectory(p, v, phi, float(chatter), up, on_base, time, phase, speed, mark)
+        marks = np.array(["", CHATTER, REST, REST, ""])[mark[:m]]
+        return Impacts(system.wall_names, 1 - on_base[:m], time[:m], phase[:m], speed[:m], marks)
+
+    def trajectory(self, system: "ImpactSystem", impacts: Impacts, samples: int) -> tuple[Floats, Floats]:
+        """Times and displacements along the flights between impacts."""
+        p = _vector(system)
+        top, bottom = self.module.wall_places(p)
+        times, places = [], []
+        for i in range(len(impacts.time) - 1):
+            up = bool(self.module.BASE_UP) == (impacts.wall[i] == 0)
+            z = top if up else bottom
+            if impacts.mark[i + 1]:  # it chatters or rests here: no flight to draw
+                times.append(impacts.time[i : i + 2])
+                places.append(np.array([z, z]))
+                continue
+            u, _ = self.module.rebound(p, up, impacts.speed[i])
+            c = self.module.coefficients(p, impacts.phase[i], z, -u if up else u)
+            s = np.linspace(0, impacts.time[i + 1] - impacts.time[i], samples)
+            times.append(impacts.time[i] + s)
+            places.append(z + np.array([self.module.evaluate(c, x)[0] for x in s]))
+        return np.concatenate([*times, []]), np.concatenate([*places, []])
+
+
+def _vector(system: "ImpactSystem") -> Floats:
+    return np.array([*system.parameters.values(), 0.0])  # never empty, so that its type is known
+
+
+def cache_folder() -> Path:
+    """Where kernels are kept: NSMAPS_CACHE_DIR, else the user's cache folder, else a temporary one."""
+    if named := os.environ.get("NSMAPS_CACHE_DIR"):
+        folder = Path(named)
+    else:
+        base = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        folder = Path(base) / "nsmaps"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
+    return Path(tempfile.mkdtemp(prefix="nsmaps-"))
+
+
+def kernel_of(system: "ImpactSystem") -> Kernel:
+    """The kernel of a system's class (and of its fields that are no numbers)."""
+    cls = type(system)
+    fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
+    return _kernel(cls, tuple(sorted((name, repr(value)) for name, value in fixed.items())), system=_Quiet(system))
+
+
+class _Quiet:
+    """Carries an argument past the memory of `lru_cache`: all of these are equal."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Quiet)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@lru_cache(maxsize=64)
+def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], system: _Quiet) -> Kernel:
+    source = None
+    sources = _sources(cls)
+    if sources is None:  # a class without a file, as in a notebook: its formulas are all there is to tell it by
+        source = _generate(system.value)
+        sources = source
+    import numba
+
+    machinery = [(HERE / name).read_text() for name in (*ENGINE, "symbols.py", "generate.py")]
+    text = "\0".join([cls.__qualname__, repr(fixed), sources, numba.__version__, sys.version, *machinery])
+    name = f"nsmaps_{cls.__name__.lower()}_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
+    path = _folder() / f"{name}.py"
+    if not path.exists():
+        part = path.with_suffix(f".{os.getpid()}.part")
+        part.write_text(source or _generate(system.value))
+        part.replace(path)
+    return Kernel(_load(name, path))
+
+
+@lru_cache(maxsize=1)
+def _folder() -> Path:
+    return cache_folder()
+
+
+def _generate(system: "ImpactSystem") -> str:
+    from nsmaps.exact.generate import flow_source
+
+    return "\n\n".join([flow_source(system), *((HERE / name).read_text().partition(MARK)[2] for name in ENGINE)])
+
+
+def _sources(cls: type) -> str | None:
+    """The text of every file that the class and its bases outside nsmaps are written in."""
+    files = []
+    for base in cls.__mro__:
+        if base.__module__.split(".")[0] in ("nsmaps", "pydantic", "abc", "builtins"):
+            continue
+        try:
+            file = inspect.getsourcefile(base)
+        except TypeError:
+            return None
+        if file is None or not Path(file).is_file():
+            return None
+        files.append(Path(file).read_text())
+    return "\0".join(files)
+
+
+def _load(name: str, path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module

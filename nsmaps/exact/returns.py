@@ -1,0 +1,171 @@
+"""From impact to impact and from return to return: chatter, rest, words, first returns and their derivatives.
+
+Like `flight.py`, this file is not imported but copied behind the flow that is generated for a system.
+"""
+
+import math
+
+from numba import njit
+
+from nsmaps.exact.flight import TWO_PI, flight, release
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, phase_rate, rebound, tangent, wall_places
+
+# === engine ===
+
+IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
+RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID = 0, 1, 2, 3, 4, 5, 6  # values of Outcome
+MOST_IMPACTS = 100_000  # of one return
+INFINITE_CODE = 2**62
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def next_impact(p, up, phi, v, chatter):
+    """From just before an impact of speed v at phase phi to just before the next.
+
+    Returns (how it ended, on the upper wall, time taken, speed, undecided, du/dv of the rebound, velocity after the impact).
+    Chatter whose first speed is at most `chatter` is summed up as soon as the sum is exact to rounding: with acceleration alpha
+    into the wall, alpha' = beta and x = 2 u/(alpha (1 - r)) the impacts accumulate after x - beta x^2/(3 alpha) + O(x^3).
+    """
+    top, bottom = wall_places(p)
+    z = top if up else bottom
+    into = 1.0 if up else -1.0
+    u, slope = rebound(p, up, v)
+    w = -into * u
+    c = coefficients(p, phi, z, w)
+    jerk, snap = bounds(p, phi, z, w)
+    _, _, a, jk = evaluate(c, 0.0)
+    press = into * a
+    if u == 0.0 and (press > 0.0 or (press == 0.0 and into * jk > 0.0)):
+        rest = release(p, phi, up)
+        if rest == math.inf:
+            return FOREVER, up, 0.0, 0.0, False, slope, w
+        if rest > 1e-13 * TWO_PI / phase_rate(p):
+            return REST, up, rest, 0.0, False, slope, w
+    elif press > 0.0 and v <= chatter and u < v:
+        x = 2.0 * u / (press * (1.0 - u / v))
+        if x * jerk <= 1e-5 * press and x * x * snap <= 1e-10 * press:
+            x -= into * jk * x * x / (3.0 * press)
+            phase = phi + x * phase_rate(p)
+            rest = release(p, phase, up)
+            if rest == math.inf:
+                return FOREVER, up, x, 0.0, False, slope, w
+            return CHATTER, up, x + rest, 0.0, False, slope, w
+    found, up, s, v, undecided = flight(p, c, up, w, jerk, snap)
+    return IMPACT if found else ESCAPED, up, s, v, undecided, slope, w
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def advance_tangent(p, up, phi, w, slope, now_up, s, d):
+    """The derivative d of (v, phi) carried through one impact and the flight of time s behind it (saltation)."""
+    top, bottom = wall_places(p)
+    z = top if up else bottom
+    into, now_into = 1.0 if up else -1.0, 1.0 if now_up else -1.0
+    w_phi, w_w, v_phi, v_w = tangent(p, phi, z, w, s)
+    _, velocity, a, _ = evaluate(coefficients(p, phi, z, w), s)
+    rate = phase_rate(p)
+    d00, d01, d10, d11 = d
+    u0, u1 = -into * slope * d00, -into * slope * d01
+    s0 = -(w_phi * d10 + w_w * u0) / velocity
+    s1 = -(w_phi * d11 + w_w * u1) / velocity
+    return (
+        now_into * (a * s0 + v_phi * d10 + v_w * u0),
+        now_into * (a * s1 + v_phi * d11 + v_w * u1),
+        d10 + rate * s0,
+        d11 + rate * s1,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spell(code, power, base, digit, times):
+    """A word's code with a letter appended so many times; power 0 marks a word longer than a code holds."""
+    for _ in range(times):
+        if power == 0:
+            break
+        if power >= INFINITE_CODE // base:
+            return -code, 0
+        code += digit * power
+        power *= base
+    return code, power
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_return(p, v, phi, chatter, derivative):
+    """The first return to the base wall: (outcome, speed, phase, turns, time, code of the word, derivative)."""
+    d = (1.0, 0.0, 0.0, 1.0)
+    lost = (math.nan, math.nan, math.nan, math.nan)
+    if not (v >= 0.0 and v < math.inf and math.isfinite(phi)):
+        return INVALID, math.nan, math.nan, 0, math.nan, 0, lost
+    turns = math.floor(phi / TWO_PI)
+    phi -= TWO_PI * turns
+    base = 4 + (HAS_UP and HAS_DOWN)  # of the word's code: walls, two marks, none
+    digits = 2 + (HAS_UP and HAS_DOWN)
+    up, power, code, time, undecided = BASE_UP, 1, 0, 0.0, False
+    letter, run = (
+        1,
+        1,
+    )  # the wall of the last impact, and how many in a row: spelt when the row ends, once if it is chatter
+    for _ in range(MOST_IMPACTS):
+        on_base = up == BASE_UP
+        ended, now_up, s, now_v, unsure, slope, w = next_impact(p, up, phi, v, chatter if on_base else math.inf)
+        undecided |= unsure
+        if ended == FOREVER:
+            return RESTS, math.nan, math.nan, 0, time, code, lost
+        if ended == ESCAPED:
+            return LOST, math.nan, math.nan, 0, math.nan, code, lost
+        if ended != IMPACT:
+            code, power = spell(code, power, base, letter, 1)
+            code, power = spell(code, power, base, digits if ended == CHATTER else digits + 1, 1)
+            run = 0
+            d = (0.0, 0.0, 0.0, 0.0)
+        else:
+            if now_up != up:
+                code, power = spell(code, power, base, letter, run)
+                letter, run = 1 if now_up == BASE_UP else 2, 0
+            run += 1
+            if derivative:
+                d = advance_tangent(p, up, phi, w, slope, now_up, s, d)
+        time += s
+        advance = s * phase_rate(p)
+        whole = math.floor((phi + advance) / TWO_PI)
+        phi = max(phi + advance - whole * TWO_PI, 0.0)
+        if phi >= TWO_PI:
+            phi, whole = 0.0, whole + 1
+        turns += whole
+        v, up = now_v, now_up
+        if up == BASE_UP and (ended == IMPACT or on_base):
+            code, power = spell(code, power, base, letter, run)
+            outcome = STUCK if ended != IMPACT else UNDECIDED if undecided else RETURNED
+            return outcome, v, phi, turns, time, code, d
+    return LOST, math.nan, math.nan, 0, math.nan, code, lost
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangents):
+    """First returns of a batch, written into the arrays given; derivatives where `tangents` has a row a state."""
+    want = len(tangents) == len(start)
+    for i in range(len(start)):
+        o, v, phi, turn, t, code, d = first_return(p, start[i, 0], start[i, 1], chatter, want)
+        image[i, 0], image[i, 1] = v, phi
+        turns[i, 0], turns[i, 1] = 0, turn
+        codes[i], outcome[i], time[i] = code, o, t
+        if want:
+            tangents[i, 0, 0], tangents[i, 0, 1], tangents[i, 1, 0], tangents[i, 1, 1] = d
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trajectory(p, v, phi, chatter, up, wall, time, phase, speed, mark):
+    """Every impact of one trajectory, written into the arrays given; returns how many there are."""
+    n = len(wall)
+    t = 0.0
+    for i in range(n):
+        wall[i], time[i], phase[i], speed[i] = up == BASE_UP, t, phi, v
+        if i + 1 == n:
+            return n
+        ended, up, s, v, _, _, _ = next_impact(p, up, phi, v, chatter)
+        if ended in (FOREVER, ESCAPED):
+            mark[i] = ended
+            return i + 1
+        mark[i + 1] = ended
+        t += s
+        phi = (phi + s * phase_rate(p)) % TWO_PI
+    return n

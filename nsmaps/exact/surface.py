@@ -1,0 +1,130 @@
+"""Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Floats, Returns
+
+if TYPE_CHECKING:
+    from nsmaps.exact.family import ReturnFamily
+    from nsmaps.exact.system import ImpactSystem
+
+
+class Axis(BaseModel):
+    """Equidistant values of one coordinate, both ends included."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    low: float
+    high: float
+    points: int = Field(ge=2, le=100_000)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"the axis runs from {self.low} to {self.high}; its start must lie below its end")
+        return self
+
+    def values(self) -> Floats:
+        """Shape (points,)."""
+        return np.linspace(self.low, self.high, self.points)
+
+
+class Grid(BaseModel):
+    """A rectangular grid of states, one axis a coordinate in the system's order; the last axis runs fastest."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    axes: dict[str, Axis]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Points along each axis."""
+        return tuple(axis.points for axis in self.axes.values())
+
+    @property
+    def size(self) -> int:
+        """How many states the grid holds."""
+        return int(np.prod(self.shape))
+
+    def mesh(self) -> tuple[Floats, ...]:
+        """The coordinates of the grid points, each of `shape`."""
+        return tuple(np.meshgrid(*(axis.values() for axis in self.axes.values()), indexing="ij"))
+
+    def states(self) -> Floats:
+        """All grid points, shape (size, n)."""
+        return np.column_stack([x.ravel() for x in self.mesh()])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """The first returns of one family over a grid: M of the grid's states belong to it."""
+
+    name: str
+    grid: Grid
+    member: NDArray[np.bool_]  #: shape (grid.size,)
+    returns: Returns  #: the M members, in the grid's order
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the coordinates."""
+        return self.returns.coordinates
+
+    @property
+    def start(self) -> Floats:
+        """Shape (M, n)."""
+        return self.returns.start
+
+    @property
+    def image(self) -> Floats:
+        """Shape (M, n), angles in [0, 2 pi)."""
+        return self.returns.image
+
+    @property
+    def lifted(self) -> Floats:
+        """Images with angles continued from their start, not wrapped, shape (M, n)."""
+        return self.returns.lifted
+
+    def restricted(self, keep: ArrayLike) -> "Surface":
+        """The part of the surface that a mask over its M members keeps."""
+        keep = np.asarray(keep, bool)
+        member = self.member.copy()
+        member[self.member] = keep
+        return Surface(self.name, self.grid, member, self.returns.select(keep))
+
+    def on_grid(self, values: ArrayLike) -> Floats:
+        """Values of the M members, shape (M,), laid out on the grid's shape with NaN elsewhere."""
+        out = np.full(self.grid.size, np.nan)
+        out[self.member] = values
+        return out.reshape(self.grid.shape)
+
+
+def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamily"]) -> dict[str, Surface]:
+    """The return surfaces of all families over one grid, from one batch of returns.
+
+    Raises:
+        NsmapsError: the grid's axes are not the system's coordinates, in their order.
+    """
+    if tuple(grid.axes) != system.coordinates:
+        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; accepted: {', '.join(system.coordinates)}, in this order")
+    returns = system.first_return(grid.states())
+    members = {family.name: family.contains(returns) & returns.valid for family in families}
+    return {name: Surface(name, grid, member, returns.select(member)) for name, member in members.items()}
+
+
+def sweep(
+    system: "ImpactSystem", parameter: str, values: ArrayLike, grid: Grid, families: Sequence["ReturnFamily"]
+) -> list[tuple[float, dict[str, Surface]]]:
+    """The return surfaces for each value of one parameter, in the order of the values."""
+    steps: Mapping[str, Any]
+    result = []
+    for value in np.asarray(values, float):
+        steps = {parameter: float(value)}
+        result.append((float(value), surfaces(system.at(**steps), grid, families)))
+    return result

@@ -1,0 +1,132 @@
+"""An impact system, written once: walls, flight and impact law in sympy; everything exact follows from it."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import BaseModel, ConfigDict
+
+from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_match
+from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Returns, as_states
+
+if TYPE_CHECKING:
+    from nsmaps.exact.kernel import Kernel
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """A wall at displacement `at`: side +1 stops growing displacement (the ball is below), side -1 falling displacement."""
+
+    at: Any
+    side: Literal[-1, 1]
+
+
+class ImpactSystem(BaseModel, ABC):
+    """A ball that flies in closed form between impacts with one or two walls under periodic forcing.
+
+    Subclass it: the fields are the parameters; `walls`, `period` and `displacement` are formulas in `self` and its fields,
+    written once and used both in numbers and, with sympy symbols in place of the parameters, to derive the compiled map.
+    A state is (v, phi): impact speed on the base wall (the first of `walls`) just before the impact, at least zero, and the phase
+    of the forcing in radians. Fields that are not float (a choice, a switch) are part of the formula rather than symbols in it.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    coordinates: ClassVar[tuple[str, ...]] = ("v", Angle("phi"))
+    horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
+
+    @abstractmethod
+    def walls(self) -> Mapping[str, Wall]:
+        """The walls by their letter in impact words; the first is the base wall. At most one on each side."""
+
+    @abstractmethod
+    def period(self) -> Any:
+        """Period of the forcing, in the system's time."""
+
+    @abstractmethod
+    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
+        """Displacement at time t after the impact `hit`, whose time, place and velocity just after are hit.t, hit.z, hit.w."""
+
+    def rebound(self, speed: Any, wall: str) -> Any:
+        """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
+        return self.r * speed  # type: ignore[attr-defined]
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """The names of the parameters that are numbers, in the order of their fields."""
+        return tuple(name for name, field in cls.model_fields.items() if field.annotation is float)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The values of the parameters that are numbers."""
+        return {name: getattr(self, name) for name in self.parameter_names()}
+
+    @property
+    def wall_names(self) -> tuple[str, ...]:
+        """The letters of the walls, the base wall first."""
+        return tuple(self.walls())
+
+    def at(self, **changes: Any) -> Self:
+        """The same system with some parameters changed, validated."""
+        unknown = [name for name in changes if name not in type(self).model_fields]
+        if unknown:
+            known = tuple(type(self).model_fields)
+            raise NsmapsError(
+                f"{type(self).__name__} has no parameter {unknown[0]!r}{near_match(unknown[0], known)} "
+                f"accepted: {', '.join(known)}"
+            )
+        return type(self)(**{**self.model_dump(), **changes})
+
+    def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12) -> Returns:
+        """The first returns to the base wall, eq. exactmap, of a batch of states.
+
+        Args:
+            states: shape (N, 2), impact speeds (the system's units, >= 0) and phases (radians, any turn).
+            derivative: also the derivative of the image, shape (N, 2, 2), by the implicit function theorem.
+            chatter: impact speed at or below which chatter on the base wall is summed up in one return that ends with the release
+                (word `B~`) once that sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, 2), or `chatter` is not a speed.
+        """
+        start = as_states(states, self.coordinates)
+        if not chatter >= 0:
+            raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
+        return self._kernel().first_returns(self, start, derivative, chatter)
+
+    def impacts(self, state: ArrayLike, n: int, chatter: float = 1e-12) -> Impacts:
+        """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
+        start = as_states(np.asarray(state, float)[None], self.coordinates)
+        if not (start[0, 0] >= 0 and np.isfinite(start).all()):
+            raise StateError(f"the state {start[0]} is no start: a finite impact speed >= 0 and a phase are accepted")
+        if n < 1:
+            raise StateError(f"n is {n}; at least one impact is accepted")
+        return self._kernel().impacts(self, start[0], n, chatter)
+
+    def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Any, Any]:
+        """Times and displacements along the flights between the first n impacts from `state`, `samples` points a flight.
+
+        Two arrays of the same length in the system's units; a rest on a wall is two points.
+        """
+        return self._kernel().trajectory(self, self.impacts(state, n), samples)
+
+    def phase_rate(self) -> float:
+        """Radians of phase a unit of the system's time."""
+        return TWO_PI / float(self.period())
+
+    def _kernel(self) -> "Kernel":
+        from nsmaps.exact.kernel import kernel_of
+
+        return kernel_of(self)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Refuse a subclass whose impact law cannot be evaluated, when it is defined."""
+        if "rebound" not in vars(cls) and cls.rebound is ImpactSystem.rebound and "r" not in cls.model_fields:
+            raise SystemDefinitionError(
+                f"{cls.__name__} has no parameter r for Newton's restitution; declare `r: float` or write its `rebound`"
+            )

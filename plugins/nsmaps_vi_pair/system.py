@@ -1,0 +1,78 @@
+"""The vibro-impact pair, eq. relvar and eq. eq_impact, in the dimensionless variables of the paper."""
+
+from collections.abc import Mapping
+from math import pi, sin
+from types import SimpleNamespace
+from typing import Any
+
+from pydantic import Field, model_validator
+
+from nsmaps.exact.system import ImpactSystem, Wall
+
+DERIVED = {
+    "d": ("s", "M", "omega", "F"),
+    "g_bar": ("M", "g", "beta", "F"),
+}
+POSITIVE = {"M", "F", "s", "omega"}
+
+
+class VIPair(ImpactSystem):
+    """Ball in a capsule that is shaken by cos(pi t + psi), tilted by beta; Z is the capsule's place relative to the ball's.
+
+    The bottom membrane B is met at Z = d/2 with growing Z, the top T at Z = -d/2. Give d and g_bar, or either of them by the
+    physical quantities of eq. eq_impact: d = s M omega^2/(F pi^2), g_bar = M g sin(beta)/F, with capsule mass M (kg), forcing
+    F (N), gravity g (m/s^2), tilt beta (rad), capsule length s (m) and angular frequency omega (rad/s).
+    """
+
+    d: float = Field(gt=0, description="dimensionless length of the capsule")
+    r: float = Field(0.5, ge=0, le=1, description="restitution coefficient")
+    g_bar: float = Field(description="dimensionless gravity along the capsule")
+
+    def walls(self) -> Mapping[str, Wall]:
+        """The bottom membrane, to which the map returns, and the top one."""
+        return {"B": Wall(at=self.d / 2, side=1), "T": Wall(at=-self.d / 2, side=-1)}
+
+    def period(self) -> Any:
+        """Of the forcing cos(pi t)."""
+        return 2
+
+    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
+        """Eq. relvar with F = cos: F1 = sin(pi t)/pi, F2 = -cos(pi t)/pi^2."""
+        from sympy import cos, pi, sin
+
+        s = t - hit.t
+        drift = hit.w - sin(pi * hit.t) / pi
+        return hit.z + drift * s + self.g_bar * s**2 / 2 - (cos(pi * t) - cos(pi * hit.t)) / pi**2
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_physical(cls, data: Any) -> Any:
+        """Replace physical quantities by the dimensionless parameters that they define."""
+        if not isinstance(data, dict):
+            return data
+        physical = {name for names in DERIVED.values() for name in names}
+        given = {name: data[name] for name in data if name in physical}
+        rest = {name: value for name, value in data.items() if name not in physical}
+        if not given:
+            return rest
+        for name, value in given.items():
+            if not isinstance(value, (int, float)) or not abs(value) < float("inf") or (name in POSITIVE and value <= 0):
+                raise ValueError(f"{name} is {value!r}; a {'positive ' if name in POSITIVE else ''}number is accepted")
+        used: set[str] = set()
+        for target, needed in DERIVED.items():
+            if target not in rest and all(name in given for name in needed):
+                rest[target] = _dimensionless(target, given)
+                used.update(needed)
+        if unused := sorted(set(given) - used):
+            raise ValueError(
+                f"{', '.join(unused)} given but not used: d follows from s, M, omega, F and g_bar from M, g, beta, F, "
+                "each all together and not beside d or g_bar itself"
+            )
+        return rest
+
+
+def _dimensionless(name: str, q: dict[str, float]) -> float:
+    """d or g_bar of eq. eq_impact from the physical quantities."""
+    if name == "d":
+        return q["s"] * q["M"] * q["omega"] ** 2 / (q["F"] * pi**2)
+    return q["M"] * q["g"] * sin(q["beta"]) / q["F"]

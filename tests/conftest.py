@@ -1,0 +1,29 @@
+"""Fixtures shared by all tests."""
+
+import json
+from collections.abc import Callable
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nsmaps_vi_pair import VIPair
+
+DATA = Path(__file__).parent / "data"
+TILT = {"pi/3": pi / 3, "pi/6": pi / 6}
+
+
+def vi_pair(d: float, r: float = 0.5, beta: float = pi / 3) -> VIPair:
+    return VIPair(d=d, r=r, M=0.1245, g=9.8, beta=beta, F=5)
+
+
+@pytest.fixture(scope="session")
+def pair() -> Callable[..., VIPair]:
+    """The VI pair with the paper's constants, by d, r and beta."""
+    return vi_pair
+
+
+@pytest.fixture(scope="session")
+def reference() -> Callable[[str], list[dict[str, Any]]]:
+    """The rows of one of the files of 50-digit references."""
+    return lambda name: json.loads((DATA / f"{name}.json").read_text())["rows"]
