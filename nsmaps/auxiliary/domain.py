@@ -6,15 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.auxiliary.envelope import AnyMap, Envelope, extremes, image_function, vertex_gain
+from nsmaps.auxiliary.envelope import AnyMap, Envelope, envelopes, extremes, image_function, vertex_gain
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 from nsmaps.exact.system import ImpactSystem
 
 Function = Callable[[Floats], Floats]
 MOST_STEPS = 400  # of one update, as in the paper
-SAME = 1e-12  # a change of an interval, relative to its size, that counts as none
-SLACK = 1e-6  # of a box's size: what the sampling of envelopes may be off by
+SAME = 1e-10  # a change of an interval, relative to its size, that counts as none
+TRIFLE = 1e-5  # of its side, by which a growing box exceeds its image
+SLACK = 1e-5  # of a box's size: what the sampling of envelopes may be off by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +62,7 @@ def attracting_domain(
     box: ArrayLike,
     updates: int = 11,
     *,
+    grow: bool = False,
     samples: int = 201,
     settle: float = 0.01,
     of: str | None = None,
@@ -75,6 +77,7 @@ def attracting_domain(
         map: an exact system, a composite map or a PolyMap; the same code serves all.
         box: shape (n, 2), lower and upper end of each coordinate; angles in radians, on any turn.
         updates: most updates N made.
+        grow: start from the smallest box around the given one that is carried into itself (`smallest_box`), if there is one.
         samples: points an axis of the grids on which envelopes are sampled.
         settle: largest move of a bound in the last update, relative to the start box, that counts as settled.
         of: what to call the map in the result.
@@ -85,16 +88,18 @@ def attracting_domain(
     """
     start = np.array(getattr(box, "array", box), float)
     _check(map, start, updates, samples)
+    found, why = smallest_box(map, start, samples) if grow else (start, "")
+    start = start if found is None else found
     made: list[Update] = []
     boxes = [start]
     for number in range(1, updates + 1):
         made.append(_update(map, number, boxes[-1], samples))
-        if not made[-1].trapped:
+        if not made[-1].trapped or found is None:
             break
         boxes.append(made[-1].worst[-1])
         if progress is not None:
             progress(number)
-    trapped = all(update.trapped for update in made)
+    trapped = found is not None and all(update.trapped for update in made)
     moved = float(np.max(np.abs(boxes[-1] - boxes[-2]) / np.ptp(start, axis=1)[:, None])) if len(boxes) > 1 else np.inf
     settled = trapped and len(boxes) == updates + 1 and moved <= settle
     last = made[-1]
@@ -110,8 +115,32 @@ def attracting_domain(
         boxes[-1] if trapped else np.full_like(start, np.nan),
         agrees,
         "sampled",
-        _reason(map.coordinates, made, moved, settle, updates),
+        why if found is None else _reason(map.coordinates, made, moved, settle),
     )
+
+
+def smallest_box(map: AnyMap, box: ArrayLike, samples: int = 201, most: float = 4.0) -> tuple[Floats | None, str]:
+    """The smallest box around a given one, shape (n, 2), that one worst-case step carries into itself; or None, and why.
+
+    The box is joined with its image again and again, a trifle more each time. It is given up where a side exceeds `most` times
+    the start's: such a box bounds nothing of use.
+    """
+    start = np.array(box, float)
+    grown = start.copy()
+    names = map.coordinates
+    for step in range(MOST_STEPS):
+        update = _update(map, 0, grown, samples, steps=1)
+        image, size = update.worst[1], np.ptp(grown, axis=1)
+        if not np.isfinite(image).all():
+            return None, f"grown {step} times to {_text(names, grown)}, the box holds states without an image"
+        below, above = image[:, 0] < grown[:, 0], image[:, 1] > grown[:, 1]
+        if not (below | above).any():
+            return grown, f"grown {step} times"
+        grown[below, 0] = (image[:, 0] - TRIFLE * size)[below]
+        grown[above, 1] = (image[:, 1] + TRIFLE * size)[above]
+        if (np.ptp(grown, axis=1) > most * np.ptp(start, axis=1)).any():
+            break
+    return None, f"no useful box: {_text(names, start)} grows under its own image to {_text(names, grown)} and further"
 
 
 def _name(map: AnyMap) -> str:
@@ -128,18 +157,15 @@ def _check(map: AnyMap, box: Floats, updates: int, samples: int) -> None:
         raise NsmapsError(f"updates is {updates} and samples is {samples}; at least 1 and 3 are accepted")
 
 
-def _update(map: AnyMap, number: int, box: Floats, samples: int) -> Update:
-    """One update: the envelopes on the box, its worst-case intervals and its generic iterates."""
+def _update(map: AnyMap, number: int, box: Floats, samples: int, steps: int = MOST_STEPS) -> Update:
+    """One update: the envelopes on the box, at most `steps` worst-case intervals, the generic iterates of a trapped one."""
     function = image_function(map, box)
-    envelopes = []
-    for index, name in enumerate(map.coordinates):
-        x = np.linspace(box[index, 0], box[index, 1], samples)
-        envelopes.append(Envelope(name, x, *extremes(function, index, x, box, samples)))
+    curves = envelopes(map, box, samples)
     worst = [box]
     size = np.ptp(box, axis=1)[:, None]
     trapped = converged = False
-    for step in range(MOST_STEPS):
-        worst.append(np.array([_worst_step(function, e, k, worst[-1][k], box, samples) for k, e in enumerate(envelopes)]))
+    for step in range(steps):
+        worst.append(np.array([_worst_step(function, e, k, worst[-1][k], box, samples) for k, e in enumerate(curves)]))
         if step == 0:
             below, above = box[:, 0] - worst[1][:, 0], worst[1][:, 1] - box[:, 1]
             trapped = bool((np.maximum(below, above) <= SLACK * size[:, 0]).all())
@@ -148,8 +174,8 @@ def _update(map: AnyMap, number: int, box: Floats, samples: int) -> Update:
         if np.all(np.abs(worst[-1] - worst[-2]) <= SAME * size):
             converged = True
             break
-    generic = _generic(function, box, samples) if trapped else box.mean(axis=1)[None, :].repeat(2, axis=0)
-    return Update(number, box, tuple(envelopes), np.array(worst), generic, trapped, converged)
+    generic = _generic(function, box, samples) if trapped and steps > 1 else box.mean(axis=1)[None, :].repeat(2, axis=0)
+    return Update(number, box, curves, np.array(worst), generic, trapped, converged)
 
 
 def _worst_step(function: Function, e: Envelope, index: int, interval: Floats, box: Floats, samples: int) -> tuple[float, float]:
@@ -185,12 +211,18 @@ def _generic(function: Function, box: Floats, samples: int) -> Floats:
     return np.array(values)
 
 
-def _reason(names: tuple[str, ...], made: list[Update], moved: float, settle: float, updates: int) -> str:
+def _text(names: tuple[str, ...], box: Floats) -> str:
+    return " x ".join(f"{name} in [{low:.4g}, {high:.4g}]" for name, (low, high) in zip(names, box, strict=True))
+
+
+def _reason(names: tuple[str, ...], made: list[Update], moved: float, settle: float) -> str:
     last = made[-1]
     if last.trapped:
         rests = "" if all(update.converged for update in made) else "; not every worst-case iteration came to rest"
         verb = "settled" if moved <= settle else "still moving"
-        return f"every box is carried into itself; {verb}: update {updates} moved a bound by {moved:.2g} of the start box{rests}"
+        return (
+            f"every box is carried into itself; {verb}: update {last.number} moved a bound by {moved:.2g} of the start box{rests}"
+        )
     image = last.worst[1]
     if not np.isfinite(image).all():
         return f"update {last.number}: some states of the box have no image"

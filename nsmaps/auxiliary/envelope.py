@@ -59,44 +59,52 @@ class Envelope:
 def extremes(function: Callable[[Floats], Floats], index: int, x: ArrayLike, box: Floats, samples: int) -> tuple[Floats, Floats]:
     """The least and largest image of coordinate `index` at each of its values x, shape (m,), over a grid of the others.
 
-    The grid has `samples` points along every other coordinate of the box, shape (n, 2), its ends included; an extreme inside the
-    grid is taken at the vertex of the parabola through its neighbours, which leaves an error of fourth order in the spacing.
+    The grid has `samples` points along every other coordinate of the box, shape (n, 2), its ends included; an extreme inside
+    the grid is taken at the vertex of the parabola through its neighbours, which leaves an error of fourth order in the spacing.
     """
-    x = np.asarray(x, float)
-    others = [np.linspace(low, high, samples) for k, (low, high) in enumerate(box) if k != index]
-    axes = [*others[:index], x, *others[index:]]
-    states = np.column_stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
-    shape = tuple(len(axis) for axis in axes)
-    images = np.moveaxis(function(states)[:, index].reshape(shape), index, 0).reshape(len(x), -1)
-    return -_maximum(-images, samples), _maximum(images, samples)
+    axes = [np.linspace(low, high, samples) for low, high in box]
+    axes[index] = np.asarray(x, float)
+    return _over_others(_images(function, axes)[..., index], index)
 
 
-def _maximum(values: Floats, samples: int) -> Floats:
-    """The maximum of each row, shape (m,), of values on a flattened grid with `samples` points an axis, between points too."""
-    best = np.argmax(np.where(np.isnan(values), np.inf, values), axis=1)[:, None]
-    top = np.take_along_axis(values, best, axis=1)
+def envelopes(map: AnyMap, box: ArrayLike, samples: int = 201) -> tuple[Envelope, ...]:
+    """The auxiliary maps of every coordinate on a box, shape (n, 2), from one grid of `samples` points an axis."""
+    array = np.asarray(box, float)
+    axes = [np.linspace(low, high, samples) for low, high in array]
+    images = _images(image_function(map, array), axes)
+    names = map.coordinates
+    return tuple(Envelope(name, axes[i], *_over_others(images[..., i], i)) for i, name in enumerate(names))
+
+
+def _images(function: Callable[[Floats], Floats], axes: list[Floats]) -> Floats:
+    """The images of a tensor grid, shape (len of each axis, n)."""
+    states = np.column_stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")])
+    return function(states).reshape(*(len(axis) for axis in axes), len(axes))
+
+
+def _over_others(values: Floats, index: int) -> tuple[Floats, Floats]:
+    """The least and largest of the values on a grid over all axes but one."""
+    rows = np.moveaxis(values, index, 0)
+    return -_maximum(-rows), _maximum(rows)
+
+
+def _maximum(grid: Floats) -> Floats:
+    """The maximum over all axes but the first, shape (m,), between grid points too: the vertex along each axis."""
+    values = grid.reshape(len(grid), -1)
+    rows = np.arange(len(values))
+    best = np.argmax(values, axis=1)  # of a row with NaN, the NaN
+    top = values[rows, best]
     total = top.copy()
-    stride = values.shape[1] // samples
-    while stride >= 1:
-        inner = (best // stride % samples > 0) & (best // stride % samples < samples - 1)
-        before = np.take_along_axis(values, np.where(inner, best - stride, best), axis=1)
-        after = np.take_along_axis(values, np.where(inner, best + stride, best), axis=1)
-        total += vertex_gain(before, top, after)
-        stride //= samples
-    return total[:, 0]
+    stride = 1
+    for points in reversed(grid.shape[1:]):
+        place = best // stride % points
+        step = np.where((place > 0) & (place < points - 1), stride, 0)
+        total += vertex_gain(values[rows, best - step], top, values[rows, best + step])
+        stride *= points
+    return total
 
 
 def vertex_gain(before: Floats, top: Floats, after: Floats) -> Floats:
     """By how much the vertex of the parabola through three equidistant values exceeds the middle one, the largest."""
     bend = 2 * top - before - after
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gain = (after - before) ** 2 / (8 * bend)
-    return np.where(bend > 0, gain, 0.0)
-
-
-def envelope(map: AnyMap, box: ArrayLike, coordinate: int | str, samples: int = 201) -> Envelope:
-    """The auxiliary maps of one coordinate of a map on a box, shape (n, 2), sampled on a grid of `samples` points an axis."""
-    array = np.asarray(box, float)
-    index = coordinate if isinstance(coordinate, int) else map.coordinates.index(coordinate)
-    x = np.linspace(array[index, 0], array[index, 1], samples)
-    return Envelope(map.coordinates[index], x, *extremes(image_function(map, array), index, x, array, samples))
+    return (after - before) ** 2 / (8 * np.where(bend > 0, bend, np.inf))

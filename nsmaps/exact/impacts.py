@@ -154,11 +154,11 @@ class Returns:
     @property
     def valid(self) -> NDArray[np.bool_]:
         """Which returns have an image, shape (N,)."""
-        return np.isfinite(self.image).all(axis=1)
+        return np.asarray(np.isfinite(self.image).all(axis=1))
 
     def has_word(self, word: str) -> NDArray[np.bool_]:
         """Which returns made this word, shape (N,)."""
-        same: NDArray[np.bool_] = self.codes == encode(word, self.walls)  # type: ignore[assignment]
+        same: NDArray[np.bool_] = self.codes == encode(word, self.walls)
         return same
 
     def select(self, keep: ArrayLike) -> "Returns":

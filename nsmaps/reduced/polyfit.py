@@ -1,0 +1,268 @@
+"""Polynomials fitted to return surfaces by least squares: step iv of the general algorithm, table TableDeltaErr."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from nsmaps.errors import FitError, near_match
+from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, nearest_turn, wrap
+from nsmaps.exact.surface import Surface
+from nsmaps.reduced.condition import Number
+from nsmaps.reduced.polymap import FitReport as FitReport
+from nsmaps.reduced.polymap import Ints, design, paper_order
+from nsmaps.reduced.polymap import PolyMap as PolyMap
+
+Bools = NDArray[np.bool_]
+Degree = Annotated[int, Field(ge=0, le=40)]
+
+ILL_CONDITIONED = 1e8  #: beyond this, half of a float's digits are lost in the fit
+SEAM = 0.5  #: radians that a cut of the circle elsewhere must gain before the data are moved there
+
+
+class PolyFit(BaseModel, ABC):
+    """Which monomials approximate each coordinate of a map, and on which of the data."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    absolute: tuple[str, ...] = Field((), description="coordinates of which the absolute value is taken, eq. R5eqn")
+
+    @abstractmethod
+    def exponents(self, coordinates: Sequence[str], output: str) -> Ints:
+        """The monomials of one output: the degree of each coordinate in each, shape (m, n). FitError for a bad name."""
+
+    @abstractmethod
+    def data(self, surface: Surface, output: str) -> Bools:
+        """Which of the surface's states an output is fitted to, shape (M,). FitError where there are none."""
+
+    def fit(self, surface: Surface) -> PolyMap:
+        """The least squares polynomials of the surface, with a report.
+
+        The data are scaled to [-1, 1] and the monomials are Chebyshev products. Angles are unwrapped: a region over
+        phi = 0 is fitted on one stretch, images are continued from their starts, less one common number of turns.
+
+        Raises:
+            FitError: the data are not finite, too few, or too alike for the monomials.
+        """
+        names = surface.coordinates
+        for name in self.absolute:
+            _known(name, names, "absolute")
+        start, target = unwrapped(surface)
+        exponents = tuple(self.exponents(names, name) for name in names)
+        rows = [self.data(surface, name) for name in names]
+        problems = list(zip(names, exponents, rows, target.T, strict=True))
+        for name, each, use, y in problems:
+            _check(f"{name}'", start[use], y[use], each, names)
+        used = start[np.logical_or.reduce(rows)]
+        domain = np.stack([used.min(axis=0), used.max(axis=0)], axis=1)
+        centre, half = domain.mean(axis=1), (domain[:, 1] - domain[:, 0]) / 2
+        scale = np.where(half > 0, half, 1.0)
+        scaled = (start - centre) / scale
+        solved = [_solve(f"{name}'", each, scaled[use], y[use]) for name, each, use, y in problems]
+        polymap = PolyMap(names, exponents, tuple(c for c, _ in solved), centre, scale, domain, self.absolute)
+        data = _Data(start, target, tuple(rows), np.array([condition for _, condition in solved]))
+        return replace(polymap, report=_report(polymap, data))
+
+
+class Full(PolyFit):
+    """Polynomials in all coordinates, by MATLAB's rule of polyNM: in each coordinate at most its own degree, and in total
+    at most the largest of them; `{"v": 3, "phi": 2}` is the paper's poly23 (eq. cubic2dv).
+
+    `degrees` are the same for every output, or by output: `{"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}}` (eq. Apr3eqn).
+    """
+
+    degrees: dict[str, Degree] | dict[str, dict[str, Degree]]
+
+    def exponents(self, coordinates: Sequence[str], output: str) -> Ints:
+        """The monomials of poly23 and its like, in the paper's order, shape (m, n)."""
+        nested = {name: each for name, each in self.degrees.items() if isinstance(each, dict)}
+        for name in self.degrees:
+            _known(name, coordinates, "degrees")
+        if nested and output not in nested:
+            raise FitError(f"degrees: none for the output {output!r}; accepted: degrees of {', '.join(coordinates)}")
+        plain = nested[output] if nested else {name: e for name, e in self.degrees.items() if isinstance(e, int)}
+        for name in plain:
+            _known(name, coordinates, f"degrees of {output}'")
+        highest = [plain.get(name, 0) for name in coordinates]
+        return np.array(paper_order(_up_to(highest, max(highest))), int).reshape(-1, len(coordinates))
+
+    def data(self, surface: Surface, output: str) -> Bools:
+        """All of the surface."""
+        return np.ones(len(surface.start), bool)
+
+
+class Separable(PolyFit):
+    """Polynomials of one coordinate each, its own: v' = f(v), phi' = g(phi) (remark separable)."""
+
+    degrees: dict[str, Degree]
+    along: dict[str, Number] | None = Field(
+        None,
+        description="fit each coordinate on the grid line where the others are nearest to these values, the paper's "
+        "representative curves (fig. r2approx); on all data if omitted",
+    )
+
+    def exponents(self, coordinates: Sequence[str], output: str) -> Ints:
+        """The powers of the output's own coordinate from zero on, shape (m, n)."""
+        for name in self.degrees:
+            _known(name, coordinates, "degrees")
+        if output not in self.degrees:
+            raise FitError(f"degrees: none for {output!r}; accepted: degrees of {', '.join(coordinates)}")
+        powers = np.arange(self.degrees[output] + 1)[:, None]
+        return np.asarray(powers * (np.array(coordinates) == output), int)
+
+    def data(self, surface: Surface, output: str) -> Bools:
+        """The grid line through `along`, or all of the surface."""
+        rows = np.ones(len(surface.start), bool)
+        names = surface.coordinates
+        for name in self.along or {}:
+            _known(name, names, "along")
+        for j, name in enumerate(names):
+            if self.along is not None and name != output:
+                if name not in self.along:
+                    raise FitError(f"along: no value of {name!r} to fit {output}' at; accepted: {', '.join(names)}")
+                rows &= _line(surface, j, self.along[name])
+        return rows
+
+
+def compare_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> list[tuple[str, FitReport]]:
+    """The reports of several fits to one surface, by name, as in table TableDeltaErr. FitError names the fit."""
+    reports = []
+    for name, fit in fits.items():
+        try:
+            report = fit.fit(surface).report
+        except FitError as error:
+            raise FitError(f"fit {name!r}: {error}") from error
+        assert report is not None
+        reports.append((name, report))
+    return reports
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Data:
+    """What was fitted."""
+
+    start: Floats  # (M, n)
+    target: Floats  # (M, n)
+    rows: tuple[Bools, ...]  # the states used, for each output
+    condition: Floats  # (n,)
+
+
+def unwrapped(surface: Surface) -> tuple[Floats, Floats]:
+    """Starts and images of a surface, each (M, n), with angles as real numbers that a polynomial can follow.
+
+    Starts lie on one stretch of the circle, which leaves [0, 2 pi) only where they would be torn there. Images are
+    continued from their starts, less one common number of turns that brings their median to [0, 2 pi).
+    """
+    start, lifted = np.array(surface.start, float), np.array(surface.lifted, float)
+    for i in np.flatnonzero(angle_mask(surface.coordinates)):
+        if len(start) and np.isfinite(lifted[:, i]).all() and np.isfinite(start[:, i]).all():
+            stretch = _stretch(start[:, i])
+            lifted[:, i] += stretch - start[:, i]
+            lifted[:, i] -= TWO_PI * np.floor(np.median(lifted[:, i]) / TWO_PI)
+            start[:, i] = stretch
+    return start, lifted
+
+
+def _stretch(angles: Floats) -> Floats:
+    """The angles, plus whole turns, on the stretch that leaves out the widest gap of the circle; as they are if they fit."""
+    wrapped = wrap(angles)
+    around = np.sort(wrapped)
+    gaps = np.diff(around, append=around[0] + TWO_PI)
+    if np.ptp(angles) <= TWO_PI - gaps.max() + SEAM:
+        return angles
+    first = around[(np.argmax(gaps) + 1) % len(around)]
+    return np.asarray(wrapped - TWO_PI * (wrapped >= first), float)
+
+
+def _line(surface: Surface, j: int, value: float) -> Bools:
+    """The states on the grid line of coordinate j nearest to a value, shape (M,)."""
+    name = surface.coordinates[j]
+    axis = surface.grid.axes[name]
+    step = (axis.high - axis.low) / (axis.points - 1)
+    x = surface.start[:, j]
+    away = np.abs((nearest_turn(x, value) if angle_mask(surface.coordinates)[j] else x) - value)
+    if not len(x) or away.min() > 1.001 * step:
+        where = f"lie in [{x.min():.6g}, {x.max():.6g}]" if len(x) else "are none"
+        raise FitError(f"along: no data within a grid step of {name} = {value!r}; the data {where}")
+    return np.abs(x - x[np.argmin(away)]) < 1e-6 * step
+
+
+def _up_to(highest: Sequence[int], total: int) -> list[tuple[int, ...]]:
+    """Exponents of at most `highest` in each coordinate and `total` in all."""
+    if not highest:
+        return [()]
+    heads = range(min(highest[0], total) + 1)
+    return [(head, *rest) for head in heads for rest in _up_to(highest[1:], total - head)]
+
+
+def _known(name: str, names: Sequence[str], what: str) -> None:
+    if name not in names:
+        raise FitError(f"{what}: no coordinate {name!r}{near_match(name, names)}; accepted: {', '.join(names)}")
+
+
+def _check(what: str, x: Floats, y: Floats, exponents: Ints, names: Sequence[str]) -> None:
+    """A FitError if the data (M, n), (M,) cannot bear the monomials (m, n), in words."""
+    good = np.isfinite(x).all(axis=1) & np.isfinite(y)
+    if not good.all():
+        raise FitError(f"{what}: {np.sum(~good)} of {len(y)} data points are NaN or infinite; accepted: returns with an image")
+    if len(y) < len(exponents):
+        raise FitError(f"{what}: {len(y)} data points for {len(exponents)} monomials; accepted: at least as many points")
+    for name, values, degree in zip(names, x.T, exponents.max(axis=0), strict=True):
+        distinct = len(np.unique(values)) if degree else 1
+        if distinct <= degree:
+            here = f"all at {float(values[0])!r}" if distinct == 1 else f"at {distinct} values"
+            raise FitError(f"{what}: the data are {here} of {name}; degree {degree} needs {degree + 1} distinct values")
+
+
+def _solve(what: str, exponents: Ints, scaled: Floats, y: Floats) -> tuple[Floats, float]:
+    """The least squares coefficients (m,) and the condition number of the problem."""
+    coefficients, _, rank, singular = np.linalg.lstsq(design(exponents, scaled), y, rcond=None)
+    if rank < len(exponents):
+        raise FitError(
+            f"{what}: {len(y)} data points tell only {rank} of {len(exponents)} monomials apart (they may lie on a curve); "
+            "accepted: data that fill an area, or lower degrees"
+        )
+    return np.asarray(coefficients, float), float(singular[0] / singular[-1])
+
+
+def _report(polymap: PolyMap, data: _Data) -> FitReport:
+    predicted = polymap(data.start)
+    error = np.abs(predicted - data.target)
+    used = [(data.target[rows, i], error[rows, i]) for i, rows in enumerate(data.rows)]
+    sse = np.array([e @ e for _, e in used])
+    sst = np.array([np.sum((y - y.mean()) ** 2) if np.ptp(y) else np.nan for y, _ in used])
+    warnings = [text for i in range(len(used)) for text in _warnings(polymap, data, error[:, i], i)]
+    return FitReport(
+        coordinates=polymap.coordinates,
+        r2=1 - sse / sst,
+        sse=sse,
+        max_error=np.array([e.max() for _, e in used]),
+        condition=data.condition,
+        points=np.array([len(y) for y, _ in used]),
+        terms=np.array([len(each) for each in polymap.exponents]),
+        warnings=tuple(warnings),
+    )
+
+
+def _warnings(polymap: PolyMap, data: _Data, error: Floats, i: int) -> list[str]:
+    """What the figures of output i do not show."""
+    name, rows = polymap.coordinates[i], data.rows[i]
+    texts = []
+    if not rows.all():
+        worst = f"over all {len(rows)} points the largest error is {error.max():.3g}"
+        texts.append(f"{name}' is fitted to {rows.sum()} points on a line; {worst}")
+    if len(polymap.exponents[i]) == rows.sum():
+        texts.append(f"{name}' passes through its {rows.sum()} points, as many as terms; its errors say nothing")
+    if data.condition[i] > ILL_CONDITIONED:
+        texts.append(f"{name}': the least squares problem has condition {data.condition[i]:.2g}; its digits are doubtful")
+    y = data.target[:, i]
+    outside = np.mean((y < 0) | (y >= TWO_PI))
+    if angle_mask(polymap.coordinates)[i] and outside > 0:
+        reach = f"{name}' reaches from {y.min():.4g} to {y.max():.4g}, {100 * outside:.3g} % of it outside [0, 2 pi)"
+        more = "; flights of different numbers of periods may be mixed in it" if np.ptp(y) > TWO_PI else ""
+        texts.append(f"{reach}{more}")
+    return texts

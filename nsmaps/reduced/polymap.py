@@ -1,0 +1,178 @@
+"""Polynomial maps in scaled Chebyshev products, and the report on how well they fit."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebder, chebvander
+from numpy.typing import ArrayLike, NDArray
+
+from nsmaps.errors import FitError, near_match
+from nsmaps.exact.impacts import Floats, as_states
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+Ints = NDArray[np.int64]
+
+ROWS, FLOATS = 2**14, 2**21  #: states that are evaluated at a time, to stay in the cache, and floats that they may take
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitReport:
+    """How well the polynomials of a map meet the data they were fitted to; arrays have one entry an output."""
+
+    coordinates: tuple[str, ...]
+    r2: Floats  #: shape (n,), 1 - SSE/SST as in table TableDeltaErr; NaN where the data do not vary
+    sse: Floats  #: shape (n,), the sum of squared errors
+    max_error: Floats  #: shape (n,), the largest error at a data point
+    condition: Floats  #: shape (n,), condition number of the least squares problem that was solved
+    points: Ints  #: shape (n,), data points used
+    terms: Ints  #: shape (n,), coefficients fitted
+    warnings: tuple[str, ...] = ()  #: what a reader should know before trusting the figures
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row an output for a table, as plain numbers by name."""
+        columns = ("r2", "sse", "max_error", "condition", "points", "terms")
+        arrays = [getattr(self, name).tolist() for name in columns]
+        rows = zip(self.coordinates, *arrays, strict=True)
+        return [dict(zip(("output", *columns), row, strict=True)) for row in rows]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PolyMap:
+    """A map whose coordinates are polynomials: sums of products of Chebyshev polynomials of (x - centre) / scale.
+
+    An angle's image is not wrapped. The map is that of its formula everywhere: outside of `domain` it extrapolates.
+    """
+
+    coordinates: tuple[str, ...]
+    exponents: tuple[Ints, ...]  #: for each output, shape (m, n): the degree of each coordinate in each term
+    coefficients: tuple[Floats, ...]  #: for each output, shape (m,), of the Chebyshev products
+    centre: Floats  #: shape (n,)
+    scale: Floats  #: shape (n,)
+    domain: Floats  #: shape (n, 2), the box of the data; infinite for a reset
+    absolute: tuple[str, ...] = ()  #: outputs of which the absolute value is taken, eq. R5eqn
+    report: FitReport | None = None
+
+    @classmethod
+    def reset(cls, coordinates: Sequence[str], values: Mapping[str, float]) -> "PolyMap":
+        """The map that sets some coordinates to constants and keeps the others (step vi of the general algorithm)."""
+        names = tuple(coordinates)
+        for name in values:
+            _index(name, names, "reset")
+        n = len(names)
+        exponents = tuple(np.zeros((1, n), int) if name in values else np.eye(n, dtype=int)[[i]] for i, name in enumerate(names))
+        coefficients = tuple(np.array([float(values.get(name, 1.0))]) for name in names)
+        return cls(names, exponents, coefficients, np.zeros(n), np.ones(n), np.tile([-np.inf, np.inf], (n, 1)))
+
+    def __call__(self, states: ArrayLike) -> Floats:
+        """The images of states (N, n), shape (N, n); angles are not wrapped. NaN goes to NaN."""
+        image = _evaluate(self._tensor(), self._scaled(states))
+        return np.where(self._is_absolute(), np.abs(image), image)
+
+    def derivative(self, states: ArrayLike) -> Floats:
+        """The derivative d image_i / d x_j at states (N, n), shape (N, n, n); zero where an absolute value has its kink."""
+        x, tensor = self._scaled(states), self._tensor()
+        slopes = [np.asarray(chebder(tensor, axis=1 + j), float) / self.scale[j] for j in range(x.shape[1])]
+        derivative = np.stack([_evaluate(slope, x) for slope in slopes], axis=2)
+        if not self.absolute:
+            return derivative
+        signs = np.where(self._is_absolute(), np.sign(_evaluate(tensor, x)), 1.0)
+        return np.asarray(derivative * signs[:, :, None], float)
+
+    def monomials(self, output: str) -> dict[tuple[int, ...], float]:
+        """The coefficients of the plain monomials of one output by their exponents, in the order of eq. cubic2dv.
+
+        Converted exactly and rounded once; yet over a small box far from zero plain monomials cancel, so evaluate the
+        map itself. Of an absolute value these are the coefficients within.
+        """
+        i = _index(output, self.coordinates, "monomials")
+        tensor = np.vectorize(Fraction, otypes=[object])(_dense([self.exponents[i]], [self.coefficients[i]])[0])
+        for j, size in enumerate(tensor.shape):
+            powers = _powers(size, Fraction(float(self.centre[j])), Fraction(float(self.scale[j])))
+            tensor = np.moveaxis(np.tensordot(tensor, powers, axes=(j, 0)), -1, j)
+        asked = set(map(tuple, self.exponents[i].tolist()))
+        found = {key for key, value in np.ndenumerate(tensor) if value}
+        return {key: float(tensor[key]) for key in paper_order(asked | found)}
+
+    def symbolic(self, output: str) -> "sp.Expr":
+        """One output as a sympy expression in plain monomials, in real symbols of the coordinates."""
+        import sympy as sp
+
+        symbols = [sp.Symbol(str(name), real=True) for name in self.coordinates]
+        terms = self.monomials(output).items()
+        powers = [sp.Mul(*(x**e for x, e in zip(symbols, key, strict=True))) for key, _ in terms]
+        total = sp.Add(*(sp.Float(value, 17) * power for (_, value), power in zip(terms, powers, strict=True)))
+        return sp.Abs(total) if output in self.absolute else total
+
+    def _tensor(self) -> Floats:
+        return _dense(self.exponents, self.coefficients)
+
+    def _scaled(self, states: ArrayLike) -> Floats:
+        return np.asarray((as_states(states, self.coordinates) - self.centre) / self.scale, float)
+
+    def _is_absolute(self) -> NDArray[np.bool_]:
+        return np.array([name in self.absolute for name in self.coordinates], bool)
+
+
+def paper_order(exponents: Iterable[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """Exponents by total degree, then falling degree of the last coordinate, as the paper writes them (eq. cubic2dv).
+
+    >>> paper_order([(1, 0), (0, 0), (0, 1), (2, 0), (1, 1), (0, 2)])
+    [(0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)]
+    """
+    return sorted(exponents, key=lambda key: (sum(key), tuple(-e for e in reversed(key))))
+
+
+def design(exponents: Ints, scaled: Floats) -> Floats:
+    """The Chebyshev products of the exponents (m, n) at scaled states (N, n), shape (N, m)."""
+    columns = np.ones((len(scaled), len(exponents)))
+    for j, degrees in enumerate(exponents.T):
+        if degrees.any():
+            columns *= chebvander(scaled[:, j], int(degrees.max()))[:, degrees]
+    return columns
+
+
+def _dense(exponents: Sequence[Ints], coefficients: Sequence[Floats]) -> Floats:
+    """The coefficients of the outputs as one array, shape (outputs, degree + 1 of each coordinate)."""
+    shape = np.max([each.max(axis=0) for each in exponents], axis=0) + 1
+    tensor = np.zeros((len(exponents), *shape))
+    for i, (each, values) in enumerate(zip(exponents, coefficients, strict=True)):
+        np.add.at(tensor[i], tuple(each.T), values)
+    return tensor
+
+
+def _evaluate(tensor: Floats, scaled: Floats) -> Floats:
+    """The sums of Chebyshev products at scaled states (N, n), shape (N, outputs); a coordinate at a time, from the last."""
+    out = np.empty((len(scaled), len(tensor)))
+    block = min(ROWS, max(1, FLOATS // tensor[..., 0].size))
+    with np.errstate(invalid="ignore", over="ignore"):
+        for start in range(0, len(scaled), block):
+            rows = scaled[start : start + block]
+            bases = [chebvander(rows[:, j], size - 1).T for j, size in enumerate(tensor.shape[1:])]
+            value = (tensor.reshape(-1, tensor.shape[-1]) @ bases[-1]).reshape(*tensor.shape[:-1], -1)
+            for basis in reversed(bases[:-1]):
+                value = np.multiply(value, basis, out=value).sum(axis=-2)
+            out[start : start + block] = value.T
+    return out
+
+
+def _powers(size: int, centre: Fraction, scale: Fraction) -> NDArray[np.object_]:
+    """The plain coefficients of T_k((x - centre) / scale), exactly: shape (size, size), row k for T_k."""
+    rows = np.full((size, size), Fraction(0), object)
+    rows[0, 0] = Fraction(1)
+    if size > 1:
+        rows[1, 0], rows[1, 1] = -centre / scale, 1 / scale
+    for k in range(2, size):
+        shifted = np.concatenate([[Fraction(0)], rows[k - 1, :-1]])
+        rows[k] = 2 * (shifted - centre * rows[k - 1]) / scale - rows[k - 2]
+    return rows
+
+
+def _index(name: str, names: Sequence[str], what: str) -> int:
+    if name not in names:
+        raise FitError(f"{what}: no coordinate {name!r}{near_match(name, names)}; accepted: {', '.join(names)}")
+    return list(names).index(name)

@@ -1,0 +1,280 @@
+"""Conditions and numbers from text: what they mean, against python and sympy, and what is refused."""
+
+import math
+import pickle
+import time
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import BaseModel, ValidationError
+
+from nsmaps.errors import ConditionError
+from nsmaps.reduced.condition import Number, read_condition, read_number
+
+NAMES = ("v", "phi")
+PYTHON = {"pi": math.pi, "e": math.e, "__builtins__": {}} | {f: getattr(math, f) for f in ("sqrt", "sin", "cos", "exp", "log")}
+
+literal = st.one_of(
+    st.integers(0, 99).map("{}.0".format),
+    st.floats(0, 1e6, allow_nan=False).map(repr),
+    st.sampled_from(["pi", "e", ".5", "1e-3"]),
+)
+
+
+def arithmetic(leaf):
+    return st.recursive(
+        leaf,
+        lambda part: st.one_of(
+            st.tuples(part, st.sampled_from(["+", "-", "*", "/", "**"]), part).map(lambda t: f"({t[0]} {t[1]} {t[2]})"),
+            st.tuples(st.sampled_from(["sqrt", "sin", "cos", "exp", "log"]), part).map(lambda t: f"{t[0]}({t[1]})"),
+            part.map(lambda t: f"-{t}"),
+        ),
+        max_leaves=8,
+    )
+
+
+@settings(max_examples=400, deadline=None)
+@given(arithmetic(literal))
+def test_numbers_are_those_of_python(text):
+    try:
+        expected = eval(text, PYTHON)
+    except (ArithmeticError, ValueError, TypeError):  # the last of complex numbers
+        expected = math.nan
+    if isinstance(expected, complex) or not math.isfinite(expected):
+        with pytest.raises(ConditionError):
+            read_number(text)
+    else:
+        assert read_number(text) == pytest.approx(expected, rel=1e-12, abs=1e-300)
+
+
+def test_numbers_by_hand():
+    assert read_number("pi/3") == math.pi / 3
+    assert read_number(" -2**2 ") == -4.0
+    assert read_number("2**-1") == 0.5
+    assert read_number("2**3**2") == 512.0
+    assert read_number("1_000.5") == 1000.5
+    assert read_number("+5") == 5.0
+
+
+class Field(BaseModel):
+    x: Number
+
+
+@pytest.mark.parametrize(("given", "expected"), [(3, 3.0), (2.5, 2.5), ("pi", math.pi), ("-1e-3", -1e-3), (np.float64(2), 2.0)])
+def test_a_number_field_takes_numbers_and_text(given, expected):
+    field = Field(x=given)
+    assert field.x == expected
+    assert type(field.x) is float
+
+
+@pytest.mark.parametrize("given", [True, None, [1], math.inf, math.nan, "", "nan", "inf", "1e999", "1+", "v", {"a": 1}])
+def test_a_number_field_refuses_what_is_no_finite_number(given):
+    with pytest.raises(ValidationError) as error:
+        Field(x=given)
+    assert error.value.errors()[0]["loc"] == ("x",)
+
+
+# ------------------------------------------------------------------------------------------------ conditions
+leaf = st.sampled_from(["v", "phi", "0.63", "2", "pi/3", "0.1"])
+expression = st.recursive(
+    leaf,
+    lambda part: st.one_of(
+        st.tuples(part, st.sampled_from(["+", "-", "*"]), part).map(lambda t: f"({t[0]} {t[1]} {t[2]})"),
+        part.map(lambda t: f"sin({t})"),
+        part.map(lambda t: f"({t})**2"),
+        part.map(lambda t: f"exp(-({t})**2)"),
+    ),
+    max_leaves=4,
+)
+relation = st.sampled_from(["<", "<=", ">", ">="])
+comparison = st.one_of(
+    st.tuples(expression, relation, expression).map(" ".join),
+    st.tuples(expression, relation, expression, relation, expression).map(" ".join),
+)
+condition = st.recursive(
+    comparison,
+    lambda part: st.one_of(
+        st.tuples(part, st.sampled_from(["and", "or"]), part).map(lambda t: f"({t[0]} {t[1]} {t[2]})"),
+        part.map(lambda t: f"not ({t})"),
+    ),
+    max_leaves=3,
+)
+states = st.lists(st.tuples(st.floats(-2, 2), st.floats(-7, 7)), min_size=1, max_size=4)
+
+
+def exactly(boolean, state):
+    """The truth of a sympy condition at a state, by 50-digit arithmetic; None within rounding of a boundary."""
+    v, phi = sp.symbols("v phi", real=True)
+    values = {v: sp.Float(float(state[0]), 50), phi: sp.Float(float(state[1]), 50)}
+    gaps = [(each.lhs - each.rhs).subs(values).evalf(50) for each in boolean.atoms(sp.core.relational.Relational)]
+    if any(abs(gap) < 1e-9 for gap in gaps):
+        return None
+    truth = boolean.subs(values)
+    assert truth in (sp.true, sp.false)
+    return bool(truth)
+
+
+@settings(max_examples=80, deadline=None)
+@given(condition, states)
+def test_numbers_and_symbols_state_the_same(text, points):
+    read = read_condition(text, NAMES)
+    symbolic = read.sympy()
+    for point, found in zip(points, read(points), strict=True):
+        expected = exactly(symbolic, point)
+        assert expected is None or found == expected, (text, point)
+
+
+def test_conditions_by_hand():
+    points = [[0.7, 0.3], [0.5, 0.3], [0.5, 2.0], [0.2, 3.5]]
+    assert read_condition("v > 0.63 - 0.53*phi and v > 0.55", NAMES)(points).tolist() == [True, False, False, False]
+    assert read_condition("phi > pi or phi < 0", NAMES)(points).tolist() == [False, False, False, True]
+    assert read_condition("0.3 < v <= 0.5 < phi", NAMES)(points).tolist() == [False, False, True, False]
+    assert read_condition("not v == 0.5", NAMES)(points).tolist() == [True, False, False, True]
+    assert read_condition("v != 0.5\n and phi > 1", NAMES)(points).tolist() == [False, False, False, True]
+    assert read_condition("1 < 2", NAMES)(points).tolist() == [True] * 4
+    assert read_condition("1 > 2", NAMES)(np.empty((0, 2))).shape == (0,)
+
+
+def test_the_order_of_names_is_the_order_of_columns():
+    assert read_condition("v < phi", ("phi", "v"))([[2.0, 1.0], [1.0, 2.0]]).tolist() == [True, False]
+
+
+def test_a_coordinate_may_have_a_constants_name():
+    assert read_condition("e > 5", ("e",))([[2.8], [6.0]]).tolist() == [False, True]
+    assert read_condition("e > 5", ("e",)).sympy() == sp.Gt(sp.Symbol("e", real=True), 5)
+
+
+def test_no_condition_holds_at_what_is_no_state():
+    for text in ("v < 1", "not v < 1", "v < 1 or not v < 1", "1 < 2"):
+        assert not read_condition(text, NAMES)([[np.nan, 0], [0, np.nan], [np.inf, 0], [-np.inf, 0]]).any()
+
+
+def test_a_comparison_with_what_is_not_real_is_false():
+    assert read_condition("sqrt(v) > -1", NAMES)([[-1, 0], [1, 0]]).tolist() == [False, True]
+    assert read_condition("sqrt(v) > -1 or phi > 0", NAMES)([[-1, 1], [-1, -1]]).tolist() == [True, False]
+
+
+def test_symbols_are_exact_where_they_can_be():
+    v, phi = sp.symbols("v phi", real=True)
+    assert read_condition("phi <= pi/3", NAMES).sympy() == sp.Le(phi, sp.pi / 3)
+    assert read_condition("v > 0.63 - 0.53*phi and v > 0.55", NAMES).sympy() == sp.And(
+        v > sp.Float(0.63) - sp.Float(0.53) * phi, v > sp.Float(0.55)
+    )
+
+
+def test_a_condition_survives_pickling():
+    copy = pickle.loads(pickle.dumps(read_condition("v > 1", NAMES)))
+    assert copy([[2, 0], [0, 0]]).tolist() == [True, False]
+
+
+def test_a_million_states_are_fast():
+    x = np.random.default_rng(0).uniform(0, 1, (1_000_000, 2))
+    read = read_condition("v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55", NAMES)
+    start = time.perf_counter()
+    read(x)
+    assert time.perf_counter() - start < 2.0
+
+
+# --------------------------------------------------------------------------------------------------- refused
+REFUSED = [  # text, column counted from zero, part of the message
+    ("__import__('os').system('true')", 0, "not read"),
+    ("v > __import__('os')", 4, "no function '__import__'"),
+    ("v.real > 1", 0, "'v.real' is not read"),
+    ("v > 1 and phi.__class__", 10, "not read"),
+    ("(lambda: v)() > 1", 0, "not read"),
+    ("v > (lambda: 1)", 5, "not read"),
+    ("v > 9**9**9", 4, "no finite real value"),
+    ("v > 9**9**9**9**9", 10, "no finite real value"),
+    ("v > 1e999", 4, "no finite real value"),
+    ("v > 1 - log(0)", 8, "no finite real value"),
+    ("v > (-8)**(1/3)", 4, "no finite real value"),
+    ("v > 1/0", 4, "no finite real value"),
+    ("v/(1 - 1) > 1", 3, "divides by zero"),
+    ("(2*v)**(10**9) > 1", 0, "too high a power"),
+    ("(((2*v)**60)**60)**60 > 1", 0, "too high a power"),
+    ("v > x", 4, "unknown name 'x'"),
+    ("v > ph", 4, "did you mean 'phi'?"),
+    ("v > sin", 4, "needs a number in parentheses"),
+    ("v > sni(phi)", 4, "did you mean 'sin'?"),
+    ("v > sin(v, phi)", 4, "takes one number"),
+    ("v > sin(x=phi)", 4, "takes one number"),
+    ("v > sin(*phi)", 8, "not read"),
+    ("v", 0, "number where a condition"),
+    ("v + 1 and phi > 1", 0, "number where a condition"),
+    ("v > (phi > 1)", 5, "condition where a number"),
+    ("not v", 4, "number where a condition"),
+    ("v in (1, 2)", 5, "compare"),
+    ("v is 1", 5, "compare"),
+    ("True", 0, "not read"),
+    ("v > 1j", 4, "not read"),
+    ("v > 'a'", 4, "not read"),
+    ("v > f'{phi}'", 4, "not read"),
+    ("v > [1][0]", 4, "not read"),
+    ("[v for v in (1,)]", 0, "not read"),
+    ("v > 1 if phi > 1 else v > 2", 0, "not read"),
+    ("(v := 1) > 0", 1, "not read"),
+    ("v ^ 2 > 1", 0, "**"),
+    ("v > 1 & phi > 1", 4, "write and, or"),
+    ("v // 2 > 1", 0, "not read"),
+    ("~v > 1", 0, "not read"),
+    ("v = 1", 2, "equality is =="),
+    ("v > 1 # phi", 6, "not read"),
+    ("v > 1; phi > 1", 5, "cannot be read"),
+    ("", 0, "is empty"),
+    ("   ", 0, "is empty"),
+    ("  ü > 1", 2, "unknown name 'ü'"),
+    ("\0", 0, "cannot be read"),
+    ("v > 1 and", 8, "cannot be read"),
+]
+
+
+@pytest.mark.parametrize(("text", "column", "message"), REFUSED, ids=[text for text, _, _ in REFUSED])
+def test_refused_at_its_column(text, column, message):
+    with pytest.raises(ConditionError) as error:
+        read_condition(text, NAMES)
+    assert message in str(error.value)
+    assert f"column {column + 1}: " in str(error.value)
+    assert error.value.column == column
+    assert "accepted: the coordinates v, phi" in str(error.value)
+
+
+HOSTILE = [
+    "v > " + "(" * 400 + "1" + ")" * 400,
+    "-" * 900 + "1 > v",
+    "not " * 240 + "v > 1",
+    "v**" * 300 + "2 > 1",
+    "v > " + "1/(" * 220 + "v" + ")" * 220,
+    "((" * 60 + "v" + "**1)**1)" * 60 + "> 1",
+    "v > 1 or " * 10_000 + "v > 2",
+    "v > " + "9" * 5000,
+    "9**" * 300 + "9 > v",
+    "v" * 10**6,
+    "exp(" * 150 + "v" + ")" * 150 + "> 1",
+]
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=[text[:12] for text in HOSTILE])
+def test_hostile_texts_are_refused_at_once(text):
+    start = time.perf_counter()
+    with pytest.raises(ConditionError) as error:
+        read_condition(text, NAMES)
+    assert time.perf_counter() - start < 0.5
+    assert len(str(error.value)) < 500
+
+
+@pytest.mark.parametrize(
+    "text", ["((((v**1)**1)**1)**1)**1 > 1" + " and v > 1" * 20, "v > " + "1/(" * 45 + "v" + ")" * 45, "(2*v)**4000 > 1"]
+)
+def test_what_is_accepted_is_also_written_out_at_once(text):
+    start = time.perf_counter()
+    read_condition(text, NAMES).sympy()
+    assert time.perf_counter() - start < 5
+
+
+@pytest.mark.parametrize("text", ["x", "1 > 2", "9**9**9", "__import__('os')", "sqrt(-1)", "1 and 2", "1 +", "()", 3, None])
+def test_numbers_are_refused(text):
+    with pytest.raises(ConditionError, match="accepted: "):
+        read_number(text)

@@ -1,0 +1,121 @@
+"""The filter near the diagonals, eq. r1uniond: by hand, on analytic maps, and its union over a parameter."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from nsmaps.errors import FitError
+from nsmaps.exact.impacts import Angle, Returns, wrap
+from nsmaps.exact.surface import Axis, Grid, Surface
+from nsmaps.reduced.diagonal import Diagonal, attracting, diagonal_region, near_diagonal, own_slopes
+from nsmaps.reduced.region import Box, Where
+
+NAMES = ("v", Angle("phi"))
+TWO_PI = 2 * math.pi
+
+
+def returns_of(start, lifted, names=NAMES):
+    start, lifted = np.array(start, float), np.array(lifted, float)
+    image = np.where([isinstance(name, Angle) for name in names], wrap(lifted), lifted)
+    turns = np.nan_to_num(np.round((lifted - image) / TWO_PI)).astype(np.int32)
+    m = len(start)
+    zeros = np.zeros(m)
+    return Returns(names, ("B",), start, image, turns, np.full(m, 5), zeros.astype(np.int8), zeros)
+
+
+def surface_of(f, v=(0.1, 1.0, 31), phi=(0.1, 3.0, 41), member=None):
+    grid = Grid(axes={"v": Axis(low=v[0], high=v[1], points=v[2]), "phi": Axis(low=phi[0], high=phi[1], points=phi[2])})
+    start = grid.states()
+    mask = np.ones(grid.size, bool) if member is None else member(*start.T)
+    return Surface("F", grid, mask, returns_of(start[mask], np.column_stack(f(*start[mask].T))))
+
+
+def test_the_ratios_by_hand():
+    start = [[1, 1], [1, 1], [1, 1], [1, 1], [0.6, 0.5], [0, 0.5], [0.5, 0], [1, 1], [1, 1]]
+    image = [[1.19, 1], [1.21, 1], [1, 0.84], [1, 0.83], [0.7, 0.45], [0, 0.5], [0.5, 0], [np.nan, 1], [-1.1, 1]]
+    expected = [True, False, True, False, True, False, False, False, True]
+    assert near_diagonal(returns_of(start, image), 1.2).tolist() == expected
+
+
+def test_the_ratio_is_strict():
+    assert not near_diagonal(returns_of([[1, 1], [1.5, 1]], [[1.5, 1], [1, 1]]), 1.5).any()
+
+
+def test_angles_are_compared_in_one_turn():
+    start = [[1, 1], [1, 1 + TWO_PI], [1, 1 - TWO_PI], [1, 0.05]]
+    lifted = [[1, 1.1 + 3 * TWO_PI], [1, 1.1], [1, 1.1], [1, -0.05]]
+    assert near_diagonal(returns_of(start, lifted), 1.2).tolist() == [True, True, True, False]
+
+
+def test_slopes_of_quadratics_are_exact_and_missing_at_edges():
+    surface = surface_of(lambda v, phi: (v**2 * phi, 5 + 3 * phi**2 - v))
+    slopes = surface.on_grid(own_slopes(surface)[:, 0]), surface.on_grid(own_slopes(surface)[:, 1])
+    v, phi = surface.grid.mesh()
+    np.testing.assert_allclose(slopes[0][1:-1], (2 * v * phi)[1:-1], rtol=1e-12)
+    np.testing.assert_allclose(slopes[1][:, 1:-1], (6 * phi)[:, 1:-1], rtol=1e-10)
+    assert np.isnan(slopes[0][[0, -1]]).all()
+    assert np.isnan(slopes[1][:, [0, -1]]).all()
+
+
+def test_slopes_are_missing_next_to_the_surfaces_own_edge():
+    surface = surface_of(lambda v, phi: (v, phi), member=lambda v, phi: v < 0.52)
+    slope = surface.on_grid(own_slopes(surface)[:, 0])
+    last = np.flatnonzero(np.isfinite(surface.on_grid(surface.start[:, 0])[:, 0]))[-1]
+    assert np.isnan(slope[last]).all()
+    np.testing.assert_allclose(slope[last - 1], 1, rtol=1e-12)
+
+
+def test_slopes_pass_over_the_seam_of_the_circle():
+    surface = surface_of(lambda v, phi: (v, TWO_PI - 1 + 0.7 * phi))
+    inner = surface.on_grid(own_slopes(surface)[:, 1])[:, 1:-1]
+    np.testing.assert_allclose(inner, 0.7, rtol=1e-10)
+
+
+def test_only_gentle_slopes_attract():
+    surface = surface_of(lambda v, phi: (0.8 + 3 * (v - 0.8) ** 2, 0.9 * phi))
+    near = Diagonal(delta=1.2)
+    gentle = Diagonal(delta=1.2, slope=1.0)
+    v = surface.start[:, 0]
+    inner = surface.on_grid(np.ones(len(v)))
+    inner[[0, -1]] = inner[:, [0, -1]] = 0
+    expected = attracting(near, surface) & (np.abs(6 * (v - 0.8)) <= 1) & (inner.ravel()[surface.member] > 0)
+    np.testing.assert_array_equal(attracting(gentle, surface), expected)
+    assert 0 < expected.sum() < attracting(near, surface).sum()
+
+
+def test_within_restricts():
+    surface = surface_of(lambda v, phi: (v, phi))
+    for within in (Where(text="phi < pi/2", coordinates=NAMES), Box(bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
+        keep = attracting(Diagonal(delta=1.2, within=within), surface)
+        np.testing.assert_array_equal(keep, surface.start[:, 1] < math.pi / 2)
+
+
+def test_the_union_over_a_parameter():
+    sweeps = [(c, surface_of(lambda v, phi, c=c: (np.full_like(v, c), phi))) for c in (0.4, 0.5, 0.8)]
+    found = diagonal_region(Diagonal(delta=1.25), sweeps)
+    v = np.linspace(0.1, 1.0, 31)
+    passing = [v[(c / v < 1.25) & (c / v > 0.8)] for c in (0.4, 0.5, 0.8)]
+    union = np.unique(np.concatenate(passing))
+    np.testing.assert_array_equal(np.unique(found.start[:, 0]), union)
+    assert len(found.start) == len(union) * 41
+    assert len(np.unique(found.start, axis=0)) == len(found.start)
+    np.testing.assert_array_equal(found.box, [[union.min(), union.max()], [0.1, 3.0]])
+    assert [value for value, _ in found.values] == [0.4, 0.5, 0.8]
+    assert [len(states) for _, states in found.values] == [41 * len(each) for each in passing]
+    assert found.coordinates == NAMES
+
+
+def test_no_state_near_the_diagonals_is_an_answer():
+    found = diagonal_region(Diagonal(delta=1.2), [(0.0, surface_of(lambda v, phi: (9 * v, phi)))])
+    assert found.start.shape == (0, 2)
+    assert np.isnan(found.box).all()
+
+
+def test_what_is_refused():
+    with pytest.raises(FitError, match="coordinates none"):
+        diagonal_region(Diagonal(delta=1.2), [])
+    for bad in ({"delta": 1.0}, {"delta": "1/2"}, {"delta": 1.2, "slope": 0}, {"delta": math.inf}, {"delta": 1.2, "slop": 1}):
+        with pytest.raises(ValidationError):
+            Diagonal(**bad)

@@ -1,0 +1,167 @@
+"""Regions: what they contain against what they state, boxes over the seam of the circle, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from nsmaps.errors import ConditionError, StateError
+from nsmaps.exact.impacts import Angle
+from nsmaps.reduced.region import Box, Region, Where
+
+NAMES = ("v", Angle("phi"))
+TWO_PI = 2 * math.pi
+
+
+def states(boolean, point):
+    """The truth of a sympy condition at a point (v, phi), with 50 digits."""
+    v, phi = sp.symbols("v phi", real=True)
+    truth = sp.sympify(boolean).subs({v: sp.Float(point[0], 50), phi: sp.Float(point[1], 50)})
+    assert truth in (sp.true, sp.false)
+    return bool(truth)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    low=st.floats(-7, 7),
+    width=st.floats(1e-3, 7),
+    points=st.lists(st.tuples(st.floats(0, 2), st.floats(0, TWO_PI, exclude_max=True)), min_size=1, max_size=5),
+)
+def test_a_box_states_what_it_contains(low, width, points):
+    box = Box(coordinates=NAMES, bounds={"v": (0.5, 1.5), "phi": (low, low + width)})
+    condition = box.condition()
+    for point, found in zip(points, box.contains(points), strict=True):
+        ends = (np.array([low, low + width]) - point[1]) / TWO_PI
+        if np.abs(ends - np.round(ends)).min() > 1e-12:
+            assert found == states(condition, point), (box, point)
+
+
+@settings(max_examples=100, deadline=None)
+@given(low=st.floats(-4, 4), width=st.floats(0.01, 6), phi=st.floats(-20, 20))
+def test_an_angle_lies_in_a_box_on_whatever_turn_it_is_given(low, width, phi):
+    ends = (np.array([low, low + width]) - phi) / TWO_PI
+    if np.abs(ends - np.round(ends)).min() < 1e-9:
+        return
+    box = Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (low, low + width)})
+    on_circle = math.fmod(math.fmod(phi - low, TWO_PI) + TWO_PI, TWO_PI) < width
+    assert box.contains([[0.5, phi]]).tolist() == [on_circle]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "v > 0.63 - 0.53*phi and v > 0.55",
+        "v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55",
+        "phi > pi or phi < 0",
+        "not (sin(phi) > v**2 or phi/3 >= exp(-v))",
+    ],
+)
+def test_where_states_what_it_contains(text):
+    region = Where(text=text, coordinates=NAMES)
+    points = np.random.default_rng(1).uniform([-0.5, -1], [1.5, 7], (60, 2))
+    condition = region.condition()
+    found = region.contains(points)
+    assert found.tolist() == [states(condition, point) for point in points.tolist()]
+    assert 0 < found.sum() < len(points)
+
+
+def test_a_box_is_closed_and_a_plain_coordinate_does_not_wrap():
+    box = Box(bounds={"v": (0.63, 0.94), "x": (-0.2, 0.2)})
+    corners = [[0.63, -0.2], [0.94, 0.2], [0.7, 0.2 + TWO_PI], [math.nextafter(0.63, 0), 0]]
+    assert box.contains(corners).tolist() == [True, True, False, False]
+    assert box.condition() == sp.And(
+        *(
+            sp.And(sp.Float(low) <= x, x <= sp.Float(high))
+            for x, low, high in zip(sp.symbols("v x", real=True), box.lower, box.upper, strict=True)
+        )
+    )
+
+
+def test_a_box_over_the_seam_holds_both_sides():
+    box = Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (-0.2, 0.2)})
+    assert box.contains([[0.5, phi] for phi in (0.1, 6.2, -0.1, 6.2 - 2 * TWO_PI)]).all()
+    assert not box.contains([[0.5, phi] for phi in (0.3, 3.0, 6.0)]).any()
+
+
+def test_the_whole_circle_holds_every_angle():
+    box = Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (0, "2*pi")})
+    assert box.contains([[0.5, x] for x in (0.0, TWO_PI, 3.0, -50.0, 1e6)]).all()
+    assert not box.condition().has(sp.Symbol("phi", real=True))
+
+
+EVERYWHERE = (Box(coordinates=NAMES, bounds={"v": (-9, 9), "phi": (-9, 9)}), Where(text="v < 9", coordinates=NAMES))
+
+
+@pytest.mark.parametrize("region", EVERYWHERE)
+def test_what_is_no_state_lies_nowhere(region):
+    assert region.contains([[0, 0], [np.nan, 0], [0, np.nan], [0, np.inf], [-np.inf, 0]]).tolist() == [True] + [False] * 4
+    assert region.contains(np.empty((0, 2))).shape == (0,)
+    with pytest.raises(StateError):
+        region.contains([0.5, 0.5])
+
+
+def test_a_box_and_its_array():
+    box = Box(bounds={"v": (0.7, 1), "phi": (0.2, "pi/3")})
+    assert box.coordinates == ("v", "phi")
+    np.testing.assert_array_equal(box.array, [[0.7, 1], [0.2, math.pi / 3]])
+    np.testing.assert_array_equal(box.lower, [0.7, 0.2])
+    np.testing.assert_array_equal(box.upper, [1, math.pi / 3])
+    assert Box.of(("v", "phi"), box.array) == box
+    assert Box.model_validate_json('{"bounds": {"v": [0.7, 1], "phi": [0.2, "pi/3"]}}') == box
+
+
+def test_angles_stay_angles_and_the_coordinates_give_the_order():
+    box = Box(bounds={"phi": (-0.2, 0.2), "v": (0, 1)}).over(NAMES)
+    assert list(box.bounds) == ["v", "phi"]
+    assert isinstance(box.coordinates[1], Angle)
+    assert box.contains([[0.5, 6.2]]).all()
+    assert isinstance(Box(bounds={NAMES[1]: (0, 1)}).coordinates[0], Angle)
+    where = Where(text="v < phi", coordinates=("phi", "v")).over(NAMES)
+    assert where.contains([[1, 2], [2, 1]]).tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [
+        ({"v": (1, 1)}, "v from 1.0 to 1.0 is empty"),
+        ({"v": (2, 1)}, "accepted: lower < upper"),
+        ({"v": (0, math.nan)}, "not finite"),
+        ({"v": (0, "x")}, "unknown name 'x'"),
+        ({"v": (0, 1, 2)}, "at most 2 items"),
+        ({}, "at least 1 item"),
+    ],
+)
+def test_bad_bounds_are_refused(bounds, message):
+    with pytest.raises(ValidationError, match=message):
+        Box(bounds=bounds)
+
+
+def test_a_box_must_bound_every_coordinate_and_no_other():
+    with pytest.raises(ValidationError, match="'phi' has no bounds"):
+        Box(coordinates=NAMES, bounds={"v": (0, 1)})
+    with pytest.raises(ValidationError, match="'ph' is no coordinate, did you mean 'phi'"):
+        Box(coordinates=NAMES, bounds={"v": (0, 1), "ph": (0, 1), "phi": (0, 1)})
+    with pytest.raises(ConditionError, match=r"shape \(2,\)"):
+        Box.of(NAMES, [0, 1])
+
+
+def test_a_bad_condition_is_refused_when_the_region_is_made():
+    with pytest.raises(ValidationError, match="unknown name 'w'") as error:
+        Where(text="v > w", coordinates=NAMES)
+    assert error.value.errors()[0]["loc"] == ("text",)
+    with pytest.raises(ValidationError, match="unknown name 'v'"):
+        Where(text="v > 1", coordinates=NAMES).over(("x", "y"))
+
+
+def test_regions_are_frozen_values():
+    region = Where(text="v > 1", coordinates=NAMES)
+    region.contains([[0, 0]])
+    assert region == Where(text="v > 1", coordinates=NAMES)
+    with pytest.raises(ValidationError):
+        region.text = "v > 2"
+    with pytest.raises(TypeError, match="abstract"):
+        Region(coordinates=NAMES)
