@@ -1,0 +1,101 @@
+"""Global analysis of non-smooth dynamics: return maps of systems with impacts, their surrogates and attracting domains.
+
+Everything below is imported when it is first asked for, so that `import nsmaps` costs next to nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain as AttractingDomain
+    from nsmaps.auxiliary.domain import attracting_domain as attracting_domain
+    from nsmaps.auxiliary.iterate import second_iterate as second_iterate
+    from nsmaps.dynamics.orbit import Orbit as Orbit
+    from nsmaps.dynamics.orbit import orbit as orbit
+    from nsmaps.dynamics.returnmap import ReturnMap as ReturnMap
+    from nsmaps.errors import NsmapsError as NsmapsError
+    from nsmaps.exact.family import ReturnFamily as ReturnFamily
+    from nsmaps.exact.family import WordFamily as WordFamily
+    from nsmaps.exact.impacts import Angle as Angle
+    from nsmaps.exact.impacts import Outcome as Outcome
+    from nsmaps.exact.impacts import Returns as Returns
+    from nsmaps.exact.surface import Axis as Axis
+    from nsmaps.exact.surface import Grid as Grid
+    from nsmaps.exact.surface import Surface as Surface
+    from nsmaps.exact.system import ImpactSystem as ImpactSystem
+    from nsmaps.exact.system import Wall as Wall
+    from nsmaps.plugins import load_system as load_system
+    from nsmaps.plugins import systems as systems
+    from nsmaps.reduced.composite import CompositeMap as CompositeMap
+    from nsmaps.reduced.diagonal import Diagonal as Diagonal
+    from nsmaps.reduced.polyfit import Full as Full
+    from nsmaps.reduced.polyfit import PolyFit as PolyFit
+    from nsmaps.reduced.polyfit import Separable as Separable
+    from nsmaps.reduced.polymap import PolyMap as PolyMap
+    from nsmaps.reduced.region import Box as Box
+    from nsmaps.reduced.region import Region as Region
+    from nsmaps.reduced.region import Where as Where
+    from nsmaps.study.archive import read_result as read_result
+    from nsmaps.study.reader import load_study as load_study
+    from nsmaps.study.result import StudyResult as StudyResult
+    from nsmaps.study.result import Verdict as Verdict
+    from nsmaps.study.run import run as run
+    from nsmaps.study.spec import Study as Study
+
+_PUBLIC = {
+    "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
+    "auxiliary.iterate": ("second_iterate",),
+    "dynamics.orbit": ("Orbit", "orbit"),
+    "dynamics.returnmap": ("ReturnMap",),
+    "errors": ("NsmapsError",),
+    "exact.family": ("ReturnFamily", "WordFamily"),
+    "exact.impacts": ("Angle", "Outcome", "Returns"),
+    "exact.surface": ("Axis", "Grid", "Surface"),
+    "exact.system": ("ImpactSystem", "Wall"),
+    "plugins": ("load_system", "systems"),
+    "reduced.composite": ("CompositeMap",),
+    "reduced.diagonal": ("Diagonal",),
+    "reduced.polyfit": ("Full", "PolyFit", "Separable"),
+    "reduced.polymap": ("PolyMap",),
+    "reduced.region": ("Box", "Region", "Where"),
+    "study.archive": ("read_result",),
+    "study.reader": ("load_study",),
+    "study.result": ("StudyResult", "Verdict"),
+    "study.run": ("run",),
+    "study.spec": ("Study",),
+}
+_HOME = {name: f"nsmaps.{module}" for module, names in _PUBLIC.items() for name in names}
+__all__ = sorted([*_HOME, "__version__", "show_versions"])
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported from its module when it is first used."""
+    if name == "__version__":
+        return _version()
+    if name not in _HOME:
+        from nsmaps.errors import near_match
+
+        raise AttributeError(f"module 'nsmaps' has no attribute {name!r}{near_match(name, __all__)}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("nsmaps")
+    except PackageNotFoundError:  # a source tree on the path that nobody installed
+        return "0+unknown"
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return list(__all__)
+
+
+def show_versions() -> None:
+    """Print the versions of Python, of nsmaps and of what it is built on, for a report."""
+    from nsmaps.study.archive import versions
+
+    for name, version in versions().items():
+        print(f"{name:12s} {version}")

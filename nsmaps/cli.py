@@ -1,0 +1,237 @@
+"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR`.
+
+Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, 130 stopped by Ctrl-C.
+Nothing heavy is imported before a command needs it.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nsmaps.errors import NsmapsError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.spec import Study
+
+FAILED, BAD, STOPPED = 1, 2, 130
+WIDE = 200  #: columns of a table that goes to a file or a pipe
+
+app = typer.Typer(
+    help="Global analysis of non-smooth dynamics: a YAML study in, attracting domains with their verdicts out.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study such as vi_pair/fp.")]
+
+
+class Format(StrEnum):
+    """File formats of figures."""
+
+    png = "png"
+    svg = "svg"
+    pdf = "pdf"
+
+
+def main() -> None:
+    """The console entry point."""
+    app(prog_name="nsmaps")
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        import nsmaps
+
+        typer.echo(f"nsmaps {nsmaps.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def systems() -> None:
+    """List the installed systems, their parameters and their studies."""
+    import warnings
+
+    from nsmaps import plugins
+
+    names = plugins.system_names()
+    for name in names:
+        with _told(fatal=False), warnings.catch_warnings():
+            cls = plugins.system_class(name)
+            typer.echo(f"{name}: {_first_sentence(cls.__doc__)}")
+            for parameter, field in cls.model_fields.items():
+                default = "" if field.is_required() else f" (default {field.default})"
+                typer.echo(f"  {parameter:8s} {field.description or ''}{default}")
+            typer.echo(f"  studies: {', '.join(f'{name}/{stem}' for stem in plugins.study_files(name)) or 'none'}")
+    if not names:
+        typer.echo("no system is installed; install a package that gives one, or name a file: path/to/mine.py:Class")
+
+
+@app.command()
+def check(study: StudyName) -> None:
+    """Read a study and say what a run of it would compute, without computing it."""
+    from nsmaps.study.reader import load_study
+    from nsmaps.study.steps import steps_of
+
+    with _told():
+        read = load_study(study)
+    typer.echo(f"{read.name}: {read.title}" if read.title else read.name)
+    given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())
+    typer.echo(f"  system: {read.system} ({given or 'parameters as they come'})")
+    for name in steps_of(read)[1:]:
+        typer.echo(f"  {name}: {_about(read, name)}")
+    if read.figures:
+        typer.echo(f"  figures: {', '.join(read.figures)}")
+    typer.echo(f"  required: {', '.join(_required(read)) or 'no verdict'}")
+
+
+@app.command()
+def run(
+    study: StudyName,
+    out: Annotated[
+        Path | None, typer.Option(help="The folder to write to.", show_default="runs/<study>", file_okay=False)
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+) -> None:
+    """Compute what a study names, write it to a folder, and end with a table of verdicts."""
+    with _told(), _bar(quiet) as progress:
+        progress("imports", 0, 1)
+        begun = perf_counter()
+        from nsmaps.study.reader import load_study
+        from nsmaps.study.run import Interrupted
+        from nsmaps.study.run import run as compute
+
+        read = load_study(study)
+        seconds = {"imports": perf_counter() - begun}
+        folder = out or Path("runs", read.name)
+        try:
+            result = compute(read, folder, progress)
+        except Interrupted as stopped:
+            done = ", ".join(stopped.result.timings) or "nothing"
+            typer.echo(f"stopped; {folder} keeps what was finished: {done}", err=True)
+            raise typer.Exit(STOPPED) from None
+        if read.figures and not no_figures:
+            progress("figures", 0, 1)
+            begun = perf_counter()
+            _draw(result, folder, Format.png)
+            seconds["figures"] = perf_counter() - begun
+    if not quiet:
+        _table(result)
+        spent = {"imports": 0.0, **result.timings, **seconds}
+        typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in spent.items())}")
+        typer.echo(f"written to {folder}")
+    if not result.holds:
+        raise typer.Exit(FAILED)
+
+
+@app.command()
+def figures(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")],
+    format: Annotated[Format, typer.Option(help="The file format.")] = Format.png,
+) -> None:
+    """Draw the figures of a run again, from the arrays it kept."""
+    from nsmaps.study.archive import read_result
+
+    with _told():
+        paths = _draw(read_result(folder), folder, format)
+    for path in paths:
+        typer.echo(str(path))
+
+
+def _draw(result: "StudyResult", folder: Path, format: Format) -> list[Path]:
+    from nsmaps.figures import draw
+
+    return draw(result, result.study.figures, folder / "figures", formats=(format.value,))
+
+
+@contextmanager
+def _told(fatal: bool = True) -> Iterator[None]:
+    """An error of nsmaps is printed without a traceback, and ends the program if it is fatal; so does Ctrl-C."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo("stopped; nothing more was written", err=True)
+        raise typer.Exit(STOPPED) from None
+    except (NsmapsError, OSError) as error:
+        typer.echo(str(error), err=True)
+        if fatal:
+            raise typer.Exit(BAD) from None
+
+
+@contextmanager
+def _bar(quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
+    """A progress bar on standard error while it is a terminal; elsewhere nothing at all."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = _console(stderr=True)
+    columns = (TextColumn("{task.description:14s}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+        task = bar.add_task("", total=1)
+        yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
+
+
+def _console(stderr: bool = False) -> "Console":
+    from rich.console import Console
+
+    console = Console(stderr=stderr, highlight=False)
+    return console if console.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
+
+
+def _table(result: "StudyResult") -> None:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("verdict", "of", "required", "holds", "because", box=box.SIMPLE, title=result.study.title or None)
+    for verdict in result.verdicts:
+        colour = "green" if verdict.holds else "red" if verdict.required else "yellow"
+        holds, _, because = verdict.text.partition(": ")
+        required = "yes" if verdict.required else ""
+        table.add_row(escape(verdict.name), verdict.of, required, f"[{colour}]{holds}[/]", escape(because))
+    _console().print(table)
+
+
+def _about(study: "Study", step: str) -> str:
+    """What one step of a study would compute, in a few words."""
+    if step == "surfaces":
+        size = " x ".join(str(span.points) for span in (study.grid or {}).values())
+        return f"{', '.join(study.families) or 'words'} over {size} states"
+    if step == "composite":
+        return ", ".join(f"{p.name} ({'fit of ' + p.family if p.family else 'reset'})" for p in study.composite)
+    if step == "orbits":
+        return ", ".join(f"{orbit.returns} returns" for orbit in study.orbits)
+    if step == "domains":
+        return ", ".join(f"{d.name} (map {d.map}, {d.updates} updates)" for d in study.domains)
+    if step == "diagonal" and study.diagonal:
+        sweep = study.diagonal.sweep
+        over = f" over {sweep.points} values of {sweep.parameter}" if sweep else ""
+        return f"{study.diagonal.family} within a factor {study.diagonal.delta:g} of the diagonals{over}"
+    return f"of the domain {study.second_iterate.domain}" if study.second_iterate else ""
+
+
+def _required(study: "Study") -> list[str]:
+    return [*study.require, *(f"domain {d.name}: {claim}" for d in study.domains for claim in d.require)]
+
+
+def _first_sentence(text: str | None) -> str:
+    return " ".join((text or "no description").split()).split(". ")[0].rstrip(".") + "."
+
+
+def _short(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,40 @@
+"""Figures of a study's result: one function, one figure, one Axes; nothing is computed, shown or kept.
+
+Each module has a function of its own name, `cobweb(result, ax, ...) -> Axes`, for a page of your own, and `draw`
+writes whole figures by name. Importing this package does not load matplotlib; drawing does.
+"""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nsmaps.errors import NsmapsError, near_match
+
+if TYPE_CHECKING:
+    from nsmaps.figures.needs import Drawable
+
+NAMES = ("words", "surfaces", "projections", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate")
+
+
+def draw(
+    result: "Drawable", names: Iterable[str], folder: str | Path, formats: Sequence[str] = ("png",), dpi: float = 200
+) -> list[Path]:
+    """The files of the named figures, written into `folder`, which is made if it is not there.
+
+    Nothing is written if one of the figures cannot be drawn for want of data.
+
+    Raises:
+        NsmapsError: a name that is no figure; a figure whose data the result has not; a format matplotlib cannot write.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from nsmaps.figures.sheets import SHEETS
+
+    known = FigureCanvasAgg.get_supported_filetypes()
+    for kind, asked, accepted in (("figure", names := list(names), NAMES), ("format", list(formats), known)):
+        for word in asked:
+            if word not in accepted:
+                raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; accepted: {', '.join(accepted)}")
+    sheets = [sheet for name in dict.fromkeys(names) for sheet in SHEETS[name](result)]
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi)]

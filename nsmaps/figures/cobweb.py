@@ -1,0 +1,94 @@
+"""Cobwebs of the composite map, a picture a coordinate: fig. glosmallic."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle, Floats, Returns
+from nsmaps.figures.lines import cut, diagonal, finite_states, last_tenth, staircase, window
+from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
+from nsmaps.figures.needs import position as place
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import MAGENTA, dress, piece_colours, piece_label, tint
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.composite import Piece
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """One sheet: a row an orbit, a column a coordinate."""
+    coordinates = composite_of(result, "cobweb").coordinates
+    count = len(orbits_of(result, "cobweb"))
+    panels = tuple(partial(cobweb, result, coordinate=c, number=k) for k in range(count) for c in coordinates)
+    return (Sheet("cobweb", panels, len(coordinates), (5.4, 4.9)),)
+
+
+def cobweb(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
+    """The cobweb of one coordinate of a composite orbit, with its last tenth in magenta.
+
+    A piece whose map is separable in this coordinate is a curve; of any other the area of its images is shaded.
+    The picture holds the grid, the orbit and the curves as far as they stay near; what lies farther out is cut off.
+    """
+    composite = composite_of(result, "cobweb")
+    i = place(composite.coordinates, coordinate or composite.coordinates[0])
+    orbit = orbits_of(result, "cobweb")[number].composite
+    if orbit is None:
+        raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; name 'composite' in the study")
+    _draw_pieces(result, ax, i)
+    values = finite_states(orbit)[:, i]
+    ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="orbit")
+    ends = last_tenth(values)
+    ax.plot(*staircase(ends), "-", color=MAGENTA, lw=2, zorder=5)
+    ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=5.5, zorder=6, label="last 10 %")
+    ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
+    _look(ax, values, isinstance(composite.coordinates[i], Angle))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    name = composite.coordinates[i]
+    return dress(ax, (name, "k"), (name, "k+1"))
+
+
+def _look(ax: Axes, values: Floats, angle: bool) -> None:
+    """Limits that hold the grid's interval of the coordinate and the orbit; above and below, the images near it."""
+    interval = ax.get_xlim()
+    images = np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines])
+    low, high = window(*interval, values, 1.0 if angle else 0.3)
+    diagonal(ax, low, high)
+    bottom, top = window(low, high, images, 1.0 if angle else 0.3)
+    margin = 0.03 * (top - bottom)
+    ax.set(xlim=(low, high), ylim=(bottom - margin, top + margin))
+
+
+def _draw_pieces(result: Drawable, ax: Axes, i: int) -> None:
+    """The images of every piece over the grid of the surfaces, against coordinate i."""
+    composite = composite_of(result, "cobweb")
+    grid = next(iter(surfaces_of(result, "cobweb").values())).grid
+    x = list(grid.axes.values())[i].values()
+    returns = composite.first_return(grid.states())
+    number = composite.piece_of(returns.start)
+    colours = piece_colours(*zip(*((piece.name, not piece.word) for piece in composite.pieces), strict=True))
+    ax.set_xlim(x[0], x[-1])
+    for k, piece in enumerate(composite.pieces):
+        rows = _rows(returns, number == k, grid.shape, i)
+        if not np.isfinite(rows).any():
+            continue
+        low, high = np.fmin.reduce(rows, axis=1), np.fmax.reduce(rows, axis=1)
+        if _separable(piece, i):
+            line = cut(low, np.pi) if isinstance(composite.coordinates[i], Angle) else low
+            ax.plot(x, line, color=colours[k], lw=2.2, label=piece_label(piece.name), zorder=3)
+        else:
+            ax.fill_between(x, low, high, color=tint(colours[k], 0.55), lw=0, label=piece_label(piece.name), zorder=1)
+
+
+def _rows(returns: Returns, mask: NDArray[np.bool_], shape: tuple[int, ...], i: int) -> Floats:
+    """Images of coordinate i in a piece, shape (points of coordinate i, all others), NaN outside of the piece."""
+    image = np.where(mask, returns.image[:, i], np.nan).reshape(shape)
+    return np.moveaxis(image, i, 0).reshape(shape[i], -1)
+
+
+def _separable(piece: "Piece", i: int) -> bool:
+    """Whether the image of coordinate i depends on coordinate i alone."""
+    return not np.delete(piece.map.exponents[i], i, axis=1).any()

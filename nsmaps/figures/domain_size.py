@@ -1,0 +1,61 @@
+"""The size of the attracting domain against the update: fig. cobweb12d35_updates, Auximapsd30_updates, Auximapsd26."""
+
+from functools import partial
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from nsmaps.figures.needs import Drawable, domains_of, position
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED, symbol, unit
+
+_DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale
+_LOOKS = ((BLUE, "-", "o"), (RED, "--", "s"), (GREEN, "-.", "^"), (MAGENTA, ":", "D"))
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """One sheet: a panel a coordinate."""
+    coordinates = next(iter(domains_of(result, "domain_size").values())).coordinates
+    panels = tuple(partial(domain_size, result, coordinate=name) for name in coordinates)
+    return (Sheet("domain_size", panels, len(panels), (5.0, 4.2)),)
+
+
+def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
+    """The width of every domain in one coordinate after each update; the box it started from is update 0.
+
+    A hollow marker: the worst case of the next update leaves this box, so that its width is no bound.
+    """
+    named = domains_of(result, "domain_size")
+    first = next(iter(named.values()))
+    i = position(first.coordinates, coordinate or first.coordinates[0])
+    everything = np.concatenate([domain.sizes[:, i] for domain in named.values()])
+    positive = everything[np.isfinite(everything) & (everything > 0)]
+    maps = [domain.of for domain in named.values()]
+    for k, (key, domain) in enumerate(named.items()):
+        colour, dashes, marker = _LOOKS[k % len(_LOOKS)]
+        sizes = domain.sizes[:, i]
+        width = max(9 - 3 * k, 4)  # a later one on top of an earlier one hides it not
+        text = domain.of if maps.count(domain.of) == 1 else f"{domain.of} ({key})"
+        ax.plot(
+            np.arange(len(sizes)),
+            sizes,
+            color=colour,
+            ls=dashes,
+            marker=marker,
+            ms=width,
+            label=text + ("" if domain.trapped else ", not trapped"),
+        )
+        if not domain.trapped:
+            ax.plot([len(sizes) - 1], sizes[-1:], marker, mfc="white", mec=colour, ms=width)
+    if len(positive) and positive.max() > _DECADES * positive.min():
+        ax.set_yscale("log")
+    else:
+        ax.set_ylim(0, None)
+    ax.set_xlim(-0.4, max(1, *(len(domain.sizes) - 1 for domain in named.values())) + 0.4)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.grid(axis="y", color="0.9")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    name = first.coordinates[i]
+    ax.set(xlabel="update $N$", ylabel=f"width of the domain in {symbol(name)} ({unit(name)})")
+    return ax

@@ -1,0 +1,89 @@
+"""Upper and lower maps of each coordinate and the cobwebs between them: fig. cobweb12d35, Auximapsd30, Auximapsd26."""
+
+import re
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Floats
+from nsmaps.figures.lines import diagonal, last_tenth, staircase
+from nsmaps.figures.needs import Drawable, domains_of, position
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import BLUE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain, Update
+    from nsmaps.auxiliary.envelope import Envelope
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, coordinates as columns."""
+    made = []
+    for k, (name, domain) in enumerate(domains_of(result, "envelopes").items()):
+        file = "envelopes-" + re.sub(r"[^\w.+]+", "-", name) if k else "envelopes"
+        pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
+        panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
+        made.append(Sheet(file, panels, len(domain.coordinates), (5.8, 4.4)))
+    return tuple(made)
+
+
+def shown(domain: "AttractingDomain") -> list[int]:
+    """The positions of the first, the second and the last update, each once."""
+    last = len(domain.updates) - 1
+    return sorted({0, min(1, last), last})
+
+
+def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1, domain: str = "") -> Axes:
+    """The upper and lower map of one coordinate at one update, by position (eq. auxv, auxphi).
+
+    Dotted: the worst-case steps from the update's box (eq. WCScobweb-v, -phi); thin: the generic cobweb, its last
+    tenth red; yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if it is trapped.
+    """
+    named = domains_of(result, "envelopes")
+    chosen = named[domain or next(iter(named))]
+    i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
+    step = _update(chosen, update)
+    envelope, worst = step.envelopes[i], step.worst[:, i]
+    name = chosen.coordinates[i]
+    if step.trapped:
+        ax.axvspan(*worst[-1], color=tint(YELLOW, 0.4), lw=0, zorder=0, label=rf"$\mathcal{{A}}^{{({step.number + 1})}}$")
+        text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
+        ax.plot(worst[-1], worst[-1], "*", color="black", mec="white", mew=0.6, ms=13, zorder=7, label=text)
+        ax.plot(*staircase(step.generic[:, i]), color="0.4", lw=0.7, zorder=4, label="generic")
+        ax.plot(*staircase(last_tenth(step.generic[:, i])), color=RED, lw=2.2, zorder=6, label="its last 10 %")
+    ax.fill_between(envelope.x, envelope.lower, envelope.upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
+    ax.plot(envelope.x, envelope.upper, color=BLUE, lw=2.2, zorder=3, label="upper map")
+    ax.plot(envelope.x, envelope.lower, color=ORANGE, lw=2.2, zorder=3, label="lower map")
+    ax.plot(*_worst_steps(envelope, worst), color="black", lw=1.3, ls=":", zorder=5, label="worst case")
+    ends = [envelope.x[0], envelope.x[-1], envelope.lower.min(), envelope.upper.max(), worst.min(), worst.max()]
+    low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
+    margin = 0.03 * (high - low)
+    diagonal(ax, low - margin, high + margin)
+    ax.set(xlim=(low - margin, high + margin), ylim=(low - margin, high + margin))
+    ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.trapped else ", not trapped"))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    return dress(ax, (name, "k"), (name, "k+1"))
+
+
+def _update(domain: "AttractingDomain", number: int) -> "Update":
+    """The update at this position, from the end if negative."""
+    if not -len(domain.updates) <= number < len(domain.updates):
+        raise NsmapsError(f"there is no update at position {number}; the domain has {len(domain.updates)} updates")
+    return domain.updates[number]
+
+
+def _worst_steps(envelope: "Envelope", worst: Floats) -> tuple[Floats, Floats]:
+    """The staircase of intervals: from where a curve is extreme up to its extreme, and across to the diagonal."""
+    x: list[float] = []
+    y: list[float] = []
+    for (low, high), (lowest, highest) in pairwise(worst):
+        inside = (envelope.x >= low) & (envelope.x <= high)
+        for curve, pick, end in ((envelope.upper, np.argmax, highest), (envelope.lower, np.argmin, lowest)):
+            at = envelope.x[inside][pick(curve[inside])] if inside.any() else low
+            x += [at, at, end, np.nan]
+            y += [at, end, end, np.nan]
+    return np.array(x), np.array(y)

@@ -1,0 +1,58 @@
+"""The lines that several figures share: diagonals, cobwebs, and the last tenth of an orbit."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from nsmaps.exact.impacts import Floats
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.orbit import Orbit
+
+
+def diagonal(ax: Axes, low: float, high: float) -> Line2D:
+    """The line on which a coordinate stays as it is."""
+    (line,) = ax.plot([low, high], [low, high], color="0.25", lw=1, ls=(0, (5, 3)), zorder=2, label="diagonal")
+    return line
+
+
+def staircase(values: Floats) -> tuple[Floats, Floats]:
+    """The cobweb through values (L,): corners x and y, both of shape (2 L - 1,), from the diagonal to the diagonal.
+
+    >>> [corners.tolist() for corners in staircase(np.array([1.0, 3.0]))]
+    [[1.0, 1.0, 3.0], [1.0, 3.0, 3.0]]
+    """
+    twice = np.repeat(values, 2)
+    return twice[:-1], np.concatenate([twice[:1], twice[2:]])
+
+
+def last_tenth(values: Floats) -> Floats:
+    """The values from the last tenth of the steps on, two at least, in which an orbit has forgotten its start."""
+    return values[-max(2, len(values) // 10 + 1) :]
+
+
+def finite_states(orbit: "Orbit") -> Floats:
+    """The states of one orbit before it ends, shape (m, n)."""
+    states = np.asarray(orbit.states, float).reshape(len(orbit.states), -1, orbit.states.shape[-1])[:, 0]
+    return states[np.isfinite(states).all(axis=1)]
+
+
+def window(low: float, high: float, values: Floats, reach: float = 0.3) -> tuple[float, float]:
+    """The interval, widened to the values that lie within `reach` of its length, so that a wild one spoils no picture.
+
+    >>> window(0.0, 1.0, np.array([0.5, 1.2, 1e9]))
+    (0.0, 1.2)
+    """
+    far = reach * (high - low)
+    near = values[(values >= low - far) & (values <= high + far)]
+    return float(min([low, *near])), float(max([high, *near]))
+
+
+def cut(values: Floats, height: float) -> Floats:
+    """A copy with NaN before each jump of more than `height`, so that a line is not drawn through a wrapped angle."""
+    parted = np.array(values, float)
+    with np.errstate(invalid="ignore"):
+        parted[:-1][np.abs(np.diff(parted)) > height] = np.nan
+    return parted

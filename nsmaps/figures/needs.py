@@ -1,0 +1,101 @@
+"""What a figure asks of a result, and the errors that say what a study must name to have it."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from nsmaps.errors import NsmapsError
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.exact.surface import Surface
+    from nsmaps.reduced.composite import CompositeMap
+    from nsmaps.reduced.diagonal import DiagonalRegion
+
+
+class Pair(Protocol):
+    """One start's orbits: under the exact map and, if the study has one, under the composite map."""
+
+    @property
+    def exact(self) -> "Orbit": ...
+    @property
+    def composite(self) -> "Orbit | None": ...
+
+
+class Drawable(Protocol):
+    """The part of a study's result that figures read; any object with these will do."""
+
+    @property
+    def study(self) -> Any: ...
+    @property
+    def surfaces(self) -> Mapping[str, "Surface"]: ...
+    @property
+    def diagonal(self) -> "DiagonalRegion | None": ...
+    @property
+    def composite(self) -> "CompositeMap | None": ...
+    @property
+    def orbits(self) -> Sequence[Pair]: ...
+    @property
+    def domains(self) -> Mapping[str, "AttractingDomain"]: ...
+    @property
+    def second_iterate(self) -> "SecondIterate | None": ...
+
+
+def _missing(figure: str, what: str, sections: str) -> NsmapsError:
+    return NsmapsError(
+        f"the figure {figure!r} shows {what}, and the result has none; name {sections} in the study, "
+        f"or leave {figure!r} out of its figures"
+    )
+
+
+def surfaces_of(result: Drawable, figure: str) -> Mapping[str, "Surface"]:
+    """The surfaces by family, of two coordinates, or the error that says what to name."""
+    if not result.surfaces:
+        raise _missing(figure, "return surfaces", "'grid' and 'families'")
+    two(next(iter(result.surfaces.values())).coordinates, figure)
+    return result.surfaces
+
+
+def two(coordinates: Sequence[str], figure: str) -> None:
+    """An error unless there are two coordinates, for a picture of the plane of states."""
+    if len(coordinates) != 2:
+        raise NsmapsError(
+            f"the figure {figure!r} is a picture of a plane and needs a system of 2 coordinates; this one has "
+            f"{len(coordinates)} ({', '.join(coordinates)}); envelopes and domain_size take any number"
+        )
+
+
+def composite_of(result: Drawable, figure: str) -> "CompositeMap":
+    """The composite map, or the error that says what to name."""
+    if result.composite is None:
+        raise _missing(figure, "a composite map", "'composite'")
+    return result.composite
+
+
+def orbits_of(result: Drawable, figure: str) -> Sequence[Pair]:
+    """The pairs of orbits, or the error that says what to name."""
+    if not result.orbits:
+        raise _missing(figure, "orbits", "'orbits'")
+    return result.orbits
+
+
+def domains_of(result: Drawable, figure: str) -> Mapping[str, "AttractingDomain"]:
+    """The attracting domains by name, or the error that says what to name."""
+    if not result.domains:
+        raise _missing(figure, "attracting domains", "'domains'")
+    return result.domains
+
+
+def second_iterate_of(result: Drawable, figure: str) -> "SecondIterate":
+    """The second iterate, or the error that says what to name."""
+    if result.second_iterate is None:
+        raise _missing(figure, "a second-iterate map", "'second_iterate'")
+    return result.second_iterate
+
+
+def position(coordinates: Sequence[str], coordinate: str) -> int:
+    """The place of a coordinate's name among the system's, or an error that lists them."""
+    if coordinate not in coordinates:
+        raise NsmapsError(f"there is no coordinate {coordinate!r}; accepted: {', '.join(coordinates)}")
+    return list(coordinates).index(coordinate)

@@ -1,0 +1,63 @@
+"""Second-iterate maps against the diagonal, whose fixed points bound the domain: fig. highorderiterate."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.exact.impacts import Floats
+from nsmaps.figures.lines import diagonal, window
+from nsmaps.figures.needs import Drawable, domains_of, position, second_iterate_of
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import BLUE, ORANGE, bare, dress, symbol
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """One sheet: the second and the last update as rows, coordinates as columns."""
+    domain = _domain(result)
+    last = len(domain.updates) - 1
+    rows = sorted({min(1, last), last})
+    panels = tuple(partial(second_iterate, result, coordinate=c, update=u) for u in rows for c in domain.coordinates)
+    return (Sheet("second_iterate", panels, len(domain.coordinates), (6.3, 4.3)),)
+
+
+def second_iterate(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1) -> Axes:
+    """One coordinate two steps on, at one update of the auxiliary maps, by position (eq. auxv2nd, auxphi2nd).
+
+    The lower map of the upper one has the fixed point p, the upper of the lower one q. At the last update the polynomial
+    of eq. seconditerativev is dashed over them, for the coordinate that it is of.
+    """
+    polynomial, domain = second_iterate_of(result, "second_iterate"), _domain(result)
+    i = position(domain.coordinates, coordinate or domain.coordinates[0])
+    name, step = domain.coordinates[i], domain.updates[update]
+    x, lower, upper = (getattr(step.envelopes[i], part) for part in ("x", "lower", "upper"))
+    ax.plot(x, _after(x, lower, upper), color=BLUE, lw=2.2, label="lower of upper map")
+    ax.plot(x, _after(x, upper, lower), color=ORANGE, lw=2.2, label="upper of lower map")
+    if str(polynomial.variable) == name and step is domain.updates[-1]:
+        values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
+        ax.plot(x, values, color="black", lw=1.6, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
+    if step.trapped:
+        text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
+        ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.6, ms=13, zorder=5, label=text)
+    diagonal(ax, x[0], x[-1])
+    bottom, top = window(x[0], x[-1], np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines]), 1.0)
+    margin = 0.03 * (top - bottom)
+    ax.set_ylim(bottom - margin, top + margin)
+    ax.set_title(f"{domain.of}, update {step.number}" + ("" if step.trapped else ", not trapped"))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.8)
+    return dress(ax, (name, "k"), (name, "k+2"))
+
+
+def _domain(result: Drawable) -> "AttractingDomain":
+    """The domain between whose bounds the study takes the second iterate."""
+    second_iterate_of(result, "second_iterate")
+    return domains_of(result, "second_iterate")[result.study.second_iterate.domain]
+
+
+def _after(x: Floats, second: Floats, first: Floats) -> Floats:
+    """The second curve of the first, both given at x, shape (m,); NaN where the first leads out of x."""
+    return np.asarray(np.interp(first, x, second, left=np.nan, right=np.nan))

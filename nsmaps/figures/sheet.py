@@ -1,0 +1,57 @@
+"""A sheet: panels that are laid out on one page and saved as one file, without pyplot and so without global state."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from nsmaps.figures.style import STYLE
+
+Panel = Callable[[Axes], Axes]
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """Panels of one figure in rows, each drawn by a function on an Axes of its own."""
+
+    name: str  #: of the file, without suffix
+    panels: tuple[Panel, ...]
+    columns: int
+    panel: tuple[float, float] = (5.0, 4.0)  #: width and height of a panel, inches
+    projection: str | None = None  #: "3d" for surfaces
+    title: str = ""
+
+    def figure(self) -> Figure:
+        """The figure with every panel drawn and lettered (a), (b), ... where there are several."""
+        rows = -(-len(self.panels) // self.columns)
+        size = self.panel[0] * self.columns, self.panel[1] * rows
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        for number, panel in enumerate(self.panels):
+            ax = figure.add_subplot(rows, self.columns, number + 1, projection=self.projection)
+            panel(ax)
+            if len(self.panels) > 1:
+                ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
+        if self.title:
+            figure.suptitle(self.title, fontsize=12)
+        return figure
+
+    def save(self, folder: Path, formats: Sequence[str], dpi: float) -> list[Path]:
+        """The files written, one a format; the figure is drawn in the style of the package and then let go."""
+        paths = [folder / f"{self.name}.{suffix}" for suffix in formats]
+        with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+            figure = self.figure()
+            for path in paths:
+                figure.savefig(path, dpi=dpi)
+            figure.clear()
+        return paths
+
+
+def _letter(number: int) -> str:
+    """a ... z, then aa, ab, ..."""
+    high, low = divmod(number, 26)
+    return (_letter(high - 1) if high else "") + chr(ord("a") + low)

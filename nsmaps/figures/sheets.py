@@ -1,0 +1,18 @@
+"""The figures by name: what to draw for a result, as sheets."""
+
+from collections.abc import Callable, Mapping
+
+from nsmaps.figures import cobweb, domain_size, envelopes, orbits, projections, second_iterate, surfaces, words
+from nsmaps.figures.needs import Drawable
+from nsmaps.figures.sheet import Sheet
+
+SHEETS: Mapping[str, Callable[[Drawable], tuple[Sheet, ...]]] = {
+    "words": words.sheets,
+    "surfaces": surfaces.sheets,
+    "projections": projections.sheets,
+    "orbits": orbits.sheets,
+    "cobweb": cobweb.sheets,
+    "envelopes": envelopes.sheets,
+    "domain_size": domain_size.sheets,
+    "second_iterate": second_iterate.sheets,
+}

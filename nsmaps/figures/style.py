@@ -1,0 +1,153 @@
+"""How figures look: one palette that colour-blind readers can tell apart (Okabe and Ito), one type, one way to label.
+
+Colours follow the paper: words BB black and BTB magenta, exact orbits orange and composite orbits green, upper maps blue.
+"""
+
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.colors import to_rgb
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+
+from nsmaps.exact.impacts import Angle
+
+BLACK, MAGENTA, BLUE, ORANGE, GREEN = "#000000", "#CC79A7", "#0072B2", "#E69F00", "#009E73"
+SKY, YELLOW, RED, GREY, OLIVE = "#56B4E9", "#F0E442", "#D55E00", "#7F7F7F", "#8A8000"
+_FAMILIES = (BLACK, MAGENTA, YELLOW, SKY, GREEN, BLUE, ORANGE, RED)
+_PIECES = (GREY, GREEN, SKY, RED, OLIVE, MAGENTA, BLUE, ORANGE)
+_PI_STEPS = (np.pi, np.pi / 2, np.pi / 4, np.pi / 6, np.pi / 12)
+
+STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 11,
+    "mathtext.fontset": "dejavusans",
+    "axes.labelsize": 12,
+    "axes.titlesize": 11,
+    "axes.linewidth": 0.8,
+    "axes.grid": False,
+    "xtick.labelsize": 10,
+    "ytick.labelsize": 10,
+    "legend.fontsize": 9.5,
+    "legend.frameon": True,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "0.8",
+    "lines.linewidth": 1.4,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+    "figure.constrained_layout.w_pad": 0.09,
+    "figure.constrained_layout.h_pad": 0.09,
+}
+"""The settings of every drawn file; for `matplotlib.rc_context`, never written to matplotlib's own."""
+
+
+def tint(colour: str, amount: float = 0.65) -> tuple[float, float, float]:
+    """The colour mixed with this share of white."""
+    r, g, b = ((1 - amount) * part + amount for part in to_rgb(colour))
+    return r, g, b
+
+
+def family_colours(names: Sequence[str]) -> dict[str, str]:
+    """A colour a family, by the length of its word: two impacts black, three magenta, four yellow, as in the paper.
+
+    >>> family_colours(["BTB", "BB"]) == {"BTB": MAGENTA, "BB": BLACK}
+    True
+    """
+    chosen: dict[str, str] = {}
+    for name in names:
+        wish = max(len(name) - 2, 0)
+        slots = [_FAMILIES[(wish + k) % len(_FAMILIES)] for k in range(len(_FAMILIES))]
+        chosen[name] = next((colour for colour in slots if colour not in chosen.values()), slots[0])
+    return chosen
+
+
+def piece_colours(names: Sequence[str], resets: Sequence[bool]) -> list[str]:
+    """A colour a piece: R1, R2, ... have those of fig. glosmallic, every reset is white, others take what is left.
+
+    >>> piece_colours(["reset", "R2", "mine"], [True, False, False]) == ["#FFFFFF", GREEN, ORANGE]
+    True
+    """
+    numbers = [re.fullmatch(r"R_?(\d+)", name) for name in names]
+    own = {k: (int(found[1]) - 1) % len(_PIECES) for k, found in enumerate(numbers) if found and not resets[k]}
+    free = [slot for slot in reversed(range(len(_PIECES))) if slot not in own.values()] or [0]
+    rest = [k for k, reset in enumerate(resets) if k not in own and not reset]
+    own |= {k: free[n % len(free)] for n, k in enumerate(rest)}
+    return [_PIECES[own[k]] if k in own else "#FFFFFF" for k in range(len(names))]
+
+
+def piece_label(name: str) -> str:
+    r"""The name of a piece as the paper writes it.
+
+    >>> piece_label("R1+"), piece_label("reset")
+    ('$\\mathcal{R}_{1}^+$', 'reset')
+    """
+    found = re.fullmatch(r"R_?(\d+)(\+?)", name)
+    return rf"$\mathcal{{R}}_{{{found[1]}}}{'^+' if found[2] else ''}$" if found else name
+
+
+def bare(name: str) -> str:
+    r"""A name in mathematical type without its dollars.
+
+    >>> bare("phi"), bare("v"), bare("speed")
+    ('\\phi', 'v', '\\mathrm{speed}')
+    """
+    if re.fullmatch(r"alpha|beta|gamma|delta|eta|theta|phi|psi|xi|omega|tau|chi", name):
+        return rf"\{name}"
+    return str(name) if len(name) == 1 else rf"\mathrm{{{name}}}".replace("_", r"\_")
+
+
+def symbol(name: str, index: str = "") -> str:
+    r"""A coordinate in mathematical type, with an index such as the step.
+
+    >>> symbol("phi", "k+1"), symbol("v")
+    ('$\\phi_{k+1}$', '$v$')
+    """
+    return f"${bare(name)}_{{{index}}}$" if index else f"${bare(name)}$"
+
+
+def unit(coordinate: str) -> str:
+    """`rad` of an angle, else `dimensionless`: the systems are scaled."""
+    return "rad" if isinstance(coordinate, Angle) else "dimensionless"
+
+
+def label(coordinate: str, step: str = "") -> str:
+    """The text of an axis: symbol and unit."""
+    return f"{symbol(coordinate, step)} ({unit(coordinate)})"
+
+
+def _in_pi(value: float, _: object = None) -> str:
+    part = Fraction(value / np.pi).limit_denominator(24)
+    top, bottom = part.numerator, part.denominator
+    if not top:
+        return "0"
+    sign, head = "-" if top < 0 else "", r"\pi" if abs(top) == 1 else rf"{abs(top)}\pi"
+    return f"${sign}{head}$" if bottom == 1 else f"${sign}{head}/{bottom}$"
+
+
+def angle_ticks(axis: Axis, span: float) -> None:
+    """Ticks at fractions of pi where two or more fall on an axis that spans so many radians; plain radians on a shorter one."""
+    step = next((s for s in _PI_STEPS if span / s >= 2.5), None)
+    if step is not None:
+        axis.set_major_locator(MultipleLocator(step))
+        axis.set_major_formatter(FuncFormatter(_in_pi))
+
+
+def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
+    """Labels with units on both axes, each given as (coordinate, step), and ticks in pi on angles; after the data."""
+    ax.set_xlabel(label(*x))
+    ax.set_ylabel(label(*y))
+    spans = [float(np.ptp(limits)) for limits in (ax.get_xlim(), ax.get_ylim())]
+    for axis, coordinate, span in ((ax.xaxis, x[0], spans[0]), (ax.yaxis, y[0], spans[1])):
+        if isinstance(coordinate, Angle):
+            angle_ticks(axis, max(spans) if x[0] == y[0] else span)
+        if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
+            axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))  # few, for the many digits of a small domain
+            axis.get_major_formatter().set_useOffset(False)  # type: ignore[attr-defined]
+    return ax

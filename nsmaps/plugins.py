@@ -1,0 +1,151 @@
+"""The systems that are installed: packages that registered themselves under the entry-point group `nsmaps.systems`.
+
+A name is found without importing anything; a class is imported when it is asked for. A package ships studies as YAML
+files in its folder `studies/`; the study `studies/fp.yaml` of the system `vi_pair` is called `vi_pair/fp`.
+"""
+
+import hashlib
+import sys
+import warnings
+from importlib.machinery import ModuleSpec
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nsmaps.errors import SystemDefinitionError, UnknownSystemError, near_match
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+GROUP = "nsmaps.systems"
+
+
+def system_names() -> list[str]:
+    """The names of the installed systems in order, without importing any."""
+    return sorted({entry.name for entry in entry_points(group=GROUP)})
+
+
+def systems() -> "dict[str, type[ImpactSystem]]":
+    """Every installed system, name -> class.
+
+    A package that fails to import is named in a warning and left out. Raises SystemDefinitionError when two packages
+    give one name.
+    """
+    found = {}
+    for name in system_names():
+        entry = entry_of(name)
+        try:
+            found[name] = _imported(entry)
+        except SystemDefinitionError as error:
+            warnings.warn(str(error), stacklevel=2)
+    return found
+
+
+def system_class(name: str) -> "type[ImpactSystem]":
+    """The class of an installed system, or of one in a file: `path/to/mine.py:Class`.
+
+    Raises UnknownSystemError for a name that is not installed, SystemDefinitionError when its package fails to import
+    or when two packages give this name.
+    """
+    return _from_file(*_split(name)) if is_file(name) else _imported(entry_of(name))
+
+
+def load_system(name: str, **parameters: Any) -> "ImpactSystem":
+    """The system of this name with these parameters, validated.
+
+    Errors as `system_class`, and pydantic's ValidationError (a ValueError) for a parameter that is not accepted.
+    """
+    return system_class(name)(**parameters)
+
+
+def study_files(name: str) -> dict[str, Path]:
+    """The studies that the package of an installed system ships, stem -> path, without importing the package."""
+    spec = find_spec(entry_of(name).module.partition(".")[0])
+    places = (spec.submodule_search_locations or []) if spec else []
+    files = [path for place in places for path in Path(place, "studies").glob("*.yaml")]
+    return {path.stem: path for path in sorted(files)}
+
+
+def study_names() -> list[str]:
+    """Every study of every installed system, as `system/stem`, without importing any."""
+    clear = [name for name in system_names() if len(_entries(name)) == 1]
+    return [f"{name}/{stem}" for name in clear for stem in study_files(name)]
+
+
+def entry_of(name: str) -> EntryPoint:
+    """The one entry point of this name; errors as `system_class`."""
+    found = _entries(name)
+    if not found:
+        known = system_names()
+        raise UnknownSystemError(
+            f"no system {name!r} is installed; installed: {', '.join(known) or 'none'}; "
+            f"a file's class is accepted too, as path/to/mine.py:Class{near_match(name, known)}"
+        )
+    if len(found) > 1:
+        owners = " and ".join(sorted(owner_of(entry) for entry in found))
+        raise SystemDefinitionError(f"the system {name!r} is given by {owners}; uninstall one of them")
+    return found[0]
+
+
+def owner_of(entry: EntryPoint) -> str:
+    """The package that registered an entry point, with its version."""
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unnamed package"
+
+
+def is_file(name: str) -> bool:
+    """Whether the name means a class in a file: `path/to/mine.py:Class`."""
+    return _split(name)[0].endswith(".py")
+
+
+def _entries(name: str) -> list[EntryPoint]:
+    return list(entry_points(group=GROUP, name=name))
+
+
+def _imported(entry: EntryPoint) -> "type[ImpactSystem]":
+    """The entry point's class. Whatever a stranger's module raises at import is told as one line, with its owner."""
+    try:
+        return _checked(entry.load(), entry.value)
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise SystemDefinitionError(f"plugin {entry.name!r} of {owner_of(entry)} failed to import: {reason}") from error
+
+
+def _checked(found: object, where: str) -> "type[ImpactSystem]":
+    from nsmaps.exact.system import ImpactSystem
+
+    if isinstance(found, type) and issubclass(found, ImpactSystem):
+        return found
+    raise SystemDefinitionError(f"{where} is no system; a class that inherits from nsmaps.ImpactSystem is accepted")
+
+
+def _split(name: str) -> tuple[str, str]:
+    path, _, attribute = name.rpartition(":")
+    return path, attribute
+
+
+def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
+    """The class of a file. Its module's name holds a hash of the file, so an edited file is a new module."""
+    file = Path(path).expanduser().resolve()
+    if not file.is_file():
+        raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; accepted: path/to/mine.py:Class")
+    name = f"{file.stem}_{hashlib.sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
+    if name not in sys.modules:
+        spec = spec_from_file_location(name, file)
+        assert spec is not None, "a .py file always has a loader"
+        _execute(spec, path)
+    members = vars(sys.modules[name])
+    if attribute not in members:
+        raise UnknownSystemError(f"{path} has no class {attribute!r}{near_match(attribute, members)}")
+    return _checked(members[attribute], f"{path}:{attribute}")
+
+
+def _execute(spec: ModuleSpec, path: str) -> None:
+    """Run a file as a module that can be imported again by its name, or leave no trace of it."""
+    assert spec.loader is not None, "a .py file always has a loader"
+    module = sys.modules[spec.name] = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[spec.name]
+        raise SystemDefinitionError(f"{path} failed to import: {type(error).__name__}: {error}") from error

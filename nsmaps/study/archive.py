@@ -1,0 +1,126 @@
+"""The folder of a run: study.yaml (as resolved), result.json (numbers, verdicts, versions) and arrays.npz.
+
+Figures are redrawn from the arrays as they were computed, never from a second run. Every file appears whole or not at
+all, result.json last.
+"""
+
+import json
+import os
+import platform
+import tempfile
+from contextlib import suppress
+from dataclasses import asdict, replace
+from importlib.metadata import PackageNotFoundError, version
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ruamel.yaml import YAML
+
+from nsmaps.errors import NsmapsError
+from nsmaps.plugins import entry_of, is_file, owner_of
+from nsmaps.study.reader import read_study
+from nsmaps.study.result import StudyResult, Verdict
+from nsmaps.study.spec import Study
+from nsmaps.study.steps import second_iterate_of
+from nsmaps.study.summary import numbers
+from nsmaps.study.tree import Arrays, decode, encode
+
+FORMAT = 1
+KEPT = ("returns", "surfaces", "diagonal", "orders", "composite", "coverage", "orbits", "domains")
+PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")
+
+
+def versions() -> dict[str, str]:
+    """The versions of Python, of nsmaps and of what it is built on, without importing any of them."""
+    found = {"python": platform.python_version(), "platform": platform.platform()}
+    for package in PACKAGES:
+        with suppress(PackageNotFoundError):
+            found[package] = version(package)
+    return found
+
+
+def versions_of(system: str) -> dict[str, str]:
+    """The versions, and the package that gives a system, or the system's file."""
+    given_by = system if is_file(system) else owner_of(entry_of(system))
+    return {**versions(), "system": given_by}
+
+
+def resolved(study: Study) -> str:
+    """The study as YAML with every number worked out; it reads back as the same study."""
+    text = StringIO()
+    yaml = YAML()
+    yaml.default_flow_style = None
+    yaml.width = 120
+    yaml.dump(study.model_dump(mode="json", by_alias=True, exclude_defaults=True), text)
+    return text.getvalue()
+
+
+def write(result: StudyResult, folder: Path) -> None:
+    """Write a result's files to a folder, which is made if it is not there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "result.json").unlink(missing_ok=True)
+    arrays: Arrays = {}
+    objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
+    packed = BytesIO()
+    np.savez(packed, allow_pickle=False, **arrays)
+    _replace(folder / "study.yaml", resolved(result.study).encode())
+    _replace(folder / "arrays.npz", packed.getvalue())
+    _replace(folder / "result.json", json.dumps(_record(result) | {"objects": objects}, indent=1).encode())
+
+
+def _record(result: StudyResult) -> dict[str, Any]:
+    """What result.json says to a reader."""
+    return {
+        "format": FORMAT,
+        "study": result.study.name,
+        "title": result.study.title,
+        "finished": result.finished,
+        "holds": result.holds,
+        "verdicts": [asdict(verdict) for verdict in result.verdicts],
+        "system": {"name": result.study.system, "parameters": result.system.parameters},
+        "numbers": numbers(result),
+        "timings": result.timings,
+        "versions": result.versions,
+    }
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Write a file beside its place and move it there at once."""
+    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.chmod(beside, 0o644)
+        os.replace(beside, path)
+    except BaseException:
+        os.unlink(beside)
+        raise
+
+
+def read_result(folder: str | os.PathLike[str]) -> StudyResult:
+    """The result of a run from its folder; its second iterate is expanded again from the coefficients kept.
+
+    Raises NsmapsError when the folder holds no finished result or one of another format.
+    """
+    place = Path(folder)
+    if not (place / "result.json").is_file():
+        raise NsmapsError(f"{place} holds no result.json; accepted: a folder that `nsmaps run` wrote")
+    record = json.loads((place / "result.json").read_text(encoding="utf-8"))
+    if record.get("format") != FORMAT:
+        raise NsmapsError(f"{place / 'result.json'} has format {record.get('format')!r}; accepted: {FORMAT}")
+    study = read_study(place / "study.yaml", record["study"])
+    with np.load(place / "arrays.npz", allow_pickle=False) as arrays:
+        loaded = {name: arrays[name] for name in arrays.files}
+    result = StudyResult(
+        study,
+        study.system_object(),
+        verdicts=tuple(Verdict(**verdict) for verdict in record["verdicts"]),
+        timings=record["timings"],
+        versions=record["versions"],
+        finished=record["finished"],
+        **{name: decode(value, loaded) for name, value in record["objects"].items()},
+    )
+    again = study.second_iterate is not None and result.finished
+    return replace(result, second_iterate=second_iterate_of(result)) if again else result

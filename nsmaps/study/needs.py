@@ -1,0 +1,82 @@
+"""What each section of a study needs: other sections, and names that were given elsewhere in it."""
+
+from collections.abc import Iterator
+
+from nsmaps.study.source import Loc
+from nsmaps.study.spec import PieceSection, Study
+
+DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals
+FIGURE_NEEDS = {
+    "words": ("grid", "families"),
+    "surfaces": ("grid", "families"),
+    "projections": ("grid", "families"),
+    "orbits": ("orbits",),
+    "cobweb": ("grid", "families", "composite", "orbits"),
+    "envelopes": ("domains",),
+    "domain_size": ("domains",),
+    "second_iterate": ("second_iterate",),
+}
+
+
+def check_needs(study: Study) -> None:
+    """A StudyError at the first section whose need the study does not name."""
+    for loc, what, section in _needs(study):
+        if not study.names(section):
+            raise study.source.error(loc, f"{what} needs the section {section!r}, which is missing")
+
+
+def check_names(study: Study) -> None:
+    """A StudyError at the first name that refers to nothing, or that is given twice."""
+    source = study.source
+    fitted = [piece.name for piece in study.composite if piece.fit]
+    _once(study, "composite", [piece.name for piece in study.composite])
+    _once(study, "domains", [domain.name for domain in study.domains])
+    if study.diagonal:
+        source.known(("diagonal", "family"), study.diagonal.family, study.families, "family")
+    for number, piece in enumerate(study.composite):
+        if piece.family is not None:
+            source.known(("composite", number, "family"), piece.family, study.families, "family")
+        if piece.data == DIAGONAL and study.diagonal and piece.family != study.diagonal.family:
+            text = f"the section 'diagonal' is of the family {study.diagonal.family!r}, the piece of {piece.family!r}"
+            raise source.error(("composite", number, "data"), text)
+    for number, domain in enumerate(study.domains):
+        maps = ["exact", *(["composite"] if study.composite else []), *fitted]
+        source.known(("domains", number, "map"), domain.map, maps, "map")
+    if study.second_iterate:
+        of_pieces = [domain.name for domain in study.domains if domain.map in fitted]
+        source.known(("second_iterate", "domain"), study.second_iterate.domain, of_pieces, "domain of a fitted piece")
+
+
+def piece_named(study: Study, name: str) -> PieceSection:
+    """The piece of this name."""
+    return next(piece for piece in study.composite if piece.name == name)
+
+
+def _once(study: Study, section: str, names: list[str]) -> None:
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            loc = (section, number, "name")
+            raise study.source.error(loc, f"the name {name!r} is given twice; accepted: a name of its own for each")
+        if name in ("exact", "composite") and section == "composite":
+            raise study.source.error((section, number, "name"), f"a piece cannot be called {name!r}: that is a map")
+
+
+def _needs(study: Study) -> Iterator[tuple[Loc, str, str]]:
+    """Every need as (where it arises, what has it, the section it is for)."""
+    if study.families:
+        yield ("families",), "'families'", "grid"
+    if study.diagonal:
+        yield ("diagonal",), "'diagonal'", "families"
+    for number, piece in enumerate(study.composite):
+        if piece.fit:
+            yield ("composite", number), f"the fit of the piece {piece.name!r}", "families"
+        if piece.data == DIAGONAL:
+            yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
+    if study.second_iterate:
+        yield ("second_iterate",), "'second_iterate'", "domains"
+    for number, figure in enumerate(study.figures):
+        for section in FIGURE_NEEDS[figure]:
+            yield ("figures", number), f"the figure {figure!r}", section
+    if "covered" in study.require:
+        for section in ("composite", "grid"):
+            yield ("require",), "the verdict 'covered'", section

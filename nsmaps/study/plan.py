@@ -1,0 +1,200 @@
+"""A study made ready: its system, grid, regions and fits as objects, or an error at the line that is wrong."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from nsmaps.errors import SystemDefinitionError, UnknownSystemError
+from nsmaps.exact.family import WordFamily
+from nsmaps.exact.impacts import Floats, encode
+from nsmaps.exact.surface import Axis, Grid
+from nsmaps.plugins import system_class
+from nsmaps.reduced.condition import as_number
+from nsmaps.reduced.diagonal import Diagonal
+from nsmaps.reduced.polyfit import Full, PolyFit, Separable
+from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.study.needs import DIAGONAL, check_names, check_needs
+from nsmaps.study.source import Loc
+from nsmaps.study.spec import Bounds, FitSection, PieceSection, Span, Study
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PiecePlan:
+    """One piece of the composite map to be: its region, and the family and fit of its map, or its reset."""
+
+    name: str
+    region: Region
+    family: str | None
+    fit: PolyFit | None
+    data: Where | None  #: what the fit is made from; None is the region, or the states near the diagonals
+    near_diagonals: bool  #: whether the fit is made from the states near the diagonals
+    reset: dict[str, float] | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """The objects that a study describes, checked against its system; nothing is computed yet."""
+
+    study: Study
+    system: "ImpactSystem"
+    grid: Grid | None
+    families: dict[str, WordFamily]
+    diagonal: Diagonal | None
+    diagonal_grid: Grid | None
+    orders: dict[str, PolyFit]
+    pieces: tuple[PiecePlan, ...]
+    starts: tuple[Floats, ...]  #: each of shape (n,)
+    boxes: dict[str, Box]  #: the start boxes of the domains, by name
+
+
+def prepare(study: Study) -> Plan:
+    """The study's objects, or a StudyError at the first line that does not fit the system or the rest of the study."""
+    return _Maker(study, _system(study)).plan()
+
+
+def _system(study: Study) -> "ImpactSystem":
+    source = study.source
+    try:
+        cls = system_class(study.system)
+    except (UnknownSystemError, SystemDefinitionError) as error:
+        raise source.error(("system",), str(error)) from error
+    texts = set(cls.model_fields) - set(cls.parameter_names())  # fields that are no numbers: a choice, a switch
+    for name in [name for name in study.parameters if name not in texts]:
+        with source.located(("parameters", name)):
+            as_number(study.parameters[name])
+    with source.located(("parameters",) if study.parameters else ("system",), cls):
+        return study.system_object()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Maker:
+    """What turns sections into objects for one system."""
+
+    study: Study
+    system: "ImpactSystem"
+
+    def plan(self) -> Plan:
+        study = self.study
+        check_names(study)
+        check_needs(study)
+        return Plan(
+            study=study,
+            system=self.system,
+            grid=self.grid(("grid",), study.grid),
+            families={name: self.family(name, words) for name, words in study.families.items()},
+            diagonal=self.diagonal(),
+            diagonal_grid=self.grid(("diagonal", "grid"), study.diagonal.grid) if study.diagonal else None,
+            orders=self.orders(),
+            pieces=tuple(self.piece(number, piece) for number, piece in enumerate(study.composite)),
+            starts=tuple(self.start(number, orbit.start) for number, orbit in enumerate(study.orbits)),
+            boxes={d.name: self.box(("domains", k, "box"), d.box) for k, d in enumerate(study.domains)},
+        )
+
+    def grid(self, loc: Loc, spans: Mapping[str, Span] | None) -> Grid | None:
+        if spans is None:
+            return None
+        axes = {}
+        for name, span in self.every_coordinate(loc, spans).items():
+            with self.study.source.located((*loc, name), Span, low="from", high="to"):
+                axes[name] = Axis(low=span.low, high=span.high, points=span.points)
+        return Grid(axes=axes)
+
+    def family(self, name: str, words: Sequence[str]) -> WordFamily:
+        walls = self.system.wall_names
+        for number, word in enumerate(words):
+            loc = ("families", name, number)
+            with self.study.source.located(loc):
+                encode(word, walls)
+            if not (word.startswith(walls[0]) and len(word) > 1):
+                accepted = f"accepted: words that begin on the base wall {walls[0]!r} and end on it or in its release"
+                raise self.study.source.error(loc, f"the word {word!r} is no return; {accepted}")
+        with self.study.source.located(("families", name), WordFamily):
+            return WordFamily(name=name, words=tuple(words))
+
+    def diagonal(self) -> Diagonal | None:
+        section, source = self.study.diagonal, self.study.source
+        if section is None:
+            return None
+        if section.grid is None and self.study.grid is None:
+            text = "'diagonal' needs a grid: its own, or the section 'grid', which is missing"
+            raise source.error(("diagonal",), text)
+        if section.sweep:
+            self.swept_values(section.sweep.parameter, (section.sweep.low, section.sweep.high))
+        within = None if section.within is None else self.where(("diagonal", "within"), section.within)
+        with source.located(("diagonal",), Diagonal):
+            return Diagonal(delta=section.delta, slope=section.slope, within=within)
+
+    def swept_values(self, parameter: str, ends: tuple[float, float]) -> None:
+        """Both ends of the sweep must be values that the system accepts."""
+        source, loc = self.study.source, ("diagonal", "sweep")
+        source.known((*loc, "parameter"), parameter, self.system.parameters, "parameter")
+        for key, value in zip(("from", "to"), ends, strict=True):
+            with source.located(loc, type(self.system), **{parameter: key}):
+                self.system.at(**{parameter: value})
+
+    def orders(self) -> dict[str, PolyFit]:
+        section = self.study.diagonal
+        orders = section.orders if section else {}
+        return {name: self.fit(("diagonal", "orders", name), order) for name, order in orders.items()}
+
+    def piece(self, number: int, piece: PieceSection) -> PiecePlan:
+        loc: Loc = ("composite", number)
+        region = self.region(loc, piece)
+        fit = self.fit((*loc, "fit"), piece.fit) if piece.fit else None
+        reset = None if piece.reset is None else self.some_coordinates((*loc, "reset"), piece.reset)
+        near = piece.data == DIAGONAL
+        data = None if piece.data is None or near else self.where((*loc, "data"), piece.data)
+        return PiecePlan(piece.name, region, piece.family, fit, data, near, reset)
+
+    def region(self, loc: Loc, piece: PieceSection) -> Region:
+        if piece.box is not None:
+            return self.box((*loc, "box"), piece.box)
+        return self.where((*loc, "where"), piece.where or "")
+
+    def fit(self, loc: Loc, section: FitSection) -> PolyFit:
+        for key in ("separable", "along"):
+            if getattr(section, key) is not None:
+                self.every_coordinate((*loc, key), getattr(section, key))
+        for number, name in enumerate(section.absolute):
+            self.study.source.known((*loc, "absolute", number), name, self.system.coordinates, "coordinate")
+        if section.full is not None:
+            by_output = any(isinstance(degree, dict) for degree in section.full.values())
+            (self.every_coordinate if by_output else self.some_coordinates)((*loc, "full"), section.full)
+            with self.study.source.located(loc, FitSection, degrees="full"):
+                return Full(degrees=section.full, absolute=section.absolute)
+        with self.study.source.located(loc, FitSection, degrees="separable"):
+            return Separable(degrees=section.separable or {}, along=section.along, absolute=section.absolute)
+
+    def start(self, number: int, start: Mapping[str, float]) -> Floats:
+        return np.array(list(self.every_coordinate(("orbits", number, "start"), start).values()), float)
+
+    def box(self, loc: Loc, bounds: Bounds) -> Box:
+        ordered = self.every_coordinate(loc, bounds)
+        with self.study.source.located(loc, Box, bounds=""):
+            return Box(coordinates=self.system.coordinates, bounds=ordered)
+
+    def where(self, loc: Loc, text: str) -> Where:
+        with self.study.source.located(loc, Where, text=""):
+            return Where(text=text, coordinates=self.system.coordinates)
+
+    def every_coordinate(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
+        """The values in the order of the system's coordinates, each of which must be there."""
+        self.some_coordinates(loc, values)
+        missing = [name for name in self.system.coordinates if name not in values]
+        if missing:
+            accepted = ", ".join(self.system.coordinates)
+            raise self.study.source.error(loc, f"the coordinate {missing[0]!r} is missing; accepted: all of {accepted}")
+        return {name: values[name] for name in self.system.coordinates}
+
+    def some_coordinates(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
+        """The values, if every key is a coordinate of the system."""
+        for name in values:
+            self.study.source.known((*loc, name), name, self.system.coordinates, "coordinate", key=True)
+        return dict(values)

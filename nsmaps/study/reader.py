@@ -1,0 +1,105 @@
+"""From a file to a study, or to an error that says file, line, column, what is accepted and a near match."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from nsmaps.errors import NsmapsError, StudyError, near_match
+from nsmaps.plugins import is_file, study_files, study_names
+from nsmaps.study.plan import prepare
+from nsmaps.study.source import Source
+from nsmaps.study.spec import Study, name_of
+
+
+def load_study(name: str | os.PathLike[str]) -> Study:
+    """The study of a YAML file, or one that an installed system ships, by its name: `vi_pair/fp`.
+
+    Raises StudyError, one line a complaint, for a study that cannot be run.
+    """
+    path, asked = Path(name), os.fspath(name)
+    study = read_study(path, name_of(path)) if path.is_file() else read_study(_shipped(asked), asked)
+    prepare(study)
+    return study
+
+
+def read_study(path: Path, name: str) -> Study:
+    """The study of a file by its grammar alone; `name` is used where the file gives none."""
+    source = Source(os.fspath(path), _parsed(path))
+    data = _plain(source.root)
+    data.setdefault("name", name)
+    if isinstance(data.get("system"), str):
+        data["system"] = _found_from(path, data["system"])
+    try:
+        return Study.model_validate(data, context=source)
+    except ValidationError as error:
+        raise source.translate(error, (), Study, {}) from error
+
+
+def _parsed(path: Path) -> CommentedMap:
+    """The file as ruamel's tree, which knows the line and column of every key."""
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    try:
+        root = yaml.load(path.read_text(encoding="utf-8"))
+    except UnicodeDecodeError as error:
+        raise StudyError(f"{path}:1:1: not text in UTF-8: {error}") from error
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        problem = str(error.problem or error.context).splitlines()[0]
+        raise StudyError(f"{path}:{line}:{column}: {_in_words(problem)}") from error
+    except YAMLError as error:
+        raise StudyError(f"{path}:1:1: not readable as YAML: {str(error).splitlines()[0]}") from error
+    if not isinstance(root, CommentedMap):
+        raise StudyError(f"{path}:1:1: a study is a mapping of sections; accepted: {', '.join(Study.model_fields)}")
+    return root
+
+
+def _in_words(problem: str) -> str:
+    """Ruamel's complaint; the one about a key given twice without the values it quotes."""
+    if problem.startswith("found duplicate key"):
+        key = problem.removeprefix("found duplicate key").split(" with value")[0].strip().strip("\"'")
+        return f"the key {key!r} is given twice; accepted: each key once"
+    return f"not readable as YAML: {problem}"
+
+
+def _plain(node: Any) -> Any:
+    """Ruamel's tree as plain dicts, lists and scalars."""
+    if isinstance(node, CommentedMap):
+        return {key: _plain(value) for key, value in node.items()}
+    if isinstance(node, CommentedSeq):
+        return [_plain(value) for value in node]
+    for kind in (bool, int, float, str):
+        if isinstance(node, kind):
+            return kind(node)
+    return node
+
+
+def _found_from(path: Path, system: str) -> str:
+    """A system in a file is sought from the study's folder first; its path is made absolute, so that it stays found."""
+    if not is_file(system):
+        return system
+    file, _, attribute = system.rpartition(":")
+    beside = path.parent / file
+    return f"{(beside if beside.is_file() else Path(file)).resolve()}:{attribute}"
+
+
+def _shipped(name: str) -> Path:
+    """The file of an installed study, or the errors that list what there is."""
+    system, _, stem = name.rpartition("/")
+    try:
+        files = study_files(system) if system and not name.endswith((".yaml", ".yml")) else {}
+    except NsmapsError as error:
+        raise StudyError(f"no study {name!r}: {error}") from error
+    if stem not in files:
+        known = study_names()
+        raise StudyError(
+            f"no study {name!r}; accepted: the path of a YAML file, or one of {', '.join(known) or 'none installed'}"
+            f"{near_match(name, known)}"
+        )
+    return files[stem]

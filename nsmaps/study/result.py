@@ -1,0 +1,67 @@
+"""What a study's run answers."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.exact.impacts import Floats, Returns
+    from nsmaps.exact.surface import Surface
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.composite import CompositeMap, Coverage
+    from nsmaps.reduced.diagonal import DiagonalRegion
+    from nsmaps.reduced.polyfit import FitReport
+    from nsmaps.study.spec import Study
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One claim about one map, whether it holds, and the numbers it rests on."""
+
+    name: str  #: such as "domain fitted: trapped"
+    of: str  #: the map it speaks of, such as "fitted map R1" or "exact map"
+    holds: bool
+    required: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrbitPair:
+    """The orbits of one start: of the exact map and, if the study has one, of the composite map."""
+
+    start: "Floats"  #: shape (n,)
+    exact: "Orbit"
+    composite: "Orbit | None"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyResult:
+    """Everything a study named, as it was computed; what it did not name is None or empty."""
+
+    study: "Study"
+    system: "ImpactSystem"
+    returns: "Returns | None" = None  #: the first returns of every state of the grid, of any word and outcome
+    surfaces: "dict[str, Surface]" = field(default_factory=dict)
+    diagonal: "DiagonalRegion | None" = None
+    orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
+    composite: "CompositeMap | None" = None
+    coverage: "Coverage | None" = None  #: of the study's grid
+    orbits: tuple[OrbitPair, ...] = ()
+    domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
+    second_iterate: "SecondIterate | None" = None
+    verdicts: tuple[Verdict, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)  #: seconds, by what was computed
+    versions: dict[str, str] = field(default_factory=dict)
+    finished: bool = False  #: whether everything the study names was computed
+
+    @property
+    def domain(self) -> "AttractingDomain | None":
+        """The first of the domains."""
+        return next(iter(self.domains.values()), None)
+
+    @property
+    def holds(self) -> bool:
+        """Whether every required verdict holds."""
+        return all(verdict.holds for verdict in self.verdicts if verdict.required)

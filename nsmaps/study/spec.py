@@ -1,0 +1,204 @@
+"""What a study's file may say: frozen models, one a section, in which an unknown key is an error."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, PrivateAttr, Tag, model_validator
+
+from nsmaps.errors import NsmapsError
+from nsmaps.plugins import load_system
+from nsmaps.reduced.condition import Number, read_number
+from nsmaps.reduced.polyfit import Degree
+from nsmaps.study.source import Source
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+Bounds = dict[str, tuple[Number, Number]]
+FigureName = Literal["words", "surfaces", "projections", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate"]
+
+
+def _scalar(value: object) -> object:
+    """A number, a text that reads as one (`pi/3`), a switch, or a word; which of them fits is for the system to say."""
+    if isinstance(value, bool | int | float):
+        return value
+    if not isinstance(value, str):
+        raise ValueError("a parameter is one number, switch or word")
+    try:
+        return read_number(value)
+    except NsmapsError:
+        return value
+
+
+Parameter = Annotated[Any, AfterValidator(_scalar)]
+
+
+def _kind_of_degrees(value: object) -> str:
+    by_output = isinstance(value, dict) and any(isinstance(degree, dict) for degree in value.values())
+    return "[by output]" if by_output else "[same]"
+
+
+Degrees = Annotated[
+    Annotated[dict[str, Degree], Tag("[same]")] | Annotated[dict[str, dict[str, Degree]], Tag("[by output]")],
+    Discriminator(_kind_of_degrees),
+]  #: degree by coordinate, or that for each output; one reading is chosen, so that errors are those of what was meant
+
+
+def _one_of(given: dict[str, object], where: str) -> None:
+    """A ValueError unless exactly one of the given keys has a value."""
+    named = [name for name, value in given.items() if value is not None]
+    if len(named) != 1:
+        keys = " or ".join(repr(name) for name in given)
+        raise ValueError(f"{where} has {' and '.join(map(repr, named)) or 'neither'}; accepted: exactly one of {keys}")
+
+
+class Span(BaseModel):
+    """Equally spaced values of one coordinate or parameter, both ends included."""
+
+    model_config = SPEC
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    points: int = Field(ge=2)
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"from {self.low:g} to {self.high:g} is empty; accepted: 'from' below 'to'")
+        return self
+
+
+class Sweep(BaseModel):
+    """The values of the parameter over which the region near the diagonals is united (eq. r1uniond)."""
+
+    model_config = SPEC
+    parameter: str
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    points: int = Field(ge=2)
+
+
+class FitSection(BaseModel):
+    """The polynomial of a piece: `full` (eq. cubic2dv) or `separable` (remark separable), degrees by coordinate."""
+
+    model_config = SPEC
+    full: Degrees | None = None
+    separable: dict[str, Degree] | None = None
+    along: dict[str, Number] | None = None
+    absolute: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        _one_of({"full": self.full, "separable": self.separable}, "a fit")
+        if self.along is not None and self.separable is None:
+            raise ValueError("'along' chooses the curves of a separable fit; accepted: beside 'separable' only")
+        return self
+
+
+class DiagonalSection(BaseModel):
+    """The states whose image is near to them, united over a parameter (eq. r1uniond)."""
+
+    model_config = SPEC
+    family: str
+    delta: Number = Field(gt=1)
+    slope: Number | None = Field(None, gt=0)
+    within: str | None = None
+    sweep: Sweep | None = None
+    orders: dict[str, FitSection] = {}
+    grid: dict[str, Span] | None = None
+
+
+class PieceSection(BaseModel):
+    """One piece of the composite map: where it holds, and what it says there."""
+
+    model_config = SPEC
+    name: str
+    box: Bounds | None = None
+    where: str | None = None
+    family: str | None = None
+    fit: FitSection | None = None
+    data: str | None = None  #: a condition, or `diagonal`: what the fit is made from instead of the piece's region
+    reset: dict[str, Number] | None = None
+
+    @model_validator(mode="after")
+    def _one_region_one_map(self) -> Self:
+        _one_of({"box": self.box, "where": self.where}, f"the piece {self.name!r}")
+        _one_of({"fit": self.fit, "reset": self.reset}, f"the piece {self.name!r}")
+        if (self.family is None) != (self.fit is None):
+            raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
+        if self.data is not None and self.fit is None:
+            raise ValueError(f"the piece {self.name!r}: 'data' says what a fit is made from, and a reset is not fitted")
+        return self
+
+
+class OrbitSection(BaseModel):
+    """A start and how many returns to follow it, under the exact map and the composite map."""
+
+    model_config = SPEC
+    start: dict[str, Number]
+    returns: int = Field(ge=1)
+
+
+class DomainSection(BaseModel):
+    """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
+
+    model_config = SPEC
+    name: str
+    map: str
+    box: Bounds
+    updates: int = Field(11, ge=1)
+    grow: bool = False  #: start from the smallest box around this one that the map carries into itself
+    require: tuple[Literal["trapped", "settled"], ...] = ()
+
+
+class SecondIterateSection(BaseModel):
+    """The second iterate of the piece of one domain, between the bounds of its last box (eq. seconditerativev)."""
+
+    model_config = SPEC
+    domain: str
+
+
+class Study(BaseModel):
+    """One study: a system by name, its parameters, and what is to be computed of it.
+
+    It holds the system's name, not the system, so that it can be written to a file and read again.
+    """
+
+    model_config = SPEC
+    name: str = Field("study", pattern=r"^\w[\w .+-]*(/\w[\w .+-]*)*$")
+    title: str = ""
+    system: str
+    parameters: dict[str, Parameter] = {}
+    grid: dict[str, Span] | None = None
+    families: dict[str, tuple[str, ...]] = {}
+    diagonal: DiagonalSection | None = None
+    composite: tuple[PieceSection, ...] = ()
+    orbits: tuple[OrbitSection, ...] = ()
+    domains: tuple[DomainSection, ...] = ()
+    second_iterate: SecondIterateSection | None = None
+    figures: tuple[FigureName, ...] = ()
+    require: tuple[Literal["covered"], ...] = ()
+    _source: Source = PrivateAttr(default=Source())
+
+    def model_post_init(self, context: Any) -> None:
+        """Keep where the study was read from, for the errors found later."""
+        self._source = context if isinstance(context, Source) else Source(self.name)
+
+    @property
+    def source(self) -> Source:
+        """Where the study was read from."""
+        return self._source
+
+    def system_object(self) -> "ImpactSystem":
+        """The system with the study's parameters; errors as `load_system`."""
+        return load_system(self.system, **self.parameters)
+
+    def names(self, section: str) -> bool:
+        """Whether the study names a section."""
+        return bool(dict(self)[section])
+
+
+def name_of(path: Path) -> str:
+    """The name of a study that gives none: its file's stem, without characters that a folder cannot bear."""
+    return re.sub(r"[^\w.+-]+", "_", path.stem).lstrip(".+-") or "study"

@@ -1,0 +1,164 @@
+"""The steps of a study's run, in order: each answers a part of the result from the parts before it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.errors import FitError
+from nsmaps.exact.surface import Surface, sweep
+from nsmaps.reduced.composite import CompositeMap, Piece, build_composite
+from nsmaps.reduced.diagonal import attracting, diagonal_region
+from nsmaps.reduced.polyfit import compare_orders
+from nsmaps.reduced.region import Box
+from nsmaps.study.plan import PiecePlan, Plan
+from nsmaps.study.result import OrbitPair, StudyResult
+from nsmaps.study.spec import DiagonalSection, DomainSection, Study
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.reduced.polyfit import FitReport
+
+Parts = dict[str, Any]
+Step = Callable[[Plan, StudyResult], Parts]
+
+
+def _system(plan: Plan, result: StudyResult) -> Parts:
+    """The compiled map, made or fetched from its cache; alone, so that its time is not another step's."""
+    plan.system.first_return(np.empty((0, len(plan.system.coordinates))))
+    return {}
+
+
+def _surfaces(plan: Plan, result: StudyResult) -> Parts:
+    """Step i: every state's first return over the grid, and the surfaces of the families among them."""
+    assert plan.grid is not None
+    returns = plan.system.first_return(plan.grid.states())
+    members = {name: family.contains(returns) & returns.valid for name, family in plan.families.items()}
+    surfaces = {name: Surface(name, plan.grid, member, returns.select(member)) for name, member in members.items()}
+    return {"returns": returns, "surfaces": surfaces}
+
+
+def _diagonal(plan: Plan, result: StudyResult) -> Parts:
+    """Step ii: the region near the diagonals, united over a parameter, and the orders of polynomials compared.
+
+    Orders are compared on the states near the diagonals at the study's own parameters (fig. comparert, table TableDeltaErr).
+    """
+    section = plan.study.diagonal
+    assert section is not None
+    assert plan.diagonal is not None
+    with plan.study.source.located(("diagonal",)):
+        region = diagonal_region(plan.diagonal, _swept(plan, section))
+    orders: list[tuple[str, FitReport]] = []
+    if plan.orders:
+        own = result.surfaces[section.family]
+        if plan.diagonal_grid is not None:
+            own = plan.families[section.family].surface(plan.system, plan.diagonal_grid)
+        with plan.study.source.located(("diagonal", "orders")):
+            orders = compare_orders(own.restricted(attracting(plan.diagonal, own)), plan.orders)
+    return {"diagonal": region, "orders": tuple(orders)}
+
+
+def _swept(plan: Plan, section: DiagonalSection) -> list[tuple[float, Surface]]:
+    """The family's surface for each value of the swept parameter."""
+    grid, family = plan.diagonal_grid or plan.grid, plan.families[section.family]
+    assert grid is not None
+    if section.sweep is None:
+        return [(float("nan"), family.surface(plan.system, grid))]
+    values = np.linspace(section.sweep.low, section.sweep.high, section.sweep.points)
+    steps = sweep(plan.system, section.sweep.parameter, values, grid, [family])
+    return [(value, surfaces[section.family]) for value, surfaces in steps]
+
+
+def _composite(plan: Plan, result: StudyResult) -> Parts:
+    """Steps iv to vi: every piece fitted or reset; piece by piece, so that an error finds its line."""
+    pieces: list[Piece] = []
+    for number, piece in enumerate(plan.pieces):
+        with plan.study.source.located(("composite", number)):
+            pieces.append(_piece(plan, result, piece))
+    composite = CompositeMap(plan.system.coordinates, plan.system.wall_names, tuple(pieces))
+    return {"composite": composite, "coverage": composite.coverage(plan.grid) if plan.grid else None}
+
+
+def _piece(plan: Plan, result: StudyResult, piece: PiecePlan) -> Piece:
+    """One piece, fitted to its own data where the study says so and otherwise to all that its region holds."""
+    surfaces, data = result.surfaces, piece.data or piece.region
+    if piece.near_diagonals:
+        surfaces, data = _near_diagonals(plan, surfaces[piece.family or ""])
+    made = build_composite(plan.system.coordinates, plan.system.wall_names, surfaces, [replace(piece, region=data)]).pieces[0]
+    return replace(made, region=piece.region)
+
+
+def _near_diagonals(plan: Plan, surface: Surface) -> tuple[dict[str, Surface], Box]:
+    """The part of a surface that is near the diagonals at the study's own parameters, and its hull."""
+    assert plan.diagonal is not None
+    near = surface.restricted(attracting(plan.diagonal, surface))
+    if len(near.start) < 2:
+        raise FitError(f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid")
+    hull = np.stack([near.start.min(axis=0), near.start.max(axis=0)], axis=1)
+    return {surface.name: near}, Box.of(surface.coordinates, hull)
+
+
+def _orbits(plan: Plan, result: StudyResult) -> Parts:
+    """The orbits of every start under the exact map and under the composite map."""
+    from nsmaps.dynamics.orbit import orbit
+
+    pairs = []
+    for section, start in zip(plan.study.orbits, plan.starts, strict=True):
+        reduced = orbit(result.composite, start, section.returns) if result.composite else None
+        pairs.append(OrbitPair(start, orbit(plan.system, start, section.returns), reduced))
+    return {"orbits": tuple(pairs)}
+
+
+def _domains(plan: Plan, result: StudyResult) -> Parts:
+    """The attracting domains, each of the map that the study names for it."""
+    domains = {}
+    for number, section in enumerate(plan.study.domains):
+        with plan.study.source.located(("domains", number)):
+            domains[section.name] = _domain(plan, result, section)
+    return {"domains": domains}
+
+
+def _domain(plan: Plan, result: StudyResult, section: DomainSection) -> "AttractingDomain":
+    from nsmaps.auxiliary.domain import attracting_domain
+
+    pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
+    maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.composite}
+    of = f"fitted map {section.map}" if section.map in pieces else f"{section.map} map"
+    return attracting_domain(maps[section.map], plan.boxes[section.name].array, section.updates, grow=section.grow, of=of)
+
+
+def _second_iterate(plan: Plan, result: StudyResult) -> Parts:
+    with plan.study.source.located(("second_iterate",)):
+        return {"second_iterate": second_iterate_of(result)}
+
+
+def second_iterate_of(result: StudyResult) -> "SecondIterate":
+    """The second iterate of the first coordinate, between the last bounds of the second (eq. seconditerativev)."""
+    from nsmaps.auxiliary.iterate import second_iterate
+
+    section = result.study.second_iterate
+    assert section is not None
+    assert result.composite is not None
+    piece = next(domain.map for domain in result.study.domains if domain.name == section.domain)
+    polymap = next(p.map for p in result.composite.pieces if p.name == piece)
+    low, high = result.domains[section.domain].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
+    return second_iterate(polymap, float(low), float(high))
+
+
+STEPS: dict[str, Step] = {
+    "system": _system,
+    "surfaces": _surfaces,
+    "diagonal": _diagonal,
+    "composite": _composite,
+    "orbits": _orbits,
+    "domains": _domains,
+    "second_iterate": _second_iterate,
+}
+SECTION = {name: "grid" if name == "surfaces" else name for name in STEPS}
+
+
+def steps_of(study: Study) -> list[str]:
+    """What a run of the study computes, in order."""
+    return [name for name in STEPS if name == "system" or study.names(SECTION[name])]

@@ -1,0 +1,67 @@
+"""The numbers of a result that a reader looks for, as plain data for result.json."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.study.result import OrbitPair, StudyResult
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.reduced.polyfit import FitReport
+
+
+def numbers(result: StudyResult) -> dict[str, Any]:
+    """The numbers of each section that was computed, by section."""
+    sections: dict[str, Any] = {}
+    if result.returns is not None:
+        words, counts = np.unique(result.returns.words, return_counts=True)
+        sections["returns"] = {
+            "states": len(result.returns),
+            "outcomes": result.returns.counts(),
+            "words": dict(zip(words.tolist(), counts.tolist(), strict=True)),
+            "families": {name: len(surface.returns) for name, surface in result.surfaces.items()},
+        }
+    if result.diagonal is not None:
+        orders = [{"name": name} | _report(report) for name, report in result.orders]
+        box, states = result.diagonal.box.tolist(), len(result.diagonal.start)
+        sections["diagonal"] = {"box": box, "states": states, "orders": orders}
+    if result.composite is not None:
+        fits = {piece.name: _report(piece.map.report) for piece in result.composite.pieces if piece.map.report}
+        sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
+    if result.orbits:
+        sections["orbits"] = [_orbit(pair) for pair in result.orbits]
+    if result.domains:
+        sections["domains"] = {name: _domain(domain) for name, domain in result.domains.items()}
+    if result.second_iterate is not None:
+        alpha = [float(value) for value in result.second_iterate.alpha]
+        sections["second_iterate"] = {"expr": str(result.second_iterate.expr), "alpha": alpha}
+    return sections
+
+
+def _orbit(pair: OrbitPair) -> dict[str, Any]:
+    ends = {"start": _finite(pair.start), "exact": _finite(pair.exact.states[-1])}
+    return ends | ({"composite": _finite(pair.composite.states[-1])} if pair.composite else {})
+
+
+def _finite(state: Any) -> list[float | None]:
+    """A state as numbers that JSON knows: None where there is none."""
+    return [float(x) if np.isfinite(x) else None for x in state]
+
+
+def _domain(domain: "AttractingDomain") -> dict[str, Any]:
+    return {
+        "of": domain.of,
+        "boxes": [[_finite(side) for side in box] for box in domain.boxes],
+        "trapped": bool(domain.trapped),
+        "settled": bool(domain.settled),
+        "status": domain.status,
+        "reason": domain.reason,
+        "two_cycle": [_finite(pair) for pair in domain.two_cycle],
+    }
+
+
+def _report(report: "FitReport") -> dict[str, Any]:
+    """A fit's figures, one of each output."""
+    kept = ("r2", "sse", "max_error", "condition", "points", "terms")
+    return {name: _finite(getattr(report, name)) for name in kept} | {"warnings": list(report.warnings)}

@@ -1,0 +1,100 @@
+"""The claims that a result supports or refutes, each with the map it speaks of and the numbers it rests on."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.exact.impacts import Floats, Outcome, angle_mask, nearest_turn
+from nsmaps.study.result import OrbitPair, StudyResult, Verdict
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.study.spec import DomainSection
+
+
+_TAIL = 32  # states at the end of an orbit that stand for where it arrived
+
+
+def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
+    """Every verdict on what a result holds, coverage first, then orbits, then domains."""
+    return (*_coverage(result), *_orbits(result), *_domains(result))
+
+
+def _coverage(result: StudyResult) -> Iterator[Verdict]:
+    cover = result.coverage
+    if cover is None:
+        return
+    holds = bool(cover.fraction == 1.0)
+    text = "yes: every state of the grid lies in a piece"
+    if not holds:
+        hull = " or ".join(_intervals(result.system.coordinates, box) for box in cover.boxes)
+        text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
+    yield Verdict("covered", "composite map", holds, "covered" in result.study.require, text)
+
+
+def _orbits(result: StudyResult) -> Iterator[Verdict]:
+    coordinates = result.system.coordinates
+    for pair in result.orbits:
+        name = f"orbit from {_point(coordinates, pair.start)}"
+        yield Verdict(f"{name}: arrives", "exact map", *_arrival(coordinates, pair.exact))
+        if pair.composite is not None:
+            holds, required, text = _arrival(coordinates, pair.composite)
+            text += f"; {_distance(coordinates, pair):.2g} between the last {_TAIL} states of both, as sets" if holds else ""
+            yield Verdict(f"{name}: arrives", "composite map", holds, required, text)
+
+
+def _arrival(coordinates: Sequence[str], orbit: "Orbit") -> tuple[bool, bool, str]:
+    """Whether an orbit reaches its last return, that nobody requires it, and where it is then or where it ended."""
+    alive = np.isfinite(orbit.states).all(axis=-1)
+    returns = len(orbit.states) - 1
+    if alive.all():
+        return True, False, f"yes: after {returns} returns at {_point(coordinates, orbit.states[-1])}"
+    last = int(np.argmin(alive)) - 1
+    reason = Outcome(int(orbit.outcome[last])).advice
+    return False, False, f"no: after {last} of {returns} returns at {_point(coordinates, orbit.states[last])}. {reason}"
+
+
+def _distance(coordinates: Sequence[str], pair: OrbitPair) -> float:
+    """The Hausdorff distance between the last states of the two orbits, angles the short way round."""
+    assert pair.composite is not None
+    ours, exact = pair.composite.states[-_TAIL:, None], pair.exact.states[None, -_TAIL:]
+    apart = np.linalg.norm(np.where(angle_mask(coordinates), nearest_turn(ours, exact), ours) - exact, axis=-1)
+    return float(max(apart.min(axis=0).max(), apart.min(axis=1).max()))
+
+
+def _domains(result: StudyResult) -> Iterator[Verdict]:
+    for section in result.study.domains:
+        domain = result.domains.get(section.name)
+        if domain is not None:
+            yield _verdict(section, domain, "trapped", domain.trapped, _trapped(domain))
+            yield _verdict(section, domain, "settled", domain.settled, _settled(domain))
+
+
+def _verdict(section: "DomainSection", domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
+    return Verdict(f"domain {section.name}: {claim}", domain.of, bool(holds), claim in section.require, text)
+
+
+def _trapped(domain: "AttractingDomain") -> str:
+    if domain.trapped:
+        return f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.status})"
+    return f"no: {domain.reason} ({domain.status})"
+
+
+def _settled(domain: "AttractingDomain") -> str:
+    if not domain.trapped:
+        return f"no: a box that is not trapped cannot settle ({domain.status})"
+    if not domain.settled:
+        return f"no: {domain.reason} ({domain.status})"
+    sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
+    box = _intervals(domain.coordinates, domain.boxes[-1])
+    return f"yes: {sizes} after {len(domain.updates)} updates, {box} ({domain.status})"
+
+
+def _intervals(coordinates: Sequence[str], box: Floats) -> str:
+    return " x ".join(f"{name} in [{low:.4g}, {high:.4g}]" for name, (low, high) in zip(coordinates, box, strict=True))
+
+
+def _point(coordinates: Sequence[str], state: Floats) -> str:
+    return "(" + ", ".join(f"{name} = {x:.5g}" for name, x in zip(coordinates, state, strict=True)) + ")"

@@ -1,0 +1,101 @@
+"""A small result to draw: a linear map of (v, phi) with two words, its pieces, orbits and domains."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from nsmaps.auxiliary.domain import attracting_domain
+from nsmaps.auxiliary.iterate import SecondIterate
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.exact.impacts import Angle, Returns, encode, wrap
+from nsmaps.exact.surface import Axis, Grid, Surface
+from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.diagonal import Diagonal, diagonal_region
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Box, Where
+
+COORDINATES = ("v", Angle("phi"))
+WALLS = ("B", "T")
+GRID = Grid(axes={"v": Axis(low=0.1, high=1.0, points=37), "phi": Axis(low=0.0, high=np.pi, points=41)})
+LINEAR = np.array([[0, 0], [0, 1], [1, 0]])
+
+
+def linear(v_row: tuple[float, ...], phi_row: tuple[float, ...]) -> PolyMap:
+    """The map with these coefficients of 1, phi, v."""
+    plain = np.zeros(2), np.ones(2), np.array([[0.0, 1.0], [0.0, np.pi]])
+    return PolyMap(COORDINATES, (LINEAR, LINEAR), (np.array(v_row), np.array(phi_row)), *plain)
+
+
+COUPLED = linear((0.95, -0.15, -0.2), (0.5, -0.3, 0.05))
+SEPARABLE = PolyMap(
+    COORDINATES,
+    (np.array([[0, 0], [1, 0]]), np.array([[0, 0], [0, 1]])),
+    (np.array([0.9, -0.2]), np.array([0.5, -0.1])),
+    np.zeros(2),
+    np.ones(2),
+    np.array([[0.0, 1.0], [0.0, np.pi]]),
+)
+
+
+class Toy:
+    """The coupled map, as if of an exact system: word BTB above a line, BB below it."""
+
+    coordinates = COORDINATES
+
+    def first_return(self, states: Any, derivative: bool = False) -> Returns:
+        start = np.asarray(states, float)
+        image = COUPLED(start)
+        image[:, 1] = wrap(image[:, 1])
+        codes = np.where(start[:, 0] > 0.5 - 0.2 * start[:, 1], encode("BTB", WALLS), encode("BB", WALLS))
+        blank = np.zeros(len(start))
+        return Returns(COORDINATES, WALLS, start, image, 0 * start.astype(np.int32), codes, blank.astype(np.int8), blank)
+
+
+@pytest.fixture(scope="session")
+def result() -> SimpleNamespace:
+    """Everything that a study could have computed of the toy."""
+    returns = Toy().first_return(GRID.states())
+    members = {word: returns.has_word(word) for word in ("BB", "BTB")}
+    surfaces = {word: Surface(word, GRID, member, returns.select(member)) for word, member in members.items()}
+    pieces = (
+        Piece("reset", Where(text="phi > pi", coordinates=COORDINATES), PolyMap.reset(COORDINATES, {"phi": 1.2})),
+        Piece("R1", Box.of(COORDINATES, [[0.6, 0.95], [0.1, 0.8]]), COUPLED, "BTB"),
+        Piece("R2", Where(text="v > 0.3", coordinates=COORDINATES), SEPARABLE, "BTB"),
+    )
+    composite = CompositeMap(COORDINATES, WALLS, pieces)
+    starts = ([0.35, 1.5], [0.9, 2.5])
+    orbits = [SimpleNamespace(exact=orbit(Toy(), x, 40), composite=orbit(composite, x, 40)) for x in starts]
+    domains = {
+        "fitted": attracting_domain(COUPLED, [[0.6, 0.95], [0.1, 0.8]], 5, samples=31, of="fitted map R1"),
+        "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, samples=31, of="exact map"),
+    }
+    return SimpleNamespace(
+        study=SimpleNamespace(second_iterate=SimpleNamespace(domain="fitted")),
+        surfaces=surfaces,
+        diagonal=diagonal_region(Diagonal(delta=1.2), [(0.0, surfaces["BTB"])]),
+        composite=composite,
+        orbits=orbits,
+        domains=domains,
+        second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
+    )
+
+
+@pytest.fixture
+def ax() -> Axes:
+    """Axes of a figure of the caller's own, made without pyplot."""
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    return figure.add_subplot()
+
+
+@pytest.fixture
+def ax3d() -> Axes:
+    """Three-dimensional axes."""
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    return figure.add_subplot(projection="3d")

@@ -1,0 +1,139 @@
+"""The pictures of the plane of states: words, pieces, surfaces, projections and orbits."""
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, QuadMesh
+from matplotlib.colors import to_rgba
+from matplotlib.patches import Rectangle
+
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.orbits import orbits
+from nsmaps.figures.orbits import sheets as orbit_sheets
+from nsmaps.figures.projections import projections
+from nsmaps.figures.projections import sheets as projection_sheets
+from nsmaps.figures.style import GREEN, ORANGE
+from nsmaps.figures.surfaces import surfaces
+from nsmaps.figures.words import pieces, sheets, words
+
+
+def labels(ax):
+    return ax.get_xlabel(), ax.get_ylabel()
+
+
+def legend_texts(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_words_colour_each_cell_by_its_family(result, ax):
+    assert words(result, ax) is ax
+    (mesh,) = [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
+    number = mesh.get_array().reshape(41, 37).T.ravel()
+    for k, surface in enumerate(result.surfaces.values()):
+        assert np.array_equal(number == k, surface.member)
+    assert labels(ax) == ("$v_k$ (dimensionless)".replace("_k", "_{k}"), r"$\phi_{k}$ (rad)")
+    assert legend_texts(ax) == ["BB", "BTB", "near diagonals"]
+
+
+def test_words_outline_the_hull_of_the_states_near_the_diagonals(result, ax):
+    words(result, ax)
+    (outline,) = [patch for patch in ax.patches if isinstance(patch, Rectangle)]
+    box = [[outline.get_x(), outline.get_x() + outline.get_width()], [outline.get_y(), outline.get_y() + outline.get_height()]]
+    assert np.allclose(box, result.diagonal.box)
+
+
+def test_pieces_are_named_where_they_are(result, ax):
+    pieces(result, ax)
+    names = {text.get_text(): text.get_position() for text in ax.texts}
+    assert set(names) == {r"$\mathcal{R}_{1}$", r"$\mathcal{R}_{2}$"}  # the reset holds nowhere on this grid
+    assert result.composite.piece_of([names[r"$\mathcal{R}_{1}$"]]) == 1
+    assert result.composite.piece_of([names[r"$\mathcal{R}_{2}$"]]) == 2
+    assert legend_texts(ax) == ["in no piece"]
+
+
+def test_words_and_pieces_stand_side_by_side(result):
+    (sheet,) = sheets(result)
+    assert (len(sheet.panels), sheet.columns) == (2, 2)
+
+
+def test_angles_have_ticks_in_pi(result, ax):
+    words(result, ax)
+    ax.figure.canvas.draw()
+    shown = [text.get_text() for text in ax.get_yticklabels()]
+    assert r"$\pi/2$" in shown
+    assert all(re.fullmatch(r"0|\$-?\d*\\pi(/\d+)?\$", text) for text in shown)
+
+
+@pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1), ("", 0)])
+def test_surfaces_have_every_member_at_its_image(result, ax3d, coordinate, index):
+    surfaces(result, ax3d, coordinate)
+    (points,) = ax3d.collections
+    ax3d.figure.canvas.draw()
+    drawn = np.column_stack([np.asarray(part) for part in points._offsets3d])
+    expected = np.concatenate([np.column_stack([s.start, s.image[:, index]]) for s in result.surfaces.values()])
+    assert np.allclose(drawn, expected)
+    assert ax3d.get_zlabel() == ("$v_{k+1}$ (dimensionless)", r"$\phi_{k+1}$ (rad)")[index]
+    assert legend_texts(ax3d) == ["BB", "BTB"]
+
+
+def test_surfaces_say_that_they_need_three_dimensions(result, ax):
+    with pytest.raises(NsmapsError, match="projection='3d'"):
+        surfaces(result, ax)
+
+
+@pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])
+def test_projections_draw_strands_of_the_surface(result, ax, coordinate, index):
+    projections(result, ax, coordinate, "BTB")
+    (strands,) = [artist for artist in ax.collections if isinstance(artist, LineCollection)]
+    surface = result.surfaces["BTB"]
+    known = {tuple(row) for row in np.column_stack([surface.start[:, index], surface.image[:, index]]).round(9)}
+    drawn = np.concatenate(strands.get_segments())
+    drawn = drawn[np.isfinite(drawn).all(axis=1)]
+    assert 10 <= len(strands.get_segments()) <= 24
+    assert {tuple(row) for row in drawn.round(9)} <= known
+    name = surface.coordinates[index]
+    assert labels(ax) == tuple(
+        text.format(r"\phi" if name == "phi" else "v") + unit
+        for text, unit in (("${}_{{k}}$", _unit(name)), ("${}_{{k+1}}$", _unit(name)))
+    )
+
+
+def _unit(name):
+    return " (rad)" if name == "phi" else " (dimensionless)"
+
+
+def test_projections_star_what_is_near_all_diagonals(result, ax):
+    projections(result, ax, "v", "BTB")
+    stars = [line for line in ax.lines if line.get_marker() == "*"]
+    assert stars
+    for line in stars:
+        ratio = line.get_ydata() / line.get_xdata()
+        assert ((ratio < 1.2) & (ratio > 1 / 1.2)).all()
+
+
+def test_projections_show_every_family_in_every_coordinate(result):
+    (sheet,) = projection_sheets(result)
+    assert (len(sheet.panels), sheet.columns) == (4, 2)
+
+
+def test_orbits_lie_over_each_other(result, ax):
+    orbits(result, ax, 1)
+    lines = {line.get_label(): line for line in ax.lines}
+    for name, colour, dashes in (("exact map", ORANGE, "-"), ("composite map", GREEN, "--")):
+        states = getattr(result.orbits[1], name.split()[0]).states
+        assert np.array_equal(lines[name].get_xydata(), states)
+        assert (to_rgba(lines[name].get_color()), lines[name].get_linestyle()) == (to_rgba(colour), dashes)
+    assert np.array_equal(lines["start"].get_xydata(), [[0.9, 2.5]])
+
+
+def test_orbits_have_a_panel_a_start(result):
+    assert len(orbit_sheets(result)[0].panels) == 2
+
+
+def test_an_orbit_that_runs_away_spoils_no_picture(result, ax):
+    wild = np.array([[0.2, 1.0], [1e69, 1.0]])
+    pair = SimpleNamespace(exact=SimpleNamespace(coordinates=result.composite.coordinates, states=wild), composite=None)
+    orbits(SimpleNamespace(**{**vars(result), "orbits": [pair]}), ax)
+    assert ax.get_xlim() == (0.1, 1.0)

@@ -1,0 +1,93 @@
+"""A small installed system, `ball`, with one study: a package on the path and its metadata, as pip would leave them."""
+
+from pathlib import Path
+
+import pytest
+
+BALL = '''
+from pydantic import Field
+import sympy as sp
+from nsmaps.exact.system import ImpactSystem, Wall
+
+class Ball(ImpactSystem):
+    """Ball on a table that moves as a sin t. The gap is the displacement."""
+
+    a: float = Field(gt=0, description="amplitude of the table, in units of gravity")
+    r: float = Field(0.8, ge=0, le=1, description="restitution coefficient")
+    mode: str = "plain"
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        return hit.z + (hit.w + self.a * sp.cos(hit.t)) * s - s**2 / 2 - self.a * (sp.sin(t) - sp.sin(hit.t))
+'''
+
+STUDY = """\
+# a ball on a table
+title: The ball
+system: ball
+parameters: {a: 0.2, r: 1/2}
+grid:
+  v: {from: 0.01, to: 0.5, points: 31}
+  phi: {from: 0, to: 2*pi, points: 41}
+families:
+  low: [BB]
+composite:
+  - name: slow
+    where: "v <= 0.2"
+    family: low
+    fit: {full: {v: 2, phi: 3}}
+  - {name: fast, where: v > 0.2, reset: {phi: pi/2}}
+orbits:
+  - start: {v: 0.3, phi: 1}
+    returns: 5
+domains:
+  - name: exact
+    map: exact
+    box: {v: [0.1, 0.3], phi: [0.2, 1]}
+    updates: 2
+require: [covered]
+"""
+
+
+def install(folder: Path, package: str, points: dict[str, str], sources: dict[str, str]) -> None:
+    """Put a package's files and the metadata of its entry points into a folder that stands on the path."""
+    info = folder / f"{package}-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    lines = "\n".join(f"{name} = {value}" for name, value in points.items())
+    (info / "entry_points.txt").write_text(f"[nsmaps.systems]\n{lines}\n")
+    for name, text in sources.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder in which the package of `ball` is installed."""
+    folder = tmp_path_factory.mktemp("site")
+    sources = {"balls/__init__.py": "", "balls/table.py": BALL, "balls/studies/drop.yaml": STUDY}
+    install(folder, "balls", {"ball": "balls.table:Ball"}, sources)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def installed(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """`ball` is installed, and the working folder is empty."""
+    monkeypatch.syspath_prepend(str(site))
+    work = tmp_path / "work"
+    work.mkdir()
+    monkeypatch.chdir(work)
+    return work
+
+
+@pytest.fixture
+def good() -> str:
+    """The text of a study that can be run."""
+    return STUDY

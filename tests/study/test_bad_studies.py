@@ -1,0 +1,299 @@
+"""Every way in which a study can be wrong: one line with file, line, column, what is accepted, and a near match."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from nsmaps import load_study, run
+from nsmaps.cli import app
+from nsmaps.errors import StudyError
+
+SECTIONS = (
+    "name, title, system, parameters, grid, families, diagonal, composite, orbits, domains, second_iterate, figures, require"
+)
+CONDITION = (
+    "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
+)
+
+# what the good study says, what the bad one says, where in the latter the error is, and what it says
+BAD = {
+    "unknown key": (
+        "families:",
+        "familys:",
+        "familys",
+        f"unknown key 'familys'; accepted: {SECTIONS}, did you mean 'families'?",
+    ),
+    "unknown key inside": (
+        "family: low",
+        "famly: low",
+        "famly",
+        "unknown key 'famly'; accepted: name, box, where, family, fit, data, reset, did you mean 'family'?",
+    ),
+    "unknown key of an axis": (
+        "points: 31",
+        "point: 31",
+        "point",
+        "unknown key 'point'; accepted: from, to, points, did you mean 'points'?",
+    ),
+    "misspelt system": (
+        "system: ball",
+        "system: bal",
+        "bal\n",
+        "no system 'bal' is installed; installed: {systems}; "
+        "a file's class is accepted too, as path/to/mine.py:Class, did you mean 'ball'?",
+    ),
+    "missing system": ("system: ball\n", "", "# a ball", "the key 'system' is missing"),
+    "unknown parameter": (
+        "{a: 0.2,",
+        "{a: 0.2, rr: 1,",
+        "rr",
+        "unknown key 'rr'; accepted: a, r, mode, did you mean 'r'?",
+    ),
+    "missing parameter": ("a: 0.2, ", "", "{r: 1/2}", "the key 'a' is missing"),
+    "parameter out of range": ("a: 0.2", "a: -0.2", "-0.2", "a is -0.2; accepted: greater than 0"),
+    "parameter not finite": ("a: 0.2", "a: .inf", ".inf", "inf is not finite; accepted: a finite number, or text as 'pi/3'"),
+    "parameter no number": (
+        "r: 1/2",
+        "r: 1/x",
+        "x}",
+        "number '1/x', column 3: unknown name 'x'; accepted: numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log",
+    ),
+    "count out of range": ("points: 31", "points: 1", "1}", "points is 1; accepted: greater than or equal to 2"),
+    "count no number": (
+        "returns: 5",
+        "returns: many",
+        "many",
+        "returns is 'many'; accepted: integer, unable to parse string as an integer",
+    ),
+    "axis upside down": (
+        "from: 0.01",
+        "from: 0.9",
+        "{from: 0.9",
+        "from 0.9 to 0.5 is empty; accepted: 'from' below 'to'",
+    ),
+    "coordinate missing": (
+        "start: {v: 0.3, phi: 1}",
+        "start: {v: 0.3}",
+        "{v: 0.3}",
+        "the coordinate 'phi' is missing; accepted: all of v, phi",
+    ),
+    "coordinate unknown": (
+        "start: {v: 0.3, phi: 1}",
+        "start: {v: 0.3, phy: 1}",
+        "phy",
+        "unknown coordinate 'phy'; accepted: v, phi, did you mean 'phi'?",
+    ),
+    "box upside down": (
+        "v: [0.1, 0.3]",
+        "v: [0.5, 0.3]",
+        "{v: [0.5",
+        "a box: v from 0.5 to 0.3 is empty; accepted: lower < upper",
+    ),
+    "unreadable condition": (
+        '"v <= 0.2"',
+        '"v <= 0.2 and phy > 1"',
+        "phy",
+        "condition 'v <= 0.2 and phy > 1', column 14: unknown name 'phy', did you mean 'phi'?; accepted: " + CONDITION,
+    ),
+    "unreadable plain condition": (
+        "where: v > 0.2",
+        "where: v > 0.2 + w",
+        "w, reset",
+        "condition 'v > 0.2 + w', column 11: unknown name 'w'; accepted: " + CONDITION,
+    ),
+    "word of no wall": (
+        "[BB]",
+        "[BB, BTB]",
+        "BTB",
+        "the word 'BTB' has no letter at 'TB'; accepted: the walls B, '~' (chatter) and '_' (rest)",
+    ),
+    "word of no return": (
+        "[BB]",
+        "[B]",
+        "B]",
+        "the word 'B' is no return; accepted: words that begin on the base wall 'B' and end on it or in its release",
+    ),
+    "duplicate key": (
+        "title: The ball\n",
+        "title: The ball\ntitle: Another\n",
+        "title: Another",
+        "the key 'title' is given twice; accepted: each key once",
+    ),
+    "duplicate parameter": (
+        "{a: 0.2,",
+        "{a: 0.2, a: 0.3,",
+        "a: 0.3",
+        "the key 'a' is given twice; accepted: each key once",
+    ),
+    "not YAML": ("grid:\n", "grid: [\n", None, "not readable as YAML"),
+    "two pieces of one name": (
+        "{name: fast,",
+        "{name: slow,",
+        "slow, where",
+        "the name 'slow' is given twice; accepted: a name of its own for each",
+    ),
+    "two regions": (
+        "where: v > 0.2,",
+        "where: v > 0.2, box: {v: [0, 1], phi: [0, 1]},",
+        "{name: fast",
+        "the piece 'fast' has 'box' and 'where'; accepted: exactly one of 'box' or 'where'",
+    ),
+    "no region": (
+        "where: v > 0.2, ",
+        "",
+        "{name: fast",
+        "the piece 'fast' has neither; accepted: exactly one of 'box' or 'where'",
+    ),
+    "unknown family": (
+        "family: low",
+        "family: lwo",
+        "lwo",
+        "unknown family 'lwo'; accepted: low, did you mean 'low'?",
+    ),
+    "unknown map": (
+        "map: exact",
+        "map: slwo",
+        "slwo",
+        "unknown map 'slwo'; accepted: exact, composite, slow, did you mean 'slow'?",
+    ),
+    "unknown verdict": (
+        "[covered]",
+        "[covred]",
+        "covred",
+        "unknown word 'covred'; accepted: covered, did you mean 'covered'?",
+    ),
+    "unknown figure": (
+        "require:",
+        "figures: [cobwebs]\nrequire:",
+        "cobwebs",
+        "unknown word 'cobwebs'; accepted: words, surfaces, projections, orbits, cobweb, envelopes, domain_size, "
+        "second_iterate, did you mean 'cobweb'?",
+    ),
+    "family without grid": (
+        "grid:\n  v: {from: 0.01, to: 0.5, points: 31}\n  phi: {from: 0, to: 2*pi, points: 41}\n",
+        "",
+        "low: [BB]",
+        "'families' needs the section 'grid', which is missing",
+    ),
+    "data without its section": (
+        "family: low\n",
+        "family: low\n    data: diagonal\n",
+        "diagonal",
+        "the data of the piece 'slow' needs the section 'diagonal', which is missing",
+    ),
+    "second iterate without its domain": (
+        "require:",
+        "second_iterate: {domain: exact}\nrequire:",
+        "exact}",
+        "unknown domain of a fitted piece 'exact'; accepted: none",
+    ),
+    "figure without its section": (
+        "orbits:\n  - start: {v: 0.3, phi: 1}\n    returns: 5\n",
+        "figures: [orbits]\n",
+        "orbits]",
+        "the figure 'orbits' needs the section 'orbits', which is missing",
+    ),
+    "degree out of range": (
+        "v: 2, phi: 3}",
+        "v: -2, phi: 3}",
+        "-2",
+        "v is -2; accepted: greater than or equal to 0",
+    ),
+    "degree of one output out of range": (
+        "{v: 2, phi: 3}",
+        "{v: {v: 99, phi: 1}, phi: {phi: 1}}",
+        "99",
+        "v is 99; accepted: less than or equal to 40",
+    ),
+    "degrees of one output missing": (
+        "{v: 2, phi: 3}",
+        "{v: {v: 2, phi: 1}}",
+        "{v: {v: 2",
+        "the coordinate 'phi' is missing; accepted: all of v, phi",
+    ),
+    "empty region": ('"v <= 0.2"', '"v <= 0.001"', None, "slow"),
+}
+
+
+def place(text: str, needle: str) -> str:
+    """Line and column, from one, of where a text has the needle."""
+    before = text[: text.index(needle)]
+    return f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_a_bad_study_is_told_in_one_line_and_nothing_is_written(kind: str, good: str, installed: Path) -> None:
+    from nsmaps.plugins import system_names
+
+    said, says, needle, message = BAD[kind]
+    assert good.count(said) == 1
+    text = good.replace(said, says)
+    Path("bad.yaml").write_text(text)
+    answer = CliRunner().invoke(app, ["run", "bad.yaml", "--out", "out"])
+    assert (answer.exit_code, answer.stdout) == (2, "")
+    lines = answer.stderr.splitlines()
+    assert len(lines) == 1, lines
+    if needle is None:
+        assert lines[0].startswith("bad.yaml:")
+        assert message in lines[0]
+    else:
+        assert lines[0] == f"bad.yaml:{place(text, needle)}: {message.replace('{systems}', ', '.join(system_names()))}"
+    assert [path.name for path in installed.iterdir()] == ["bad.yaml"]
+
+
+def test_the_good_study_is_good(good: str) -> None:
+    Path("good.yaml").write_text(good)
+    assert load_study("good.yaml").title == "The ball"
+
+
+def test_every_complaint_has_its_line(good: str) -> None:
+    text = good.replace("points: 31", "points: 0").replace("returns: 5", "returns: 0")
+    Path("bad.yaml").write_text(text)
+    with pytest.raises(StudyError) as error:
+        load_study("bad.yaml")
+    assert str(error.value).splitlines() == [
+        f"bad.yaml:{place(text, '0}')}: points is 0; accepted: greater than or equal to 2",
+        f"bad.yaml:{place(text, '0' + chr(10) + 'domains')}: returns is 0; accepted: greater than or equal to 1",
+    ]
+
+
+def test_an_empty_region_names_the_line_of_its_piece(good: str) -> None:
+    text = good.replace('"v <= 0.2"', '"v <= 0.001"')
+    Path("bad.yaml").write_text(text)
+    with pytest.raises(StudyError, match=f"^bad.yaml:{place(text, 'name: slow')}: "):
+        run("bad.yaml")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("ball/dorp", "no study 'ball/dorp'; accepted: the path of a YAML file, or one of {studies}, did you mean 'ball/drop'?"),
+        ("nowhere.yaml", "no study 'nowhere.yaml'; accepted: the path of a YAML file, or one of {studies}"),
+    ],
+)
+def test_a_study_that_is_not_there(name: str, message: str) -> None:
+    from nsmaps.plugins import study_names
+
+    answer = CliRunner().invoke(app, ["check", name])
+    assert answer.exit_code == 2
+    assert answer.stderr.strip() == message.replace("{studies}", ", ".join(study_names()))
+
+
+def test_a_study_of_no_system() -> None:
+    with pytest.raises(StudyError, match=r"no study 'bal/drop': no system 'bal' is installed; .*did you mean 'ball'"):
+        load_study("bal/drop")
+
+
+@pytest.mark.parametrize("text", ["", "- a\n- b\n", "just words\n"])
+def test_a_file_that_is_no_mapping(text: str) -> None:
+    Path("bad.yaml").write_text(text)
+    with pytest.raises(StudyError, match=r"^bad.yaml:1:1: a study is a mapping of sections; accepted: name, title, "):
+        load_study("bad.yaml")
+
+
+def test_a_study_made_in_python_names_the_section() -> None:
+    from nsmaps import Study
+
+    with pytest.raises(StudyError, match=r"^mine: orbits\.0\.start: the coordinate 'phi' is missing"):
+        run(Study(name="mine", system="ball", parameters={"a": 1}, orbits=({"start": {"v": 1}, "returns": 2},)))

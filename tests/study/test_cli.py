@@ -1,0 +1,133 @@
+"""The command line: what it prints, where it writes, and the code it ends with."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from nsmaps.cli import app
+
+ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n"
+
+
+def nsmaps(*arguments: str) -> "subprocess.CompletedProcess[str]":
+    """The program in a process of its own, with the path that this one has."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", "nsmaps", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+
+
+def test_systems_are_listed_with_parameters_and_studies() -> None:
+    answer = CliRunner().invoke(app, ["systems"])
+    assert answer.exit_code == 0
+    text = answer.stdout[answer.stdout.index("ball: ") :]
+    assert text.splitlines()[:5] == [
+        "ball: Ball on a table that moves as a sin t.",
+        "  a        amplitude of the table, in units of gravity",
+        "  r        restitution coefficient (default 0.8)",
+        "  mode      (default plain)",
+        "  studies: ball/drop",
+    ]
+
+
+def test_check_says_what_would_be_computed() -> None:
+    answer = CliRunner().invoke(app, ["check", "ball/drop"])
+    assert answer.exit_code == 0
+    assert answer.stdout.splitlines() == [
+        "ball/drop: The ball",
+        "  system: ball (a = 0.2, r = 0.5)",
+        "  surfaces: low over 31 x 41 states",
+        "  composite: slow (fit of low), fast (reset)",
+        "  orbits: 5 returns",
+        "  domains: exact (map exact, 2 updates)",
+        "  required: covered",
+    ]
+    assert list(Path().iterdir()) == []
+
+
+def test_run_writes_under_runs_and_ends_with_the_verdicts() -> None:
+    answer = CliRunner().invoke(app, ["run", "ball/drop"])
+    assert answer.exit_code == 0, answer.output
+    assert (Path("runs/ball/drop") / "result.json").is_file()
+    lines = answer.stdout.splitlines()
+    assert lines[-1] == "written to runs/ball/drop"
+    words = ["covered", "composite", "map", "yes", "yes", "every", "state", "of", "the", "grid", "lies", "in", "a", "piece"]
+    (covered,) = [line for line in lines if line.split()[:1] == ["covered"]]
+    assert covered.split() == words
+    assert "\x1b" not in answer.output
+    assert answer.stderr == ""
+
+
+def test_a_required_verdict_that_fails_is_exit_code_one(good: str) -> None:
+    Path("s.yaml").write_text(good.replace("where: v > 0.2,", "where: v > 0.3,"))
+    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "here"])
+    assert answer.exit_code == 1
+    assert "of the grid lies in no piece" in answer.stdout
+    assert Path("here/result.json").is_file()
+    Path("t.yaml").write_text(Path("s.yaml").read_text().replace("require: [covered]\n", ""))
+    assert CliRunner().invoke(app, ["run", "t.yaml", "--out", "here"]).exit_code == 0
+
+
+def test_quiet_is_quiet() -> None:
+    Path("s.yaml").write_text(ORBIT)
+    answer = CliRunner().invoke(app, ["run", "s.yaml", "-q"])
+    assert (answer.exit_code, answer.output) == (0, "")
+
+
+def test_figures_are_drawn_and_drawn_again() -> None:
+    domain = "domains: [{name: d, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}]\n"
+    Path("s.yaml").write_text(ORBIT + domain + "figures: [domain_size]\n")
+    assert CliRunner().invoke(app, ["run", "s.yaml", "--no-figures"]).exit_code == 0
+    assert not Path("runs/s/figures").exists()
+    assert CliRunner().invoke(app, ["run", "s.yaml"]).exit_code == 0
+    assert [path.suffix for path in Path("runs/s/figures").iterdir()] == [".png"]
+    answer = CliRunner().invoke(app, ["figures", "runs/s", "--format", "svg"])
+    assert answer.exit_code == 0
+    (line,) = answer.stdout.split()
+    assert Path(line).read_text().startswith("<?xml")
+
+
+def test_figures_of_no_run() -> None:
+    answer = CliRunner().invoke(app, ["figures", "nowhere"])
+    assert answer.exit_code == 2
+    assert answer.stderr == "nowhere holds no result.json; accepted: a folder that `nsmaps run` wrote\n"
+
+
+def test_the_module_is_the_program() -> None:
+    answer = nsmaps("--version")
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert answer.stdout.startswith("nsmaps ")
+    assert nsmaps("run").returncode == 2
+    help = nsmaps("--help")
+    assert help.returncode == 0
+    assert all(command in help.stdout for command in ("systems", "check", "run", "figures"))
+    assert "\x1b" not in help.stdout
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
+def test_ctrl_c_says_what_was_kept(good: str) -> None:
+    slow = good.replace("returns: 5", "returns: 1000000")
+    Path("s.yaml").write_text(slow)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    watch = (
+        "import os, signal, threading, sys\n"
+        "from nsmaps.study import steps\n"
+        "work = steps.STEPS['orbits']\n"
+        "def orbits(*given):\n"
+        "    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+        "    return work(*given)\n"
+        "steps.STEPS['orbits'] = orbits\n"
+        "from nsmaps.cli import main\n"
+        "sys.argv = ['nsmaps', 'run', 's.yaml', '--out', 'out']\n"
+        "main()\n"
+    )
+    command = [sys.executable, "-c", watch]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 128 + signal.SIGINT
+    assert done.stderr == "stopped; out keeps what was finished: system, surfaces, composite\n"
+    assert Path("out/result.json").is_file()
+    assert "Traceback" not in done.stdout

@@ -1,0 +1,229 @@
+"""A study's run: what it names and nothing else, its verdicts with their numbers, its folder, its figures again."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nsmaps import StudyResult, load_study, read_result, run
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle
+from nsmaps.study.archive import resolved
+from nsmaps.study.run import Interrupted
+
+WHOLE = """\
+title: all of it
+system: ball
+parameters: {a: 0.2}
+grid: {v: {from: 0.01, to: 0.5, points: 31}, phi: {from: 0, to: 2*pi, points: 41}}
+families: {low: [BB], rest: ["B~", BB~]}
+diagonal:
+  family: low
+  delta: 1.5
+  sweep: {parameter: a, from: 0.2, to: 0.4, points: 2}
+  within: "phi < pi"
+  orders: {low: {full: {v: 1, phi: 1}}, high: {full: {v: 2, phi: 2}}}
+composite:
+  - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
+orbits:
+  - {start: {v: 0.3, phi: 1}, returns: 3}
+domains:
+  - {name: fitted, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 2, require: [trapped]}
+  - {name: exact, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 2}
+  - {name: both, map: composite, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
+second_iterate: {domain: fitted}
+require: [covered]
+"""
+
+
+@pytest.fixture
+def whole() -> StudyResult:
+    """The result of a study that names every section, with its folder `out`."""
+    Path("whole.yaml").write_text(WHOLE)
+    return run("whole.yaml", out="out")
+
+
+def test_only_what_is_named_is_computed() -> None:
+    Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    steps: list[str] = []
+    result = run("small.yaml", progress=lambda what, done, total: steps.append(what))
+    assert steps == ["system", "orbits", "done"]
+    assert list(result.timings) == ["system", "orbits"]
+    assert (result.surfaces, result.composite, result.domain, result.diagonal) == ({}, None, None, None)
+    assert result.orbits[0].composite is None
+    assert result.orbits[0].exact.states.shape == (4, 2)
+    assert result.finished
+    assert list(Path().iterdir()) == [Path("small.yaml")]
+
+
+def test_the_steps_of_a_whole_study(whole: StudyResult) -> None:
+    assert list(whole.timings) == ["system", "surfaces", "diagonal", "composite", "orbits", "domains", "second_iterate"]
+    assert whole.returns is not None
+    assert len(whole.returns) == 31 * 41
+    assert set(whole.surfaces) == {"low", "rest"}
+    low = whole.surfaces["low"]
+    assert np.array_equal(low.member, whole.returns.has_word("BB") & whole.returns.valid)
+    assert whole.diagonal is not None
+    assert [value for value, _ in whole.diagonal.values] == [0.2, 0.4]
+    assert [name for name, _ in whole.orders] == ["low", "high"]
+    (simple, richer) = (report for _, report in whole.orders)
+    assert np.all(richer.sse <= simple.sse)
+    assert whole.domain is whole.domains["fitted"]
+    assert whole.domains["fitted"].of == "fitted map all"
+    assert whole.domains["both"].of == "composite map"
+
+
+def test_orders_are_compared_on_the_states_near_the_diagonals(whole: StudyResult) -> None:
+    assert whole.diagonal is not None
+    (_, own), (_, other) = whole.diagonal.values
+    count = len(own)
+    assert 0 < len(other) < count < len(whole.surfaces["low"].start)
+    assert all(np.all(np.asarray(report.points) == count) for _, report in whole.orders)
+
+
+@pytest.mark.parametrize(
+    ("data", "kept"),
+    [
+        ("diagonal", None),
+        ('"0.1 < v < 0.3 and phi < 2"', lambda v, phi: (v > 0.1) & (v < 0.3) & (phi % (2 * np.pi) < 2)),
+    ],
+)
+def test_a_piece_may_be_fitted_to_other_data_than_its_region(
+    data: str, kept: Callable[..., np.ndarray] | None, whole: StudyResult
+) -> None:
+    Path("data.yaml").write_text(WHOLE.replace("family: low, fit", f"family: low, data: {data}, fit"))
+    result = run("data.yaml")
+    assert result.diagonal is not None
+    own = next(states for value, states in result.diagonal.values if value == 0.2)
+    count = len(own) if kept is None else np.sum(kept(*result.surfaces["low"].start.T))
+    (piece,) = result.composite.pieces
+    assert piece.map.report.points.tolist() == [count, count]
+    assert piece.region == whole.composite.pieces[0].region
+
+
+def test_every_verdict_names_its_map_and_its_numbers(whole: StudyResult) -> None:
+    by_name = {(verdict.name, verdict.of): verdict for verdict in whole.verdicts}
+    assert list(by_name) == [
+        ("covered", "composite map"),
+        ("orbit from (v = 0.3, phi = 1): arrives", "exact map"),
+        ("orbit from (v = 0.3, phi = 1): arrives", "composite map"),
+        *((f"domain fitted: {claim}", "fitted map all") for claim in ("trapped", "settled")),
+        *((f"domain exact: {claim}", "exact map") for claim in ("trapped", "settled")),
+        *((f"domain both: {claim}", "composite map") for claim in ("trapped", "settled")),
+    ]
+    required = [verdict.name for verdict in whole.verdicts if verdict.required]
+    assert required == ["covered", "domain fitted: trapped"]
+    for verdict in whole.verdicts:
+        assert verdict.text.startswith("yes: " if verdict.holds else "no: ")
+    exact = by_name["domain exact: trapped", "exact map"]
+    assert exact.holds == whole.domains["exact"].trapped
+    arrives = by_name["orbit from (v = 0.3, phi = 1): arrives", "exact map"].text
+    v, phi = whole.orbits[0].exact.states[-1]
+    assert f"(v = {v:.5g}, phi = {phi:.5g})" in arrives
+    assert whole.holds == all(verdict.holds for verdict in whole.verdicts if verdict.required)
+
+
+def test_what_no_piece_covers_is_said() -> None:
+    text = WHOLE.replace("phi: [0, 2*pi]", "phi: [0, 3]").split("domains:")[0] + "require: [covered]\n"
+    Path("part.yaml").write_text(text)
+    result = run("part.yaml")
+    covered = result.verdicts[0]
+    assert (covered.name, covered.holds, covered.required, result.holds) == ("covered", False, True, False)
+    phi = result.returns.start[:, 1]
+    share = 100 * np.mean((phi > 3) & (phi < 2 * np.pi))
+    assert covered.text.startswith(f"no: {share:.3g} % of the grid lies in no piece, within v in [0.01, 0.5] x phi in [")
+
+
+def test_a_study_as_resolved_reads_back_as_itself(whole: StudyResult) -> None:
+    again = load_study("out/study.yaml")
+    assert again == whole.study
+    assert again.name == "whole"
+    assert resolved(again) == Path("out/study.yaml").read_text()
+    assert "to: 6.283185307179586" in Path("out/study.yaml").read_text()
+
+
+def test_the_folder_of_a_run(whole: StudyResult) -> None:
+    assert {path.name for path in Path("out").iterdir()} == {"study.yaml", "result.json", "arrays.npz"}
+    record = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)
+    assert record["format"] == 1
+    assert record["system"]["parameters"] == {"a": 0.2, "r": 0.8}
+    assert record["versions"]["system"] == "balls 1.0"
+    assert {"python", "numpy", "numba"} <= set(record["versions"])
+    assert [verdict["name"] for verdict in record["verdicts"]] == [verdict.name for verdict in whole.verdicts]
+    assert sum(record["numbers"]["returns"]["outcomes"].values()) == 31 * 41
+    assert record["numbers"]["domains"]["fitted"]["boxes"][0] == [[0.1, 0.3], [0.2, 1.0]]
+    with np.load("out/arrays.npz") as arrays:
+        assert np.array_equal(arrays["domains/fitted/boxes"], whole.domains["fitted"].boxes)
+
+
+def test_a_result_reads_back_as_it_was(whole: StudyResult) -> None:
+    again = read_result("out")
+    assert again.study == whole.study
+    assert again.system == whole.system
+    assert again.verdicts == whole.verdicts
+    assert again.returns is not None
+    assert isinstance(again.returns.coordinates[1], Angle)
+    states = whole.returns.start[:50]
+    assert np.array_equal(again.composite.first_return(states).image, whole.composite.first_return(states).image)
+    assert np.array_equal(again.surfaces["low"].lifted, whole.surfaces["low"].lifted)
+    assert np.array_equal(again.orbits[0].exact.words, whole.orbits[0].exact.words)
+    update, before = again.domains["exact"].updates[0], whole.domains["exact"].updates[0]
+    assert np.array_equal(update.envelopes[1].upper, before.envelopes[1].upper)
+    assert again.second_iterate.alpha == whole.second_iterate.alpha
+    assert [report.r2.tolist() for _, report in again.orders] == [report.r2.tolist() for _, report in whole.orders]
+
+
+def test_no_class_but_our_own_is_made_from_a_file(whole: StudyResult) -> None:
+    record = json.loads(Path("out/result.json").read_text())
+    for stranger in ("subprocess:Popen", "nsmaps.plugins:load_system", "nsmaps.study.tree:np"):
+        record["objects"]["coverage"] = {"$": stranger, "args": "ls"}
+        Path("out/result.json").write_text(json.dumps(record))
+        with pytest.raises(NsmapsError, match=f"names the class '{stranger}'"):
+            read_result("out")
+
+
+def test_a_folder_that_holds_no_result(whole: StudyResult) -> None:
+    with pytest.raises(NsmapsError, match=r"nowhere holds no result.json"):
+        read_result("nowhere")
+    Path("out/result.json").write_text('{"format": 99}')
+    with pytest.raises(NsmapsError, match="has format 99; accepted: 1"):
+        read_result("out")
+
+
+def test_ctrl_c_keeps_what_is_finished() -> None:
+    def stop(what: str, done: int, total: int) -> None:
+        if what == "domains":
+            raise KeyboardInterrupt
+
+    Path("whole.yaml").write_text(WHOLE)
+    with pytest.raises(Interrupted) as stopped:
+        run("whole.yaml", out="out", progress=stop)
+    kept = read_result("out")
+    assert (kept.finished, kept.domains, kept.second_iterate) == (False, {}, None)
+    assert list(kept.timings) == ["system", "surfaces", "diagonal", "composite", "orbits"]
+    assert np.array_equal(kept.orbits[0].exact.states, stopped.value.result.orbits[0].exact.states)
+    assert [verdict.of for verdict in kept.verdicts] == ["composite map", "exact map", "composite map"]
+
+
+def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:
+    Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    run("small.yaml", out="out")
+    again = read_result("out")
+    assert (again.study.name, again.composite, again.surfaces) == ("small", None, {})
+    assert {path.name for path in Path("out").iterdir()} == {"study.yaml", "result.json", "arrays.npz"}
+
+
+def test_a_system_in_a_file_is_found_from_the_studys_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    import inspect
+
+    from nsmaps.plugins import system_class
+
+    Path("deep").mkdir()
+    source = inspect.getsource(__import__("sys").modules[system_class("ball").__module__])
+    Path("deep/mine.py").write_text(source)
+    Path("deep/s.yaml").write_text("system: mine.py:Ball\nparameters: {a: 1}\n")
+    study = load_study("deep/s.yaml")
+    assert study.system == f"{Path('deep/mine.py').resolve()}:Ball"
+    assert study.system_object().parameters == {"a": 1.0, "r": 0.8}
