@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.polymap import PolyMap
 
 Order = Literal["max_first", "min_first"]
+DIGITS = 40  # of numerical coefficients: plain monomials cancel, and a map is to agree with its closed form
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,14 +24,16 @@ class SecondIterate:
     second: Any  #: sympy polynomial of the curve applied second
     order: Order
 
+    def __call__(self, value: float) -> float:
+        """The second iterate of one value; for numerical coefficients. Evaluated in 40 digits, rounded once."""
+        return float(self.expr.subs(self.variable, _exact(float(value))))
+
     def fixed_points(self) -> list[float]:
         """The real fixed points, ascending; for numerical coefficients."""
-        import numpy as np
+        import sympy as sp
 
-        coefficients = np.array([float(a) for a in self.alpha])
-        coefficients[1] -= 1
-        roots = np.polynomial.polynomial.polyroots(coefficients)
-        return sorted(float(r.real) for r in roots if abs(r.imag) <= 1e-9 * max(1.0, abs(r)))
+        roots = sp.Poly(self.expr - self.variable, self.variable).nroots(n=DIGITS, maxsteps=500)
+        return sorted(float(root) for root in roots if root.is_real)
 
 
 def second_iterate(
@@ -53,12 +56,20 @@ def second_iterate(
     if order not in ("max_first", "min_first"):
         raise NsmapsError(f"order is {order!r}; accepted: 'max_first' (eq. seconditerativev), 'min_first' (eq. auxv2nd)")
     v, phi, f = _polynomial(map)
-    low = sp.Symbol("phi_min", real=True) if phi_min is None else sp.sympify(phi_min)
-    high = sp.Symbol("phi_max", real=True) if phi_max is None else sp.sympify(phi_max)
+    low = sp.Symbol("phi_min", real=True) if phi_min is None else _exact(phi_min)
+    high = sp.Symbol("phi_max", real=True) if phi_max is None else _exact(phi_max)
     inner, outer = (high, low) if order == "max_first" else (low, high)
     first, second = f.subs(phi, inner), f.subs(phi, outer)
     poly = sp.Poly(sp.expand(second.subs(v, first)), v)
-    return SecondIterate(v, poly.as_expr(), tuple(reversed(poly.all_coeffs())), first, second, order)
+    alpha = tuple(a.n(DIGITS) if a.is_number else a for a in reversed(poly.all_coeffs()))
+    return SecondIterate(v, sp.Add(*(a * v**k for k, a in enumerate(alpha))), alpha, first, second, order)
+
+
+def _exact(number: Any) -> Any:
+    """A float as the rational that it is; anything of sympy as it stands."""
+    import sympy as sp
+
+    return sp.Rational(number) if isinstance(number, float) else sp.sympify(number)
 
 
 def _polynomial(map: "PolyMap | PolyFit") -> tuple[Any, Any, Any]:
@@ -75,6 +86,6 @@ def _polynomial(map: "PolyMap | PolyFit") -> tuple[Any, Any, Any]:
         exponents = [tuple(int(e) for e in row) for row in map.exponents(names, names[0])]
         terms = {e: sp.Symbol(f"b_{i}", real=True) for i, e in enumerate(exponents)}
     else:
-        terms = {e: sp.Float(c, 17) for e, c in map.monomials(names[0]).items()}
+        terms = {e: sp.Rational(c.numerator, c.denominator) for e, c in map.exact_monomials(names[0]).items()}
     f = sp.Add(*(c * sp.Mul(*(x**k for x, k in zip(symbols, e, strict=True))) for e, c in terms.items()))
     return symbols[0], symbols[1], f

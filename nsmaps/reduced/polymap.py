@@ -89,6 +89,10 @@ class PolyMap:
         Converted exactly and rounded once; yet over a small box far from zero plain monomials cancel, so evaluate the
         map itself. Of an absolute value these are the coefficients within.
         """
+        return {key: float(value) for key, value in self.exact_monomials(output).items()}
+
+    def exact_monomials(self, output: str) -> dict[tuple[int, ...], Fraction]:
+        """As `monomials`, not rounded: for closed forms that are to agree with the map where plain monomials cancel."""
         i = _index(output, self.coordinates, "monomials")
         tensor = np.vectorize(Fraction, otypes=[object])(_dense([self.exponents[i]], [self.coefficients[i]])[0])
         for j, size in enumerate(tensor.shape):
@@ -96,7 +100,7 @@ class PolyMap:
             tensor = np.moveaxis(np.tensordot(tensor, powers, axes=(j, 0)), -1, j)
         asked = set(map(tuple, self.exponents[i].tolist()))
         found = {key for key, value in np.ndenumerate(tensor) if value}
-        return {key: float(tensor[key]) for key in paper_order(asked | found)}
+        return {key: tensor[key] for key in paper_order(asked | found)}
 
     def symbolic(self, output: str) -> "sp.Expr":
         """One output as a sympy expression in plain monomials, in real symbols of the coordinates."""

@@ -1,0 +1,106 @@
+"""Envelopes, worst-case and generic iteration, and growing boxes, on maps whose answers are known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from nsmaps.auxiliary.domain import attracting_domain, smallest_box
+from nsmaps.auxiliary.envelope import envelopes
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle
+
+
+@dataclass
+class Plain:
+    """A map of (x, y) by a formula."""
+
+    formula: object
+    coordinates: tuple[str, ...] = ("x", "y")
+
+    def __call__(self, states):
+        return np.column_stack(self.formula(*states.T))
+
+
+def test_envelopes_of_a_known_map_have_the_extremes_of_its_parabola():
+    """x' = x - (y - 0.3)^2 over y in [0, 1]: the upper map touches at y = 0.3, the lower at y = 1."""
+    map = Plain(lambda x, y: (x - (y - 0.3) ** 2, y))
+    x_map, y_map = envelopes(map, [[0, 1], [0, 1]], samples=21)
+    assert x_map.upper == pytest.approx(x_map.x, abs=1e-14)
+    assert x_map.lower == pytest.approx(x_map.x - 0.49, abs=1e-14)
+    assert y_map.lower == pytest.approx(y_map.x)
+    assert y_map.upper == pytest.approx(y_map.x)
+
+
+def test_the_worst_case_settles_on_its_two_cycle():
+    """x' = -0.5 x + 0.1 y with |y| <= 1: xi_U = -0.5 x + 0.1, xi_L = -0.5 x - 0.1; p = -0.2, q = 0.2 in the first update."""
+    map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
+    domain = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1)
+    assert domain.trapped
+    assert domain.boxes[-1] == pytest.approx(np.array([[-0.2, 0.2], [0, 0]]), abs=1e-9)
+    generic = domain.updates[0].generic
+    assert sorted(generic[-2:, 0]) == pytest.approx([-0.2, 0.2], abs=1e-9)
+    assert domain.generic_agrees
+    shrunk = attracting_domain(map, [[-1, 1], [-1, 1]], updates=8)
+    assert shrunk.settled
+    assert shrunk.sizes[-1] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_generic_cobweb_may_underestimate_the_worst_case():
+    """A hump that the generic iterates miss: x' = 0.8 - 3 (x - 0.35)^2, no y. The worst case keeps the hump's top."""
+    map = Plain(lambda x, y: (0.8 - 3 * (x - 0.35) ** 2 + 0 * y, 0.5 * y))
+    domain = attracting_domain(map, [[-0.2, 0.9], [-1, 1]], updates=2)
+    assert domain.trapped
+    assert domain.boxes[-1][0, 1] == pytest.approx(0.8, abs=1e-9)
+
+
+def test_a_box_that_is_left_stops_the_updates_and_says_how():
+    map = Plain(lambda x, y: (2 * x, 0.5 * y))
+    domain = attracting_domain(map, [[-1, 1], [-1, 1]])
+    assert not domain.trapped
+    assert not domain.settled
+    assert len(domain.updates) == 1
+    assert "x down to -2 (box -1), x up to 2 (box 1)" in domain.reason
+    assert np.isnan(domain.two_cycle).all()
+
+
+def test_a_contraction_that_is_not_at_rest_is_not_settled():
+    map = Plain(lambda x, y: (-0.9 * x + 0.099 * y, -0.9 * y + 0.099 * x))
+    domain = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1)
+    assert domain.trapped
+    assert domain.settled == (np.max(1 - np.abs(domain.boxes[-1])) <= 0.02)
+    quick = Plain(lambda x, y: (-0.5 * x + 0.3 * y, -0.5 * y + 0.3 * x))
+    assert not attracting_domain(quick, [[-1, 1], [-1, 1]], updates=2).settled
+
+
+def test_an_angle_is_taken_on_the_turn_of_the_box():
+    """phi' = phi + 0.5 sin(phi) near phi = pi, given with whole turns to spare."""
+    map = Plain(lambda x, y: (0.5 * x, y + 0.5 * np.sin(y) + 4 * np.pi), ("x", Angle("y")))
+    domain = attracting_domain(map, [[-1, 1], [2.5, 3.8]], updates=3)
+    assert domain.trapped
+    assert domain.boxes[-1][1] == pytest.approx([np.pi, np.pi], abs=1e-6)
+
+
+def test_the_smallest_box_is_grown_to_a_trapped_one_or_given_up():
+    map = Plain(lambda x, y: (-0.5 * x + 0.2, 0.5 * y + 0.1))
+    box, why = smallest_box(map, [[0.5, 0.6], [0.2, 0.21]], most=40)
+    assert box is not None, why
+    assert attracting_domain(map, box, updates=1).trapped
+    assert attracting_domain(map, [[0.5, 0.6], [0.2, 0.21]], grow=True).trapped is False  # beyond four times the start
+    none, why = smallest_box(Plain(lambda x, y: (1.5 * x, 0.5 * y)), [[-1, 1], [-1, 1]])
+    assert none is None
+    assert "no useful box: x in [-1, 1]" in why
+
+
+def test_states_without_an_image_are_said():
+    map = Plain(lambda x, y: (np.sqrt(x - 0.5), 0.5 * y))
+    with np.errstate(invalid="ignore"):
+        domain = attracting_domain(map, [[0, 1], [-1, 1]])
+    assert not domain.trapped
+    assert "no image" in domain.reason
+
+
+@pytest.mark.parametrize("box", [[[0, 1]], [[0, 1], [1, 0]], [[0, 1], [0, np.nan]]])
+def test_a_bad_box_is_an_error(box):
+    with pytest.raises(NsmapsError, match="the box is"):
+        attracting_domain(Plain(lambda x, y: (x, y)), box)
