@@ -77,6 +77,8 @@ def systems() -> None:
             for parameter, field in cls.model_fields.items():
                 default = "" if field.is_required() else f" (default {field.default})"
                 typer.echo(f"  {parameter:8s} {field.description or ''}{default}")
+            for quantity, description in cls.instead.items():
+                typer.echo(f"  {quantity:8s} {description}")
             typer.echo(f"  studies: {', '.join(f'{name}/{stem}' for stem in plugins.study_files(name)) or 'none'}")
     if not names:
         typer.echo("no system is installed; install a package that gives one, or name a file: path/to/mine.py:Class")

@@ -38,6 +38,7 @@ class ImpactSystem(BaseModel, ABC):
 
     coordinates: ClassVar[tuple[str, ...]] = ("v", Angle("phi"))
     horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
+    instead: ClassVar[Mapping[str, str]] = {}  #: what a validator accepts in place of parameters: names and descriptions
 
     @abstractmethod
     def walls(self) -> Mapping[str, Wall]:

@@ -60,7 +60,8 @@ def accepted_keys(model: type[BaseModel] | None, loc: tuple[str | int, ...]) -> 
     for step in loc:
         here = _inside(here, step)
     here = _bare(here)
-    return [field.alias or name for name, field in here.model_fields.items()] if _is_model(here) else []
+    fields = [field.alias or name for name, field in here.model_fields.items()] if _is_model(here) else []
+    return [*fields, *getattr(here, "instead", {})]
 
 
 def _is_model(annotation: Any) -> bool:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from math import pi, sin
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -14,6 +14,14 @@ DERIVED = {
     "g_bar": ("M", "g", "beta", "F"),
 }
 POSITIVE = {"M", "F", "s", "omega"}
+PHYSICAL = {
+    "M": "capsule mass, kg (with others, instead of d or g_bar)",
+    "F": "amplitude of the forcing, N",
+    "g": "gravity, m/s^2",
+    "beta": "tilt of the capsule, rad",
+    "s": "length of the capsule, m",
+    "omega": "angular frequency of the forcing, rad/s",
+}
 
 
 class VIPair(ImpactSystem):
@@ -23,6 +31,8 @@ class VIPair(ImpactSystem):
     physical quantities of eq. eq_impact: d = s M omega^2/(F pi^2), g_bar = M g sin(beta)/F, with capsule mass M (kg), forcing
     F (N), gravity g (m/s^2), tilt beta (rad), capsule length s (m) and angular frequency omega (rad/s).
     """
+
+    instead: ClassVar[Mapping[str, str]] = PHYSICAL
 
     d: float = Field(gt=0, description="dimensionless length of the capsule")
     r: float = Field(0.5, ge=0, le=1, description="restitution coefficient")
@@ -50,9 +60,8 @@ class VIPair(ImpactSystem):
         """Replace physical quantities by the dimensionless parameters that they define."""
         if not isinstance(data, dict):
             return data
-        physical = {name for names in DERIVED.values() for name in names}
-        given = {name: data[name] for name in data if name in physical}
-        rest = {name: value for name, value in data.items() if name not in physical}
+        given = {name: data[name] for name in data if name in PHYSICAL}
+        rest = {name: value for name, value in data.items() if name not in PHYSICAL}
         if not given:
             return rest
         for name, value in given.items():
