@@ -15,9 +15,10 @@ from nsmaps.exact.flow import HAS_DOWN, HAS_UP, HORIZON, bounds, coefficients, e
 TWO_PI = 2 * math.pi
 MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall for ever
 ROUNDING = 1e-15  # a few units in the last place
+THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0  # a product is cheaper than a division
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def first_step(u, b, j, jerk, snap):
     """A step from the wall just left, at speed u >= 0 and acceleration b, within which the gap stays positive.
 
@@ -25,15 +26,15 @@ def first_step(u, b, j, jerk, snap):
     """
     if b < 0.0:
         reach = -2.0 * u / b
-        m = min(max(snap * reach / 4.0 - j, 0.0), jerk)
-        return 2.0 * u / (math.sqrt(b * b / 4.0 + 2.0 * m * u / 3.0) - b / 2.0)
+        m = min(max(snap * reach * 0.25 - j, 0.0), jerk)
+        return 2.0 * u / (math.sqrt(b * b * 0.25 + 2.0 * m * u * THIRD) - b * 0.5)
     if jerk == 0.0:
         return HORIZON
-    far = 3.0 * (b / 2.0 + math.sqrt(b * b / 4.0 + 2.0 * jerk * u / 3.0)) / jerk
+    far = 3.0 * (b * 0.5 + math.sqrt(b * b * 0.25 + 2.0 * jerk * u * THIRD)) / jerk
     return max(far, 2.0 * j / snap) if snap > 0.0 else far
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
 def quadratic_root(y, u, b):
     """The first h > 0 with y + u h + b h^2/2 = 0, or infinity."""
     d = u * u - 2.0 * y * b
@@ -43,7 +44,7 @@ def quadratic_root(y, u, b):
     return 2.0 * y / q if q > 0.0 else math.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def safe_step(y, u, b, j, jerk, snap):
     """A step within which a gap y > 0 with rates u, b, j stays positive, given bounds on |jerk| and |snap|.
 
@@ -51,8 +52,8 @@ def safe_step(y, u, b, j, jerk, snap):
     """
     reach = quadratic_root(y, u, b)
     if reach < math.inf:
-        m = min(max(snap * reach / 4.0 - j, 0.0), jerk)
-        return quadratic_root(y, u, b - m * reach / 3.0)
+        m = min(max(snap * reach * 0.25 - j, 0.0), jerk)
+        return quadratic_root(y, u, b - m * reach * THIRD)
     if jerk == 0.0:
         return HORIZON
     # The wall recedes or will turn before it is met: b > 0, or y and b vanish together.
@@ -61,123 +62,190 @@ def safe_step(y, u, b, j, jerk, snap):
     if d >= 0.0:
         root = math.sqrt(d)
         turn = -2.0 * u / (b + root) if u < 0.0 else 0.0
-        if y + turn * (u + turn * (b / 2.0 - turn * jerk / 6.0)) > 0.0:
+        if y + turn * (u + turn * (b * 0.5 - turn * jerk * SIXTH)) > 0.0:
             step = (b + root) / jerk  # beyond the lower cubic's minimum it rises until here
-    for reach in (3.0 * b / jerk, 6.0 * b / jerk, max((6.0 * y / jerk) ** (1.0 / 3.0), step)):
-        step = max(step, min(reach, quadratic_root(y, u, b - jerk * reach / 3.0)))
+    reach = 3.0 * b / jerk
+    step = max(step, min(reach, quadratic_root(y, u, 0.0)))
+    step = max(step, min(2.0 * reach, quadratic_root(y, u, -b)))
+    if 6.0 * y > jerk * (3.0 * reach) ** 3:  # so far away, or so little bent, that jerk alone decides
+        reach = (6.0 * y / jerk) ** THIRD
+        step = max(step, min(reach, quadratic_root(y, u, b - jerk * reach * THIRD)))
     return step
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def polish(y, u, b, j, h):
-    """The root of y + u h + b h^2/2 + j h^3/6 next to h, and the rate there."""
-    for _ in range(4):
-        rate = u + h * (b + h * j / 2.0)
-        move = (y + h * (u + h * (b / 2.0 + h * j / 6.0))) / rate
-        if not abs(move) <= abs(h):
-            break
-        h -= move
-        if abs(move) <= ROUNDING * abs(h):
-            break
-    return h, u + h * (b + h * j / 2.0)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def stays_clear(y, u, b, jerk, h):
+    """Does a gap y > 0 that does not shrink at first, u >= 0, surely stay positive for a time h: a concave or single hump."""
+    return u >= 0.0 and y + h * (u + h * (b * 0.5 - h * jerk * SIXTH)) > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def polish_start(u, b, j, h):
-    """The root of u + b h/2 + j h^2/6 next to h, and the rate of the gap there."""
-    for _ in range(4):
-        move = (u + h * (b / 2.0 + h * j / 6.0)) / (b / 2.0 + h * j / 3.0)
-        if not abs(move) <= abs(h):
-            break
-        h -= move
-        if abs(move) <= ROUNDING * abs(h):
-            break
-    return h, u + h * (b + h * j / 2.0)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def approach(y, u, b, j, jerk, snap):
+    """What is known of a gap y >= 0 with rates u, b, j: (will it surely close, once and without a turn, within 1.5 x; x).
 
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def leave(c, up, w, room_up, room_down, jerk, snap):
-    """The start of a flight: (is the impact found, its time or a safe first step, impact speed).
-
-    It is found at once where the ball comes back to the wall so soon that three terms of Taylor give it to rounding.
+    Where that is not sure, x is a step within which it stays positive.
     """
-    _, _, a, jk = evaluate(c, 0.0)
-    left = -1.0 if up else 1.0  # sign of the gap to the wall just left, in displacement
-    u, b, j = left * w, left * a, left * jk
-    if u == 0.0 and b < 0.0:
-        b = 0.0  # released: the acceleration is zero but for rounding
-    h = first_step(u, b, j, jerk, snap)
-    if up and HAS_DOWN:
-        free = safe_step(room_down, w, a, jk, jerk, snap)
-    elif not up and HAS_UP:
-        free = safe_step(room_up, -w, -a, -jk, jerk, snap)
-    else:
-        free = math.inf
+    d = u * u - 2.0 * y * b
+    if d < 0.0:
+        return False, safe_step(y, u, b, j, jerk, snap)
+    root = math.sqrt(d) - u
+    if root <= 0.0:
+        return False, safe_step(y, u, b, j, jerk, snap)
+    x = 2.0 * y / root
+    far = 1.25 * x
+    highest = y + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far * 0.25) * SIXTH))
+    fastest = u + far * (b + far * max(min(jerk, j + snap * far * THIRD), 0.0) * 0.5)
+    if u < 0.0 and x > 0.0 and highest < 0.0 and fastest < 0.0:
+        return True, x
+    m = min(max(snap * x * 0.25 - j, 0.0), jerk)
+    return False, 2.0 * y / (math.sqrt(d + 2.0 * y * m * x * THIRD) - u)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def certain_return(u, b, j, jerk, snap):
+    """As `approach`, for the wall just left with acceleration b < 0 back into it: sure where the gap is concave throughout."""
+    x = -2.0 * u / b
+    far = 1.5 * x
+    highest = u + far * (b * 0.5 + far * min(jerk, j + snap * far * 0.25) * SIXTH)
+    bend = max(min(jerk, j + snap * far * 0.5), 0.0)
+    return x > 0.0 and highest < 0.0 and b + far * bend < 0.0, x
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def taylor_root(y, u, b, j, k, q, x):
+    """The root of the gap's Taylor polynomial (rates u, b, j, snap k, crackle q) near x by two steps of Newton, and its rate."""
+    for _ in range(2):
+        rate = u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
+        y_x = y + x * (u + x * (b * 0.5 + x * (j * SIXTH + x * (k * (SIXTH * 0.25) + x * q * (SIXTH * 0.05)))))
+        x -= y_x / rate
+    return x, u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def ahead(to_up, room_up, room_down, d, v, a, j, k, q):
+    """The gap to a wall, and its rates."""
+    if to_up:
+        return room_up - d, -v, -a, -j, -k, -q
+    return room_down + d, v, a, j, k, q
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def refine(c, to_up, room_up, room_down, s, x, gap, pop):
+    """The one crossing of a gap with these rates between s and s + 1.5 x, to rounding: (its time, the gap's rate).
+
+    Each step goes to the root of a Taylor polynomial of fifth order; the last is that whose speed cannot be wrong by more than
+    rounding. Steps that leave the bracket, or do not shrink, halve it.
+    """
+    low, high = s, s + 1.5 * x
+    y, u, b, j, k, q = gap
+    rate = u
+    for _ in range(200):
+        before = x
+        x, rate = taylor_root(y, u, b, j, k, q, x)
+        size = abs(x)
+        if size * size * (size * size * size) * pop <= -120.0 * ROUNDING * rate or size <= ROUNDING * s:
+            break
+        if not low < s + x < high:
+            x = (low + high) * 0.5 - s
+        s += x
+        d, v, a, j, k, q = evaluate(c, s)
+        y, u, b, j, k, q = ahead(to_up, room_up, room_down, d, v, a, j, k, q)
+        low, high = (s, high) if y > 0.0 else (low, s)
+        x = -y / u
+        if not abs(x) < 0.5 * abs(before):
+            x = (low + high) * 0.5 - s
+    return s + x, rate
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def leave(u, b, j, room, jerk, snap):
+    """The start of a flight at speed u into free room: (does it surely return to the wall just left, after about x).
+
+    Where that is not sure, x is a step safe from both walls.
+    """
     if b < 0.0:
-        x, rate = polish_start(u, b, j, h)
-        if snap * x * x * x <= ROUNDING * -rate and x <= free:
-            return True, x, -rate
-    return False, min(h, free), 0.0
+        surely, x = certain_return(u, b, j, jerk, snap)
+        far = 1.5 * x
+        if surely and room - far * (u + far * far * jerk * SIXTH) > 0.0:
+            return True, x
+    h = safe_step(room, -u, -b, -j, jerk, snap)
+    if u > 0.0 and u + h * (b * 0.5 - h * jerk * SIXTH) > 0.0:  # the wall just left stays behind
+        return False, h
+    return False, min(h, first_step(u, b, j, jerk, snap))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def nearest_wall(room_up, room_down, d, v, a, jk, jerk, snap):
-    """The wall that may be met first: (is it the upper, a step safe for both, its gap and the gap's rates)."""
-    up = safe_step(max(room_up - d, 0.0), -v, -a, -jk, jerk, snap) if HAS_UP else math.inf
-    down = safe_step(max(room_down + d, 0.0), v, a, jk, jerk, snap) if HAS_DOWN else math.inf
-    if up <= down:
-        return True, up, room_up - d, -v, -a, -jk
-    return False, down, room_down + d, v, a, jk
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def look(gap, behind, jerk, snap):
+    """What is ahead at this gap, `behind` being that to the other wall: (will it surely close, after about x).
+
+    Where that is not sure, x is a step safe from both walls.
+    """
+    y, u, b, j, _, _ = gap
+    y = max(y, 0.0)
+    surely, x = approach(y, u, b, j, jerk, snap)
+    if not (HAS_UP and HAS_DOWN) or stays_clear(behind, -u, -b, jerk, 1.5 * x if surely else x):
+        return surely, x
+    other = safe_step(max(behind, 0.0), -u, -b, -j, jerk, snap)
+    return False, min(other, safe_step(y, u, b, j, jerk, snap))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def flight(p, c, up, w, jerk, snap):
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def doubtful(rate, back, s, w, most, room):
+    """Is an arc beyond the wall, at least rate^2/(2 most) deep, within the gap's rounding: relative to the wall just left."""
+    scale = s * (abs(w) + s * most) if back else room
+    return rate * rate <= 16.0 * ROUNDING * scale * most
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def flight(p, c, up, w, first, limits):
     """The first impact after leaving a wall: (found, on the upper wall, time, impact speed, undecided).
 
-    A march: no step can carry the gap to either wall through zero, and steps close in on a root at third order. It ends when
-    the Taylor polynomial of third order gives the impact to rounding.
+    A march: no step can carry the gap to either wall through zero, and steps close in on a root at third order. It ends where
+    the wall will surely be met, once and without a turn: then the root is refined to rounding.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
+    jerk, snap, pop = limits
+    a, j, k, q = first
     room_up, room_down = top - z, z - bottom
-    found, h, speed = leave(c, up, w, room_up, room_down, jerk, snap)
-    if found:
-        return True, up, h, speed, False
-    s = 0.0
-    undecided = False
+    room = math.inf if not (HAS_UP and HAS_DOWN) else room_down if up else room_up
+    to_up, s, undecided = up, 0.0, False
+    gap = ahead(up, 0.0, 0.0, 0.0, w, a, j, k, q)
+    if gap[1] == 0.0 and gap[2] < 0.0:
+        gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero but for rounding
+    surely, h = leave(gap[1], gap[2], gap[3], room, jerk, snap)
     for _ in range(MOST_STEPS):
+        if surely:
+            s, rate = refine(c, to_up, room_up, room_down, s, h, gap, pop)
+            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, to_up == up, s, w, abs(a) + s * jerk, room)
+        if h <= ROUNDING * s:
+            if gap[0] <= 0.0:
+                rate = gap[1]
+                return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, to_up == up, s, w, abs(a) + s * jerk, room)
+            undecided = True  # a graze within rounding, passed
+            h = 4.0 * ROUNDING * s
         s += h
         if not s < HORIZON:
             break
-        d, v, a, jk = evaluate(c, s)
-        to_up, h, y, u, b, j = nearest_wall(room_up, room_down, d, v, a, jk, jerk, snap)
-        stalled = h <= ROUNDING * s
-        if u < 0.0 and (h * h * h * snap <= 0.01 * -u or stalled):
-            x, rate = polish(y, u, b, j, h if y > 0.0 else y / -u)
-            if rate < 0.0 and (abs(x * x * x) * snap <= ROUNDING * -rate or stalled):
-                # how deep the arc beyond the wall is, against the gap's rounding: to the wall just left that is relative
-                scale = s * (abs(w) + s * abs(a)) if to_up == up else room_up + room_down
-                return True, to_up, s + x, -rate, undecided or rate * rate <= 16.0 * ROUNDING * scale * abs(b)
-        if stalled:  # a graze within rounding: the wall is touched, or passed, as one likes
-            if y <= 0.0 and u <= 0.0:
-                return True, to_up, s, max(-u, 0.0), True
-            undecided = True
-            h = 4.0 * ROUNDING * s
+        d, v, a_s, j, k, q = evaluate(c, s)
+        to_up = HAS_UP and (v > 0.0 or not HAS_DOWN)
+        gap = ahead(to_up, room_up, room_down, d, v, a_s, j, k, q)
+        surely, h = look(gap, room_down + d if to_up else room_up - d, jerk, snap)
     return False, up, s, 0.0, undecided
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def release(p, phi, up):
     """How long the ball rests on a wall from phase phi on, or infinity: the first time that the wall no longer presses."""
     top, bottom = wall_places(p)
     z = top if up else bottom
     into = 1.0 if up else -1.0
     c = coefficients(p, phi, z, 0.0)
-    _, snap = bounds(p, phi, z, 0.0)
+    _, snap, _ = bounds(p, phi, z, 0.0)
     period = TWO_PI / phase_rate(p)
     s = 0.0
     for _ in range(MOST_STEPS):
-        _, _, a, jk = evaluate(c, s)
+        _, _, a, jk, _, _ = evaluate(c, s)
         press, rate = into * a, into * jk
         if press <= 0.0 and rate < 0.0:
             return max(s - press / rate, 0.0)

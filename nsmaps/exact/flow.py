@@ -1,4 +1,4 @@
-"""The seven functions that the generator writes for each system, in numbers and without cancellation.
+"""The eight functions that the generator writes for each system, in numbers and without cancellation.
 
 `flight.py` and `returns.py` are written against this file; `kernel.py` puts generated functions of these names in its place.
 A flight starts on a wall at phase `phi` (radians) and place `z` with velocity `w`; `s` is the time since then; `p` holds the
@@ -35,13 +35,18 @@ def coefficients(p: Any, phi: float, z: float, w: float) -> Numbers:
     raise NotImplementedError
 
 
-def bounds(p: Any, phi: float, z: float, w: float) -> tuple[float, float]:
-    """Bounds on |jerk| and |snap| for all s in [0, HORIZON]."""
+def bounds(p: Any, phi: float, z: float, w: float) -> tuple[float, float, float]:
+    """Bounds on the third, fourth and sixth derivative (|jerk|, |snap|, |pop|) for all s in [0, HORIZON]."""
     raise NotImplementedError
 
 
-def evaluate(c: Numbers, s: float) -> tuple[float, float, float, float]:
-    """Displacement since the start, velocity, acceleration and jerk at s."""
+def evaluate(c: Numbers, s: float) -> tuple[float, float, float, float, float, float]:
+    """Displacement since the start, velocity, acceleration, jerk, snap and crackle at s."""
+    raise NotImplementedError
+
+
+def start(c: Numbers) -> tuple[float, float, float, float]:
+    """Acceleration, jerk, snap and crackle at s = 0."""
     raise NotImplementedError
 
 

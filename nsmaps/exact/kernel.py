@@ -1,5 +1,6 @@
 """From a system's formulas to its compiled kernel: generated once, kept on disk, loaded without sympy from then on."""
 
+import ast
 import hashlib
 import importlib.util
 import inspect
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 ENGINE = ("remainders.py", "flight.py", "returns.py")  # written against flow.py, copied behind what is generated
 MARK = "# === engine ===\n"
+KNOWN = {"nsmaps", "pydantic", "sympy", "numpy", "scipy", "mpmath", *sys.stdlib_module_names} - {"__main__"}
 CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
 
 
@@ -156,19 +158,43 @@ def _generate(system: "ImpactSystem") -> str:
 
 
 def _sources(cls: type) -> str | None:
-    """The text of every file that the class and its bases outside nsmaps are written in."""
-    files = []
+    """The text of every file that the formulas of a class may depend on, or None where that cannot be told.
+
+    Those are the files of the class and its bases outside nsmaps, and of what these import, but for well-known packages.
+    """
+    texts: dict[str, str] = {}
     for base in cls.__mro__:
-        if base.__module__.split(".")[0] in ("nsmaps", "pydantic", "abc", "builtins"):
+        if base.__module__.split(".")[0] in KNOWN:
             continue
+        if "<locals>" in base.__qualname__:  # made by a function, perhaps with what is not in its text
+            return None
         try:
-            file = inspect.getsourcefile(base)
-        except TypeError:
+            inspect.getsource(base)
+        except (TypeError, OSError):
             return None
-        if file is None or not Path(file).is_file():
-            return None
-        files.append(Path(file).read_text())
-    return "\0".join(files)
+        _add_sources(base.__module__, texts)
+    return "\0".join(texts[name] for name in sorted(texts))
+
+
+def _add_sources(name: str, texts: dict[str, str]) -> None:
+    """Add the text of a module, and of the modules that it imports."""
+    module = sys.modules.get(name)
+    file = getattr(module, "__file__", None)
+    if name in texts or name.split(".")[0] in KNOWN or file is None or not file.endswith(".py"):
+        return
+    texts[name] = Path(file).read_text()
+    package = getattr(module, "__package__", None) or ""
+    for node in ast.walk(ast.parse(texts[name])):
+        if isinstance(node, ast.Import):
+            found = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            parts = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            stem = ".".join([*parts, *([node.module] if node.module else [])])
+            found = [stem, *(f"{stem}.{alias.name}" for alias in node.names)]
+        else:
+            continue
+        for each in found:
+            _add_sources(each, texts)
 
 
 def _load(name: str, path: Path) -> ModuleType:

@@ -8,7 +8,19 @@ import math
 from numba import njit
 
 from nsmaps.exact.flight import TWO_PI, flight, release
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, phase_rate, rebound, tangent, wall_places
+from nsmaps.exact.flow import (
+    BASE_UP,
+    HAS_DOWN,
+    HAS_UP,
+    bounds,
+    coefficients,
+    evaluate,
+    phase_rate,
+    rebound,
+    start,
+    tangent,
+    wall_places,
+)
 
 # === engine ===
 
@@ -32,8 +44,9 @@ def next_impact(p, up, phi, v, chatter):
     u, slope = rebound(p, up, v)
     w = -into * u
     c = coefficients(p, phi, z, w)
-    jerk, snap = bounds(p, phi, z, w)
-    _, _, a, jk = evaluate(c, 0.0)
+    limits = bounds(p, phi, z, w)
+    first = start(c)
+    a, jk = first[0], first[1]
     press = into * a
     if u == 0.0 and (press > 0.0 or (press == 0.0 and into * jk > 0.0)):
         rest = release(p, phi, up)
@@ -43,14 +56,14 @@ def next_impact(p, up, phi, v, chatter):
             return REST, up, rest, 0.0, False, slope, w
     elif press > 0.0 and v <= chatter and u < v:
         x = 2.0 * u / (press * (1.0 - u / v))
-        if x * jerk <= 1e-5 * press and x * x * snap <= 1e-10 * press:
+        if x * limits[0] <= 1e-5 * press and x * x * limits[1] <= 1e-10 * press:
             x -= into * jk * x * x / (3.0 * press)
             phase = phi + x * phase_rate(p)
             rest = release(p, phase, up)
             if rest == math.inf:
                 return FOREVER, up, x, 0.0, False, slope, w
             return CHATTER, up, x + rest, 0.0, False, slope, w
-    found, up, s, v, undecided = flight(p, c, up, w, jerk, snap)
+    found, up, s, v, undecided = flight(p, c, up, w, first, limits)
     return IMPACT if found else ESCAPED, up, s, v, undecided, slope, w
 
 
@@ -61,7 +74,7 @@ def advance_tangent(p, up, phi, w, slope, now_up, s, d):
     z = top if up else bottom
     into, now_into = 1.0 if up else -1.0, 1.0 if now_up else -1.0
     w_phi, w_w, v_phi, v_w = tangent(p, phi, z, w, s)
-    _, velocity, a, _ = evaluate(coefficients(p, phi, z, w), s)
+    _, velocity, a, _, _, _ = evaluate(coefficients(p, phi, z, w), s)
     rate = phase_rate(p)
     d00, d01, d10, d11 = d
     u0, u1 = -into * slope * d00, -into * slope * d01

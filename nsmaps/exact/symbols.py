@@ -92,7 +92,7 @@ class Flow:
             if sp.simplify(k).has(S):
                 raise SystemDefinitionError(f"{expr} has an argument that is not linear in time; only A + k t is accepted")
             return self._add_angles(type(expr), start, sp.simplify(k))
-        if isinstance(expr, (sp.sinh, sp.cosh, sp.tanh)):
+        if isinstance(expr, (sp.sinh, sp.cosh)):
             return self.split(expr.rewrite(sp.exp))
         if expr.is_Add or expr.is_Mul:
             free, timed = expr.as_independent(S, as_Add=expr.is_Add)

@@ -1,6 +1,8 @@
 """Flights of systems of every kind against the user's own formula in 40 digits, edge inputs, and what is refused."""
 
+import importlib
 import os
+import shutil
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -104,7 +106,7 @@ def test_any_state_has_an_answer_inside_the_walls(kind, v, phi, pair):
     else:
         assert returns.outcome[0] in (Outcome.rests, Outcome.escaped)
     t, z = system.trajectory([v, phi], 12)
-    assert (np.diff(t) >= 0).all()
+    assert (np.diff(t) >= -1e-300).all()  # linspace between denormal numbers
     for wall in system.walls().values():
         assert (wall.side * (wall.at - z) > -1e-12 * (1 + np.abs(z).max(initial=0))).all()
 
@@ -193,11 +195,57 @@ def broken(body):
         (lambda self, s, t, hit: hit.z - hit.w * s - s**2, "velocity hit.w"),
         (lambda self, s, t, hit: hit.z + 1 + hit.w * s, "start at hit.z"),
         (lambda self, s, t, hit: hit.z + hit.w * s if self.height > 2 else hit.z, "may not branch"),
+        (lambda self, s, t, hit: hit.z + hit.w * s - sp.Symbol("q") * s**2, "unknown symbols: q"),
+        (lambda self, s, t, hit: hit.z + hit.w * s + sp.cos(t) - sp.cos(hit.t) + s * sp.sin(hit.t), "after one `period`"),
+        (lambda self, s, t, hit: hit.z + hit.w * s - s**3, "started again"),
     ],
 )
 def test_formulas_that_cannot_be_certified_are_refused_by_name(body, why):
     with pytest.raises(SystemDefinitionError, match=why):
         broken(body).first_return([[0.1, 0.1]])
+
+
+def test_classes_made_by_a_function_have_kernels_of_their_own():
+    def falling(gravity):
+        class Fall(Table):
+            def displacement(self, t, hit):
+                s = t - hit.t
+                return hit.z + hit.w * s - gravity * s**2 / 2
+
+        return Fall(height=10.0)
+
+    times = [falling(g).first_return([[1.0, 0.0]]).time[0] for g in (1, 2)]
+    assert times == pytest.approx([1.8, 0.9])
+
+
+def test_a_constant_in_another_file_is_part_of_the_formula(tmp_path, monkeypatch):
+    """A kernel is found again by the text of all that its formulas are made of."""
+    (tmp_path / "constants_of_fall.py").write_text("G = 1\n")
+    (tmp_path / "fall_system.py").write_text(
+        "from toys import Table\nfrom constants_of_fall import G\n\n\nclass Fall(Table):\n"
+        "    def displacement(self, t, hit):\n        s = t - hit.t\n        return hit.z + hit.w * s - G * s**2 / 2\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    times = []
+    for text in ("G = 1\n", "G = 2  # another planet\n"):
+        (tmp_path / "constants_of_fall.py").write_text(text)
+        for name in ("constants_of_fall", "fall_system"):
+            sys.modules.pop(name, None)
+        importlib.invalidate_caches()
+        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+        times.append(importlib.import_module("fall_system").Fall(height=10.0).first_return([[1.0, 0.0]]).time[0])
+    assert times == pytest.approx([1.8, 0.9])
+
+
+def test_a_class_without_a_file_works():
+    code = (
+        "import sys; sys.path[:0] = sys.argv[1:]\nfrom toys import Table\n"
+        "class Mine(Table):\n    pass\n"
+        "print(Mine(height=10.0).first_return([[1.0, 0.0]]).time[0])"
+    )
+    run = subprocess.run([sys.executable, "-c", code, *sys.path], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    assert float(run.stdout) == pytest.approx(1.8)
 
 
 def test_two_walls_on_one_side_are_refused():

@@ -1,0 +1,165 @@
+"""The documentation is run: Python blocks, doctests, studies and links of README.md and every page of docs/."""
+
+import doctest
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+from pydantic import BaseModel
+from ruamel.yaml import YAML
+
+from nsmaps import Outcome, load_study
+from nsmaps.study.spec import Study
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```[ ]*$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# file: (\S+)\n")
+LINK = re.compile(r"\[[^\]\[]*\]\(([^)\s]+)\)")
+FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fenced block of a page."""
+
+    language: str
+    text: str
+    line: int  #: of the page, from zero, on which the text begins
+
+
+def blocks(page: str) -> Iterator[Block]:
+    """The fenced blocks of a page, in order."""
+    for match in FENCE.finditer(page):
+        yield Block(match[1].strip(), match[2], page.count("\n", 0, match.start(2)))
+
+
+def prose(page: str) -> str:
+    """A page without its blocks and inline code."""
+    return re.sub(r"`[^`\n]*`", "", FENCE.sub("", page))
+
+
+def run_python(block: Block, page: Path, namespace: dict[str, Any]) -> None:
+    """Execute a block so that a traceback shows the page's line."""
+    exec(compile("\n" * block.line + block.text, str(page), "exec", dont_inherit=True), namespace)
+
+
+def run_doctest(block: Block, page: Path, namespace: dict[str, Any]) -> None:
+    """Compare what a block's examples print with what it says that they print."""
+    test = doctest.DocTestParser().get_doctest(block.text, namespace, page.name, str(page), block.line)
+    told: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=FLAGS)
+    runner.run(test, out=told.append, clear_globs=False)
+    assert runner.failures == 0, "".join(told)
+    namespace.update(test.globs)
+
+
+def read_yaml(block: Block) -> None:
+    """Read a block as YAML and, if it is a study, as a study; it is kept under its name, or as study.yaml."""
+    data = YAML(typ="safe").load(block.text)
+    if isinstance(data, dict) and "system" in data:
+        named = FILE.match(block.text)
+        file = Path(named[1] if named else "study.yaml")
+        file.write_text(block.text)
+        load_study(file)
+
+
+def keys(model: type[BaseModel]) -> Iterator[str]:
+    """Every key that a study may have, of all its sections."""
+    for name, field in model.model_fields.items():
+        yield field.alias or name
+        for section in sections(field.annotation):
+            yield from keys(section)
+
+
+def sections(annotation: object) -> Iterator[type[BaseModel]]:
+    """The models within an annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from sections(part)
+
+
+def slug(heading: str) -> str:
+    """The anchor of a heading, as GitHub and MyST make it."""
+    return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings."""
+    return {slug(match[1]) for match in re.finditer(r"^#+ (.*)$", FENCE.sub("", page.read_text()), re.MULTILINE)}
+
+
+@every_page
+def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    namespace: dict[str, Any] = {"__name__": f"page_{slug(page.stem)}"}
+    for block in blocks(page.read_text()):
+        if block.language == "yaml":
+            read_yaml(block)
+        elif block.language == "python" and ">>>" in block.text:
+            run_doctest(block, page, namespace)
+        elif block.language == "python":
+            if named := FILE.match(block.text):
+                Path(named[1]).write_text(block.text)
+            run_python(block, page, namespace)
+
+
+@every_page
+def test_links_resolve(page: Path) -> None:
+    for target in LINK.findall(prose(page.read_text())):
+        if target.startswith(("http://", "https://", "mailto:")):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path).resolve() if path else page
+        assert file.exists(), f"{page.name} links to {target}, which is not there"
+        assert not anchor or anchor in anchors(file), f"{page.name} links to {target}, which has no such heading"
+
+
+def test_every_page_is_on_the_map() -> None:
+    linked = set(LINK.findall((DOCS / "index.md").read_text()))
+    assert {page.name for page in DOCS.glob("*.md")} - {"index.md"} <= linked
+
+
+def test_every_key_of_a_study_is_in_the_reference() -> None:
+    page = (DOCS / "study-reference.md").read_text()
+    assert [key for key in dict.fromkeys(keys(Study)) if f"`{key}`" not in page] == []
+
+
+def test_every_outcome_is_told() -> None:
+    page = (DOCS / "words.md").read_text()
+    assert [outcome.name for outcome in Outcome if f"`{outcome.name}`" not in page] == []
+
+
+def test_the_citation_is_of_this_version() -> None:
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text())
+    assert (citation["cff-version"], citation["title"], citation["license"]) == ("1.2.0", "nsmaps", "MIT")
+    project = (ROOT / "pyproject.toml").read_text()
+    assert f'version = "{citation["version"]}"' in project
+    assert citation["version"] == version("nsmaps")
+    assert [author["family-names"] for author in citation["preferred-citation"]["authors"]] == [
+        "Bao",
+        "Kuske",
+        "Yurchenko",
+        "Belykh",
+    ]
+    assert f"## {citation['version']}" in (DOCS / "changelog.md").read_text()
+
+
+def test_blocks_are_found_and_failures_are_seen(tmp_path: Path) -> None:
+    page = "text\n```python\n>>> 1 + 1\n3\n```\n[a](b.md) `[c](d.md)`\n```yaml\nx: [e](f.md)\n```\n"
+    first, second = blocks(page)
+    assert (first.language, first.line, second.language) == ("python", 2, "yaml")
+    assert LINK.findall(prose(page)) == ["b.md"]
+    with pytest.raises(AssertionError, match=r"(?s)Expected:\s+3\s+Got:\s+2"):
+        run_doctest(first, tmp_path / "page.md", {})
+    with pytest.raises(ZeroDivisionError) as told:
+        run_python(Block("python", "1 / 0\n", 6), tmp_path / "page.md", {})
+    assert told.traceback[-1].lineno == 6
