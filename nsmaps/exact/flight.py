@@ -15,6 +15,7 @@ from nsmaps.exact.flow import HAS_DOWN, HAS_UP, HORIZON, bounds, coefficients, e
 TWO_PI = 2 * math.pi
 MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall for ever
 ROUNDING = 1e-15  # a few units in the last place
+OUTWARD = 1.0 + 1e-12  # what bounds are raised by, and steps shortened by, against rounding
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0  # a product is cheaper than a division
 
 
@@ -40,6 +41,8 @@ def quadratic_root(y, u, b):
     d = u * u - 2.0 * y * b
     if d < 0.0:
         return math.inf
+    if u > 0.0:
+        return -(u + math.sqrt(d)) / b if b < 0.0 else math.inf
     q = math.sqrt(d) - u
     return 2.0 * y / q if q > 0.0 else math.inf
 
@@ -80,25 +83,21 @@ def stays_clear(y, u, b, jerk, h):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def approach(y, u, b, j, jerk, snap):
-    """What is known of a gap y >= 0 with rates u, b, j: (will it surely close, once and without a turn, within 1.5 x; x).
+def approach(y, u, b, j, jerk, snap, error):
+    """What is known of a gap y >= 0, right to `error`, with rates u, b, j: (will it surely close, after about x).
 
-    Where that is not sure, x is a step within which it stays positive.
+    Surely: once and without a turn, within 1.25 x. Where that is not sure, x is a step within which the gap stays positive.
     """
-    d = u * u - 2.0 * y * b
-    if d < 0.0:
-        return False, safe_step(y, u, b, j, jerk, snap)
-    root = math.sqrt(d) - u
-    if root <= 0.0:
-        return False, safe_step(y, u, b, j, jerk, snap)
-    x = 2.0 * y / root
-    far = 1.25 * x
-    highest = y + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far * 0.25) * SIXTH))
-    fastest = u + far * (b + far * max(min(jerk, j + snap * far * THIRD), 0.0) * 0.5)
-    if u < 0.0 and x > 0.0 and highest < 0.0 and fastest < 0.0:
-        return True, x
-    m = min(max(snap * x * 0.25 - j, 0.0), jerk)
-    return False, 2.0 * y / (math.sqrt(d + 2.0 * y * m * x * THIRD) - u)
+    most, least = y + error, max(y - error, 0.0)
+    d = u * u - 2.0 * most * b
+    if d > 0.0 and u < 0.0:
+        x = 2.0 * most / (math.sqrt(d) - u)
+        far = 1.25 * x
+        highest = most + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far * 0.25) * SIXTH))
+        fastest = u + far * (b + far * max(min(jerk, j + snap * far * THIRD), 0.0) * 0.5)
+        if highest < 0.0 and fastest < 0.0:
+            return True, x
+    return False, safe_step(least, u, b, j, jerk, snap)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
@@ -175,18 +174,18 @@ def leave(u, b, j, room, jerk, snap):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def look(gap, behind, jerk, snap):
-    """What is ahead at this gap, `behind` being that to the other wall: (will it surely close, after about x).
+def look(gap, behind, jerk, snap, error, error_behind):
+    """What is ahead at this gap, `behind` being that to the other wall, both right to an error: (will it surely close, x).
 
-    Where that is not sure, x is a step safe from both walls.
+    Then x is about when; where it is not sure, x is a step safe from both walls.
     """
     y, u, b, j, _, _ = gap
-    y = max(y, 0.0)
-    surely, x = approach(y, u, b, j, jerk, snap)
-    if not (HAS_UP and HAS_DOWN) or stays_clear(behind, -u, -b, jerk, 1.5 * x if surely else x):
+    surely, x = approach(y, u, b, j, jerk, snap, error)
+    least = max(behind - error_behind, 0.0)
+    if not (HAS_UP and HAS_DOWN) or stays_clear(least, -u, -b, jerk, 1.5 * x if surely else x):
         return surely, x
-    other = safe_step(max(behind, 0.0), -u, -b, -j, jerk, snap)
-    return False, min(other, safe_step(y, u, b, j, jerk, snap))
+    other = safe_step(least, -u, -b, -j, jerk, snap)
+    return False, min(other, safe_step(max(y - error, 0.0), u, b, j, jerk, snap))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
@@ -201,15 +200,16 @@ def flight(p, c, up, w, first, limits):
     """The first impact after leaving a wall: (found, on the upper wall, time, impact speed, undecided).
 
     A march: no step can carry the gap to either wall through zero, and steps close in on a root at third order. It ends where
-    the wall will surely be met, once and without a turn: then the root is refined to rounding.
+    the wall will surely be met, once and without a turn: then the root is refined to rounding. Rounding is counted: the bounds
+    are raised, the steps shortened, and a gap is taken less what it may be wrong by, which to the wall just left is relative.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
-    jerk, snap, pop = limits
+    jerk, snap, pop = limits[0] * OUTWARD, limits[1] * OUTWARD, limits[3] * OUTWARD
     a, j, k, q = first
     room_up, room_down = top - z, z - bottom
     room = math.inf if not (HAS_UP and HAS_DOWN) else room_down if up else room_up
-    to_up, s, undecided = up, 0.0, False
+    to_up, s, undecided, error = up, 0.0, False, 0.0
     gap = ahead(up, 0.0, 0.0, 0.0, w, a, j, k, q)
     if gap[1] == 0.0 and gap[2] < 0.0:
         gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero but for rounding
@@ -222,15 +222,19 @@ def flight(p, c, up, w, first, limits):
             if gap[0] <= 0.0:
                 rate = gap[1]
                 return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, to_up == up, s, w, abs(a) + s * jerk, room)
-            undecided = True  # a graze within rounding, passed
+            undecided = True  # a graze within rounding: pass it, to where the wall recedes again
             h = 4.0 * ROUNDING * s
-        s += h
+            if gap[2] > 0.0:
+                h += 2.0 * (abs(gap[1]) + math.sqrt(2.0 * gap[2] * error)) / gap[2]
+        s += h / OUTWARD
         if not s < HORIZON:
             break
         d, v, a_s, j, k, q = evaluate(c, s)
         to_up = HAS_UP and (v > 0.0 or not HAS_DOWN)
         gap = ahead(to_up, room_up, room_down, d, v, a_s, j, k, q)
-        surely, h = look(gap, room_down + d if to_up else room_up - d, jerk, snap)
+        near = ROUNDING * s * (abs(w) + s * (abs(a) + s * jerk))
+        error, error_behind = (near, near + ROUNDING * room) if to_up == up else (near + ROUNDING * room, near)
+        surely, h = look(gap, room_down + d if to_up else room_up - d, jerk, snap, error, error_behind)
     return False, up, s, 0.0, undecided
 
 
@@ -241,7 +245,7 @@ def release(p, phi, up):
     z = top if up else bottom
     into = 1.0 if up else -1.0
     c = coefficients(p, phi, z, 0.0)
-    _, snap, _ = bounds(p, phi, z, 0.0)
+    snap = bounds(p, phi, z, 0.0)[1] * OUTWARD
     period = TWO_PI / phase_rate(p)
     s = 0.0
     for _ in range(MOST_STEPS):

@@ -35,8 +35,8 @@ def coefficients(p: Any, phi: float, z: float, w: float) -> Numbers:
     raise NotImplementedError
 
 
-def bounds(p: Any, phi: float, z: float, w: float) -> tuple[float, float, float]:
-    """Bounds on the third, fourth and sixth derivative (|jerk|, |snap|, |pop|) for all s in [0, HORIZON]."""
+def bounds(p: Any, phi: float, z: float, w: float) -> tuple[float, float, float, float]:
+    """Bounds on the third to the sixth derivative (|jerk|, |snap|, |crackle|, |pop|) for all s in [0, HORIZON]."""
     raise NotImplementedError
 
 

@@ -71,7 +71,7 @@ def flow_source(system: "ImpactSystem") -> str:
     for _ in range(6):  # velocity, acceleration, jerk, snap, crackle, pop
         rates.append(flow.rate(rates[-1]))
     horizon = sp.Integer(int(system.horizon)) * period
-    limits = [flow.bound(rates[k], horizon) for k in (3, 4, 6)]
+    limits = [flow.bound(rates[k], horizon) for k in (3, 4, 5, 6)]
     free, evaluate = _evaluation(flow, rates[:6])
     tangent = [sp.diff(flow.restore(expr), x) for expr in rates[:2] for x in (PHI, W)]
     p = [f"{symbols[name]} = p[{i}]" for i, name in enumerate(names)]
@@ -85,7 +85,7 @@ def flow_source(system: "ImpactSystem") -> str:
             _walls(symbolic, p, f"HORIZON = {_constant(horizon)}"),
             _function("phase_rate(p)", "Radians of phase a unit of time.", [2 * sp.pi / period], p, single=True),
             _function("coefficients(p, phi, z, w)", "What is free of s.", free, state),
-            _function("bounds(p, phi, z, w)", "Bounds on |jerk|, |snap| and |pop|.", limits, state),
+            _function("bounds(p, phi, z, w)", "Bounds on |jerk|, |snap|, |crackle| and |pop|.", limits, state),
             evaluate,
             _function("tangent(p, phi, z, w, s)", "By phase and velocity at fixed s.", tangent, [*state, "_s = s", *waves]),
         ]

@@ -79,27 +79,28 @@ def as_states(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
 
 
 CHATTER, REST, LONGER = "~", "_", "..."
+HIGHEST, LOWEST = "^", "v"  # turning points in itineraries: the displacement has a maximum, a minimum
 
 
-def word_base(walls: Sequence[str]) -> int:
-    """The number base in which a word of impacts is coded: one digit a wall, two marks, and zero for none."""
-    return len(walls) + 3
+def _letters(walls: Sequence[str], turns: bool) -> tuple[str, ...]:
+    return (*walls, CHATTER, REST, *((HIGHEST, LOWEST) if turns else ()))
 
 
-def decode(code: int, walls: Sequence[str]) -> str:
+def decode(code: int, walls: Sequence[str], turns: bool = False) -> str:
     """The word of a code: a letter for each impact in order, `~` after a wall on which chatter ran its course,
-    `_` after one on which the ball rested, `...` where the word is longer than the code holds.
+    `_` after one on which the ball rested, `...` where the word is longer than the code holds. With `turns` the code is that of
+    an itinerary, in which `^` and `v` are turning points passed: maxima and minima of the displacement.
 
     >>> decode(1 + 4 * 5 + 3 * 25, ("B", "T")), decode(1 + 2 * 5 + 1 * 25, ("B", "T"))
     ('B_~', 'BTB')
     """
-    letters = ("", *walls, CHATTER, REST)
+    letters = ("", *_letters(walls, turns))
     text, code = "", int(code)
     if code < 0:
         text, code = LONGER, -code
     word = ""
     while code:
-        code, digit = divmod(code, word_base(walls))
+        code, digit = divmod(code, len(letters))
         word += letters[digit]
     return word + text
 
@@ -110,7 +111,7 @@ def encode(word: str, walls: Sequence[str]) -> int:
     >>> decode(encode("BTTB", ("B", "T")), ("B", "T"))
     'BTTB'
     """
-    letters = (*walls, CHATTER, REST)
+    letters = _letters(walls, turns=False)
     code, power, rest = 0, 1, word
     while rest:
         digit = next((k for k, letter in enumerate(letters, 1) if rest.startswith(letter)), 0)
@@ -119,8 +120,13 @@ def encode(word: str, walls: Sequence[str]) -> int:
                 f"the word {word!r} has no letter at {rest!r}; accepted: the walls {', '.join(walls)}, "
                 f"{CHATTER!r} (chatter) and {REST!r} (rest)"
             )
-        code, power, rest = code + digit * power, power * word_base(walls), rest[len(letters[digit - 1]) :]
+        code, power, rest = code + digit * power, power * (len(letters) + 1), rest[len(letters[digit - 1]) :]
     return code
+
+
+def _decoded(codes: NDArray[np.int64], walls: Sequence[str], turns: bool) -> NDArray[np.str_]:
+    values, inverse = np.unique(codes, return_inverse=True)
+    return np.array([decode(value, walls, turns) for value in values] or [""], dtype=str)[inverse]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,8 +149,12 @@ class Returns:
     @property
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (N,): the base wall, every impact on the way, the base wall."""
-        values, inverse = np.unique(self.codes, return_inverse=True)
-        return np.array([decode(value, self.walls) for value in values] or [""], dtype=str)[inverse]
+        return _decoded(self.codes, self.walls, turns=False)
+
+    @property
+    def certified(self) -> NDArray[np.bool_]:
+        """Which images are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding."""
+        return np.isin(self.outcome, (Outcome.returned, Outcome.stuck))
 
     @property
     def lifted(self) -> Floats:
@@ -181,6 +191,23 @@ class Returns:
         """How many returns ended in which outcome, by name."""
         values, numbers = np.unique(self.outcome, return_counts=True)
         return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Legs:
+    """The flights of N first returns: which turning points they pass, and how far from a graze they are."""
+
+    walls: tuple[str, ...]
+    codes: NDArray[np.int64]  #: shape (N,), itineraries as numbers; see `itineraries`
+    turns: NDArray[np.int32]  #: shape (N,), turning points passed
+    clearance: Floats  #: shape (N,), least gap to a wall at a turning point before it, in displacement; inf without one
+    slowest: Floats  #: shape (N,), least impact speed on the way, the last included
+    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`; a graze within rounding is not told apart here
+
+    @property
+    def itineraries(self) -> NDArray[np.str_]:
+        """The word of each return with its turning points, shape (N,), such as `BvTB`; see `decode`."""
+        return _decoded(self.codes, self.walls, turns=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

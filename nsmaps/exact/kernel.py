@@ -7,6 +7,7 @@ import inspect
 import os
 import sys
 import tempfile
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,13 +17,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Returns
+from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Legs, Returns
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 HERE = Path(__file__).parent
-ENGINE = ("remainders.py", "flight.py", "returns.py")  # written against flow.py, copied behind what is generated
+ENGINE = ("remainders.py", "flight.py", "returns.py", "legs.py")  # written against flow.py, copied behind what is generated
 MARK = "# === engine ===\n"
 KNOWN = {"nsmaps", "pydantic", "sympy", "numpy", "scipy", "mpmath", *sys.stdlib_module_names} - {"__main__"}
 CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
@@ -46,15 +47,20 @@ class Kernel:
             chunk = tangents[k] if derivative else np.empty((0 if k.stop > k.start else 1, 2, 2))
             self.module.first_returns(p, start[k], chatter, image[k], turns[k], codes[k], outcome[k], time[k], chunk)
 
-        chunks = [slice(i, min(i + CHUNK, n)) for i in range(0, n, CHUNK)]
-        if len(chunks) < 2:
-            for k in chunks:
-                run(k)
-        else:
-            with ThreadPoolExecutor(os.cpu_count()) as pool:
-                list(pool.map(run, chunks))
+        _in_chunks(n, run)
         coordinates, walls = system.coordinates, system.wall_names
         return Returns(coordinates, walls, start, image, turns, codes, outcome, time, tangents if derivative else None)
+
+    def legs(self, system: "ImpactSystem", start: Floats, chatter: float) -> Legs:
+        """The legs of the first returns of a batch, shape (N, 2)."""
+        n = len(start)
+        outcome, codes, turns = np.empty(n, np.int8), np.empty(n, np.int64), np.empty(n, np.int32)
+        clearance, slowest = np.empty(n), np.empty(n)
+        p = _vector(system)
+        _in_chunks(
+            n, lambda k: self.module.all_legs(p, start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k])
+        )
+        return Legs(system.wall_names, codes, turns, clearance, slowest, outcome)
 
     def impacts(self, system: "ImpactSystem", state: Floats, n: int, chatter: float) -> Impacts:
         """The first n impacts on all walls from one state, shape (2,)."""
@@ -84,6 +90,17 @@ class Kernel:
             times.append(impacts.time[i] + s)
             places.append(z + np.array([self.module.evaluate(c, x)[0] for x in s]))
         return np.concatenate([*times, []]), np.concatenate([*places, []])
+
+
+def _in_chunks(n: int, run: Callable[[slice], None]) -> None:
+    """Run a task over n states in chunks, on all cores where there is more than one chunk."""
+    chunks = [slice(i, min(i + CHUNK, n)) for i in range(0, n, CHUNK)]
+    if len(chunks) < 2:
+        for k in chunks:
+            run(k)
+    else:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(run, chunks))
 
 
 def _vector(system: "ImpactSystem") -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict
 
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_match
-from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Returns, as_states
+from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, as_states
 
 if TYPE_CHECKING:
     from nsmaps.exact.kernel import Kernel
@@ -98,6 +98,17 @@ class ImpactSystem(BaseModel, ABC):
         if not chatter >= 0:
             raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
         return self._kernel().first_returns(self, start, derivative, chatter)
+
+    def legs(self, states: ArrayLike, chatter: float = 1e-12) -> Legs:
+        """The turning points that the flights of first returns pass, and how near they come to a graze.
+
+        Two returns with the same itinerary lie on one smooth piece of the map; pieces end where `clearance` or `slowest` is zero.
+        Arguments and errors as `first_return`.
+        """
+        start = as_states(states, self.coordinates)
+        if not chatter >= 0:
+            raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
+        return self._kernel().legs(self, start, chatter)
 
     def impacts(self, state: ArrayLike, n: int, chatter: float = 1e-12) -> Impacts:
         """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""

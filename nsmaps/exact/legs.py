@@ -1,0 +1,124 @@
+"""The legs of a return: the turning points that its flights pass, and how near they come to a wall without meeting it.
+
+Like `flight.py`, this file is not imported but copied behind the flow that is generated for a system.
+"""
+
+import math
+
+from numba import njit
+
+from nsmaps.exact.flight import MOST_STEPS, ROUNDING, TWO_PI, approach, first_step
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, phase_rate, rebound, start, wall_places
+from nsmaps.exact.returns import (
+    CHATTER,
+    ESCAPED,
+    FOREVER,
+    IMPACT,
+    INVALID,
+    LOST,
+    MOST_IMPACTS,
+    RESTS,
+    RETURNED,
+    STUCK,
+    next_impact,
+    spell,
+)
+
+# === engine ===
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def next_turn(c, s, h, end, limits):
+    """The first zero of the velocity after s + h and before `end`, or infinity: the march of the flight, one rate higher."""
+    for _ in range(MOST_STEPS):
+        s += h
+        if s >= end:
+            return math.inf
+        _, v, a, j, k, _ = evaluate(c, s)
+        sign = 1.0 if v > 0.0 else -1.0
+        surely, h = approach(sign * v, sign * a, sign * j, sign * k, limits[1], limits[2], 0.0)
+        if surely or h <= ROUNDING * s:
+            for _ in range(8):
+                s += h
+                _, v, a, _, _, _ = evaluate(c, s)
+                h = -v / a if a != 0.0 else 0.0
+                if abs(h) <= ROUNDING * s:
+                    break
+            return s if s < end else math.inf
+    return math.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def after_turn(rate, j, k, limits):
+    """A step from a zero of the velocity, where the acceleration is `rate`, within which there is no other."""
+    sign = 1.0 if rate > 0.0 or (rate == 0.0 and j > 0.0) else -1.0
+    if rate == 0.0:
+        return first_step(sign * j, sign * k, 0.0, limits[2], math.inf) if limits[2] > 0.0 else math.inf
+    return first_step(sign * rate, sign * j, sign * k, limits[1], limits[2])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turns_of_flight(p, up, phi, v, end, code, power, base):
+    """The turns of a flight of time `end`: (code of the itinerary with them, its power, how many, least gap at a turn)."""
+    top, bottom = wall_places(p)
+    z = top if up else bottom
+    u, _ = rebound(p, up, v)
+    w = -u if up else u
+    c = coefficients(p, phi, z, w)
+    limits = bounds(p, phi, z, w)
+    a, j, k, _ = start(c)
+    h = after_turn(a, j, k, limits) if w == 0.0 else 0.0
+    count, least, s = 0, math.inf, 0.0
+    before = w if w != 0.0 else (a if a != 0.0 else j)
+    for _ in range(MOST_STEPS):
+        if s == 0.0 and w != 0.0:  # the velocity itself is what the first turn takes away
+            sign = 1.0 if w > 0.0 else -1.0
+            surely, h = approach(sign * w, sign * a, sign * j, sign * k, limits[1], limits[2], 0.0)
+            h *= 0.5 if surely else 1.0
+        s = next_turn(c, s, h, end, limits)
+        if s == math.inf:
+            break
+        d, _, a, j, k, _ = evaluate(c, s)
+        gap = (top - z) - d if before > 0.0 else (z - bottom) + d
+        if (HAS_UP and before > 0.0) or (HAS_DOWN and before < 0.0):
+            least = min(least, gap)
+        count += 1
+        code, power = spell(code, power, base, base - 2 if before > 0.0 else base - 1, 1)
+        before = -before
+        h = after_turn(a, j, k, limits)
+    return code, power, count, least
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def legs(p, v, phi, chatter):
+    """The legs of one first return: (outcome, code of the itinerary, turns, least gap at a turn, least impact speed)."""
+    if not (v >= 0.0 and v < math.inf and math.isfinite(phi)):
+        return INVALID, 0, 0, math.nan, math.nan
+    phi -= TWO_PI * math.floor(phi / TWO_PI)
+    walls = 1 + (HAS_UP and HAS_DOWN)
+    base = walls + 5  # of the itinerary's code: walls, chatter, rest, two turns, none
+    up, turns, clearance, slowest = BASE_UP, 0, math.inf, math.inf
+    code, power = spell(0, 1, base, 1, 1)
+    for _ in range(MOST_IMPACTS):
+        on_base = up == BASE_UP
+        ended, now_up, s, now_v, _, _, _ = next_impact(p, up, phi, v, chatter if on_base else math.inf)
+        if ended in (FOREVER, ESCAPED):
+            return RESTS if ended == FOREVER else LOST, code, turns, clearance, slowest
+        if ended == IMPACT:
+            code, power, more, least = turns_of_flight(p, up, phi, v, s, code, power, base)
+            turns, clearance, slowest = turns + more, min(clearance, least), min(slowest, now_v)
+            code, power = spell(code, power, base, 1 if now_up == BASE_UP else 2, 1)
+        else:
+            code, power = spell(code, power, base, walls + (1 if ended == CHATTER else 2), 1)
+        phi = (phi + s * phase_rate(p)) % TWO_PI
+        v, up = now_v, now_up
+        if up == BASE_UP and (ended == IMPACT or on_base):
+            return RETURNED if ended == IMPACT else STUCK, code, turns, clearance, slowest
+    return LOST, code, turns, clearance, slowest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def all_legs(p, states, chatter, outcome, codes, turns, clearance, slowest):
+    """The legs of a batch, written into the arrays given."""
+    for i in range(len(states)):
+        outcome[i], codes[i], turns[i], clearance[i], slowest[i] = legs(p, states[i, 0], states[i, 1], chatter)
