@@ -156,6 +156,24 @@ def figures(
         typer.echo(str(path))
 
 
+@app.command()
+def bench(
+    returns: Annotated[int, typer.Option(help="First returns to ask of each program.")] = 10_000,
+    out: Annotated[Path | None, typer.Option(help="A folder for bench.md and bench.png.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+) -> None:
+    """Race the exact map of vi_pair against the other programs installed here: time and error on the same first returns."""
+    from nsmaps.bench import figure, run
+
+    with _told(), _bar(quiet) as progress:
+        result = run(returns=returns, progress=progress)
+    typer.echo(result.table())
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "bench.md").write_text(result.table() + "\n", encoding="utf-8")
+        typer.echo(f"written to {out / 'bench.md'} and {figure(result, out / 'bench.png')}")
+
+
 def _draw(result: "StudyResult", folder: Path, format: Format) -> list[Path]:
     from nsmaps.figures import draw
 

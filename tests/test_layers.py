@@ -21,6 +21,7 @@ RANK = {
     "testing": 4,
     "study": 5,
     "figures": 5,
+    "bench": 6,
     "__init__": 6,
     "cli": 7,
     "__main__": 8,

@@ -1,0 +1,26 @@
+"""The benchmark, `nsmaps bench`: the exact map beside other programs, time against error, on the same first returns.
+
+    result = nsmaps.bench.run()
+    print(result.table())
+    nsmaps.bench.figure(result, "bench.png")
+
+Programs that are not installed are skipped and named. For one of your own subclass `Contestant` and pass it to `run`.
+"""
+
+from pathlib import Path
+
+from nsmaps.bench.contestant import Contestant
+from nsmaps.bench.race import programs, run
+from nsmaps.bench.result import BenchResult, Row
+from nsmaps.bench.task import Answer, Pair
+
+__all__ = ["Answer", "BenchResult", "Contestant", "Pair", "Row", "figure", "programs", "run"]
+
+
+def figure(result: BenchResult, path: str | Path) -> Path:
+    """Draw error against time and write it to a file, whose suffix is its format. Returns its path."""
+    from nsmaps.bench.picture import save
+
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return save(result, path)
