@@ -15,7 +15,7 @@ from nsmaps.exact.flow import HAS_DOWN, HAS_UP, HORIZON, bounds, coefficients, e
 TWO_PI = 2 * math.pi
 MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall for ever
 ROUNDING = 1e-15  # a few units in the last place
-OUTWARD = 1.0 + 1e-12  # what bounds are raised by, and steps shortened by, against rounding
+OUTWARD, INWARD = 1.0 + 1e-12, 1.0 - 1e-12  # what bounds are raised by, and steps shortened by, against rounding
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0  # a product is cheaper than a division
 
 
@@ -113,10 +113,13 @@ def certain_return(u, b, j, jerk, snap):
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
 def taylor_root(y, u, b, j, k, q, x):
     """The root of the gap's Taylor polynomial (rates u, b, j, snap k, crackle q) near x by two steps of Newton, and its rate."""
-    for _ in range(2):
-        rate = u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
-        y_x = y + x * (u + x * (b * 0.5 + x * (j * SIXTH + x * (k * (SIXTH * 0.25) + x * q * (SIXTH * 0.05)))))
-        x -= y_x / rate
+    rate = u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
+    left = y + x * (u + x * (b * 0.5 + x * (j * SIXTH + x * (k * (SIXTH * 0.25) + x * q * (SIXTH * 0.05)))))
+    slope = 1.0 / rate
+    x -= left * slope
+    rate = u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
+    left = y + x * (u + x * (b * 0.5 + x * (j * SIXTH + x * (k * (SIXTH * 0.25) + x * q * (SIXTH * 0.05)))))
+    x -= left * slope * (2.0 - rate * slope)  # 1/rate to second order, without another division
     return x, u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
 
 
@@ -226,7 +229,7 @@ def flight(p, c, up, w, first, limits):
             h = 4.0 * ROUNDING * s
             if gap[2] > 0.0:
                 h += 2.0 * (abs(gap[1]) + math.sqrt(2.0 * gap[2] * error)) / gap[2]
-        s += h / OUTWARD
+        s += h * INWARD
         if not s < HORIZON:
             break
         d, v, a_s, j, k, q = evaluate(c, s)

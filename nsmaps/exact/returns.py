@@ -28,6 +28,7 @@ IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
 RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID = 0, 1, 2, 3, 4, 5, 6  # values of Outcome
 MOST_IMPACTS = 100_000  # of one return
 INFINITE_CODE = 2**62
+NO_SPEED = 1e-300  # what leaves a wall slower than this stays on it: its reciprocal would overflow
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -42,6 +43,8 @@ def next_impact(p, up, phi, v, chatter):
     z = top if up else bottom
     into = 1.0 if up else -1.0
     u, slope = rebound(p, up, v)
+    if u < NO_SPEED:
+        u = 0.0
     w = -into * u
     c = coefficients(p, phi, z, w)
     limits = bounds(p, phi, z, w)
