@@ -1,4 +1,8 @@
-"""Closed forms of iterates in sympy: the second-iterate polynomial with its alpha coefficients, eq. seconditerativev."""
+"""Closed forms of iterates in sympy: the second-iterate polynomial with its alpha coefficients, eq. seconditerativev.
+
+The alphas agree with the paper's supplement but for two errors of print: the last term of alpha_0, 3 b3^2 b6 b8 phi_max^6, is a
+term of alpha_1, where it also stands; and p_1^3 in alpha_3 means phi_max^3.
+"""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
