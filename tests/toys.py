@@ -35,7 +35,7 @@ class Oscillator(ImpactSystem):
     w: float = Field(gt=0)
     gap: float = Field(gt=0)
     r: float = Field(0.8, ge=0, le=1)
-    damping: Literal["under", "over"] = "under"
+    damping: Literal["under", "over", "critical"] = "under"
 
     def walls(self) -> Mapping[str, Wall]:
         return {"R": Wall(at=self.gap, side=1), "L": Wall(at=-self.gap, side=-1)}
@@ -44,8 +44,9 @@ class Oscillator(ImpactSystem):
         return 2 * sp.pi / self.w
 
     def forced(self, t: Any) -> Any:
-        scale = (1 - self.w**2) ** 2 + (2 * self.zeta * self.w) ** 2
-        return ((1 - self.w**2) * sp.cos(self.w * t) + 2 * self.zeta * self.w * sp.sin(self.w * t)) / scale
+        zeta = 1 if self.damping == "critical" else self.zeta
+        scale = (1 - self.w**2) ** 2 + (2 * zeta * self.w) ** 2
+        return ((1 - self.w**2) * sp.cos(self.w * t) + 2 * zeta * self.w * sp.sin(self.w * t)) / scale
 
     def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
         s = t - hit.t
@@ -55,6 +56,8 @@ class Oscillator(ImpactSystem):
         if self.damping == "under":
             k = sp.sqrt(1 - self.zeta**2)
             free = sp.exp(-self.zeta * s) * (z0 * sp.cos(k * s) + (w0 + self.zeta * z0) / k * sp.sin(k * s))
+        elif self.damping == "critical":  # zeta = 1, whatever the field says
+            free = sp.exp(-s) * (z0 + (w0 + z0) * s)
         else:
             k = sp.sqrt(self.zeta**2 - 1)
             slow, fast = -self.zeta + k, -self.zeta - k

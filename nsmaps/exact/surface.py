@@ -1,6 +1,6 @@
 """Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
@@ -57,9 +57,11 @@ class Grid(BaseModel):
         """The coordinates of the grid points, each of `shape`."""
         return tuple(np.meshgrid(*(axis.values() for axis in self.axes.values()), indexing="ij"))
 
-    def states(self) -> Floats:
-        """All grid points, shape (size, n)."""
-        return np.column_stack([x.ravel() for x in self.mesh()])
+    def states(self, start: int = 0, stop: int | None = None) -> Floats:
+        """The grid points from number `start` up to `stop`, all by default, shape (stop - start, n)."""
+        numbers = np.arange(start, self.size if stop is None else min(stop, self.size))
+        places = np.unravel_index(numbers, self.shape)
+        return np.column_stack([axis.values()[place] for axis, place in zip(self.axes.values(), places, strict=True)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,11 +113,36 @@ def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamil
     Raises:
         NsmapsError: the grid's axes are not the system's coordinates, in their order.
     """
-    if tuple(grid.axes) != system.coordinates:
-        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; accepted: {', '.join(system.coordinates)}, in this order")
+    _check_axes(system, grid)
     returns = system.first_return(grid.states())
     members = {family.name: family.contains(returns) & returns.valid for family in families}
     return {name: Surface(name, grid, member, returns.select(member)) for name, member in members.items()}
+
+
+def returns_in_chunks(
+    system: "ImpactSystem", grid: Grid, chunk: int = 1_000_000, progress: Callable[[int, int], None] | None = None
+) -> Iterator[Returns]:
+    """The first returns over a grid of any size, in its order, a chunk at a time and so in constant memory.
+
+    Args:
+        chunk: states in one chunk, about 100 bytes each.
+        progress: called with the number of states done and of all states, after each chunk.
+
+    Raises:
+        NsmapsError: the grid's axes are not the system's coordinates, or the chunk is empty.
+    """
+    _check_axes(system, grid)
+    if chunk < 1:
+        raise NsmapsError(f"chunk is {chunk}; at least one state is accepted")
+    for start in range(0, grid.size, chunk):
+        yield system.first_return(grid.states(start, start + chunk))
+        if progress is not None:
+            progress(min(start + chunk, grid.size), grid.size)
+
+
+def _check_axes(system: "ImpactSystem", grid: Grid) -> None:
+    if tuple(grid.axes) != system.coordinates:
+        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; accepted: {', '.join(system.coordinates)}, in this order")
 
 
 def sweep(

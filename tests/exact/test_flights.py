@@ -25,6 +25,8 @@ SYSTEMS = {
     "elastic ball": (BouncingBall(a=0.4, r=1.0), 3.0),
     "underdamped": (Oscillator(zeta=0.05, w=0.81, gap=0.7), 2.0),
     "overdamped": (Oscillator(zeta=1.1, w=2.5, gap=0.04, r=0.95, damping="over"), 1.0),
+    "critical": (Oscillator(zeta=1.0, w=1.7, gap=0.1, damping="critical"), 1.0),
+    "near resonance": (Oscillator(zeta=1e-3, w=0.999, gap=0.7), 2.0),
     "parabolas": (Table(height=0.6), 2.0),
 }
 KINDS = [*SYSTEMS, "vi pair"]
@@ -47,6 +49,7 @@ def test_impacts_are_on_the_walls_and_none_was_missed(kind, pair):
     system, top = system_of(kind, pair)
     place, velocity = formula(system)
     walls = list(system.walls().values())
+    loss = 50 if kind == "near resonance" else 1  # there terms of size 500 cancel in the formula itself
     rng = np.random.default_rng(5)
     with mp.workdps(40):
         for v, phi in zip(rng.uniform(0.02, top, 12), rng.uniform(0, TWO_PI, 12), strict=True):
@@ -60,11 +63,11 @@ def test_impacts_are_on_the_walls_and_none_was_missed(kind, pair):
                 start = (t0, mp.mpf(wall.at), -wall.side * mp.mpf(system.rebound(hits.speed[i], name)))
                 end = walls[hits.wall[i + 1]]
                 speed = velocity(t0 + flown, *start)
-                assert abs(place(t0 + flown, *start) - end.at) < 2e-14 * (1 + hits.time[i + 1]) * (1 + abs(speed))
-                assert abs(end.side * speed - hits.speed[i + 1]) < 1e-13 * (1 + hits.time[i + 1])
+                assert abs(place(t0 + flown, *start) - end.at) < 2e-14 * loss * (1 + hits.time[i + 1]) * (1 + abs(speed))
+                assert abs(end.side * speed - hits.speed[i + 1]) < 1e-13 * loss * (1 + hits.time[i + 1])
                 for share in np.linspace(0.002, 0.998, 60):
                     z = place(t0 + flown * mp.mpf(float(share)), *start)
-                    assert all(side.side * (side.at - z) > -1e-15 for side in walls)
+                    assert all(side.side * (side.at - z) > -1e-15 * loss for side in walls)
 
 
 @pytest.mark.parametrize("kind", KINDS)
