@@ -102,9 +102,6 @@ def attracting_domain(
     trapped = found is not None and all(update.trapped for update in made)
     moved = float(np.max(np.abs(boxes[-1] - boxes[-2]) / np.ptp(start, axis=1)[:, None])) if len(boxes) > 1 else np.inf
     settled = trapped and len(boxes) == updates + 1 and moved <= settle
-    last = made[-1]
-    cycle = np.sort(last.generic[-2:], axis=0).T
-    agrees = trapped and bool(np.all(np.abs(cycle - boxes[-1]) <= 1e-6 * np.ptp(last.box, axis=1)[:, None]))
     return AttractingDomain(
         of or _name(map),
         map.coordinates,
@@ -113,10 +110,16 @@ def attracting_domain(
         trapped,
         settled,
         boxes[-1] if trapped else np.full_like(start, np.nan),
-        agrees,
+        trapped and _agree(made[-1]),
         "sampled",
         why if found is None else _reason(map.coordinates, made, moved, settle),
     )
+
+
+def _agree(update: Update) -> bool:
+    """Does the generic iteration end on the bounds of the worst case."""
+    cycle = np.sort(update.generic[-2:], axis=0).T
+    return bool(np.all(np.abs(cycle - update.worst[-1]) <= 1e-6 * np.ptp(update.box, axis=1)[:, None]))
 
 
 def smallest_box(map: AnyMap, box: ArrayLike, samples: int = 201, most: float = 4.0) -> tuple[Floats | None, str]:

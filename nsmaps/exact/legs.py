@@ -7,8 +7,8 @@ import math
 
 from numba import njit
 
-from nsmaps.exact.flight import MOST_STEPS, ROUNDING, TWO_PI, approach, first_step
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, phase_rate, rebound, start, wall_places
+from nsmaps.exact.flight import MOST_STEPS, ROUNDING, approach, first_step
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, rebound, start, wall_places
 from nsmaps.exact.returns import (
     CHATTER,
     ESCAPED,
@@ -20,7 +20,9 @@ from nsmaps.exact.returns import (
     RESTS,
     RETURNED,
     STUCK,
+    is_state,
     next_impact,
+    onward,
     spell,
 )
 
@@ -92,9 +94,9 @@ def turns_of_flight(p, up, phi, v, end, code, power, base):
 @njit(cache=True, nogil=True, error_model="numpy")
 def legs(p, v, phi, chatter):
     """The legs of one first return: (outcome, code of the itinerary, turns, least gap at a turn, least impact speed)."""
-    if not (v >= 0.0 and v < math.inf and math.isfinite(phi)):
+    if not is_state(v, phi):
         return INVALID, 0, 0, math.nan, math.nan
-    phi -= TWO_PI * math.floor(phi / TWO_PI)
+    phi, _ = onward(p, phi, 0.0)
     walls = 1 + (HAS_UP and HAS_DOWN)
     base = walls + 5  # of the itinerary's code: walls, chatter, rest, two turns, none
     up, turns, clearance, slowest = BASE_UP, 0, math.inf, math.inf
@@ -110,7 +112,7 @@ def legs(p, v, phi, chatter):
             code, power = spell(code, power, base, 1 if now_up == BASE_UP else 2, 1)
         else:
             code, power = spell(code, power, base, walls + (1 if ended == CHATTER else 2), 1)
-        phi = (phi + s * phase_rate(p)) % TWO_PI
+        phi, _ = onward(p, phi, s)
         v, up = now_v, now_up
         if up == BASE_UP and (ended == IMPACT or on_base):
             return RETURNED if ended == IMPACT else STUCK, code, turns, clearance, slowest

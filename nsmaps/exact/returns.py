@@ -28,6 +28,7 @@ IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
 RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID = 0, 1, 2, 3, 4, 5, 6  # values of Outcome
 MOST_IMPACTS = 100_000  # of one return
 INFINITE_CODE = 2**62
+MOST_PHASE = 1e12  # radians
 NO_SPEED = 1e-300  # what leaves a wall slower than this stays on it: its reciprocal would overflow
 
 
@@ -105,21 +106,32 @@ def spell(code, power, base, digit, times):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def is_state(v, phi):
+    """Is (v, phi) a state: a finite speed >= 0, and a phase that has not lost its digits to whole turns."""
+    return v >= 0.0 and v < math.inf and abs(phi) < MOST_PHASE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def onward(p, phi, s):
+    """The phase a time s later, in [0, 2 pi), and the whole turns made."""
+    phi += s * phase_rate(p)
+    whole = math.floor(phi / TWO_PI)
+    phi = max(phi - whole * TWO_PI, 0.0)
+    return (phi, whole) if phi < TWO_PI else (0.0, whole + 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def first_return(p, v, phi, chatter, derivative):
     """The first return to the base wall: (outcome, speed, phase, turns, time, code of the word, derivative)."""
     d = (1.0, 0.0, 0.0, 1.0)
     lost = (math.nan, math.nan, math.nan, math.nan)
-    if not (v >= 0.0 and v < math.inf and math.isfinite(phi)):
+    if not is_state(v, phi):
         return INVALID, math.nan, math.nan, 0, math.nan, 0, lost
-    turns = math.floor(phi / TWO_PI)
-    phi -= TWO_PI * turns
-    base = 4 + (HAS_UP and HAS_DOWN)  # of the word's code: walls, two marks, none
-    digits = 2 + (HAS_UP and HAS_DOWN)
+    phi, turns = onward(p, phi, 0.0)
+    walls = 1 + (HAS_UP and HAS_DOWN)
+    base = walls + 3  # of the word's code: walls, two marks, none
     up, power, code, time, undecided = BASE_UP, 1, 0, 0.0, False
-    letter, run = (
-        1,
-        1,
-    )  # the wall of the last impact, and how many in a row: spelt when the row ends, once if it is chatter
+    letter, run = 1, 1  # the wall of the last impacts and how many in a row: spelt when the row ends, once if it is chatter
     for _ in range(MOST_IMPACTS):
         on_base = up == BASE_UP
         ended, now_up, s, now_v, unsure, slope, w = next_impact(p, up, phi, v, chatter if on_base else math.inf)
@@ -130,9 +142,8 @@ def first_return(p, v, phi, chatter, derivative):
             return LOST, math.nan, math.nan, 0, math.nan, code, lost
         if ended != IMPACT:
             code, power = spell(code, power, base, letter, 1)
-            code, power = spell(code, power, base, digits if ended == CHATTER else digits + 1, 1)
-            run = 0
-            d = (0.0, 0.0, 0.0, 0.0)
+            code, power = spell(code, power, base, walls + (1 if ended == CHATTER else 2), 1)
+            run, d = 0, (0.0, 0.0, 0.0, 0.0)
         else:
             if now_up != up:
                 code, power = spell(code, power, base, letter, run)
@@ -141,11 +152,7 @@ def first_return(p, v, phi, chatter, derivative):
             if derivative:
                 d = advance_tangent(p, up, phi, w, slope, now_up, s, d)
         time += s
-        advance = s * phase_rate(p)
-        whole = math.floor((phi + advance) / TWO_PI)
-        phi = max(phi + advance - whole * TWO_PI, 0.0)
-        if phi >= TWO_PI:
-            phi, whole = 0.0, whole + 1
+        phi, whole = onward(p, phi, s)
         turns += whole
         v, up = now_v, now_up
         if up == BASE_UP and (ended == IMPACT or on_base):
@@ -183,5 +190,5 @@ def trajectory(p, v, phi, chatter, up, wall, time, phase, speed, mark):
             return i + 1
         mark[i + 1] = ended
         t += s
-        phi = (phi + s * phase_rate(p)) % TWO_PI
+        phi, _ = onward(p, phi, s)
     return n

@@ -115,13 +115,13 @@ def test_any_state_has_an_answer_inside_the_walls(kind, v, phi, pair):
 
 
 def test_edge_inputs_are_data(pair):
-    states = [[np.nan, 0], [0.1, np.inf], [-0.1, 1], [np.inf, 1], [0.43, 0.26 - 2 * TWO_PI]]
+    states = [[np.nan, 0], [0.1, np.inf], [-0.1, 1], [np.inf, 1], [0.1, 1e300], [0.43, 0.26 - 2 * TWO_PI]]
     returns = pair(0.35).first_return(states)
-    assert returns.outcome.tolist() == [Outcome.invalid] * 4 + [Outcome.returned]
-    assert np.isnan(returns.image[:4]).all()
+    assert returns.outcome.tolist() == [Outcome.invalid] * 5 + [Outcome.returned]
+    assert np.isnan(returns.image[:5]).all()
     plain = pair(0.35).first_return([[0.43, 0.26]])
-    assert returns.image[4] == pytest.approx(plain.image[0], abs=1e-14)
-    assert returns.lifted[4, 1] == pytest.approx(plain.lifted[0, 1] - 2 * TWO_PI, abs=1e-13)
+    assert returns.image[5] == pytest.approx(plain.image[0], abs=1e-14)
+    assert returns.lifted[5, 1] == pytest.approx(plain.lifted[0, 1] - 2 * TWO_PI, abs=1e-13)
     assert len(pair(0.35).first_return(np.empty((0, 2)))) == 0
 
 
