@@ -29,7 +29,7 @@ class StateError(NsmapsError):
 class ConditionError(NsmapsError):
     """A condition or number in a study's text that cannot be read safely."""
 
-    column: int = 0  #: where in the text, from zero
+    column: int | None = None  #: where in the text, from zero; None where the fault is of no one place
 
 
 class FitError(NsmapsError):

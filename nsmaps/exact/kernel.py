@@ -44,8 +44,7 @@ class Kernel:
         p = _vector(system)
 
         def run(k: slice) -> None:
-            chunk = tangents[k] if derivative else np.empty((0 if k.stop > k.start else 1, 2, 2))
-            self.module.first_returns(p, start[k], chatter, image[k], turns[k], codes[k], outcome[k], time[k], chunk)
+            self.module.first_returns(p, start[k], chatter, image[k], turns[k], codes[k], outcome[k], time[k], tangents[k])
 
         _in_chunks(n, run)
         coordinates, walls = system.coordinates, system.wall_names

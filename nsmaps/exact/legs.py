@@ -73,10 +73,6 @@ def turns_of_flight(p, up, phi, v, end, code, power, base):
     count, least, s = 0, math.inf, 0.0
     before = w if w != 0.0 else (a if a != 0.0 else j)
     for _ in range(MOST_STEPS):
-        if s == 0.0 and w != 0.0:  # the velocity itself is what the first turn takes away
-            sign = 1.0 if w > 0.0 else -1.0
-            surely, h = approach(sign * w, sign * a, sign * j, sign * k, limits[1], limits[2], 0.0)
-            h *= 0.5 if surely else 1.0
         s = next_turn(c, s, h, end, limits)
         if s == math.inf:
             break

@@ -1,6 +1,6 @@
 """Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
@@ -114,7 +114,11 @@ def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamil
         NsmapsError: the grid's axes are not the system's coordinates, in their order.
     """
     _check_axes(system, grid)
-    returns = system.first_return(grid.states())
+    return surfaces_among(system.first_return(grid.states()), grid, families)
+
+
+def surfaces_among(returns: Returns, grid: Grid, families: Iterable["ReturnFamily"]) -> dict[str, Surface]:
+    """The surfaces of all families among the returns of a whole grid, in its order."""
     members = {family.name: family.contains(returns) & returns.valid for family in families}
     return {name: Surface(name, grid, member, returns.select(member)) for name, member in members.items()}
 

@@ -77,7 +77,7 @@ class ImpactSystem(BaseModel, ABC):
         if unknown:
             known = tuple(type(self).model_fields)
             raise NsmapsError(
-                f"{type(self).__name__} has no parameter {unknown[0]!r}{near_match(unknown[0], known)} "
+                f"{type(self).__name__} has no parameter {unknown[0]!r}{near_match(unknown[0], known)}; "
                 f"accepted: {', '.join(known)}"
             )
         return type(self)(**{**self.model_dump(), **changes})

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from nsmaps.study.source import Loc
-from nsmaps.study.spec import PieceSection, Study
+from nsmaps.study.spec import Study
 
 DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals
 FIGURE_NEEDS = {
@@ -45,11 +45,6 @@ def check_names(study: Study) -> None:
     if study.second_iterate:
         of_pieces = [domain.name for domain in study.domains if domain.map in fitted]
         source.known(("second_iterate", "domain"), study.second_iterate.domain, of_pieces, "domain of a fitted piece")
-
-
-def piece_named(study: Study, name: str) -> PieceSection:
-    """The piece of this name."""
-    return next(piece for piece in study.composite if piece.name == name)
 
 
 def _once(study: Study, section: str, names: list[str]) -> None:

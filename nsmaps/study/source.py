@@ -1,6 +1,5 @@
 """Where in a file a study says what: every error about a study begins with file, line and column."""
 
-import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -14,7 +13,6 @@ from nsmaps.errors import ConditionError, NsmapsError, StudyError, near_match
 from nsmaps.study.explain import explained
 
 Loc = tuple[str | int, ...]
-COLUMN = re.compile(r"\w+ (['\"]).*\1, column (\d+): ")  #: as a ConditionError begins; columns count from one
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,13 +78,13 @@ class Source:
 
     def offset(self, loc: Loc, error: object) -> int:
         """How far into the text at `loc` a condition stopped being readable, counting an opening quote."""
-        stopped = COLUMN.match(str(error)) if isinstance(error, ConditionError) else None
+        column = error.column if isinstance(error, ConditionError) else None
         node = self.root
         with suppress(KeyError, IndexError):
             for step in loc:
                 node = node[step] if isinstance(node, CommentedMap | CommentedSeq) else None
-        if stopped is None or not isinstance(node, str):
+        if column is None or not isinstance(node, str):
             return 0
         if isinstance(node, DoubleQuotedScalarString | SingleQuotedScalarString):
-            return int(stopped[2])
-        return 0 if isinstance(node, ScalarString) else int(stopped[2]) - 1
+            return column + 1
+        return 0 if isinstance(node, ScalarString) else column

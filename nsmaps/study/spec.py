@@ -153,7 +153,7 @@ class DomainSection(BaseModel):
 
 
 class SecondIterateSection(BaseModel):
-    """The second iterate of the piece of one domain, between the bounds of its last box (eq. seconditerativev)."""
+    """The second iterate of the piece of one domain, between the bounds of its last auxiliary maps (eq. seconditerativev)."""
 
     model_config = SPEC
     domain: str

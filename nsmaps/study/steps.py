@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.errors import FitError
-from nsmaps.exact.surface import Surface, sweep
+from nsmaps.exact.surface import Surface, surfaces_among, sweep
 from nsmaps.reduced.composite import CompositeMap, Piece, build_composite
 from nsmaps.reduced.diagonal import attracting, diagonal_region
 from nsmaps.reduced.polyfit import compare_orders
@@ -27,7 +27,7 @@ Step = Callable[[Plan, StudyResult], Parts]
 
 def _system(plan: Plan, result: StudyResult) -> Parts:
     """The compiled map, made or fetched from its cache; alone, so that its time is not another step's."""
-    plan.system.first_return(np.empty((0, len(plan.system.coordinates))))
+    plan.system.first_return(np.zeros((1, len(plan.system.coordinates))))
     return {}
 
 
@@ -35,9 +35,7 @@ def _surfaces(plan: Plan, result: StudyResult) -> Parts:
     """Step i: every state's first return over the grid, and the surfaces of the families among them."""
     assert plan.grid is not None
     returns = plan.system.first_return(plan.grid.states())
-    members = {name: family.contains(returns) & returns.valid for name, family in plan.families.items()}
-    surfaces = {name: Surface(name, plan.grid, member, returns.select(member)) for name, member in members.items()}
-    return {"returns": returns, "surfaces": surfaces}
+    return {"returns": returns, "surfaces": surfaces_among(returns, plan.grid, plan.families.values())}
 
 
 def _diagonal(plan: Plan, result: StudyResult) -> Parts:

@@ -1,35 +1,19 @@
 """The filter near the diagonals, eq. r1uniond: by hand, on analytic maps, and its union over a parameter."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
+import sheets
 from pydantic import ValidationError
+from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.errors import FitError
-from nsmaps.exact.impacts import Angle, Returns, wrap
-from nsmaps.exact.surface import Axis, Grid, Surface
 from nsmaps.reduced.diagonal import Diagonal, attracting, diagonal_region, near_diagonal, own_slopes
 from nsmaps.reduced.region import Box, Where
 
-NAMES = ("v", Angle("phi"))
-TWO_PI = 2 * math.pi
-
-
-def returns_of(start, lifted, names=NAMES):
-    start, lifted = np.array(start, float), np.array(lifted, float)
-    image = np.where([isinstance(name, Angle) for name in names], wrap(lifted), lifted)
-    turns = np.nan_to_num(np.round((lifted - image) / TWO_PI)).astype(np.int32)
-    m = len(start)
-    zeros = np.zeros(m)
-    return Returns(names, ("B",), start, image, turns, np.full(m, 5), zeros.astype(np.int8), zeros)
-
-
-def surface_of(f, v=(0.1, 1.0, 31), phi=(0.1, 3.0, 41), member=None):
-    grid = Grid(axes={"v": Axis(low=v[0], high=v[1], points=v[2]), "phi": Axis(low=phi[0], high=phi[1], points=phi[2])})
-    start = grid.states()
-    mask = np.ones(grid.size, bool) if member is None else member(*start.T)
-    return Surface("F", grid, mask, returns_of(start[mask], np.column_stack(f(*start[mask].T))))
+surface_of = partial(sheets.surface_of, v=(0.1, 1.0, 31), phi=(0.1, 3.0, 41))
 
 
 def test_the_ratios_by_hand():

@@ -1,37 +1,20 @@
 """Polynomial fits: exact recovery, the paper's monomials and figures of merit, and data that cannot bear a fit."""
 
-import math
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
+import sheets
 import sympy as sp
 from pydantic import ValidationError
+from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.errors import FitError
-from nsmaps.exact.impacts import Angle, Returns, wrap
 from nsmaps.exact.surface import Axis, Grid, Surface
 from nsmaps.reduced.polyfit import Full, PolyFit, Separable, compare_orders, unwrapped
 
-NAMES = ("v", Angle("phi"))
-TWO_PI = 2 * math.pi
-
-
-def returns_of(start, lifted, names=NAMES):
-    start, lifted = np.array(start, float), np.array(lifted, float)
-    image = np.where([isinstance(name, Angle) for name in names], wrap(lifted), lifted)
-    turns = np.nan_to_num(np.round((lifted - image) / TWO_PI)).astype(np.int32)
-    m = len(start)
-    zeros = np.zeros(m)
-    return Returns(names, ("B",), start, image, turns, np.full(m, 5), zeros.astype(np.int8), zeros)
-
-
-def surface_of(f, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21), member=None):
-    """The surface of an analytic map f(v, phi) -> (v', phi' not wrapped) over a grid."""
-    grid = Grid(axes={"v": Axis(low=v[0], high=v[1], points=v[2]), "phi": Axis(low=phi[0], high=phi[1], points=phi[2])})
-    start = grid.states()
-    mask = np.ones(grid.size, bool) if member is None else member(*start.T)
-    return Surface("F", grid, mask, returns_of(start[mask], np.column_stack(f(*start[mask].T))))
+surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
 
 
 def scattered(start, f=lambda v, phi: (v, phi)):
