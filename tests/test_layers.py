@@ -99,6 +99,8 @@ def loaded_by(program: str) -> list[str]:
         "sys.argv = ['nsmaps', 'run', '--help']; runpy.run_module('nsmaps', run_name='__main__')",
         "sys.argv = ['nsmaps', '--version']; runpy.run_module('nsmaps', run_name='__main__')",
         "import nsmaps.plugins; nsmaps.plugins.system_names()",
+        "import nsmaps_vi_pair",
+        "sys.argv = ['nsmaps', 'systems']; runpy.run_module('nsmaps', run_name='__main__')",
         "import nsmaps.figures; nsmaps.figures.NAMES",
     ],
 )

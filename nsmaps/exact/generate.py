@@ -12,7 +12,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.symbols import Flow, S
+from nsmaps.exact.symbols import Flow, S, check_form
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -62,9 +62,7 @@ def flow_source(system: "ImpactSystem") -> str:
     """
     cls = type(system)
     names = cls.parameter_names()
-    symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in names}
-    fixed = {name: getattr(system, name) for name in cls.model_fields if name not in names}
-    symbolic = cls.model_construct(**symbols, **fixed)
+    symbolic, symbols = in_symbols(cls, {name: getattr(system, name) for name in cls.model_fields if name not in names})
     period = sp.sympify(symbolic.period())
     flow, w = _displacement(symbolic, period, symbols)
     rates = [w]
@@ -77,7 +75,7 @@ def flow_source(system: "ImpactSystem") -> str:
     p = [f"{symbols[name]} = p[{i}]" for i, name in enumerate(names)]
     state = [*p, "_phi = phi", "_z = z", "_w = w"]
     waves = _remainders(flow, {k: _code(k) for k in flow.frequencies})
-    _check_symbols(cls.__name__, [*free, *limits, *flow.frequencies], set(symbols.values()))
+    check_symbols(cls.__name__, [*free, *limits, *flow.frequencies], set(symbols.values()))
     _check_period(cls.__name__, free)
     return "\n\n".join(
         [
@@ -92,6 +90,12 @@ def flow_source(system: "ImpactSystem") -> str:
     )
 
 
+def in_symbols(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> tuple[Any, dict[str, sp.Symbol]]:
+    """A system with symbols for its parameters and the values given for its other fields, and these symbols."""
+    symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
+    return cls.model_construct(**symbols, **fixed), symbols
+
+
 def _constant(horizon: sp.Expr) -> str:
     return repr(float(horizon)) if not horizon.free_symbols else "1e300"
 
@@ -99,7 +103,7 @@ def _constant(horizon: sp.Expr) -> str:
 def _walls(symbolic: Any, p: list[str], constants: str) -> str:
     """The source of what concerns walls: which there are, where, and the impact law of each."""
     table = symbolic.walls()
-    _check_walls(type(symbolic).__name__, table)
+    check_walls(type(symbolic).__name__, table)
     base = next(iter(table))
     by_side = {wall.side: name for name, wall in table.items()}
     up, down = by_side.get(1, base), by_side.get(-1, base)
@@ -111,7 +115,7 @@ def _walls(symbolic: Any, p: list[str], constants: str) -> str:
         rebound = [sp.Piecewise((first, sp.Symbol("up")), (second, True)) for first, second in pairs]
     constants += f"\nHAS_UP = {1 in by_side}\nHAS_DOWN = {-1 in by_side}\nBASE_UP = {table[base].side == 1}\n\n\n"
     places = [sp.sympify(table[name].at) for name in (up, down)]
-    _check_symbols(type(symbolic).__name__, [*places, *laws], {x for x in vars(symbolic).values() if isinstance(x, sp.Symbol)})
+    check_symbols(type(symbolic).__name__, [*places, *laws], {x for x in vars(symbolic).values() if isinstance(x, sp.Symbol)})
     return (
         constants
         + _function("wall_places(p)", "Places of the upper and lower wall.", places, p)
@@ -120,8 +124,8 @@ def _walls(symbolic: Any, p: list[str], constants: str) -> str:
     )
 
 
-def _displacement(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.Symbol]) -> tuple[Flow, sp.Expr]:
-    """The flow and its displacement since the impact, with what is known of its first two terms checked and imposed."""
+def formula_of(symbolic: Any, period: sp.Expr) -> sp.Expr:
+    """The displacement at S after an impact at the phase PHI, the place Z and the velocity W, its form checked."""
     start = PHI * period / (2 * sp.pi)
     hit = SimpleNamespace(t=start, z=Z, w=W)
     try:
@@ -131,6 +135,13 @@ def _displacement(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.Symbol])
             f"{type(symbolic).__name__}.displacement cannot be written in symbols ({why}); "
             "formulas may not branch on the value of a parameter: declare the choice as a field that is not float"
         ) from None
+    check_form(given)
+    return given
+
+
+def _displacement(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.Symbol]) -> tuple[Flow, sp.Expr]:
+    """The flow and its displacement since the impact, with what is known of its first two terms checked and imposed."""
+    given = formula_of(symbolic, period)
     flow = Flow()
     terms = flow.terms(flow.split(given - Z))
     zero = (0,) * len(flow.generators)
@@ -160,7 +171,7 @@ def _check_restart(name: str, given: sp.Expr, period: sp.Expr) -> None:
 
 def _check(name: str, what: str, residue: sp.Expr, symbols: dict[str, sp.Symbol]) -> None:
     """Refuse a displacement whose residue is not zero at a few points, to 40 digits."""
-    _check_symbols(name, [residue], set(symbols.values()))
+    check_symbols(name, [residue], set(symbols.values()))
     for values in _trials(residue):
         value = abs(sp.N(residue.subs(values), 60))
         if not value < sp.Float("1e-40"):
@@ -173,7 +184,7 @@ def _trials(*exprs: sp.Expr) -> list[dict[sp.Symbol, sp.Expr]]:
     return [{x: sp.Rational(7 + 3 * i + 5 * k, 11 + 4 * i + k) for i, x in enumerate(free)} for k in range(3)]
 
 
-def _check_symbols(name: str, exprs: list[sp.Expr], parameters: set[sp.Symbol]) -> None:
+def check_symbols(name: str, exprs: list[sp.Expr], parameters: set[sp.Symbol]) -> None:
     """Refuse formulas with symbols that are neither of the flight nor parameters."""
     unknown = set().union(*(expr.free_symbols for expr in exprs)) - {PHI, Z, W, V} - parameters
     if unknown:
@@ -196,7 +207,7 @@ def _check_period(name: str, exprs: list[sp.Expr]) -> None:
                     )
 
 
-def _check_walls(name: str, table: Any) -> None:
+def check_walls(name: str, table: Any) -> None:
     sides = [wall.side for wall in table.values()]
     if not 1 <= len(sides) <= 2 or len(set(sides)) != len(sides):
         raise SystemDefinitionError(f"{name} has walls on sides {sides}; one or two walls, on different sides, are accepted")

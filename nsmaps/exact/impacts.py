@@ -4,7 +4,7 @@ A point that fails is data: its `Outcome` says why and its image is NaN.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -130,8 +130,19 @@ def _decoded(codes: NDArray[np.int64], walls: Sequence[str], turns: bool) -> NDA
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Margin:
+    """How far each of N returns is from a graze; where either number falls to zero, the word changes."""
+
+    clearance: Floats  #: shape (N,), least gap to a wall at a turning point before it, in displacement; inf without one
+    slowest: Floats  #: shape (N,), least impact speed on the way, the last included; inf without an impact
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Returns:
-    """First returns of a batch of N states with n coordinates, by an exact or a fitted map."""
+    """First returns of a batch of N states with n coordinates, by an exact or a fitted map.
+
+    Beside what is stored there are `words`, `lifted`, `valid` and `certified`, each an array of N rows like the others.
+    """
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]
@@ -142,6 +153,8 @@ class Returns:
     outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
     time: Floats  #: shape (N,), from start to image in the system's time; NaN where unknown
     derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if asked for
+    margin: Margin | None = None  #: how far from a graze, if asked for
+    fitted: bool = False  #: whether the images are those of a fitted map, which nothing certifies
 
     def __len__(self) -> int:
         return len(self.start)
@@ -153,8 +166,11 @@ class Returns:
 
     @property
     def certified(self) -> NDArray[np.bool_]:
-        """Which images are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding."""
-        return np.isin(self.outcome, (Outcome.returned, Outcome.stuck))
+        """Which images are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding.
+
+        None of a fitted map's.
+        """
+        return np.isin(self.outcome, (Outcome.returned, Outcome.stuck)) & (not self.fitted)
 
     @property
     def lifted(self) -> Floats:
@@ -174,18 +190,10 @@ class Returns:
     def select(self, keep: ArrayLike) -> "Returns":
         """The returns that a mask or an index array keeps."""
         k = np.asarray(keep)
+        rows = {name: getattr(self, name)[k] for name in ("start", "image", "turns", "codes", "outcome", "time")}
         derivative = None if self.derivative is None else self.derivative[k]
-        return Returns(
-            self.coordinates,
-            self.walls,
-            self.start[k],
-            self.image[k],
-            self.turns[k],
-            self.codes[k],
-            self.outcome[k],
-            self.time[k],
-            derivative,
-        )
+        margin = None if self.margin is None else Margin(self.margin.clearance[k], self.margin.slowest[k])
+        return replace(self, **rows, derivative=derivative, margin=margin)
 
     def counts(self) -> dict[str, int]:
         """How many returns ended in which outcome, by name."""
@@ -200,14 +208,19 @@ class Legs:
     walls: tuple[str, ...]
     codes: NDArray[np.int64]  #: shape (N,), itineraries as numbers; see `itineraries`
     turns: NDArray[np.int32]  #: shape (N,), turning points passed
-    clearance: Floats  #: shape (N,), least gap to a wall at a turning point before it, in displacement; inf without one
-    slowest: Floats  #: shape (N,), least impact speed on the way, the last included
+    clearance: Floats  #: shape (N,), as of `Margin`
+    slowest: Floats  #: shape (N,), as of `Margin`
     outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`; a graze within rounding is not told apart here
 
     @property
     def itineraries(self) -> NDArray[np.str_]:
         """The word of each return with its turning points, shape (N,), such as `BvTB`; see `decode`."""
         return _decoded(self.codes, self.walls, turns=True)
+
+    @property
+    def margin(self) -> Margin:
+        """How far the returns are from a graze."""
+        return Margin(self.clearance, self.slowest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,6 +4,7 @@ import ast
 import hashlib
 import importlib.util
 import inspect
+import math
 import os
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Legs, Returns
 
 if TYPE_CHECKING:
@@ -35,13 +37,27 @@ class Kernel:
 
     module: ModuleType
 
+    def vector(self, system: "ImpactSystem") -> Floats:
+        """The parameters as the compiled functions take them.
+
+        Raises:
+            SystemDefinitionError: with these parameters there is no bound on the rates of flights within the horizon.
+        """
+        p = np.array([*system.parameters.values(), 0.0])  # never empty, so that its type is known
+        if not math.isfinite(sum(self.module.bounds(p, 0.0, self.module.wall_places(p)[0], 1.0))):
+            raise SystemDefinitionError(
+                f"{type(system).__name__} with {system.parameters} has flights without a bound within the horizon of "
+                f"{system.horizon} periods; a shorter `horizon`, or parameters with which they grow less, are accepted"
+            )
+        return p
+
     def first_returns(self, system: "ImpactSystem", start: Floats, derivative: bool, chatter: float) -> Returns:
         """First returns of a batch, shape (N, 2), on all cores."""
         n = len(start)
         image, turns = np.empty((n, 2)), np.empty((n, 2), np.int32)
         codes, outcome, time = np.empty(n, np.int64), np.empty(n, np.int8), np.empty(n)
         tangents = np.empty((n if derivative else 0, 2, 2))
-        p = _vector(system)
+        p = self.vector(system)
 
         def run(k: slice) -> None:
             self.module.first_returns(p, start[k], chatter, image[k], turns[k], codes[k], outcome[k], time[k], tangents[k])
@@ -55,7 +71,7 @@ class Kernel:
         n = len(start)
         outcome, codes, turns = np.empty(n, np.int8), np.empty(n, np.int64), np.empty(n, np.int32)
         clearance, slowest = np.empty(n), np.empty(n)
-        p = _vector(system)
+        p = self.vector(system)
         _in_chunks(
             n, lambda k: self.module.all_legs(p, start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k])
         )
@@ -66,14 +82,14 @@ class Kernel:
         time, phase, speed = np.empty(n), np.empty(n), np.empty(n)
         on_base, mark = np.empty(n, np.int8), np.zeros(n, np.int8)
         v, phi = float(state[0]), float(state[1]) % (2 * np.pi)
-        p, up = _vector(system), bool(self.module.BASE_UP)
+        p, up = self.vector(system), bool(self.module.BASE_UP)
         m = self.module.trajectory(p, v, phi, float(chatter), up, on_base, time, phase, speed, mark)
         marks = np.array(["", CHATTER, REST, REST, ""])[mark[:m]]
         return Impacts(system.wall_names, 1 - on_base[:m], time[:m], phase[:m], speed[:m], marks)
 
     def trajectory(self, system: "ImpactSystem", impacts: Impacts, samples: int) -> tuple[Floats, Floats]:
         """Times and displacements along the flights between impacts."""
-        p = _vector(system)
+        p = self.vector(system)
         top, bottom = self.module.wall_places(p)
         times, places = [], []
         for i in range(len(impacts.time) - 1):
@@ -100,10 +116,6 @@ def _in_chunks(n: int, run: Callable[[slice], None]) -> None:
     else:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(run, chunks))
-
-
-def _vector(system: "ImpactSystem") -> Floats:
-    return np.array([*system.parameters.values(), 0.0])  # never empty, so that its type is known
 
 
 def cache_folder() -> Path:

@@ -8,7 +8,7 @@ import math
 from numba import njit
 
 from nsmaps.exact.flight import MOST_STEPS, ROUNDING, approach, first_step
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, rebound, start, wall_places
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, rebound, start, tangent, wall_places
 from nsmaps.exact.returns import (
     CHATTER,
     ESCAPED,
@@ -17,9 +17,11 @@ from nsmaps.exact.returns import (
     INVALID,
     LOST,
     MOST_IMPACTS,
+    REST,
     RESTS,
     RETURNED,
     STUCK,
+    advance_tangent,
     is_state,
     next_impact,
     onward,
@@ -61,7 +63,10 @@ def after_turn(rate, j, k, limits):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def turns_of_flight(p, up, phi, v, end, code, power, base):
-    """The turns of a flight of time `end`: (code of the itinerary with them, its power, how many, least gap at a turn)."""
+    """The turns of a flight of time `end`: (code of the itinerary with them, its power, how many, nearest).
+
+    The nearest is the turn with the least gap to the wall ahead: (the gap, its time, before the upper wall).
+    """
     top, bottom = wall_places(p)
     z = top if up else bottom
     u, _ = rebound(p, up, v)
@@ -70,7 +75,7 @@ def turns_of_flight(p, up, phi, v, end, code, power, base):
     limits = bounds(p, phi, z, w)
     a, j, k, _ = start(c)
     h = after_turn(a, j, k, limits) if w == 0.0 else 0.0
-    count, least, s = 0, math.inf, 0.0
+    count, nearest, s = 0, (math.inf, 0.0, False), 0.0
     before = w if w != 0.0 else (a if a != 0.0 else j)
     for _ in range(MOST_STEPS):
         s = next_turn(c, s, h, end, limits)
@@ -78,45 +83,82 @@ def turns_of_flight(p, up, phi, v, end, code, power, base):
             break
         d, _, a, j, k, _ = evaluate(c, s)
         gap = (top - z) - d if before > 0.0 else (z - bottom) + d
-        if (HAS_UP and before > 0.0) or (HAS_DOWN and before < 0.0):
-            least = min(least, gap)
+        if gap < nearest[0] and ((HAS_UP and before > 0.0) or (HAS_DOWN and before < 0.0)):
+            nearest = (gap, s, before > 0.0)
         count += 1
         code, power = spell(code, power, base, base - 2 if before > 0.0 else base - 1, 1)
         before = -before
         h = after_turn(a, j, k, limits)
-    return code, power, count, least
+    return code, power, count, nearest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def legs(p, v, phi, chatter):
-    """The legs of one first return: (outcome, code of the itinerary, turns, least gap at a turn, least impact speed)."""
+    """The legs of one first return: (outcome, code of the itinerary, turns, least impact speed, nearest, flight).
+
+    The nearest turn of all flights is as of `turns_of_flight`, with the number of its flight.
+    """
+    nearest, flight_of = (math.inf, 0.0, False), 0
     if not is_state(v, phi):
-        return INVALID, 0, 0, math.nan, math.nan
+        return INVALID, 0, 0, math.nan, (math.nan, 0.0, False), 0
     phi, _ = onward(p, phi, 0.0)
     walls = 1 + (HAS_UP and HAS_DOWN)
     base = walls + 5  # of the itinerary's code: walls, chatter, rest, two turns, none
-    up, turns, clearance, slowest = BASE_UP, 0, math.inf, math.inf
+    up, turns, slowest = BASE_UP, 0, math.inf
     code, power = spell(0, 1, base, 1, 1)
-    for _ in range(MOST_IMPACTS):
+    for flown in range(MOST_IMPACTS):
         on_base = up == BASE_UP
         ended, now_up, s, now_v, _, _, _ = next_impact(p, up, phi, v, chatter if on_base else math.inf)
         if ended in (FOREVER, ESCAPED):
-            return RESTS if ended == FOREVER else LOST, code, turns, clearance, slowest
+            return RESTS if ended == FOREVER else LOST, code, turns, slowest, nearest, flight_of
         if ended == IMPACT:
             code, power, more, least = turns_of_flight(p, up, phi, v, s, code, power, base)
-            turns, clearance, slowest = turns + more, min(clearance, least), min(slowest, now_v)
+            turns, slowest = turns + more, min(slowest, now_v)
+            if least[0] < nearest[0]:
+                nearest, flight_of = least, flown
             code, power = spell(code, power, base, 1 if now_up == BASE_UP else 2, 1)
         else:
             code, power = spell(code, power, base, walls + (1 if ended == CHATTER else 2), 1)
         phi, _ = onward(p, phi, s)
         v, up = now_v, now_up
         if up == BASE_UP and (ended == IMPACT or on_base):
-            return RETURNED if ended == IMPACT else STUCK, code, turns, clearance, slowest
-    return LOST, code, turns, clearance, slowest
+            return RETURNED if ended == IMPACT else STUCK, code, turns, slowest, nearest, flight_of
+    return LOST, code, turns, slowest, nearest, flight_of
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def all_legs(p, states, chatter, outcome, codes, turns, clearance, slowest):
     """The legs of a batch, written into the arrays given."""
     for i in range(len(states)):
-        outcome[i], codes[i], turns[i], clearance[i], slowest[i] = legs(p, states[i, 0], states[i, 1], chatter)
+        outcome[i], codes[i], turns[i], slowest[i], nearest, _ = legs(p, states[i, 0], states[i, 1], chatter)
+        clearance[i] = nearest[0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def touch(p, v, phi, s, hits, upper):
+    """A flight s after `hits` impacts on the other wall, as if there were no wall at s, before the upper wall or the lower.
+
+    Returns (least speed of these impacts or NaN if others come, share of s until the flight's own first impact, gap, rate,
+    acceleration, derivatives of gap and rate by v and phi). Gap and rate vanish together on a grazing curve.
+    """
+    nothing = (math.nan, math.nan, math.nan, math.nan)
+    up, d, slowest = BASE_UP, (1.0, 0.0, 0.0, 1.0), math.inf
+    phi, _ = onward(p, phi, 0.0)
+    for _ in range(hits):
+        ended, now_up, t, now_v, _, slope, w = next_impact(p, up, phi, v, 0.0)
+        if ended != IMPACT or now_up == BASE_UP:
+            return math.nan, 0.0, math.nan, math.nan, math.nan, nothing
+        d = advance_tangent(p, up, phi, w, slope, now_up, t, d)
+        phi, _ = onward(p, phi, t)
+        v, up, slowest = now_v, now_up, min(slowest, now_v)
+    top, bottom = wall_places(p)
+    z, into = top if up else bottom, 1.0 if up else -1.0
+    ended, _, t, _, _, slope, w = next_impact(p, up, phi, v, 0.0)
+    share = 0.0 if ended in (REST, FOREVER) else t / s if ended == IMPACT else math.inf
+    place, rate, a, _, _, _ = evaluate(coefficients(p, phi, z, w), s)
+    z_phi, z_w, v_phi, v_w = tangent(p, phi, z, w, s)
+    side = -1.0 if upper else 1.0
+    gap = (top - z) - place if upper else (z - bottom) + place
+    w_v, w_phi = -into * slope * d[0], -into * slope * d[1]
+    by = (z_w * w_v + z_phi * d[2], z_w * w_phi + z_phi * d[3], v_w * w_v + v_phi * d[2], v_w * w_phi + v_phi * d[3])
+    return slowest, share, gap, side * rate, side * a, (side * by[0], side * by[1], side * by[2], side * by[3])

@@ -124,13 +124,18 @@ def surfaces_among(returns: Returns, grid: Grid, families: Iterable["ReturnFamil
 
 
 def returns_in_chunks(
-    system: "ImpactSystem", grid: Grid, chunk: int = 1_000_000, progress: Callable[[int, int], None] | None = None
+    system: "ImpactSystem",
+    grid: Grid,
+    chunk: int = 1_000_000,
+    progress: Callable[[int, int], None] | None = None,
+    margin: bool = False,
 ) -> Iterator[Returns]:
     """The first returns over a grid of any size, in its order, a chunk at a time and so in constant memory.
 
     Args:
         chunk: states in one chunk, about 100 bytes each.
         progress: called with the number of states done and of all states, after each chunk.
+        margin: also how far each return is from a graze.
 
     Raises:
         NsmapsError: the grid's axes are not the system's coordinates, or the chunk is empty.
@@ -139,7 +144,7 @@ def returns_in_chunks(
     if chunk < 1:
         raise NsmapsError(f"chunk is {chunk}; at least one state is accepted")
     for start in range(0, grid.size, chunk):
-        yield system.first_return(grid.states(start, start + chunk))
+        yield system.first_return(grid.states(start, start + chunk), margin=margin)
         if progress is not None:
             progress(min(start + chunk, grid.size), grid.size)
 

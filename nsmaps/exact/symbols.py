@@ -45,7 +45,7 @@ class Flow:
     def wave(self, k: sp.Expr) -> Wave:
         """The wave of frequency k, made when first met."""
         for wave in self.waves:
-            if sp.simplify(wave.k - k) == 0:
+            if wave.k == k or sp.simplify(wave.k - k) == 0:
                 return wave
         i = len(self.waves)
         self.waves.append(Wave(k, *(sp.Symbol(f"_{letter}{i}", real=True) for letter in "cnr")))
@@ -54,7 +54,7 @@ class Flow:
     def growth(self, k: sp.Expr) -> Growth:
         """The growth of rate k, made when first met."""
         for growth in self.growths:
-            if sp.simplify(growth.k - k) == 0:
+            if growth.k == k or sp.simplify(growth.k - k) == 0:
                 return growth
         i = len(self.growths)
         self.growths.append(Growth(k, *(sp.Symbol(f"_{letter}{i}", real=True) for letter in "xe")))
@@ -81,28 +81,20 @@ class Flow:
         return [*(w.k for w in self.waves), *(q.k for q in self.growths)]
 
     def split(self, expr: sp.Expr) -> sp.Expr:
-        """The expression with every function of s split into factors free of s and remainders."""
+        """The expression, of a form that was checked, with every function of s split into factors free of s and remainders."""
         if expr == S:
             return expr
         if not expr.has(S):
             return self.name(expr)
         if isinstance(expr, (sp.sin, sp.cos, sp.exp)):
-            k = sp.diff(expr.args[0], S)
-            start = expr.args[0].subs(S, 0)
-            if sp.simplify(k).has(S):
-                raise SystemDefinitionError(f"{expr} has an argument that is not linear in time; only A + k t is accepted")
-            return self._add_angles(type(expr), start, sp.simplify(k))
+            return self._add_angles(type(expr), expr.args[0].subs(S, 0), sp.simplify(sp.diff(expr.args[0], S)))
         if isinstance(expr, (sp.sinh, sp.cosh)):
             return self.split(expr.rewrite(sp.exp))
         if expr.is_Add or expr.is_Mul:
             free, timed = expr.as_independent(S, as_Add=expr.is_Add)
             parts = timed.args if isinstance(timed, expr.func) else (timed,)
             return expr.func(self.name(free), *(self.split(a) for a in parts))
-        if expr.is_Pow and expr.exp.is_Integer and expr.exp > 0:
-            return self.split(expr.base) ** expr.exp
-        raise SystemDefinitionError(
-            f"{sp.sstr(expr)} cannot be followed in time; accepted: powers of t and sin, cos, exp, sinh, cosh of A + k t"
-        )
+        return self.split(expr.base) ** expr.exp
 
     def _add_angles(self, kind: type, a: sp.Expr, k: sp.Expr) -> sp.Expr:
         if kind is sp.exp:
@@ -155,6 +147,23 @@ class Flow:
             scale = sp.Mul(*(size[g] ** e for g, e in zip(others, exponents, strict=True)))
             total += scale * _length(coefficients)
         return total
+
+
+def check_form(expr: sp.Expr) -> None:
+    """Refuse an expression that `Flow.split` cannot split; what is simple takes no simplification."""
+    if expr == S or not expr.has(S):
+        return
+    if isinstance(expr, (sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh)):
+        k = sp.diff(expr.args[0], S)
+        if k.has(S) and sp.simplify(k).has(S):
+            raise SystemDefinitionError(f"{expr} has an argument that is not linear in time; only A + k t is accepted")
+    elif expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Integer and expr.exp > 0):
+        for part in expr.args:
+            check_form(part)
+    else:
+        raise SystemDefinitionError(
+            f"{sp.sstr(expr)} cannot be followed in time; accepted: powers of t and sin, cos, exp, sinh, cosh of A + k t"
+        )
 
 
 def _length(parts: list[sp.Expr]) -> sp.Expr:

@@ -1,8 +1,10 @@
 """An impact system, written once: walls, flight and impact law in sympy; everything exact follows from it."""
 
+import sys
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from inspect import isabstract
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -14,6 +16,7 @@ from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_m
 from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, as_states
 
 if TYPE_CHECKING:
+    from nsmaps.exact.grazing import GrazingCurve
     from nsmaps.exact.kernel import Kernel
 
 
@@ -82,7 +85,7 @@ class ImpactSystem(BaseModel, ABC):
             )
         return type(self)(**{**self.model_dump(), **changes})
 
-    def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12) -> Returns:
+    def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
         """The first returns to the base wall, eq. exactmap, of a batch of states.
 
         Args:
@@ -90,6 +93,7 @@ class ImpactSystem(BaseModel, ABC):
             derivative: also the derivative of the image, shape (N, 2, 2), by the implicit function theorem.
             chatter: impact speed at or below which chatter on the base wall is summed up in one return that ends with the release
                 (word `B~`) once that sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
+            margin: also how far each return is from a graze, by a second pass.
 
         Raises:
             StateError: `states` is not a batch of shape (N, 2), or `chatter` is not a speed.
@@ -97,7 +101,8 @@ class ImpactSystem(BaseModel, ABC):
         start = as_states(states, self.coordinates)
         if not chatter >= 0:
             raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
-        return self._kernel().first_returns(self, start, derivative, chatter)
+        returns = self._kernel().first_returns(self, start, derivative, chatter)
+        return replace(returns, margin=self._kernel().legs(self, start, chatter).margin) if margin else returns
 
     def legs(self, states: ArrayLike, chatter: float = 1e-12) -> Legs:
         """The turning points that the flights of first returns pass, and how near they come to a graze.
@@ -109,6 +114,30 @@ class ImpactSystem(BaseModel, ABC):
         if not chatter >= 0:
             raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
         return self._kernel().legs(self, start, chatter)
+
+    def grazing_curves(
+        self, box: Mapping[str, Sequence[float]], lines: int = 400, spacing: float = 0.005
+    ) -> "tuple[GrazingCurve, ...]":
+        """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
+
+        Each curve is followed from a seed until it ends: at the `box`, at `rest` (its speed falls to zero), at another `graze`
+        that comes first from there on, at an `inflection` (the flight no longer turns at the wall but crosses it), or where it
+        is `lost` to rounding. Seeds are changes of itinerary between neighbours of a scan: a curve is missed where all of it
+        passes between them, or where the itinerary changes back before the next, or lies behind more impacts and turns than the
+        code of an itinerary holds (22 letters with two walls). Touches behind a rest on a wall do not depend on the state and
+        are no curves.
+
+        Args:
+            box: (low, high) of each coordinate, speeds >= 0; phases within one turn, of which a whole one is a circle.
+            lines: of the scan, in each direction.
+            spacing: longest distance between points of a curve, in sizes of the box and periods of the flight's time.
+
+        Raises:
+            StateError: the box is not one of finite states, or `lines` or `spacing` are too small.
+        """
+        from nsmaps.exact.grazing import grazing_curves
+
+        return grazing_curves(self, box, lines, spacing)
 
     def impacts(self, state: ArrayLike, n: int, chatter: float = 1e-12) -> Impacts:
         """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
@@ -137,8 +166,17 @@ class ImpactSystem(BaseModel, ABC):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """Refuse a subclass whose impact law cannot be evaluated, when it is defined."""
+        """Refuse a subclass without an impact law, or from whose formulas no bounds can be derived, when it is defined.
+
+        Formulas are looked at where sympy is loaded by then, as by a file that imports it for them: it is not loaded for this.
+        """
+        if isabstract(cls):
+            return
         if "rebound" not in vars(cls) and cls.rebound is ImpactSystem.rebound and "r" not in cls.model_fields:
             raise SystemDefinitionError(
                 f"{cls.__name__} has no parameter r for Newton's restitution; declare `r: float` or write its `rebound`"
             )
+        if "sympy" in sys.modules:
+            from nsmaps.exact.definition import check_definition
+
+            check_definition(cls)

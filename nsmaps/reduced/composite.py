@@ -83,7 +83,7 @@ class CompositeMap:
 
         A state in no piece is `uncovered`, one that is NaN or infinite `invalid`. Images are as the polynomials have
         them, even where no state could be, as at a negative speed: no piece holds them unless its region says so. Times
-        are NaN.
+        are NaN, and no image is `certified`.
         """
         start = as_states(states, self.coordinates)
         number, n = self.piece_of(start), len(self.coordinates)
@@ -104,7 +104,8 @@ class CompositeMap:
         image = _wrapped(lifted, self.coordinates)
         turns = np.clip(np.nan_to_num(np.round((lifted - image) / TWO_PI)), -(2**31), 2**31 - 1).astype(np.int32)
         time = np.full(len(start), np.nan)
-        return Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, slopes if derivative else None)
+        tangents = slopes if derivative else None
+        return Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, tangents, fitted=True)
 
     def coverage(self, states: Grid | ArrayLike) -> Coverage:
         """How much of a grid or of states (N, n) the pieces hold, and where they do not."""

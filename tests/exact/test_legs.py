@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from nsmaps.errors import StateError
+from nsmaps.exact.family import WordFamily
 from nsmaps.exact.impacts import Outcome
+from nsmaps.exact.surface import Axis, Grid, returns_in_chunks, surfaces_among
 
 
 def grazes(reference):
@@ -67,3 +69,48 @@ def test_edge_inputs(pair):
     assert legs.itineraries[2] == "B_"
     with pytest.raises(StateError):
         pair(0.35).legs([[0.1, 0.1]], chatter=-1)
+
+
+@pytest.mark.parametrize("d", [0.35, 0.30, 0.26])
+def test_margin_is_that_of_the_sampled_flight(pair, d):
+    """Against 4000 samples of each flight: the least gap where its slope changes sign, and the least speed of its impacts."""
+    system = pair(d)
+    rng = np.random.default_rng(10)
+    states = np.column_stack([rng.uniform(0.05, 1, 60), rng.uniform(0, 2 * np.pi, 60)])
+    returns = system.first_return(states, margin=True)
+    for state, clearance, slowest, word in zip(
+        states, returns.margin.clearance, returns.margin.slowest, returns.words, strict=True
+    ):
+        _, place = system.trajectory(state, len(word), samples=4000)
+        slopes = np.sign(np.diff(place.reshape(-1, 4000), axis=1))
+        flight, k = np.nonzero(slopes[:, 1:] * slopes[:, :-1] < 0)
+        gaps = d / 2 - slopes[flight, k] * place.reshape(-1, 4000)[flight, k + 1]
+        assert clearance == pytest.approx(gaps.min(initial=np.inf), abs=1e-5)
+        assert slowest == system.impacts(state, len(word)).speed[1:].min()
+
+
+def test_margin_only_where_it_is_asked_for_and_kept_by_what_selects(pair):
+    system = pair(0.3)
+    grid = Grid(axes={"v": Axis(low=0.1, high=1, points=30), "phi": Axis(low=0, high=3, points=20)})
+    whole = system.first_return(grid.states(), margin=True)
+    plain = system.first_return(grid.states())
+    assert plain.margin is None
+    assert plain.select([0]).margin is None
+    assert np.array_equal(plain.image, whole.image)
+    assert (whole.margin.slowest <= whole.image[:, 0]).all()
+    some = whole.select(whole.has_word("BB"))
+    legs = system.legs(some.start)
+    assert np.array_equal(some.margin.clearance, legs.clearance)
+    assert np.array_equal(some.margin.slowest, legs.slowest)
+    parts = list(returns_in_chunks(system, grid, chunk=250, margin=True))
+    assert [len(part) for part in parts] == [250, 250, 100]
+    assert np.array_equal(np.concatenate([part.margin.clearance for part in parts]), whole.margin.clearance)
+    assert all(part.margin is None for part in returns_in_chunks(system, grid))
+    surface = surfaces_among(whole, grid, [WordFamily(name="BB", words=("BB",))])["BB"]
+    assert np.array_equal(surface.returns.margin.slowest, some.margin.slowest)
+
+
+def test_margin_where_there_is_no_flight(pair):
+    margin = pair(0.35).first_return([[np.nan, 0], [0.0, 1.0]], margin=True).margin
+    assert np.isnan([margin.clearance[0], margin.slowest[0]]).all()
+    assert (margin.clearance[1], margin.slowest[1]) == (np.inf, np.inf)

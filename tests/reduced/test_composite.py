@@ -91,6 +91,17 @@ def test_returns_are_those_of_the_piece():
     assert len(MAP.first_return(np.empty((0, 2)))) == 0
 
 
+def test_no_image_is_certified(pair):
+    """A polynomial stands for one word, whatever the flight does; the exact map's images of the same states are certified."""
+    states = np.array([[0.7, 0.3], [0.1, 1.0], [0.2, 4.0], [0.4, 1.0]])
+    returns = MAP.first_return(states)
+    assert returns.valid.tolist() == [True, True, True, False]
+    assert not returns.certified.any()
+    assert not returns.select([0, 1]).certified.any()
+    assert returns.margin is None
+    assert pair(0.3).first_return(states).certified.all()
+
+
 def test_the_derivative():
     slopes = MAP.first_return([[0.7, 0.3], [0.1, 1.0], [0.2, 4.0], [0.4, 1.0]], derivative=True).derivative
     np.testing.assert_allclose(slopes[0], [[-0.5, 0.1], [0.3, 0.4]], atol=1e-12)

@@ -1,0 +1,51 @@
+"""What of a system's formulas can be refused when its class is defined: their form, without a number being computed."""
+
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.generate import V, check_symbols, check_walls, formula_of, in_symbols
+from nsmaps.exact.symbols import S
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+LARGEST = 700.0  # exp of more overflows
+
+
+def check_definition(cls: "type[ImpactSystem]") -> None:
+    """Refuse a class whose flight has a form from which no bounds can be derived, or whose walls are none.
+
+    Formulas are tried with symbols for the parameters and the defaults of the other fields. Where such a field has no default
+    (or None), or a formula fails otherwise, as by a name that its module defines further down, the first use will tell.
+
+    Raises:
+        SystemDefinitionError: says what of which formula.
+    """
+    others = {name: field for name, field in cls.model_fields.items() if name not in cls.parameter_names()}
+    if any(field.is_required() or field.default is None for field in others.values()):
+        return
+    try:
+        _check_form(cls, {name: field.get_default(call_default_factory=True) for name, field in others.items()})
+    except SystemDefinitionError:
+        raise
+    except Exception:
+        return
+
+
+def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:
+    symbolic, symbols = in_symbols(cls, fixed)
+    walls = symbolic.walls()
+    check_walls(cls.__name__, walls)
+    laws = [sp.sympify(symbolic.rebound(V, name)) for name in walls]
+    period = sp.sympify(symbolic.period())
+    given = formula_of(symbolic, period)
+    check_symbols(cls.__name__, [given, period, *laws, *(sp.sympify(wall.at) for wall in walls.values())], {*symbols.values(), S})
+    for growth in given.atoms(sp.exp, sp.sinh, sp.cosh):
+        most = sp.diff(growth.args[0], S) * sp.Float(cls.horizon) * period
+        if most.is_number and (most if isinstance(growth, sp.exp) else abs(most)) > LARGEST:
+            raise SystemDefinitionError(
+                f"{cls.__name__}.displacement grows as {sp.sstr(growth)}, to which there is no bound within the horizon of "
+                f"{cls.horizon} periods; a shorter `horizon` is accepted"
+            )

@@ -1,0 +1,236 @@
+"""What is refused when a class is defined, what then waits for its first use, and what must not be refused."""
+
+import os
+import subprocess
+import sys
+import types
+from abc import abstractmethod
+from typing import Literal
+
+import numpy as np
+import pytest
+import sympy as sp
+from pydantic import Field, PrivateAttr
+from toys import Oscillator, Table
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.system import ImpactSystem, Wall
+
+
+class Floor(ImpactSystem):
+    """One wall and a period, without a flight or an impact law: abstract."""
+
+    h: float = Field(gt=0, lt=1e6)
+
+    def walls(self):
+        return {"F": Wall(at=-self.h, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+
+def made(body, **fields):
+    """A class over Floor with this flight and these fields."""
+    annotations = {"r": float, **{name: kind for name, (kind, _) in fields.items()}}
+    values = {name: value for name, (_, value) in fields.items() if value is not ...}
+    inside = {"__annotations__": annotations, "r": 0.5, "displacement": body, "__module__": __name__, **values}
+    return types.new_class("Made", (Floor,), exec_body=lambda space: space.update(inside))
+
+
+def falls(self, t, hit):
+    s = t - hit.t
+    return hit.z + hit.w * s - s**2 / 2
+
+
+@pytest.mark.parametrize(
+    ("body", "why"),
+    [
+        (lambda self, t, hit: falls(self, t, hit) + sp.sin((t - hit.t) ** 2), "not linear in time; only A"),
+        (lambda self, t, hit: falls(self, t, hit) + sp.sin(1 / t), "not linear in time; only A"),
+        (lambda self, t, hit: falls(self, t, hit) + sp.sqrt(1 + t), "cannot be followed in time"),
+        (lambda self, t, hit: falls(self, t, hit) + sp.tan(t), "cannot be followed in time"),
+        (lambda self, t, hit: falls(self, t, hit) / (1 + t), "cannot be followed in time"),
+        (lambda self, t, hit: falls(self, t, hit) + sp.Abs(sp.sin(t)), "cannot be followed in time"),
+        (lambda self, t, hit: falls(self, t, hit) if self.h > 1 else hit.z, "may not branch on the value"),
+        (lambda self, t, hit: hit.z + hit.w * np.sin(t - hit.t), "cannot be written in symbols"),
+        (lambda self, t, hit: falls(self, t, hit) * sp.Symbol("q"), "unknown symbols: q"),
+        (lambda self, t, hit: hit.z + hit.w * sp.sinh(t - hit.t), "no bound within the horizon of 1000"),
+    ],
+)
+def test_a_form_without_bounds_is_refused_when_defined(body, why):
+    with pytest.raises(SystemDefinitionError, match=why):
+        made(body)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"walls": lambda self: {"A": Wall(at=0, side=1), "C": Wall(at=1, side=1)}}, "on different sides"),
+        ({"walls": lambda self: {"A": Wall(at=0, side=1), "AB": Wall(at=1, side=-1)}}, "different first letters"),
+        ({"walls": lambda self: {}}, "one or two walls"),
+        ({"walls": lambda self: {"A": Wall(at=sp.Symbol("q"), side=1)}}, "unknown symbols: q"),
+        ({"period": lambda self: sp.Symbol("q")}, "unknown symbols: q"),
+        ({"rebound": lambda self, speed, wall: sp.Symbol("q") * speed}, "unknown symbols: q"),
+    ],
+)
+def test_walls_period_and_law_are_refused_when_defined(change, why):
+    with pytest.raises(SystemDefinitionError, match=why):
+        types.new_class("Odd", (Table,), exec_body=lambda space: space.update(change))
+
+
+@pytest.mark.parametrize(
+    ("body", "why"),
+    [
+        (lambda self, t, hit: falls(self, t, hit) + 1, "does not start at hit.z"),
+        (lambda self, t, hit: falls(self, t, hit) + t - hit.t, "does not start with the velocity"),
+        (lambda self, t, hit: falls(self, t, hit) - (t - hit.t) ** 3, "started again"),
+    ],
+)
+def test_what_takes_numbers_is_refused_at_first_use(body, why):
+    system = made(body)(h=1)
+    with pytest.raises(SystemDefinitionError, match=why):
+        system.first_return([[1.0, 0.0]])
+
+
+def test_classes_in_between_may_be_abstract():
+    """Without an impact law, without a flight, and with hooks of their own."""
+    assert issubclass(Floor, ImpactSystem)
+
+    class Pulled(Floor):
+        r: float = 0.5
+
+        @abstractmethod
+        def pull(self): ...
+
+        def displacement(self, t, hit):
+            s = t - hit.t
+            return hit.z + hit.w * s - self.pull() * s**2 / 2
+
+    class Weak(Pulled):
+        def pull(self):
+            return sp.Rational(1, 2)
+
+    assert Weak(h=1).first_return([[1.0, 0.0]]).time == pytest.approx([2.0])
+    with pytest.raises(SystemDefinitionError, match="cannot be followed"):
+
+        class Strange(Pulled):
+            def pull(self):
+                return sp.Symbol("_s", real=True) ** sp.Rational(1, 2)
+
+    class Template(Floor):
+        r: float = 0.5
+
+        def displacement(self, t, hit):
+            raise NotImplementedError
+
+    assert Template(h=1).parameters == {"h": 1, "r": 0.5}
+    with pytest.raises(SystemDefinitionError, match="no parameter r"):
+
+        class Lawless(Floor):
+            displacement = falls
+
+
+def test_a_formula_may_use_what_is_defined_below_it():
+    space = {"Floor": Floor}
+    text = "class Late(Floor):\n    r: float = 0.5\n    def displacement(self, t, hit):\n        return later(self, t, hit)\n"
+    exec(text, space)
+    with pytest.raises(NameError):
+        space["Late"](h=1).first_return([[1.0, 0.0]])
+    space["later"] = falls
+    assert space["Late"](h=1).first_return([[1.0, 0.0]]).time == pytest.approx([1.0])
+
+
+def chosen(self, t, hit):
+    s = t - hit.t
+    return falls(self, t, hit) + (sp.sin(s**2) if self.kind == "bad" else 0)
+
+
+KIND = Literal["good", "bad"]
+
+
+@pytest.mark.parametrize(("kind", "default"), [(KIND, ...), (KIND | None, None), (KIND, "good"), (KIND, Field("good"))])
+def test_a_choice_that_is_not_made_is_left_to_first_use(kind, default):
+    cls = made(chosen, kind=(kind, default))
+    assert cls(h=1, kind="good").first_return([[1.0, 0.0]]).time == pytest.approx([1.0])
+    with pytest.raises(SystemDefinitionError, match="not linear in time"):
+        cls(h=1, kind="bad").first_return([[1.0, 0.0]])
+
+
+@pytest.mark.parametrize("default", ["bad", Field("bad"), Field(default_factory=lambda: "bad")])
+def test_a_choice_that_is_made_by_default_is_refused_when_defined(default):
+    with pytest.raises(SystemDefinitionError, match="not linear in time"):
+        made(chosen, kind=(KIND, default))
+
+
+def test_what_pydantic_offers_is_no_obstacle():
+    """Constraints, private attributes, things done after validation, and factories that see other fields."""
+
+    class Rich(Floor):
+        r: float = Field(0.5, ge=0, le=1, multiple_of=0.25)
+        copies: int = Field(default_factory=lambda data: int(data["r"] * 2), ge=1)
+        _seen: list[str] = PrivateAttr(default_factory=list)
+        displacement = falls
+
+        def model_post_init(self, context):
+            self._seen.append(str(self.h))
+
+    assert Rich(h=1).first_return([[1.0, 0.0]]).time == pytest.approx([1.0])
+
+
+def test_growth_that_parameters_decide_is_refused_with_them():
+    class Growing(Floor):
+        k: float
+        r: float = 0.5
+
+        def displacement(self, t, hit):
+            s = t - hit.t
+            return hit.z + hit.w * (sp.exp(self.k * s) - 1) / self.k
+
+    assert Growing(h=1, k=-1).first_return([[1.0, 0.0]]).counts() == {"escaped": 1}
+    for ask in (
+        lambda system: system.first_return([[1.0, 0.0]]),
+        lambda system: system.legs([[1.0, 0.0]]),
+        lambda system: system.impacts([1.0, 0.0], 2),
+    ):
+        with pytest.raises(SystemDefinitionError, match=r"'k': 1.0.* without a bound within the horizon of 1000"):
+            ask(Growing(h=1, k=1))
+
+    class Shorter(Growing):
+        horizon = 2.0
+
+    assert Shorter(h=1, k=0.1).first_return([[1.0, 0.0]]).counts() == {"escaped": 1}
+
+
+def run(code):
+    """What a python that runs some code complains of."""
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env).stderr
+
+
+def test_a_class_without_a_file_and_with_annotations_that_are_text():
+    """As in a notebook."""
+    good = (
+        "from __future__ import annotations\nfrom toys import Table\nimport sympy as sp\n"
+        "class Mine(Table):\n    pull: float = 1.0\n    def displacement(self, t, hit):\n"
+        "        s = t - hit.t\n        return hit.z + hit.w * s - self.pull * s**2 / 2"
+    )
+    assert run(f"{good}\nassert Mine.parameter_names() == ('height', 'floor', 'ceiling', 'pull')") == ""
+    assert "SystemDefinitionError: sin(_s**2)" in run(f"{good} + sp.sin(s**2)")
+
+
+def test_where_sympy_is_not_loaded_nothing_loads_it():
+    lazy = (
+        "from nsmaps.exact.system import ImpactSystem, Wall\n"
+        "class Lazy(ImpactSystem):\n    r: float = 0.5\n    def walls(self):\n        return {'F': Wall(at=0, side=-1)}\n"
+        "    def period(self):\n        return 1\n    def displacement(self, t, hit):\n        from sympy import sqrt\n"
+        "        return hit.z + hit.w * sqrt(t - hit.t)\n"
+    )
+    assert run(f"{lazy}import sys\nassert 'sympy' not in sys.modules") == ""
+    assert "SystemDefinitionError: sqrt(_s) cannot be followed" in run(f"{lazy}Lazy().first_return([[1.0, 0.0]])")
+    assert "SystemDefinitionError: sqrt(_s) cannot be followed" in run(f"import sympy\n{lazy}")
+
+
+def test_the_systems_of_the_tests_are_defined():
+    """The good ones are not refused for a second time either."""
+    for cls in (Table, Oscillator):
+        types.new_class("Again", (cls,))
