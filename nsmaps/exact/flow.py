@@ -1,8 +1,8 @@
-"""The eight functions that the generator writes for each system, in numbers and without cancellation.
+"""The functions that the generator writes for each system, in numbers and without cancellation.
 
 `flight.py` and `returns.py` are written against this file; `kernel.py` puts generated functions of these names in its place.
-A flight starts on a wall at phase `phi` (radians) and place `z` with velocity `w`; `s` is the time since then; `p` holds the
-parameters.
+A flight starts on a wall at phase phi (radians) and place `z` with velocity `w`, `at` is (phi, cos phi - 1, sin phi); `s` is the
+time since then; `p` holds the parameters.
 """
 
 from typing import Any
@@ -13,6 +13,7 @@ HORIZON = 0.0  #: longest flight followed, in the system's time
 HAS_UP = True  #: is there a wall that stops growing displacement
 HAS_DOWN = True  #: is there a wall that stops falling displacement
 BASE_UP = True  #: is the base wall the upper one
+WIDE = True  #: are the functions such that a compiler can compute them for many flights side by side
 
 
 def phase_rate(p: Any) -> float:
@@ -30,12 +31,12 @@ def rebound(p: Any, up: bool, v: float) -> tuple[float, float]:
     raise NotImplementedError
 
 
-def coefficients(p: Any, phi: float, z: float, w: float) -> Numbers:
+def coefficients_at(p: Any, at: Numbers, z: float, w: float) -> Numbers:
     """What of the flight does not depend on s."""
     raise NotImplementedError
 
 
-def bounds(p: Any, phi: float, z: float, w: float) -> tuple[float, float, float, float]:
+def bounds_at(p: Any, at: Numbers, z: float, w: float) -> tuple[float, float, float, float]:
     """Bounds on the third to the sixth derivative (|jerk|, |snap|, |crackle|, |pop|) for all s in [0, HORIZON]."""
     raise NotImplementedError
 
@@ -50,6 +51,6 @@ def start(c: Numbers) -> tuple[float, float, float, float]:
     raise NotImplementedError
 
 
-def tangent(p: Any, phi: float, z: float, w: float, s: float) -> tuple[float, float, float, float]:
+def tangent_at(p: Any, at: Numbers, z: float, w: float, s: float) -> tuple[float, float, float, float]:
     """d displacement/d phi, d displacement/d w, d velocity/d phi, d velocity/d w at fixed s."""
     raise NotImplementedError

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 HERE = Path(__file__).parent
-ENGINE = ("remainders.py", "flight.py", "returns.py", "legs.py")  # written against flow.py, copied behind what is generated
+ENGINE = ("remainders.py", "flight.py", "returns.py", "batch.py", "legs.py")  # copied behind what is generated
 MARK = "# === engine ===\n"
 KNOWN = {"nsmaps", "pydantic", "sympy", "numpy", "scipy", "mpmath", *sys.stdlib_module_names} - {"__main__"}
 CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C

@@ -7,8 +7,8 @@ import math
 
 from numba import njit
 
-from nsmaps.exact.flight import MOST_STEPS, ROUNDING, approach, first_step
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, bounds, coefficients, evaluate, rebound, start, tangent, wall_places
+from nsmaps.exact.flight import MOST_STEPS, ROUNDING, angle, approach, bounds, coefficients, first_step
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, evaluate, rebound, start, tangent_at, wall_places
 from nsmaps.exact.returns import (
     CHATTER,
     ESCAPED,
@@ -40,7 +40,7 @@ def next_turn(c, s, h, end, limits):
             return math.inf
         _, v, a, j, k, _ = evaluate(c, s)
         sign = 1.0 if v > 0.0 else -1.0
-        surely, h = approach(sign * v, sign * a, sign * j, sign * k, limits[1], limits[2], 0.0)
+        surely, h = approach(sign * v, sign * a, sign * j, sign * k, limits[1], limits[2])
         if surely or h <= ROUNDING * s:
             for _ in range(8):
                 s += h
@@ -148,7 +148,7 @@ def touch(p, v, phi, s, hits, upper):
         ended, now_up, t, now_v, _, slope, w = next_impact(p, up, phi, v, 0.0)
         if ended != IMPACT or now_up == BASE_UP:
             return math.nan, 0.0, math.nan, math.nan, math.nan, nothing
-        d = advance_tangent(p, up, phi, w, slope, now_up, t, d)
+        d = advance_tangent(p, up, angle(phi), w, slope, now_up, t, d)
         phi, _ = onward(p, phi, t)
         v, up, slowest = now_v, now_up, min(slowest, now_v)
     top, bottom = wall_places(p)
@@ -156,7 +156,7 @@ def touch(p, v, phi, s, hits, upper):
     ended, _, t, _, _, slope, w = next_impact(p, up, phi, v, 0.0)
     share = 0.0 if ended in (REST, FOREVER) else t / s if ended == IMPACT else math.inf
     place, rate, a, _, _, _ = evaluate(coefficients(p, phi, z, w), s)
-    z_phi, z_w, v_phi, v_w = tangent(p, phi, z, w, s)
+    z_phi, z_w, v_phi, v_w = tangent_at(p, angle(phi), z, w, s)
     side = -1.0 if upper else 1.0
     gap = (top - z) - place if upper else (z - bottom) + place
     w_v, w_phi = -into * slope * d[0], -into * slope * d[1]

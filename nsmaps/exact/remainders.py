@@ -5,20 +5,21 @@ Like `flight.py`, this file is copied behind the flow that is generated for a sy
 
 import math
 
+import numpy as np
 from numba import njit
 
 # === engine ===
 
 
 # fmt: off
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def wave(x):
     """cos x - 1, sin x and sin x - x for x >= 0, each to a few units in its last place.
 
     One reduction to |y| <= pi/4 by pi/2 in three parts (Cody and Waite), then polynomials of least error in z = y^2 for
     (sin y - y)/(y z) and (cos y - 1 + z/2)/z^2, wrong by 2e-17 and 2e-18, in pairs that may be computed side by side.
     """
-    q = math.floor(x * 0.6366197723675814 + 0.5)
+    q = np.floor(x * 0.6366197723675814 + 0.5)
     y = ((x - q * 1.5707963267341256) - q * 6.077100506303966e-11) - q * 2.0222662487959506e-21
     z = y * y
     zz = z * z
@@ -28,13 +29,11 @@ def wave(x):
     c = -0.5 * z + zz * ((0.041666666666666665387 - z * 0.0013888888888887395746)
         + zz * ((0.000024801587298763433164 - z * 2.7557317270560324065e-7)
         + zz * (2.0876146024689746601e-9 - z * 1.1382614868556324578e-11)))
-    if q == 0.0:
-        return c, y + r, r
-    k = int(q) & 3
-    sine, less = (1.0 + c, -1.0 - (y + r)) if k & 1 else (y + r, c)
-    if k & 2:
-        sine, less = -sine, -2.0 - less
-    return less, sine, sine - x
+    k = q - 4.0 * np.floor(0.25 * q)
+    odd, far = k == 1.0 or k == 3.0, k >= 2.0
+    sine, less = 1.0 + c if odd else y + r, -1.0 - (y + r) if odd else c
+    sine, less = -sine if far else sine, -2.0 - less if far else less
+    return less, sine, r if q == 0.0 else sine - x
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -43,8 +42,10 @@ def growth(x):
     if abs(x) > 0.5:
         e = math.expm1(x)
         return e, e - x
-    e = x * x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x * (1 / 5040 + x * (1 / 40320
-        + x * (1 / 362880 + x * (1 / 3628800 + x * (1 / 39916800 + x * (1 / 479001600 + x * (1 / 6227020800
-        + x / 87178291200))))))))))))
+    z = x * x
+    zz = z * z
+    e = z * (((1 / 2 + x * (1 / 6)) + z * (1 / 24 + x * (1 / 120)))
+        + zz * (((1 / 720 + x * (1 / 5040)) + z * (1 / 40320 + x * (1 / 362880)))
+        + zz * (((1 / 3628800 + x * (1 / 39916800)) + z * (1 / 479001600 + x * (1 / 6227020800))) + zz * (1 / 87178291200))))
     return x + e, e
 # fmt: on

@@ -5,31 +5,66 @@ Like `flight.py`, this file is not imported but copied behind the flow that is g
 
 import math
 
+import numpy as np
 from numba import njit
 
-from nsmaps.exact.flight import TWO_PI, flight, release
+from nsmaps.exact.flight import MOST_STEPS, OUTWARD, angle, bounds, coefficients, flight
 from nsmaps.exact.flow import (
     BASE_UP,
     HAS_DOWN,
     HAS_UP,
-    bounds,
-    coefficients,
+    coefficients_at,
     evaluate,
     phase_rate,
     rebound,
     start,
-    tangent,
+    tangent_at,
     wall_places,
 )
 
 # === engine ===
 
+TWO_PI = 2 * math.pi
 IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
 RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID = 0, 1, 2, 3, 4, 5, 6  # values of Outcome
 MOST_IMPACTS = 100_000  # of one return
 INFINITE_CODE = 2**62
 MOST_PHASE = 1e12  # radians
 NO_SPEED = 1e-300  # what leaves a wall slower than this stays on it: its reciprocal would overflow
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def release(p, phi, up):
+    """How long the ball rests on a wall from phase phi on, or infinity: the first time that the wall no longer presses."""
+    top, bottom = wall_places(p)
+    z = top if up else bottom
+    into = 1.0 if up else -1.0
+    c = coefficients(p, phi, z, 0.0)
+    snap = bounds(p, phi, z, 0.0)[1] * OUTWARD
+    period = TWO_PI / phase_rate(p)
+    s = 0.0
+    for _ in range(MOST_STEPS):
+        _, _, a, jk, _, _ = evaluate(c, s)
+        press, rate = into * a, into * jk
+        if press <= 0.0 and rate < 0.0:
+            return max(s - press / rate, 0.0)
+        press = max(press, 0.0)
+        if snap == 0.0 and rate >= 0.0:
+            return math.inf
+        h = 2.0 * press / (math.sqrt(rate * rate + 2.0 * snap * press) - rate) if press > 0.0 else 2.0 * rate / snap
+        if rate < 0.0 and snap * h * h <= 1e-17 * period * -rate:
+            return s - press / rate
+        s += h
+        if s > 1.000001 * period:
+            break
+    return math.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def accumulation(u, v, press, limits):
+    """When impacts of speeds v, u, ... accumulate, to second order, and whether the third makes that exact to rounding."""
+    x = 2.0 * u / (press * (1.0 - u / v))
+    return x, x * limits[0] <= 1e-5 * press and x * x * limits[1] <= 1e-10 * press
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -49,8 +84,7 @@ def next_impact(p, up, phi, v, chatter):
     w = -into * u
     c = coefficients(p, phi, z, w)
     limits = bounds(p, phi, z, w)
-    first = start(c)
-    a, jk = first[0], first[1]
+    a, jk, _, _ = start(c)
     press = into * a
     if u == 0.0 and (press > 0.0 or (press == 0.0 and into * jk > 0.0)):
         rest = release(p, phi, up)
@@ -59,26 +93,26 @@ def next_impact(p, up, phi, v, chatter):
         if rest > 1e-13 * TWO_PI / phase_rate(p):
             return REST, up, rest, 0.0, False, slope, w
     elif press > 0.0 and v <= chatter and u < v:
-        x = 2.0 * u / (press * (1.0 - u / v))
-        if x * limits[0] <= 1e-5 * press and x * x * limits[1] <= 1e-10 * press:
+        x, summable = accumulation(u, v, press, limits)
+        if summable:
             x -= into * jk * x * x / (3.0 * press)
             phase = phi + x * phase_rate(p)
             rest = release(p, phase, up)
             if rest == math.inf:
                 return FOREVER, up, x, 0.0, False, slope, w
             return CHATTER, up, x + rest, 0.0, False, slope, w
-    found, up, s, v, undecided = flight(p, c, up, w, first, limits)
+    found, up, s, v, undecided = flight(p, c, up, w, limits)
     return IMPACT if found else ESCAPED, up, s, v, undecided, slope, w
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def advance_tangent(p, up, phi, w, slope, now_up, s, d):
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def advance_tangent(p, up, at, w, slope, now_up, s, d):
     """The derivative d of (v, phi) carried through one impact and the flight of time s behind it (saltation)."""
     top, bottom = wall_places(p)
     z = top if up else bottom
     into, now_into = 1.0 if up else -1.0, 1.0 if now_up else -1.0
-    w_phi, w_w, v_phi, v_w = tangent(p, phi, z, w, s)
-    _, velocity, a, _, _, _ = evaluate(coefficients(p, phi, z, w), s)
+    w_phi, w_w, v_phi, v_w = tangent_at(p, at, z, w, s)
+    _, velocity, a, _, _, _ = evaluate(coefficients_at(p, at, z, w), s)
     rate = phase_rate(p)
     d00, d01, d10, d11 = d
     u0, u1 = -into * slope * d00, -into * slope * d01
@@ -111,13 +145,20 @@ def is_state(v, phi):
     return v >= 0.0 and v < math.inf and abs(phi) < MOST_PHASE
 
 
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def turned(p, phi, s):
+    """As `onward`, the turns as a float."""
+    phi += s * phase_rate(p)
+    whole = np.floor(phi / TWO_PI)
+    phi = max(phi - whole * TWO_PI, 0.0)
+    return phi if phi < TWO_PI else 0.0, whole if phi < TWO_PI else whole + 1.0
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def onward(p, phi, s):
     """The phase a time s later, in [0, 2 pi), and the whole turns made."""
-    phi += s * phase_rate(p)
-    whole = math.floor(phi / TWO_PI)
-    phi = max(phi - whole * TWO_PI, 0.0)
-    return (phi, whole) if phi < TWO_PI else (0.0, whole + 1)
+    phi, whole = turned(p, phi, s)
+    return phi, int(whole)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -150,7 +191,7 @@ def first_return(p, v, phi, chatter, derivative):
                 letter, run = 1 if now_up == BASE_UP else 2, 0
             run += 1
             if derivative:
-                d = advance_tangent(p, up, phi, w, slope, now_up, s, d)
+                d = advance_tangent(p, up, angle(phi), w, slope, now_up, s, d)
         time += s
         phi, whole = onward(p, phi, s)
         turns += whole
@@ -163,16 +204,20 @@ def first_return(p, v, phi, chatter, derivative):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangents):
-    """First returns of a batch, written into the arrays given; derivatives where `tangents` has a row a state."""
-    want = len(tangents) == len(start)
+def put(i, result, image, turns, codes, outcome, time, tangents):
+    """Write one return into the arrays given; the derivative where `tangents` has rows."""
+    outcome[i], image[i, 0], image[i, 1], turns[i, 1], time[i], codes[i], d = result
+    turns[i, 0] = 0
+    if len(tangents):
+        tangents[i, 0, 0], tangents[i, 0, 1], tangents[i, 1, 0], tangents[i, 1, 1] = d
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents):
+    """First returns of a batch, each by itself."""
     for i in range(len(start)):
-        o, v, phi, turn, t, code, d = first_return(p, start[i, 0], start[i, 1], chatter, want)
-        image[i, 0], image[i, 1] = v, phi
-        turns[i, 0], turns[i, 1] = 0, turn
-        codes[i], outcome[i], time[i] = code, o, t
-        if want:
-            tangents[i, 0, 0], tangents[i, 0, 1], tangents[i, 1, 0], tangents[i, 1, 1] = d
+        result = first_return(p, start[i, 0], start[i, 1], chatter, len(tangents) > 0)
+        put(i, result, image, turns, codes, outcome, time, tangents)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

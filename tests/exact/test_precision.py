@@ -92,7 +92,8 @@ for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator
         return found
     module.evaluate, module.flight = counted, watched
     rng = np.random.default_rng(0)
-    system.first_return(np.column_stack([rng.uniform(0.01, top, 300), rng.uniform(0, 6.28, 300)]))
+    for state in np.column_stack([rng.uniform(0.01, top, 300), rng.uniform(0, 6.28, 300)]):
+        system.first_return([state])
     print(max(per_flight), sum(per_flight) / len(per_flight))
 """
     import os
