@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from nsmaps.plugins import systems as systems
     from nsmaps.reduced.composite import CompositeMap as CompositeMap
     from nsmaps.reduced.diagonal import Diagonal as Diagonal
+    from nsmaps.reduced.parametric import ParametricMap as ParametricMap
     from nsmaps.reduced.polyfit import Full as Full
     from nsmaps.reduced.polyfit import PolyFit as PolyFit
     from nsmaps.reduced.polyfit import Separable as Separable
     from nsmaps.reduced.polymap import PolyMap as PolyMap
+    from nsmaps.reduced.printed import PrintedMap as PrintedMap
     from nsmaps.reduced.region import Box as Box
     from nsmaps.reduced.region import Region as Region
     from nsmaps.reduced.region import Where as Where
@@ -55,8 +57,10 @@ _PUBLIC = {
     "plugins": ("load_system", "systems"),
     "reduced.composite": ("CompositeMap",),
     "reduced.diagonal": ("Diagonal",),
+    "reduced.parametric": ("ParametricMap",),
     "reduced.polyfit": ("Full", "PolyFit", "Separable"),
     "reduced.polymap": ("PolyMap",),
+    "reduced.printed": ("PrintedMap",),
     "reduced.region": ("Box", "Region", "Where"),
     "study.archive": ("read_result",),
     "study.reader": ("load_study",),

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.spec import Study
+    from nsmaps.study.spec import PieceSection, Study
 
 FAILED, BAD, STOPPED = 1, 2, 130
 WIDE = 200  #: columns of a table that goes to a file or a pipe
@@ -233,7 +233,9 @@ def _about(study: "Study", step: str) -> str:
         size = " x ".join(str(span.points) for span in (study.grid or {}).values())
         return f"{', '.join(study.families) or 'words'} over {size} states"
     if step == "composite":
-        return ", ".join(f"{p.name} ({'fit of ' + p.family if p.family else 'reset'})" for p in study.composite)
+        return ", ".join(f"{p.name} ({_map_of(p)})" for p in study.composite)
+    if step == "parametric" and (made := study.parametric):
+        return f"order {made.order} in {made.parameter} from {made.low:g} to {made.high:g}"
     if step == "orbits":
         return ", ".join(f"{orbit.returns} returns" for orbit in study.orbits)
     if step == "domains":
@@ -245,8 +247,14 @@ def _about(study: "Study", step: str) -> str:
     return f"of the domain {study.second_iterate.domain}" if study.second_iterate else ""
 
 
+def _map_of(piece: "PieceSection") -> str:
+    """Where the map of a piece comes from."""
+    return f"fit of {piece.family}" if piece.fit else "printed" if piece.polynomial else "reset"
+
+
 def _required(study: "Study") -> list[str]:
-    return [*study.require, *(f"domain {d.name}: {claim}" for d in study.domains for claim in d.require)]
+    follows = [f"parametric: {claim}" for claim in (study.parametric.require if study.parametric else ())]
+    return [*study.require, *follows, *(f"domain {d.name}: {claim}" for d in study.domains for claim in d.require)]
 
 
 def _first_sentence(text: str | None) -> str:

@@ -29,7 +29,16 @@ class Piece:
     name: str
     region: Region
     map: PolyMap
-    word: str = ""  #: the word of the returns it stands for, the commonest of its data; "" for a reset
+    word: str = ""  #: the word of the returns it stands for, the commonest of its data; "" for a reset or where none is known
+
+
+def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
+    """The piece of a name among some."""
+    for piece in pieces:
+        if piece.name == name:
+            return piece
+    names = [piece.name for piece in pieces]
+    raise NsmapsError(f"no piece {name!r}{near_match(name, names)}; accepted: {', '.join(names)}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,11 +81,7 @@ class CompositeMap:
 
     def piece(self, name: str) -> Piece:
         """The piece of a name."""
-        for piece in self.pieces:
-            if piece.name == name:
-                return piece
-        names = [piece.name for piece in self.pieces]
-        raise NsmapsError(f"no piece {name!r}{near_match(name, names)}; accepted: {', '.join(names)}")
+        return piece_named(self.pieces, name)
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The first returns of states (N, n) by the map of their piece.
@@ -194,18 +199,23 @@ def _piece(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece:
     if piece.reset is not None:
         return Piece(piece.name, region, PolyMap.reset(coordinates, piece.reset))
     assert piece.fit is not None
-    assert piece.family is not None
-    if piece.family not in surfaces:
-        match = near_match(piece.family, surfaces)
-        raise FitError(f"no surface of a family {piece.family!r}{match}; accepted: {', '.join(surfaces)}")
-    surface = surfaces[piece.family]
+    data = data_of(coordinates, surfaces, piece)
+    values, counts = np.unique(data.returns.words, return_counts=True)
+    return Piece(piece.name, region, piece.fit.fit(data), str(values[np.argmax(counts)]))
+
+
+def data_of(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:
+    """What a piece is fitted to: its family's surface within its region. FitError where there is nothing."""
+    family, region = piece.family or "", piece.region.over(coordinates)
+    if family not in surfaces:
+        raise FitError(f"no surface of a family {family!r}{near_match(family, surfaces)}; accepted: {', '.join(surfaces)}")
+    surface = surfaces[family]
     if surface.coordinates != coordinates:
         raise FitError(f"the surface has coordinates {', '.join(surface.coordinates)}, not {', '.join(coordinates)}")
     inside = surface.restricted(region.contains(_wrapped(surface.start, coordinates)))
     if not len(inside.start):
-        raise FitError(f"no data of family {piece.family!r} where {region.condition()}; {_whereabouts(surface)}")
-    values, counts = np.unique(inside.returns.words, return_counts=True)
-    return Piece(piece.name, region, piece.fit.fit(inside), str(values[np.argmax(counts)]))
+        raise FitError(f"no data of family {family!r} where {region.condition()}; {_whereabouts(surface)}")
+    return inside
 
 
 def _one_way(piece: PieceLike) -> None:

@@ -13,14 +13,16 @@ from nsmaps.errors import FitError, near_match
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, nearest_turn, wrap
 from nsmaps.exact.surface import Surface
 from nsmaps.reduced.condition import Number
+from nsmaps.reduced.leastsquares import Solved, left_out, solve
 from nsmaps.reduced.polymap import FitReport as FitReport
-from nsmaps.reduced.polymap import Ints, design, paper_order
+from nsmaps.reduced.polymap import Ints, paper_order
 from nsmaps.reduced.polymap import PolyMap as PolyMap
 
 Bools = NDArray[np.bool_]
 Degree = Annotated[int, Field(ge=0, le=40)]
 
 ILL_CONDITIONED = 1e8  #: beyond this, half of a float's digits are lost in the fit
+UNBOUND = 10.0  #: a point that is missed by so many times more when it is left out shows an order that is too high
 SEAM = 0.5  #: radians that a cut of the circle elsewhere must gain before the data are moved there
 
 
@@ -42,8 +44,10 @@ class PolyFit(BaseModel, ABC):
     def fit(self, surface: Surface) -> PolyMap:
         """The least squares polynomials of the surface, with a report.
 
-        The data are scaled to [-1, 1] and the monomials are Chebyshev products. Angles are unwrapped: a region over
-        phi = 0 is fitted on one stretch, images are continued from their starts, less one common number of turns.
+        The data are scaled to [-1, 1] and the monomials are Chebyshev products, of which the map is kept; where the data
+        fill their box so badly that these are ill-conditioned, polynomials orthogonal on the data are solved for. Angles
+        are unwrapped: a region over phi = 0 is fitted on one stretch, images are continued from their starts, less one
+        common number of turns.
 
         Raises:
             FitError: the data are not finite, too few, or too alike for the monomials.
@@ -62,9 +66,9 @@ class PolyFit(BaseModel, ABC):
         centre, half = domain.mean(axis=1), (domain[:, 1] - domain[:, 0]) / 2
         scale = np.where(half > 0, half, 1.0)
         scaled = (start - centre) / scale
-        solved = [_solve(f"{name}'", each, scaled[use], y[use]) for name, each, use, y in problems]
-        polymap = PolyMap(names, exponents, tuple(c for c, _ in solved), centre, scale, domain, self.absolute)
-        data = _Data(start, target, tuple(rows), np.array([condition for _, condition in solved]))
+        solved = [solve(f"{name}'", each, scaled[use], y[use]) for name, each, use, y in problems]
+        polymap = PolyMap(names, exponents, tuple(s.coefficients for s in solved), centre, scale, domain, self.absolute)
+        data = _Data(start, target, tuple(rows), tuple(solved))
         return replace(polymap, report=_report(polymap, data))
 
 
@@ -148,7 +152,7 @@ class _Data:
     start: Floats  # (M, n)
     target: Floats  # (M, n)
     rows: tuple[Bools, ...]  # the states used, for each output
-    condition: Floats  # (n,)
+    solved: tuple[Solved, ...]  # for each output
 
 
 def unwrapped(surface: Surface) -> tuple[Floats, Floats]:
@@ -218,51 +222,49 @@ def _check(what: str, x: Floats, y: Floats, exponents: Ints, names: Sequence[str
             raise FitError(f"{what}: the data are {here} of {name}; degree {degree} needs {degree + 1} distinct values")
 
 
-def _solve(what: str, exponents: Ints, scaled: Floats, y: Floats) -> tuple[Floats, float]:
-    """The least squares coefficients (m,) and the condition number of the problem."""
-    coefficients, _, rank, singular = np.linalg.lstsq(design(exponents, scaled), y, rcond=None)
-    if rank < len(exponents):
-        raise FitError(
-            f"{what}: {len(y)} data points tell only {rank} of {len(exponents)} monomials apart (they may lie on a curve); "
-            "accepted: data that fill an area, or lower degrees"
-        )
-    return np.asarray(coefficients, float), float(singular[0] / singular[-1])
-
-
 def _report(polymap: PolyMap, data: _Data) -> FitReport:
     predicted = polymap(data.start)
     error = np.abs(predicted - data.target)
     used = [(data.target[rows, i], error[rows, i]) for i, rows in enumerate(data.rows)]
     sse = np.array([e @ e for _, e in used])
     sst = np.array([np.sum((y - y.mean()) ** 2) if np.ptp(y) else np.nan for y, _ in used])
-    warnings = [text for i in range(len(used)) for text in _warnings(polymap, data, error[:, i], i)]
-    return FitReport(
+    alone = [left_out(e, solved.leverage) for (_, e), solved in zip(used, data.solved, strict=True)]
+    report = FitReport(
         coordinates=polymap.coordinates,
         r2=1 - sse / sst,
         sse=sse,
         max_error=np.array([e.max() for _, e in used]),
-        condition=data.condition,
+        condition=np.array([solved.condition for solved in data.solved]),
         points=np.array([len(y) for y, _ in used]),
         terms=np.array([len(each) for each in polymap.exponents]),
-        warnings=tuple(warnings),
+        left_out=np.array(alone),
+        loss=np.array([solved.loss for solved in data.solved]),
     )
+    warnings = [text for i in range(len(used)) for text in _warnings(report, data, error[:, i], i)]
+    return replace(report, warnings=tuple(warnings))
 
 
-def _warnings(polymap: PolyMap, data: _Data, error: Floats, i: int) -> list[str]:
+def _warnings(report: FitReport, data: _Data, error: Floats, i: int) -> list[str]:
     """What the figures of output i do not show."""
-    name, rows = polymap.coordinates[i], data.rows[i]
+    name, rows, y = report.coordinates[i], data.rows[i], data.target[:, i]
+    reach = np.ptp(y[rows])
     texts = []
     if not rows.all():
         worst = f"over all {len(rows)} points the largest error is {error.max():.3g}"
         texts.append(f"{name}' is fitted to {rows.sum()} points on a line; {worst}")
-    if len(polymap.exponents[i]) == rows.sum():
+    if report.terms[i] == report.points[i]:
         texts.append(f"{name}' passes through its {rows.sum()} points, as many as terms; its errors say nothing")
-    if data.condition[i] > ILL_CONDITIONED:
-        texts.append(f"{name}': the least squares problem has condition {data.condition[i]:.2g}; its digits are doubtful")
-    y = data.target[:, i]
+    elif report.left_out[i] > max(UNBOUND * report.max_error[i], reach):
+        missed = f"a point left out of the fit would be missed by {report.left_out[i]:.2g}, and the data span {reach:.2g}"
+        alone = missed if np.isfinite(report.left_out[i]) else "a point alone decides the fit there"
+        texts.append(f"{name}': {alone}; the order is higher than the data bear")
+    if report.loss[i] > reach / ILL_CONDITIONED:
+        texts.append(f"{name}': kept in Chebyshev products of its box the fit is off by {report.loss[i]:.2g}")
+    if report.condition[i] > ILL_CONDITIONED:
+        texts.append(f"{name}': the least squares problem has condition {report.condition[i]:.2g}; its digits are doubtful")
     outside = np.mean((y < 0) | (y >= TWO_PI))
-    if angle_mask(polymap.coordinates)[i] and outside > 0:
-        reach = f"{name}' reaches from {y.min():.4g} to {y.max():.4g}, {100 * outside:.3g} % of it outside [0, 2 pi)"
+    if angle_mask(report.coordinates)[i] and outside > 0:
+        where = f"{name}' reaches from {y.min():.4g} to {y.max():.4g}, {100 * outside:.3g} % of it outside [0, 2 pi)"
         more = "; flights of different numbers of periods may be mixed in it" if np.ptp(y) > TWO_PI else ""
-        texts.append(f"{reach}{more}")
+        texts.append(f"{where}{more}")
     return texts

@@ -1,6 +1,6 @@
 """Polynomial maps in scaled Chebyshev products, and the report on how well they fit."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
 Ints = NDArray[np.int64]
+Exacts = NDArray[np.object_]  # of Fractions
 
 ROWS, FLOATS = 2**14, 2**21  #: states that are evaluated at a time, to stay in the cache, and floats that they may take
 
@@ -31,6 +32,8 @@ class FitReport:
     condition: Floats  #: shape (n,), condition number of the least squares problem that was solved
     points: Ints  #: shape (n,), data points used
     terms: Ints  #: shape (n,), coefficients fitted
+    left_out: Floats  #: shape (n,), the largest error at a data point when it alone is left out of the fit (PRESS residual)
+    loss: Floats  #: shape (n,), the largest change at a data point by the change from orthogonal to Chebyshev products
     warnings: tuple[str, ...] = ()  #: what a reader should know before trusting the figures
 
     def rows(self) -> list[dict[str, Any]]:
@@ -68,6 +71,33 @@ class PolyMap:
         coefficients = tuple(np.array([float(values.get(name, 1.0))]) for name in names)
         return cls(names, exponents, coefficients, np.zeros(n), np.ones(n), np.tile([-np.inf, np.inf], (n, 1)))
 
+    @classmethod
+    def of_monomials(
+        cls,
+        coordinates: Sequence[str],
+        monomials: Mapping[str, Mapping[tuple[int, ...], Fraction]],
+        box: ArrayLike,
+        absolute: tuple[str, ...] = (),
+    ) -> "PolyMap":
+        """The map of plain monomials, each output's coefficients by their exponents, in Chebyshev products of a box (n, 2).
+
+        Converted in exact rational arithmetic and rounded once, so terms that cancel on the box cost no digits there.
+        """
+        names, domain = tuple(coordinates), np.array(box, float)
+        centre, scale = domain.mean(axis=1), np.ptp(domain, axis=1) / 2
+        if not np.isfinite(domain).all() or not (scale > 0).all():
+            raise FitError(f"Chebyshev products of the box {domain.tolist()}; accepted: bounded sides, lower < upper")
+        terms = [_terms(_changed(_dense_exactly(monomials[name], len(names)), centre, scale, _in_chebyshev)) for name in names]
+        terms = [each or {(0,) * len(names): Fraction(0)} for each in terms]
+        exponents = tuple(np.array(list(each), int) for each in terms)
+        coefficients = tuple(np.array([float(value) for value in each.values()]) for each in terms)
+        return cls(names, exponents, coefficients, centre, scale, domain, absolute)
+
+    def over(self, box: ArrayLike) -> "PolyMap":
+        """The same polynomials in Chebyshev products of another box (n, 2), each coefficient rounded once; without report."""
+        monomials = {name: self.exact_monomials(name) for name in self.coordinates}
+        return PolyMap.of_monomials(self.coordinates, monomials, box, self.absolute)
+
     def __call__(self, states: ArrayLike) -> Floats:
         """The images of states (N, n), shape (N, n); angles are not wrapped. NaN goes to NaN."""
         image = _evaluate(self._tensor(), self._scaled(states))
@@ -95,12 +125,22 @@ class PolyMap:
         """As `monomials`, not rounded: for closed forms that are to agree with the map where plain monomials cancel."""
         i = _index(output, self.coordinates, "monomials")
         tensor = np.vectorize(Fraction, otypes=[object])(_dense([self.exponents[i]], [self.coefficients[i]])[0])
-        for j, size in enumerate(tensor.shape):
-            powers = _powers(size, Fraction(float(self.centre[j])), Fraction(float(self.scale[j])))
-            tensor = np.moveaxis(np.tensordot(tensor, powers, axes=(j, 0)), -1, j)
+        tensor = _changed(tensor, self.centre, self.scale, _in_powers)
         asked = set(map(tuple, self.exponents[i].tolist()))
-        found = {key for key, value in np.ndenumerate(tensor) if value}
-        return {key: tensor[key] for key in paper_order(asked | found)}
+        return {key: tensor[key] for key in paper_order(asked | set(_terms(tensor)))}
+
+    def monomial_error(self, output: str) -> float:
+        """The largest difference over the domain between the map and its `monomials`, evaluated in floats as they stand.
+
+        On a grid of about 10,000 Chebyshev points, ends included; of a reset, over [-1, 1].
+        """
+        i, n = _index(output, self.coordinates, "monomials"), len(self.coordinates)
+        ends = np.where(np.isfinite(self.domain), self.domain, self.centre[:, None] + np.outer(self.scale, [-1, 1]))
+        nodes = np.cos(np.linspace(0, np.pi, round(10_000 ** (1 / n))))
+        axes = [(low + high) / 2 + (high - low) / 2 * nodes for low, high in ends]
+        x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, n)
+        plain = np.sum([value * np.prod(x ** np.array(key), axis=1) for key, value in self.monomials(output).items()], axis=0)
+        return float(np.abs((np.abs(plain) if output in self.absolute else plain) - self(x)[:, i]).max())
 
     def symbolic(self, output: str) -> "sp.Expr":
         """One output as a sympy expression in plain monomials, in real symbols of the coordinates."""
@@ -164,8 +204,16 @@ def _evaluate(tensor: Floats, scaled: Floats) -> Floats:
     return out
 
 
-def _powers(size: int, centre: Fraction, scale: Fraction) -> NDArray[np.object_]:
-    """The plain coefficients of T_k((x - centre) / scale), exactly: shape (size, size), row k for T_k."""
+def _changed(tensor: Exacts, centre: Floats, scale: Floats, basis: Callable[[int, Fraction, Fraction], Exacts]) -> Exacts:
+    """Coefficients by exponents in another basis, whose row k holds the k-th polynomial of the old one, exactly."""
+    for j, size in enumerate(tensor.shape):
+        rows = basis(size, Fraction(float(centre[j])), Fraction(float(scale[j])))
+        tensor = np.moveaxis(np.tensordot(tensor, rows, axes=(j, 0)), -1, j)
+    return tensor
+
+
+def _in_powers(size: int, centre: Fraction, scale: Fraction) -> Exacts:
+    """The plain coefficients of T_k((x - centre) / scale): shape (size, size), row k for T_k."""
     rows = np.full((size, size), Fraction(0), object)
     rows[0, 0] = Fraction(1)
     if size > 1:
@@ -174,6 +222,32 @@ def _powers(size: int, centre: Fraction, scale: Fraction) -> NDArray[np.object_]
         shifted = np.concatenate([[Fraction(0)], rows[k - 1, :-1]])
         rows[k] = 2 * (shifted - centre * rows[k - 1]) / scale - rows[k - 2]
     return rows
+
+
+def _in_chebyshev(size: int, centre: Fraction, scale: Fraction) -> Exacts:
+    """The Chebyshev coefficients of x^k = (centre + scale s)^k: shape (size, size), row k for x^k, by 2 s T_j = T_j+1 + T_j-1."""
+    rows = np.full((size, size), Fraction(0), object)
+    rows[0, 0] = Fraction(1)
+    for k in range(1, size):
+        half = scale * rows[k - 1] / 2
+        rows[k] = centre * rows[k - 1]
+        rows[k, 1:] += half[:-1]
+        rows[k, :-1] += half[1:]
+        rows[k, 1] += half[0]  # s T_0 is T_1 whole
+    return rows
+
+
+def _dense_exactly(terms: Mapping[tuple[int, ...], Fraction], n: int) -> Exacts:
+    """Coefficients by exponents as one array, shape (degree + 1 of each coordinate)."""
+    tensor = np.full(np.max([(0,) * n, *terms], axis=0) + 1, Fraction(0), object)
+    for key, value in terms.items():
+        tensor[key] = value
+    return tensor
+
+
+def _terms(tensor: Exacts) -> dict[tuple[int, ...], Fraction]:
+    """The coefficients that are not zero, in the paper's order."""
+    return {key: tensor[key] for key in paper_order(k for k, value in np.ndenumerate(tensor) if value)}
 
 
 def _index(name: str, names: Sequence[str], what: str) -> int:

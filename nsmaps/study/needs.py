@@ -28,7 +28,7 @@ def check_needs(study: Study) -> None:
 def check_names(study: Study) -> None:
     """A StudyError at the first name that refers to nothing, or that is given twice."""
     source = study.source
-    fitted = [piece.name for piece in study.composite if piece.fit]
+    fitted = [piece.name for piece in study.composite if piece.reset is None]
     _once(study, "composite", [piece.name for piece in study.composite])
     _once(study, "domains", [domain.name for domain in study.domains])
     if study.diagonal:
@@ -67,6 +67,8 @@ def _needs(study: Study) -> Iterator[tuple[Loc, str, str]]:
             yield ("composite", number), f"the fit of the piece {piece.name!r}", "families"
         if piece.data == DIAGONAL:
             yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
+    if study.parametric:
+        yield ("parametric",), "'parametric'", "composite"
     if study.second_iterate:
         yield ("second_iterate",), "'second_iterate'", "domains"
     for number, figure in enumerate(study.figures):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from nsmaps.errors import SystemDefinitionError, UnknownSystemError
+from nsmaps.errors import FitError, SystemDefinitionError, UnknownSystemError
 from nsmaps.exact.family import WordFamily
 from nsmaps.exact.impacts import Floats, encode
 from nsmaps.exact.surface import Axis, Grid
@@ -14,6 +14,8 @@ from nsmaps.plugins import system_class
 from nsmaps.reduced.condition import as_number
 from nsmaps.reduced.diagonal import Diagonal
 from nsmaps.reduced.polyfit import Full, PolyFit, Separable
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.printed import PrintedMap
 from nsmaps.reduced.region import Box, Region, Where
 from nsmaps.study.needs import DIAGONAL, check_names, check_needs
 from nsmaps.study.source import Loc
@@ -36,6 +38,7 @@ class PiecePlan:
     data: Where | None  #: what the fit is made from; None is the region, or the states near the diagonals
     near_diagonals: bool  #: whether the fit is made from the states near the diagonals
     reset: dict[str, float] | None
+    polynomial: PrintedMap | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +60,16 @@ class Plan:
 def prepare(study: Study) -> Plan:
     """The study's objects, or a StudyError at the first line that does not fit the system or the rest of the study."""
     return _Maker(study, _system(study)).plan()
+
+
+def printed_at(printed: PrintedMap, system: "ImpactSystem") -> PolyMap:
+    """A printed map at the system's own value of its parameter."""
+    if printed.parameter is None:
+        return printed.at(system.coordinates)
+    if printed.parameter not in system.parameters:
+        known = ", ".join(system.parameters)
+        raise FitError(f"parameter: no parameter {printed.parameter!r} of the system; accepted: {known}")
+    return printed.at(system.coordinates, system.parameters[printed.parameter])
 
 
 def _system(study: Study) -> "ImpactSystem":
@@ -84,6 +97,8 @@ class _Maker:
         study = self.study
         check_names(study)
         check_needs(study)
+        if (section := study.parametric) is not None:
+            self.swept_values(("parametric",), section.parameter, (section.low, section.high))
         return Plan(
             study=study,
             system=self.system,
@@ -126,14 +141,14 @@ class _Maker:
             text = "'diagonal' needs a grid: its own, or the section 'grid', which is missing"
             raise source.error(("diagonal",), text)
         if section.sweep:
-            self.swept_values(section.sweep.parameter, (section.sweep.low, section.sweep.high))
+            self.swept_values(("diagonal", "sweep"), section.sweep.parameter, (section.sweep.low, section.sweep.high))
         within = None if section.within is None else self.where(("diagonal", "within"), section.within)
         with source.located(("diagonal",), Diagonal):
             return Diagonal(delta=section.delta, slope=section.slope, within=within)
 
-    def swept_values(self, parameter: str, ends: tuple[float, float]) -> None:
-        """Both ends of the sweep must be values that the system accepts."""
-        source, loc = self.study.source, ("diagonal", "sweep")
+    def swept_values(self, loc: Loc, parameter: str, ends: tuple[float, float]) -> None:
+        """Both ends of a sweep must be values that the system accepts."""
+        source = self.study.source
         source.known((*loc, "parameter"), parameter, self.system.parameters, "parameter")
         for key, value in zip(("from", "to"), ends, strict=True):
             with source.located(loc, type(self.system), **{parameter: key}):
@@ -151,7 +166,10 @@ class _Maker:
         reset = None if piece.reset is None else self.some_coordinates((*loc, "reset"), piece.reset)
         near = piece.data == DIAGONAL
         data = None if piece.data is None or near else self.where((*loc, "data"), piece.data)
-        return PiecePlan(piece.name, region, piece.family, fit, data, near, reset)
+        if piece.polynomial is not None:
+            with self.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
+                printed_at(piece.polynomial, self.system)
+        return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial)
 
     def region(self, loc: Loc, piece: PieceSection) -> Region:
         if piece.box is not None:

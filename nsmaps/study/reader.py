@@ -12,7 +12,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from nsmaps.errors import NsmapsError, StudyError, near_match
 from nsmaps.plugins import is_file, study_files, study_names
 from nsmaps.study.plan import prepare
-from nsmaps.study.source import Source
+from nsmaps.study.source import Loc, Source
 from nsmaps.study.spec import Study, name_of
 
 
@@ -34,10 +34,24 @@ def read_study(path: Path, name: str) -> Study:
     data.setdefault("name", name)
     if isinstance(data.get("system"), str):
         data["system"] = _found_from(path, data["system"])
+    pieces = data.get("composite")
+    for number, piece in enumerate(pieces if isinstance(pieces, list) else []):
+        if isinstance(piece, dict) and isinstance(piece.get("polynomial"), str):
+            piece["polynomial"] = _printed(path, piece["polynomial"], source, ("composite", number, "polynomial"))
     try:
         return Study.model_validate(data, context=source)
     except ValidationError as error:
         raise source.translate(error, (), Study, {}) from error
+
+
+def _printed(path: Path, text: str, source: Source, loc: Loc) -> Any:
+    """What a file beside the study says under a key: `file#key`."""
+    name, _, key = text.partition("#")
+    file = path.parent / name
+    if not (name and file.is_file()):
+        raise source.error(loc, f"no file {text!r} beside the study; accepted: a mapping, or file#key, in YAML or JSON")
+    maps = _plain(_parsed(file))
+    return maps[source.known(loc, key, [name for name, value in maps.items() if isinstance(value, dict)], "polynomial")]
 
 
 def _parsed(path: Path) -> CommentedMap:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
     from nsmaps.reduced.composite import CompositeMap, Coverage
     from nsmaps.reduced.diagonal import DiagonalRegion
+    from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.polyfit import FitReport
     from nsmaps.study.spec import Study
 
@@ -48,6 +49,7 @@ class StudyResult:
     orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
     composite: "CompositeMap | None" = None
     coverage: "Coverage | None" = None  #: of the study's grid
+    parametric: "ParametricMap | None" = None
     orbits: tuple[OrbitPair, ...] = ()
     domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
     second_iterate: "SecondIterate | None" = None

@@ -10,6 +10,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.plugins import load_system
 from nsmaps.reduced.condition import Number, read_number
 from nsmaps.reduced.polyfit import Degree
+from nsmaps.reduced.printed import PrintedMap
 from nsmaps.study.source import Source
 
 if TYPE_CHECKING:
@@ -120,15 +121,36 @@ class PieceSection(BaseModel):
     fit: FitSection | None = None
     data: str | None = None  #: a condition, or `diagonal`: what the fit is made from instead of the piece's region
     reset: dict[str, Number] | None = None
+    polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader puts in its place
 
     @model_validator(mode="after")
     def _one_region_one_map(self) -> Self:
         _one_of({"box": self.box, "where": self.where}, f"the piece {self.name!r}")
-        _one_of({"fit": self.fit, "reset": self.reset}, f"the piece {self.name!r}")
-        if (self.family is None) != (self.fit is None):
+        _one_of({"fit": self.fit, "reset": self.reset, "polynomial": self.polynomial}, f"the piece {self.name!r}")
+        if (self.family is None and self.fit is not None) or (self.family is not None and self.reset is not None):
             raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
         if self.data is not None and self.fit is None:
-            raise ValueError(f"the piece {self.name!r}: 'data' says what a fit is made from, and a reset is not fitted")
+            raise ValueError(f"the piece {self.name!r}: 'data' says what a fit is made from, and it has none")
+        return self
+
+
+class ParametricSection(BaseModel):
+    """The composite map with coefficients that are polynomials of a parameter, from its values at Chebyshev nodes."""
+
+    model_config = SPEC
+    parameter: str
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    order: int = Field(4, ge=0, le=20)
+    nodes: int | None = Field(None, ge=1, le=100)  #: twice the order and one if omitted
+    require: tuple[Literal["follows"], ...] = ()
+
+    @model_validator(mode="after")
+    def _enough(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"from {self.low:g} to {self.high:g} is empty; accepted: 'from' below 'to'")
+        if self.nodes is not None and self.nodes <= self.order:
+            raise ValueError(f"{self.nodes} nodes for order {self.order}; accepted: more nodes than the order")
         return self
 
 
@@ -174,6 +196,7 @@ class Study(BaseModel):
     families: dict[str, tuple[str, ...]] = {}
     diagonal: DiagonalSection | None = None
     composite: tuple[PieceSection, ...] = ()
+    parametric: ParametricSection | None = None
     orbits: tuple[OrbitSection, ...] = ()
     domains: tuple[DomainSection, ...] = ()
     second_iterate: SecondIterateSection | None = None

@@ -6,19 +6,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsmaps.errors import FitError
-from nsmaps.exact.surface import Surface, surfaces_among, sweep
-from nsmaps.reduced.composite import CompositeMap, Piece, build_composite
+from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.surface import Surface, surfaces, surfaces_among, sweep
+from nsmaps.reduced.composite import CompositeMap, Piece, build_composite, data_of
 from nsmaps.reduced.diagonal import attracting, diagonal_region
+from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.polyfit import compare_orders
-from nsmaps.reduced.region import Box
-from nsmaps.study.plan import PiecePlan, Plan
+from nsmaps.reduced.region import Box, Region
+from nsmaps.study.plan import PiecePlan, Plan, printed_at
 from nsmaps.study.result import OrbitPair, StudyResult
 from nsmaps.study.spec import DiagonalSection, DomainSection, Study
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.exact.impacts import Floats
+    from nsmaps.exact.system import ImpactSystem
     from nsmaps.reduced.polyfit import FitReport
 
 Parts = dict[str, Any]
@@ -66,26 +69,40 @@ def _swept(plan: Plan, section: DiagonalSection) -> list[tuple[float, Surface]]:
         return [(float("nan"), family.surface(plan.system, grid))]
     values = np.linspace(section.sweep.low, section.sweep.high, section.sweep.points)
     steps = sweep(plan.system, section.sweep.parameter, values, grid, [family])
-    return [(value, surfaces[section.family]) for value, surfaces in steps]
+    return [(value, found[section.family]) for value, found in steps]
 
 
 def _composite(plan: Plan, result: StudyResult) -> Parts:
-    """Steps iv to vi: every piece fitted or reset; piece by piece, so that an error finds its line."""
-    pieces: list[Piece] = []
-    for number, piece in enumerate(plan.pieces):
-        with plan.study.source.located(("composite", number)):
-            pieces.append(_piece(plan, result, piece))
-    composite = CompositeMap(plan.system.coordinates, plan.system.wall_names, tuple(pieces))
+    """Steps iv to vi: every piece fitted, printed or reset."""
+    composite = _made(plan, plan.system, result.surfaces)
     return {"composite": composite, "coverage": composite.coverage(plan.grid) if plan.grid else None}
 
 
-def _piece(plan: Plan, result: StudyResult, piece: PiecePlan) -> Piece:
+def _made(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
+    """The composite map at the parameters of a system; piece by piece, so that an error finds its line."""
+    pieces: list[Piece] = []
+    for number, piece in enumerate(plan.pieces):
+        with plan.study.source.located(("composite", number)):
+            pieces.append(_piece(plan, system, surfaces, piece))
+    return CompositeMap(system.coordinates, system.wall_names, tuple(pieces))
+
+
+def _piece(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
     """One piece, fitted to its own data where the study says so and otherwise to all that its region holds."""
-    surfaces, data = result.surfaces, piece.data or piece.region
+    if piece.polynomial is not None:
+        word = plan.families[piece.family].words[0] if piece.family else ""
+        return Piece(piece.name, piece.region, printed_at(piece.polynomial, system), word)
+    surfaces, spec = _data(plan, surfaces, piece)
+    made = build_composite(system.coordinates, system.wall_names, surfaces, [spec]).pieces[0]
+    return replace(made, region=piece.region)
+
+
+def _data(plan: Plan, surfaces: dict[str, Surface], piece: PiecePlan) -> tuple[dict[str, Surface], PiecePlan]:
+    """The surfaces that a piece is fitted to, and the piece with the region of its data for its own."""
+    data: Region = piece.data or piece.region
     if piece.near_diagonals:
         surfaces, data = _near_diagonals(plan, surfaces[piece.family or ""])
-    made = build_composite(plan.system.coordinates, plan.system.wall_names, surfaces, [replace(piece, region=data)]).pieces[0]
-    return replace(made, region=piece.region)
+    return surfaces, replace(piece, region=data)
 
 
 def _near_diagonals(plan: Plan, surface: Surface) -> tuple[dict[str, Surface], Box]:
@@ -96,6 +113,38 @@ def _near_diagonals(plan: Plan, surface: Surface) -> tuple[dict[str, Surface], B
         raise FitError(f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid")
     hull = np.stack([near.start.min(axis=0), near.start.max(axis=0)], axis=1)
     return {surface.name: near}, Box.of(surface.coordinates, hull)
+
+
+def _parametric(plan: Plan, result: StudyResult) -> Parts:
+    """The composite map as a function of a parameter: made from its nodes, held against refits half-way between them."""
+    section = plan.study.parametric
+    assert section is not None
+    ends = (section.low, section.high)
+    nodes = chebyshev_nodes(*ends, section.nodes or 2 * section.order + 1)
+    with plan.study.source.located(("parametric",)):
+        at_nodes = {value: composite for value, composite, _ in _refits(plan, section.parameter, nodes)}
+        made = parametric_map(at_nodes, section.parameter, *ends, section.order)
+        held = _refits(plan, section.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]))
+        return {"parametric": replace(made, report=report_on(made, held) if held[0][2] else None)}
+
+
+def _refits(plan: Plan, parameter: str, values: "Floats") -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
+    """The composite map at each value of a parameter, with the exact data that its fitted pieces were fitted to."""
+    made = []
+    for value in values.tolist():
+        try:
+            made.append((value, *_refit(plan, plan.system.at(**{parameter: value}))))
+        except NsmapsError as error:
+            raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
+    return made
+
+
+def _refit(plan: Plan, system: "ImpactSystem") -> tuple[CompositeMap, dict[str, Surface]]:
+    """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
+    found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
+    composite = _made(plan, system, found)
+    fitted = [(piece.name, *_data(plan, found, piece)) for piece in plan.pieces if piece.fit]
+    return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
 
 
 def _orbits(plan: Plan, result: StudyResult) -> Parts:
@@ -123,7 +172,9 @@ def _domain(plan: Plan, result: StudyResult, section: DomainSection) -> "Attract
 
     pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
     maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.composite}
-    of = f"fitted map {section.map}" if section.map in pieces else f"{section.map} map"
+    printed = [piece.name for piece in plan.pieces if piece.polynomial]
+    kind = "printed" if section.map in printed else "fitted"
+    of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
     return attracting_domain(maps[section.map], plan.boxes[section.name].array, section.updates, grow=section.grow, of=of)
 
 
@@ -150,6 +201,7 @@ STEPS: dict[str, Step] = {
     "surfaces": _surfaces,
     "diagonal": _diagonal,
     "composite": _composite,
+    "parametric": _parametric,
     "orbits": _orbits,
     "domains": _domains,
     "second_iterate": _second_iterate,

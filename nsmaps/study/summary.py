@@ -8,6 +8,7 @@ from nsmaps.study.result import OrbitPair, StudyResult
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.polyfit import FitReport
 
 
@@ -29,6 +30,8 @@ def numbers(result: StudyResult) -> dict[str, Any]:
     if result.composite is not None:
         fits = {piece.name: _report(piece.map.report) for piece in result.composite.pieces if piece.map.report}
         sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
+    if result.parametric is not None:
+        sections["parametric"] = _parametric(result.parametric)
     if result.orbits:
         sections["orbits"] = [_orbit(pair) for pair in result.orbits]
     if result.domains:
@@ -61,7 +64,17 @@ def _domain(domain: "AttractingDomain") -> dict[str, Any]:
     }
 
 
+def _parametric(made: "ParametricMap") -> dict[str, Any]:
+    """Its largest errors over all values held out, one of each output, by piece."""
+    report = made.report
+    worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "apart")}
+    names = () if report is None else report.names
+    pieces = {name: {key: _finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
+    ends = {"parameter": made.parameter, "from": made.low, "to": made.high, "condition": made.condition}
+    return ends | {"nodes": made.nodes.tolist(), "held_out": [] if report is None else report.values.tolist(), "pieces": pieces}
+
+
 def _report(report: "FitReport") -> dict[str, Any]:
     """A fit's figures, one of each output."""
-    kept = ("r2", "sse", "max_error", "condition", "points", "terms")
+    kept = ("r2", "sse", "max_error", "condition", "points", "terms", "left_out", "loss")
     return {name: _finite(getattr(report, name)) for name in kept} | {"warnings": list(report.warnings)}

@@ -18,8 +18,8 @@ _TAIL = 32  # states at the end of an orbit that stand for where it arrived
 
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
-    """Every verdict on what a result holds, coverage first, then orbits, then domains."""
-    return (*_coverage(result), *_orbits(result), *_domains(result))
+    """Every verdict on what a result holds, coverage first, then the parametric map, then orbits, then domains."""
+    return (*_coverage(result), *_parametric(result), *_orbits(result), *_domains(result))
 
 
 def _coverage(result: StudyResult) -> Iterator[Verdict]:
@@ -32,6 +32,19 @@ def _coverage(result: StudyResult) -> Iterator[Verdict]:
         hull = " or ".join(_intervals(result.system.coordinates, box) for box in cover.boxes)
         text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
     yield Verdict("covered", "composite map", holds, "covered" in result.study.require, text)
+
+
+def _parametric(result: StudyResult) -> Iterator[Verdict]:
+    made, section = result.parametric, result.study.parametric
+    if made is None or section is None or made.report is None or not made.report.names:
+        return
+    report = made.report
+    share = report.apart / report.refit
+    k, h, i = np.unravel_index(np.argmax(share), share.shape)
+    apart = f"{report.apart[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
+    where = f"at worst ({made.coordinates[i]} of {report.names[k]} at {made.parameter} = {report.values[h]:.4g})"
+    text = f"{'yes' if report.follows else 'no'}: {where} {apart}; {len(report.values)} values held out"
+    yield Verdict("parametric: follows", "parametric map", report.follows, "follows" in section.require, text)
 
 
 def _orbits(result: StudyResult) -> Iterator[Verdict]:

@@ -3,6 +3,7 @@
 from fractions import Fraction
 from functools import partial
 
+import mpmath
 import numpy as np
 import pytest
 import sheets
@@ -13,6 +14,7 @@ from sheets import NAMES, TWO_PI, returns_of
 from nsmaps.errors import FitError
 from nsmaps.exact.surface import Axis, Grid, Surface
 from nsmaps.reduced.polyfit import Full, PolyFit, Separable, compare_orders, unwrapped
+from nsmaps.reduced.polymap import design
 
 surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
 
@@ -301,6 +303,79 @@ def test_a_narrow_box_is_fitted_as_well_as_a_wide_one(width):
     report = POLY23.fit(surface).report
     assert report.max_error[0] < 1e-12
     assert report.condition[0] < 50
+
+
+U = np.random.default_rng(0).uniform(0, 1, (6000, 2))
+AWKWARD = {
+    "triangle": U[U.sum(axis=1) <= 1],
+    "curved band": np.column_stack([U[:, 0], 0.5 + 0.4 * np.cos(4 * U[:, 0]) + 0.02 * U[:, 1]]),
+    "hairline": np.column_stack([U[:, 0], U[:, 0] ** 2 + 1e-6 * U[:, 1]]),
+    "annulus": U[np.abs(np.hypot(U[:, 0] - 0.5, U[:, 1] - 0.5) - 0.4) < 0.03],
+}
+
+
+@pytest.mark.parametrize("name", AWKWARD)
+def test_degree_16_where_the_region_is_no_box(name):
+    """Chebyshev products of the box have condition 1e8 and more on these data; polynomials orthogonal on them do not."""
+    states = 0.7 + 0.3 * AWKWARD[name]
+    f = lambda v, phi: (np.exp(np.sin(7 * v + 3 * phi)), 1 + np.cos(10 * v * phi) ** 2)  # noqa: E731
+    fit = Full(degrees={"v": 16, "phi": 16})
+    polymap = fit.fit(scattered(states[::2], f))
+    plain = np.column_stack([states[::2, 0] ** i * states[::2, 1] ** j for i, j in fit.exponents(NAMES, "v").tolist()])
+    assert np.linalg.cond(plain) > 1e13
+    box = (states[::2] - polymap.centre) / polymap.scale
+    assert np.linalg.cond(design(fit.exponents(NAMES, "v"), box)) > 1e8
+    report = polymap.report
+    assert report.condition.max() < 1e4
+    unseen = np.abs(polymap(states[1::2]) - np.column_stack(f(*states[1::2].T))).max(axis=0)
+    assert (unseen < 20 * report.left_out + 1e-12).all()
+    assert report.left_out.max() < 1e-3
+    assert (report.loss <= np.maximum(report.max_error, 1e-10)).all()  # of going back to Chebyshev products
+    assert report.warnings == ()
+
+
+def test_orthogonal_polynomials_span_the_same_and_find_the_same_minimum():
+    states = 0.7 + 0.3 * AWKWARD["triangle"][:400]
+    f = lambda v, phi: (np.exp(v * phi), 2 + np.sin(3 * v) * phi**3)  # noqa: E731
+    fit = Full(degrees={"v": 7, "phi": 7})
+    report = fit.fit(scattered(states, f)).report
+    with mpmath.workdps(40):
+        rows = [[mpmath.mpf(v) ** i * mpmath.mpf(phi) ** j for i, j in fit.exponents(NAMES, "v").tolist()] for v, phi in states]
+        design_, y = mpmath.matrix(rows), mpmath.matrix(f(*states.T)[0].tolist())
+        errors = y - design_ * mpmath.cholesky_solve(design_.T * design_, design_.T * y)
+        assert report.sse[0] == pytest.approx(float(sum(e**2 for e in errors)), rel=1e-6)
+
+
+def test_points_on_a_conic_or_given_again_tell_nothing_apart():
+    angle = np.linspace(0, 6, 200)
+    circle = 0.5 + 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])
+    with pytest.raises(FitError, match=r"200 data points tell only 5 of 6 monomials apart"):
+        Full(degrees={"v": 2, "phi": 2}).fit(scattered(circle))
+    again = np.repeat(np.random.default_rng(1).uniform(0.2, 0.8, (5, 2)), 10, axis=0)
+    with pytest.raises(FitError, match=r"50 data points tell only 5 of 6 monomials apart"):
+        Full(degrees={"v": 2, "phi": 2}).fit(scattered(again))
+
+
+def test_an_order_higher_than_the_data_bear_is_told():
+    runge = lambda v, phi: (1 / (1 + 25 * (2 * v - 1) ** 2 + 25 * (2 * phi - 1) ** 2), v)  # noqa: E731
+    fit, points = Full(degrees={"v": 16, "phi": 16}), np.random.default_rng(2).uniform(0, 1, (2000, 2))
+    warned = {}
+    for count in (17, 60):
+        polymap = fit.fit(surface_of(runge, v=(0, 1, count), phi=(0, 1, count)))
+        worst = np.abs(polymap(points)[:, 0] - runge(*points.T)[0]).max()
+        warned[count] = any("the order is higher than the data bear" in text for text in polymap.report.warnings)
+        assert (worst > 5 * polymap.report.max_error[0]) == warned[count]
+    assert warned == {17: True, 60: False}
+
+
+def test_errors_of_points_left_out_by_leaving_them_out():
+    start = np.random.default_rng(3).uniform([0.6, 0.15], [0.9, 0.45], (25, 2))
+    f = lambda v, phi: (np.exp(v * phi), 2 + np.sin(3 * v) * phi**3)  # noqa: E731
+    alone = []
+    for k in range(len(start)):
+        polymap = POLY23.fit(scattered(np.delete(start, k, axis=0), f))
+        alone.append(np.abs(polymap(start[[k]])[0] - np.ravel(f(*start[[k]].T))))
+    np.testing.assert_allclose(POLY23.fit(scattered(start, f)).report.left_out, np.max(alone, axis=0), rtol=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")

@@ -84,6 +84,58 @@ def test_monomials_by_hand():
     np.testing.assert_array_equal(polymap.derivative([[3, 4]]), [[[4.5, 0.25], [0, 0]]])
 
 
+def by_fractions(monomials, state):
+    """The value of plain monomials at a state of rational numbers, exactly."""
+    return sum(c * Fraction(state[0]) ** i * Fraction(state[1]) ** j for (i, j), c in monomials.items())
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_monomials_become_chebyshev_products_exactly(seed):
+    rng = np.random.default_rng(seed)
+    monomials = {
+        name: {(int(i), int(j)): Fraction(int(c), 7) for i, j, c in rng.integers([0, 0, -(10**9)], [6, 5, 10**9], (8, 3))}
+        for name in NAMES
+    }
+    low = rng.uniform(0.1, 2, 2)
+    polymap = PolyMap.of_monomials(NAMES, monomials, np.stack([low, low + rng.uniform(1e-3, 1, 2)], axis=1))
+    for state in rng.uniform(polymap.domain[:, 0], polymap.domain[:, 1], (5, 2)).tolist():
+        for i, name in enumerate(NAMES):
+            size = np.abs(polymap.coefficients[i]).sum()
+            assert abs(Fraction(polymap([state])[0, i]) - by_fractions(monomials[name], state)) < 1e-13 * size
+
+
+def test_what_cancels_in_monomials_keeps_its_digits():
+    # (v - 0.7)^8, in monomials that cancel to 1e-24 over a box of half-width 1e-3
+    terms = sp.Poly(sp.expand((sp.Symbol("v") - sp.Rational(7, 10)) ** 8), sp.Symbol("v")).as_dict()
+    monomials = {"v": {(k, 0): Fraction(int(c.p), int(c.q)) for (k,), c in terms.items()}, "phi": {(0, 1): Fraction(1)}}
+    polymap = PolyMap.of_monomials(NAMES, monomials, [[0.699, 0.701], [0, 1]])
+    assert polymap([[0.7005, 0.2]])[0] == pytest.approx([(0.7005 - 0.7) ** 8, 0.2], rel=1e-9)
+    assert polymap.monomial_error("v") > 1e7 * 1e-24
+    assert polymap.monomial_error("phi") < 1e-15
+
+
+def test_another_box_is_the_same_map():
+    polymap = random_map(5)
+    other = polymap.over([[0.1, 2.0], [-1, 3]])
+    points = np.random.default_rng(1).uniform(polymap.domain[:, 0], polymap.domain[:, 1], (50, 2))
+    np.testing.assert_allclose(other(points), polymap(points), atol=1e-10)
+    np.testing.assert_array_equal(other.domain, [[0.1, 2], [-1, 3]])
+    for box in ([[0, 0], [0, 1]], [[0, np.inf], [0, 1]]):
+        with pytest.raises(FitError, match="accepted: bounded sides, lower < upper"):
+            polymap.over(box)
+
+
+@pytest.mark.parametrize("absolute", [(), ("v",)])
+def test_rounding_of_monomials_is_the_largest_difference(absolute):
+    polymap = random_map(9, degrees=(9, 9), absolute=absolute)
+    points = np.random.default_rng(6).uniform(polymap.domain[:, 0], polymap.domain[:, 1], (20_000, 2))
+    plain = np.sum([c * points[:, 0] ** i * points[:, 1] ** j for (i, j), c in polymap.monomials("v").items()], axis=0)
+    brute = np.abs((np.abs(plain) if absolute else plain) - polymap(points)[:, 0]).max()
+    assert brute / 3 < polymap.monomial_error("v") < 30 * brute
+    assert PolyMap.reset(NAMES, {"phi": 1.2}).monomial_error("phi") == 0.0
+
+
 def test_symbols_and_numbers_agree():
     polymap = random_map(7, absolute=("phi",))
     points = np.random.default_rng(2).uniform(polymap.domain[:, 0], polymap.domain[:, 1], (20, 2))

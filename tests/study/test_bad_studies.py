@@ -10,7 +10,8 @@ from nsmaps.cli import app
 from nsmaps.errors import StudyError
 
 SECTIONS = (
-    "name, title, system, parameters, grid, families, diagonal, composite, orbits, domains, second_iterate, figures, require"
+    "name, title, system, parameters, grid, families, diagonal, composite, parametric, orbits, domains, second_iterate, "
+    "figures, require"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
@@ -28,7 +29,7 @@ BAD = {
         "family: low",
         "famly: low",
         "famly",
-        "unknown key 'famly'; accepted: name, box, where, family, fit, data, reset, did you mean 'family'?",
+        "unknown key 'famly'; accepted: name, box, where, family, fit, data, reset, polynomial, did you mean 'family'?",
     ),
     "unknown key of an axis": (
         "points: 31",
@@ -211,6 +212,60 @@ BAD = {
         "{v: {v: 2, phi: 1}}",
         "{v: {v: 2",
         "the coordinate 'phi' is missing; accepted: all of v, phi",
+    ),
+    "file of a polynomial that is not there": (
+        "reset: {phi: pi/2}",
+        "polynomial: maps.json#R1",
+        "maps.json",
+        "no file 'maps.json#R1' beside the study; accepted: a mapping, or file#key, in YAML or JSON",
+    ),
+    "monomial that is none": (
+        "reset: {phi: pi/2}",
+        "polynomial: {images: {v: {v: 1}, phi: {phi^2: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
+        "1}}, over",
+        "the monomial 'phi^2' is not read; accepted: '1', 'v', 'phi**2*v' and the like, each name once",
+    ),
+    "coefficient that is no number": (
+        "reset: {phi: pi/2}",
+        "polynomial: {images: {v: {v: one}, phi: {phi: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
+        "one}",
+        "v is 'one'; accepted: number, unable to parse string as a number",
+    ),
+    "image that is missing": (
+        "reset: {phi: pi/2}",
+        "polynomial: {images: {v: {v: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
+        "{images",
+        "the image of 'phi' is missing; accepted: those of all of v, phi",
+    ),
+    "parameter of a polynomial": (
+        "reset: {phi: pi/2}",
+        "polynomial: {parameter: d, images: {v: {v: 1}, phi: {phi: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
+        "{parameter",
+        "parameter: no parameter 'd' of the system; accepted: a, r",
+    ),
+    "box of a polynomial": (
+        "reset: {phi: pi/2}",
+        "polynomial: {images: {v: {v: 1}, phi: {phi: 1}}, over: {v: [1, 0], phi: [0, 1]}}",
+        "{v: [1, 0]",
+        "a box: v from 1.0 to 0.0 is empty; accepted: lower < upper",
+    ),
+    "parametric parameter": (
+        "orbits:\n",
+        "parametric: {parameter: b, from: 0.2, to: 0.4}\norbits:\n",
+        "b, from: 0.2",
+        "unknown parameter 'b'; accepted: a, r",
+    ),
+    "parametric value that the system refuses": (
+        "orbits:\n",
+        "parametric: {parameter: r, from: 0.5, to: 1.5}\norbits:\n",
+        "1.5",
+        "r is 1.5; accepted: less than or equal to 1",
+    ),
+    "parametric with too few nodes": (
+        "orbits:\n",
+        "parametric: {parameter: a, from: 0.2, to: 0.4, order: 3, nodes: 3}\norbits:\n",
+        "{parameter: a",
+        "3 nodes for order 3; accepted: more nodes than the order",
     ),
     "empty region": ('"v <= 0.2"', '"v <= 0.001"', None, "slow"),
 }

@@ -175,6 +175,83 @@ def test_a_result_reads_back_as_it_was(whole: StudyResult) -> None:
     assert [report.r2.tolist() for _, report in again.orders] == [report.r2.tolist() for _, report in whole.orders]
 
 
+PARAMETRIC = WHOLE.split("orbits:")[0] + "parametric: {parameter: a, from: 0.2, to: 0.4, order: 3, require: [follows]}\n"
+
+
+def test_a_parametric_map_is_made_held_against_refits_and_kept() -> None:
+    Path("swept.yaml").write_text(PARAMETRIC)
+    result = run("swept.yaml", out="out")
+    made = result.parametric
+    assert made is not None
+    assert len(made.nodes) == 7
+    assert made.report is not None
+    assert (made.report.values[0], made.report.values[-1], len(made.report.values)) == (0.2, 0.4, 8)
+    (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
+    assert (verdict.of, verdict.holds, verdict.required) == ("parametric map", made.report.follows, True)
+    states = result.returns.start[:50]
+    Path("own.yaml").write_text(PARAMETRIC.replace("a: 0.2}", "a: 0.3}").split("parametric:")[0])
+    fitted = run("own.yaml").composite  # the truth: the same pieces, fitted at the value itself
+    apart = np.abs(made.at(0.3).piece("all").map(states) - fitted.piece("all").map(states)).max()
+    assert apart <= made.report.refit.max()
+    kept = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)["numbers"]["parametric"]
+    assert (kept["parameter"], kept["from"], kept["to"]) == ("a", 0.2, 0.4)
+    assert kept["pieces"]["all"]["apart"] == made.report.apart.max(axis=1)[0].tolist()
+    again = read_result("out").parametric
+    assert np.array_equal(again.at(0.3).first_return(states).image, made.at(0.3).first_return(states).image, equal_nan=True)
+
+
+def test_a_value_at_which_a_piece_has_no_data_is_named() -> None:
+    text = PARAMETRIC.replace("orders: {low: {full: {v: 1, phi: 1}}, high: {full: {v: 2, phi: 2}}}", "orders: {}")
+    Path("swept.yaml").write_text(
+        text.replace("family: low, fit", "family: low, data: diagonal, fit").replace("to: 0.4, o", "to: 9, o")
+    )
+    with pytest.raises(NsmapsError, match=r"swept.yaml:\d+:\d+: at a = [\d.]+: swept.yaml:\d+:\d+: piece 'all': "):
+        run("swept.yaml")
+
+
+PRINTED = """\
+system: ball
+parameters: {a: 0.2}
+composite:
+  - {name: near, box: {v: [0, 0.5], phi: [0, 2*pi]}, polynomial: maps/printed.json#near}
+  - name: far
+    where: v > 0.5
+    polynomial: {over: {v: [0, 1], phi: [0, 7]}, absolute: [v], images: {v: {"1": -1, v: 0.5}, phi: {"1": 1}}}
+orbits: [{start: {v: 0.3, phi: 1}, returns: 2}]
+domains: [{name: printed, map: near, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}]
+"""
+NEAR = """{"note": "of a ball", "near": {"parameter": "a", "over": {"v": [0, 0.5], "phi": [0, "2*pi"]},
+"images": {"v": {"v": [0, 2.5], "1": [0.1, 1]}, "phi": {"phi": 1, "v*phi": [0, 1]}}}}"""
+
+
+def test_printed_coefficients_are_a_piece_and_the_run_stands_alone() -> None:
+    Path("maps").mkdir()
+    Path("maps/printed.json").write_text(NEAR)
+    Path("printed.yaml").write_text(PRINTED)
+    result = run("printed.yaml", out="out")
+    image = result.composite.first_return([[0.3, 1.0], [0.8, 2.0]]).image
+    np.testing.assert_allclose(image, [[0.2 * 2.5 * 0.3 + 0.1 + 0.2, 1 + 0.2 * 0.3], [1 - 0.4, 1]], rtol=1e-14)
+    assert result.domains["printed"].of == "printed map near"
+    Path("maps/printed.json").unlink()
+    assert load_study("out/study.yaml") == result.study
+    with pytest.raises(NsmapsError, match=r"printed.yaml:4:.*no file 'maps/printed.json#near'"):
+        load_study("printed.yaml")
+    Path("maps/printed.json").write_text(NEAR.replace('"near"', '"nera"'))
+    with pytest.raises(NsmapsError, match="unknown polynomial 'near'; accepted: nera, did you mean 'nera'"):
+        load_study("printed.yaml")
+
+
+def test_printed_coefficients_are_parametric_too() -> None:
+    Path("maps").mkdir()
+    Path("maps/printed.json").write_text(NEAR)
+    Path("printed.yaml").write_text(PRINTED + "parametric: {parameter: a, from: 0.1, to: 0.3, order: 1}\n")
+    result = run("printed.yaml")
+    assert result.parametric.report is None
+    assert not any(verdict.name.startswith("parametric") for verdict in result.verdicts)
+    image = result.parametric.at(0.25).first_return([[0.3, 1.0], [0.8, 2.0]]).image
+    np.testing.assert_allclose(image, [[0.25 * 2.5 * 0.3 + 0.1 + 0.25, 1 + 0.25 * 0.3], [1 - 0.4, 1]], rtol=1e-13)
+
+
 def test_no_class_but_our_own_is_made_from_a_file(whole: StudyResult) -> None:
     record = json.loads(Path("out/result.json").read_text())
     for stranger in ("subprocess:Popen", "nsmaps.plugins:load_system", "nsmaps.study.tree:np"):

@@ -1,0 +1,130 @@
+"""Parametric maps: exact where the truth is a polynomial of the parameter, and honest where it is not."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+import sheets
+import sympy as sp
+from sheets import NAMES, TWO_PI
+
+from nsmaps.errors import FitError, NsmapsError
+from nsmaps.reduced.composite import PieceSpec, build_composite
+from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
+from nsmaps.reduced.polyfit import Full, Separable
+from nsmaps.reduced.region import Where
+
+LOW, HIGH = 0.26, 0.35
+NODES = chebyshev_nodes(LOW, HIGH, 7)
+surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
+
+
+def smooth(d, v, phi):
+    return 0.3 * d**2 * v**2 + d * phi + 0.1, 1 + d**3 * v * phi - d
+
+
+PIECES = [
+    PieceSpec(name="up", region=Where(text="v > 0.9", coordinates=NAMES), reset={"phi": 1.2}),
+    PieceSpec(
+        name="low",
+        region=Where(text="v <= 0.9", coordinates=NAMES),
+        family="F",
+        fit=Full(degrees={"v": 2, "phi": 2}, absolute=("v",)),
+    ),
+]
+
+
+def composite(f, d, **axes):
+    surface = surface_of(lambda v, phi: f(d, v, phi), **axes)
+    return build_composite(NAMES, ("B",), {"F": surface}, PIECES), surface
+
+
+def made(f, order=4, nodes=NODES):
+    return parametric_map({d: composite(f, d)[0] for d in nodes.tolist()}, "d", LOW, HIGH, order)
+
+
+def test_a_polynomial_of_the_parameter_is_recovered():
+    parametric = made(smooth)
+    states = np.random.default_rng(0).uniform([0.6, 0.15], [0.9, 0.45], (40, 2))
+    for d in (LOW, 0.2777, 0.31, HIGH):
+        got = parametric.at(d)
+        np.testing.assert_allclose(got.first_return(states).image, np.column_stack(smooth(d, *states.T)), atol=1e-13)
+        np.testing.assert_allclose(got.first_return([[0.95, 0.2]]).image, [[0.95, 1.2]])
+        assert got.piece("low").map.absolute == ("v",)
+    assert parametric.condition < 2
+    polynomial = parametric.piece("low").map.symbolic("phi")
+    v, phi, d = sp.symbols("v phi d", real=True)
+    difference = sp.Poly(sp.expand(polynomial - (1 + d**3 * v * phi - d)), v, phi, d)
+    assert max(abs(c) for c in difference.coeffs()) < 1e-7  # monomials of a narrow range of d
+    assert parametric.piece("low").map.monomial_error("phi") < 1e-11
+    assert parametric.piece("low").map.monomial_error("d") < 1e-15
+
+
+def test_every_value_shares_one_scaling_though_the_data_do_not():
+    nodes = {d: composite(smooth, d, v=(0.6, 0.5 + d, 25))[0] for d in NODES.tolist()}
+    parametric = parametric_map(nodes, "d", LOW, HIGH, 4)
+    assert parametric.piece("low").map.domain[0].tolist() == [0.6, 0.5 + NODES.max()]
+    states = np.array([[0.7, 0.3]])
+    np.testing.assert_allclose(parametric.at(0.3).first_return(states).image, np.column_stack(smooth(0.3, *states.T)), atol=1e-12)
+
+
+def test_data_on_one_line_at_every_value():
+    line = PieceSpec(name="line", region=PIECES[1].region, family="F", fit=Separable(degrees={"v": 2, "phi": 0}))
+    nodes = {}
+    for d in NODES.tolist():
+        surface = surface_of(lambda v, phi, d=d: smooth(d, v, phi))
+        on_line = surface.restricted(surface.start[:, 1] == surface.start[0, 1])
+        nodes[d] = build_composite(NAMES, ("B",), {"F": on_line}, [line])
+    polymap = parametric_map(nodes, "d", LOW, HIGH, 4).piece("line").map
+    assert np.ptp(polymap.domain, axis=1) == pytest.approx([0.3, 0, 0.09])
+    assert polymap([[0.7, 0.15, 0.3]])[0, 0] == pytest.approx(smooth(0.3, 0.7, 0.15)[0], abs=1e-13)
+
+
+def test_outside_of_its_values_there_is_no_map():
+    parametric = made(smooth)
+    for value in (0.2599, 0.3501, np.nan):
+        with pytest.raises(NsmapsError, match=r"d is .*; accepted: d from 0.26 to 0.35, where the map was fitted"):
+            parametric.at(value)
+    with pytest.raises(NsmapsError, match="no piece 'lo', did you mean 'low'"):
+        parametric.piece("lo")
+
+
+def test_angles_are_brought_onto_one_turn():
+    def turning(d, v, phi):  # an image that crosses 2 pi in the middle of the range of d
+        return v, TWO_PI + 8 * (d - 0.305) + 0.1 * phi
+
+    parametric = made(turning)
+    for d in (0.27, 0.3, 0.33):
+        image = parametric.at(d).first_return([[0.7, 0.3]]).image
+        np.testing.assert_allclose(image, np.mod(np.column_stack(turning(d, 0.7, 0.3)), TWO_PI), atol=1e-12)
+
+
+@pytest.mark.parametrize(("order", "follows"), [(2, False), (8, True)])
+def test_errors_at_values_held_out(order, follows):
+    def bumpy(d, v, phi):
+        return 0.5 + np.exp(v * phi) * np.sin(60 * d) / 5, 1 + 0 * v
+
+    parametric = made(bumpy, order, chebyshev_nodes(LOW, HIGH, 12))
+    held = [(d, *composite(bumpy, d)) for d in (LOW, 0.3, 0.33)]
+    report = report_on(parametric, [(d, fitted, {"low": surface}) for d, fitted, surface in held])
+    assert (report.names, report.values.tolist(), report.follows) == (("low",), [LOW, 0.3, 0.33], follows)
+    for h, (d, fitted, surface) in enumerate(held):
+        exact = surface.lifted[:, 0]
+        ours, refit = parametric.at(d).piece("low").map(surface.start)[:, 0], fitted.piece("low").map(surface.start)[:, 0]
+        expected = [np.abs(refit - exact).max(), np.abs(ours - exact).max(), np.abs(ours - refit).max()]
+        np.testing.assert_allclose([report.refit[0, h, 0], report.error[0, h, 0], report.apart[0, h, 0]], expected, rtol=1e-9)
+
+
+def test_what_is_refused():
+    with pytest.raises(FitError, match="order 7 of 'd' from 7 values; accepted: at least 8 values"):
+        made(smooth, 7)
+    one, _ = composite(smooth, 0.3)
+    other = build_composite(NAMES, ("B",), {}, PIECES[:1])
+    with pytest.raises(FitError, match="different pieces"):
+        parametric_map({0.3: one, 0.31: other}, "d", LOW, HIGH, 1)
+
+
+def test_nodes_are_those_of_chebyshev():
+    nodes = chebyshev_nodes(-1, 1, 5)
+    np.testing.assert_allclose(np.cos(5 * np.arccos(nodes)), 0, atol=1e-14)
+    assert (np.diff(nodes) > 0).all()
