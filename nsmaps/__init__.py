@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite import CompositeMap as CompositeMap
     from nsmaps.reduced.diagonal import Diagonal as Diagonal
     from nsmaps.reduced.parametric import ParametricMap as ParametricMap
+    from nsmaps.reduced.partition import Partition as Partition
+    from nsmaps.reduced.partition import partition as partition
     from nsmaps.reduced.polyfit import Full as Full
     from nsmaps.reduced.polyfit import PolyFit as PolyFit
     from nsmaps.reduced.polyfit import Separable as Separable
@@ -58,6 +60,7 @@ _PUBLIC = {
     "reduced.composite": ("CompositeMap",),
     "reduced.diagonal": ("Diagonal",),
     "reduced.parametric": ("ParametricMap",),
+    "reduced.partition": ("Partition", "partition"),
     "reduced.polyfit": ("Full", "PolyFit", "Separable"),
     "reduced.polymap": ("PolyMap",),
     "reduced.printed": ("PrintedMap",),

@@ -134,6 +134,7 @@ def run(
             _draw(result, folder, Format.png)
             seconds["figures"] = perf_counter() - begun
     if not quiet:
+        _pieces(result)
         _table(result)
         spent = {"imports": 0.0, **result.timings, **seconds}
         typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in spent.items())}")
@@ -227,6 +228,21 @@ def _table(result: "StudyResult") -> None:
     _console().print(table)
 
 
+def _pieces(result: "StudyResult") -> None:
+    """The regions that a partition ended with, if there is one."""
+    from rich import box
+    from rich.table import Table
+
+    if result.partition is None:
+        return
+    table = Table("region", "role", "word", "share", "order", "terms", "largest error", "", box=box.SIMPLE, title="Partition")
+    for row in result.partition.table():
+        error = " ".join(f"{value:.2g}" for value in row.max_error)
+        share = f"{100 * row.share:.3g} %"
+        table.add_row(row.name, row.role, row.word, share, row.order, str(row.terms), error, row.became.partition(":")[0])
+    _console().print(table)
+
+
 def _about(study: "Study", step: str) -> str:
     """What one step of a study would compute, in a few words."""
     if step == "surfaces":
@@ -234,6 +250,8 @@ def _about(study: "Study", step: str) -> str:
         return f"{', '.join(study.families) or 'words'} over {size} states"
     if step == "composite":
         return ", ".join(f"{p.name} ({_map_of(p)})" for p in study.composite)
+    if step == "partition" and study.partition:
+        return f"{study.partition.kind}, tolerance {study.partition.tolerance:g}"
     if step == "parametric" and (made := study.parametric):
         return f"order {made.order} in {made.parameter} from {made.low:g} to {made.high:g}"
     if step == "orbits":

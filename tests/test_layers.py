@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 RANK = {
     "errors": 0,
     "exact": 1,
-    "dynamics": 2,
+    "dynamics": 1.5,  # below `reduced`, which follows orbits to tell where a map attracts
     "reduced": 2,
     "auxiliary": 3,
     "export": 4,

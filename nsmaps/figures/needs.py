@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.surface import Surface
     from nsmaps.reduced.composite import CompositeMap
     from nsmaps.reduced.diagonal import DiagonalRegion
+    from nsmaps.reduced.partition import PartitionResult
 
 
 class Pair(Protocol):
@@ -34,6 +35,8 @@ class Drawable(Protocol):
     def diagonal(self) -> "DiagonalRegion | None": ...
     @property
     def composite(self) -> "CompositeMap | None": ...
+    @property
+    def partition(self) -> "PartitionResult | None": ...
     @property
     def orbits(self) -> Sequence[Pair]: ...
     @property
@@ -71,6 +74,13 @@ def composite_of(result: Drawable, figure: str) -> "CompositeMap":
     if result.composite is None:
         raise _missing(figure, "a composite map", "'composite'")
     return result.composite
+
+
+def partition_of(result: Drawable, figure: str) -> "PartitionResult":
+    """The partition, or the error that says what to name."""
+    if result.partition is None:
+        raise _missing(figure, "a partition", "'partition'")
+    return result.partition
 
 
 def orbits_of(result: Drawable, figure: str) -> Sequence[Pair]:

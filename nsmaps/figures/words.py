@@ -38,7 +38,7 @@ def words(result: Drawable, ax: Axes) -> Axes:
     for k, surface in enumerate(surfaces.values()):
         number[surface.member] = k
     colours = family_colours(list(surfaces))
-    _paint(ax, grid, number, [tint(colour, 0.25) for colour in colours.values()])
+    paint(ax, grid, number, [tint(colour, 0.25) for colour in colours.values()])
     handles: list[Patch] = [Patch(color=tint(colour, 0.25), label=name) for name, colour in colours.items()]
     if result.diagonal is not None and len(result.diagonal.start):
         (left, right), (low, high) = result.diagonal.box
@@ -65,12 +65,12 @@ def paint_pieces(ax: Axes, composite: "CompositeMap", grid: Grid, beside: Floats
     states = grid.states()
     number = composite.piece_of(states)
     colours = piece_colours(*zip(*((piece.name, not piece.word) for piece in composite.pieces), strict=True))
-    _paint(ax, grid, number, [tint(colour, 0.65) for colour in colours])
+    paint(ax, grid, number, [tint(colour, 0.65) for colour in colours])
     taken = np.zeros(grid.shape, bool) if beside is None else _near(grid, beside)
     for k, piece in enumerate(composite.pieces):
         area = (number == k).reshape(grid.shape)
         if area.any():
-            x, y = states[_inmost(area & ~taken if (area & ~taken).any() else area)]
+            x, y = states[inmost(area & ~taken if (area & ~taken).any() else area)]
             ax.text(x, y, piece_label(piece.name), ha="center", va="center", fontsize=12, color="0.15", zorder=3)
     if np.any(number < 0):
         first, second = (axis.values() for axis in grid.axes.values())
@@ -79,7 +79,7 @@ def paint_pieces(ax: Axes, composite: "CompositeMap", grid: Grid, beside: Floats
         hatch.set(edgecolor="0.6", linewidth=0)
 
 
-def _paint(ax: Axes, grid: Grid, number: NDArray[np.integer], colours: list[tuple[float, float, float]]) -> None:
+def paint(ax: Axes, grid: Grid, number: NDArray[np.integer], colours: list[tuple[float, float, float]]) -> None:
     """Cells of the grid in the colour of their number; negative numbers are left white."""
     first, second = (axis.values() for axis in grid.axes.values())
     shown = np.ma.masked_less(number.reshape(grid.shape).T, 0)
@@ -99,7 +99,7 @@ def _near(grid: Grid, points: Floats, share: float = 0.045) -> NDArray[np.bool_]
     return near
 
 
-def _inmost(area: NDArray[np.bool_]) -> int:
+def inmost(area: NDArray[np.bool_]) -> int:
     """The flat index of the cell farthest from the edge of an area: cells are peeled off until none is left."""
     while True:
         padded = np.pad(area, 1)

@@ -1,15 +1,18 @@
 """What each section of a study needs: other sections, and names that were given elsewhere in it."""
 
+import re
 from collections.abc import Iterator
 
 from nsmaps.study.source import Loc
 from nsmaps.study.spec import Study
 
+ATTRACTING = "attracting"  #: the map of a domain that takes the attracting pieces of a partition
 DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals
 FIGURE_NEEDS = {
     "words": ("grid", "families"),
     "surfaces": ("grid", "families"),
     "projections": ("grid", "families"),
+    "partition": ("grid", "partition"),
     "orbits": ("orbits",),
     "cobweb": ("grid", "families", "composite", "orbits"),
     "envelopes": ("domains",),
@@ -21,7 +24,7 @@ FIGURE_NEEDS = {
 def check_needs(study: Study) -> None:
     """A StudyError at the first section whose need the study does not name."""
     for loc, what, section in _needs(study):
-        if not study.names(section):
+        if not study.names(section) and not (section in ("families", "composite") and study.partition):
             raise study.source.error(loc, f"{what} needs the section {section!r}, which is missing")
 
 
@@ -29,6 +32,8 @@ def check_names(study: Study) -> None:
     """A StudyError at the first name that refers to nothing, or that is given twice."""
     source = study.source
     fitted = [piece.name for piece in study.composite if piece.reset is None]
+    if study.partition and study.composite:
+        raise source.error(("partition",), "'partition' makes the pieces of 'composite'; accepted: one of the two")
     _once(study, "composite", [piece.name for piece in study.composite])
     _once(study, "domains", [domain.name for domain in study.domains])
     if study.diagonal:
@@ -40,11 +45,17 @@ def check_names(study: Study) -> None:
             text = f"the section 'diagonal' is of the family {study.diagonal.family!r}, the piece of {piece.family!r}"
             raise source.error(("composite", number, "data"), text)
     for number, domain in enumerate(study.domains):
-        maps = ["exact", *(["composite"] if study.composite else []), *fitted]
-        source.known(("domains", number, "map"), domain.map, maps, "map")
+        if not is_of_partition(study, domain.map):
+            made = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
+            source.known(("domains", number, "map"), domain.map, ["exact", *made, *fitted], "map")
     if study.second_iterate:
-        of_pieces = [domain.name for domain in study.domains if domain.map in fitted]
+        of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
         source.known(("second_iterate", "domain"), study.second_iterate.domain, of_pieces, "domain of a fitted piece")
+
+
+def is_of_partition(study: Study, map: str) -> bool:
+    """Whether the map of a domain is that of pieces which the partition names, as R1; whether there is one, the run shows."""
+    return study.partition is not None and (map == ATTRACTING or bool(re.fullmatch(r"R\d+", map)))
 
 
 def _once(study: Study, section: str, names: list[str]) -> None:
@@ -74,6 +85,9 @@ def _needs(study: Study) -> Iterator[tuple[Loc, str, str]]:
     for number, figure in enumerate(study.figures):
         for section in FIGURE_NEEDS[figure]:
             yield ("figures", number), f"the figure {figure!r}", section
-    if "covered" in study.require:
-        for section in ("composite", "grid"):
-            yield ("require",), "the verdict 'covered'", section
+    if study.partition:
+        yield ("partition",), "'partition'", "grid"
+    for verdict, sections in (("covered", ("composite", "grid")), ("tolerance", ("partition",))):
+        if verdict in study.require:
+            for section in sections:
+                yield ("require",), f"the verdict {verdict!r}", section

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite import CompositeMap, Coverage
     from nsmaps.reduced.diagonal import DiagonalRegion
     from nsmaps.reduced.parametric import ParametricMap
+    from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
     from nsmaps.study.spec import Study
 
@@ -48,6 +49,7 @@ class StudyResult:
     diagonal: "DiagonalRegion | None" = None
     orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
     composite: "CompositeMap | None" = None
+    partition: "PartitionResult | None" = None  #: how the composite map was found, if the study has a partition
     coverage: "Coverage | None" = None  #: of the study's grid
     parametric: "ParametricMap | None" = None
     orbits: tuple[OrbitPair, ...] = ()

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field
 from nsmaps.errors import NsmapsError
 from nsmaps.plugins import load_system
 from nsmaps.reduced.condition import Number, read_number
+from nsmaps.reduced.partition import Partition
 from nsmaps.reduced.polyfit import Degree
 from nsmaps.reduced.printed import PrintedMap
 from nsmaps.study.source import Source
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
 
 SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 Bounds = dict[str, tuple[Number, Number]]
-FigureName = Literal["words", "surfaces", "projections", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate"]
+FigureName = Literal[
+    "words", "surfaces", "projections", "partition", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate"
+]
 
 
 def _scalar(value: object) -> object:
@@ -196,12 +199,13 @@ class Study(BaseModel):
     families: dict[str, tuple[str, ...]] = {}
     diagonal: DiagonalSection | None = None
     composite: tuple[PieceSection, ...] = ()
+    partition: Partition | None = None  #: instead of `composite`: the pieces are found by the general algorithm
     parametric: ParametricSection | None = None
     orbits: tuple[OrbitSection, ...] = ()
     domains: tuple[DomainSection, ...] = ()
     second_iterate: SecondIterateSection | None = None
     figures: tuple[FigureName, ...] = ()
-    require: tuple[Literal["covered"], ...] = ()
+    require: tuple[Literal["covered", "tolerance"], ...] = ()
     _source: Source = PrivateAttr(default=Source())
 
     def model_post_init(self, context: Any) -> None:

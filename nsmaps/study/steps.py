@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.family import WordFamily
+from nsmaps.exact.impacts import LONGER
 from nsmaps.exact.surface import Surface, surfaces, surfaces_among, sweep
 from nsmaps.reduced.composite import CompositeMap, Piece, build_composite, data_of
 from nsmaps.reduced.diagonal import attracting, diagonal_region
 from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
+from nsmaps.reduced.partition import PartitionResult, partition
 from nsmaps.reduced.polyfit import compare_orders
+from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box, Region
+from nsmaps.study.needs import ATTRACTING
 from nsmaps.study.plan import PiecePlan, Plan, printed_at
 from nsmaps.study.result import OrbitPair, StudyResult
 from nsmaps.study.spec import DiagonalSection, DomainSection, Study
@@ -38,7 +43,11 @@ def _surfaces(plan: Plan, result: StudyResult) -> Parts:
     """Step i: every state's first return over the grid, and the surfaces of the families among them."""
     assert plan.grid is not None
     returns = plan.system.first_return(plan.grid.states())
-    return {"returns": returns, "surfaces": surfaces_among(returns, plan.grid, plan.families.values())}
+    families = list(plan.families.values())
+    if plan.study.partition and not families:
+        words = [word for word in np.unique(returns.words[returns.valid]).tolist() if LONGER not in word]
+        families = [WordFamily(name=word, words=(word,)) for word in words]
+    return {"returns": returns, "surfaces": surfaces_among(returns, plan.grid, families)}
 
 
 def _diagonal(plan: Plan, result: StudyResult) -> Parts:
@@ -85,6 +94,15 @@ def _made(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface]) -> C
         with plan.study.source.located(("composite", number)):
             pieces.append(_piece(plan, system, surfaces, piece))
     return CompositeMap(system.coordinates, system.wall_names, tuple(pieces))
+
+
+def _partition(plan: Plan, result: StudyResult) -> Parts:
+    """Steps ii to vii by themselves."""
+    assert plan.grid is not None
+    assert plan.study.partition is not None
+    with plan.study.source.located(("partition",)):
+        made = partition(plan.system, plan.grid, plan.study.partition)
+    return {"partition": made, "composite": made.composite, "coverage": made.composite.coverage(plan.grid)}
 
 
 def _piece(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
@@ -172,10 +190,20 @@ def _domain(plan: Plan, result: StudyResult, section: DomainSection) -> "Attract
 
     pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
     maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.composite}
+    if result.partition is not None:
+        maps[ATTRACTING] = _attracting(result.partition)
+        if section.map not in maps:
+            raise NsmapsError(f"the partition made no piece {section.map!r}; accepted: {', '.join(maps)}")
     printed = [piece.name for piece in plan.pieces if piece.polynomial]
     kind = "printed" if section.map in printed else "fitted"
     of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
     return attracting_domain(maps[section.map], plan.boxes[section.name].array, section.updates, grow=section.grow, of=of)
+
+
+def _attracting(made: PartitionResult) -> PolyMap | CompositeMap:
+    """The polynomials of the attracting piece, or the composite map of several."""
+    attracting = made.attracting_map
+    return attracting.pieces[0].map if len(attracting.pieces) == 1 else attracting
 
 
 def _second_iterate(plan: Plan, result: StudyResult) -> Parts:
@@ -191,7 +219,11 @@ def second_iterate_of(result: StudyResult) -> "SecondIterate":
     assert section is not None
     assert result.composite is not None
     piece = next(domain.map for domain in result.study.domains if domain.name == section.domain)
-    polymap = next(p.map for p in result.composite.pieces if p.name == piece)
+    attracting = _attracting(result.partition) if result.partition and piece == ATTRACTING else None
+    if isinstance(attracting, CompositeMap):
+        count = len(attracting.pieces)
+        raise NsmapsError(f"the second iterate is of one piece, and {count} are attracting; accepted: a domain of one of them")
+    polymap = attracting or result.composite.piece(piece).map
     low, high = result.domains[section.domain].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
     return second_iterate(polymap, float(low), float(high))
 
@@ -201,6 +233,7 @@ STEPS: dict[str, Step] = {
     "surfaces": _surfaces,
     "diagonal": _diagonal,
     "composite": _composite,
+    "partition": _partition,
     "parametric": _parametric,
     "orbits": _orbits,
     "domains": _domains,

@@ -1,5 +1,6 @@
 """The numbers of a result that a reader looks for, as plain data for result.json."""
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from nsmaps.study.result import OrbitPair, StudyResult
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.reduced.parametric import ParametricMap
+    from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
 
 
@@ -32,6 +34,8 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
     if result.parametric is not None:
         sections["parametric"] = _parametric(result.parametric)
+    if result.partition is not None:
+        sections["partition"] = _partition(result.partition)
     if result.orbits:
         sections["orbits"] = [_orbit(pair) for pair in result.orbits]
     if result.domains:
@@ -40,6 +44,25 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         alpha = [float(value) for value in result.second_iterate.alpha]
         sections["second_iterate"] = {"expr": str(result.second_iterate.expr), "alpha": alpha}
     return sections
+
+
+def _partition(made: "PartitionResult") -> dict[str, Any]:
+    """What the general algorithm reached, and its log as a table."""
+    rows = [asdict(row) | {key: _finite(getattr(row, key)) for key in ("r2", "sse", "max_error")} for row in made.log]
+    error, right_next = _finite([made.max_error, made.right_next])
+    return {
+        "tolerance": made.spec.tolerance,
+        "met": made.met,
+        "attracting": list(made.attracting),
+        "unmet": list(made.unmet),
+        "max_error": error,
+        "held_out": made.points,
+        "covered": made.covered,
+        "uncovered": made.uncovered,
+        "right_next": right_next,
+        "arrives": dict(zip(("exact", "composite"), made.arrives, strict=True)),
+        "log": rows,
+    }
 
 
 def _orbit(pair: OrbitPair) -> dict[str, Any]:

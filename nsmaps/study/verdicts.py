@@ -18,8 +18,8 @@ _TAIL = 32  # states at the end of an orbit that stand for where it arrived
 
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
-    """Every verdict on what a result holds, coverage first, then the parametric map, then orbits, then domains."""
-    return (*_coverage(result), *_parametric(result), *_orbits(result), *_domains(result))
+    """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, domains."""
+    return (*_coverage(result), *_partition(result), *_parametric(result), *_orbits(result), *_domains(result))
 
 
 def _coverage(result: StudyResult) -> Iterator[Verdict]:
@@ -32,6 +32,19 @@ def _coverage(result: StudyResult) -> Iterator[Verdict]:
         hull = " or ".join(_intervals(result.system.coordinates, box) for box in cover.boxes)
         text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
     yield Verdict("covered", "composite map", holds, "covered" in result.study.require, text)
+
+
+def _partition(result: StudyResult) -> Iterator[Verdict]:
+    made = result.partition
+    if made is None:
+        return
+    required = "tolerance" in result.study.require
+    text = f"{'yes' if made.met else 'no'}: {made.reason}"
+    yield Verdict("partition: tolerance met in the attracting regions", "composite map", made.met, required, text)
+    exact, composite = made.arrives
+    holds = bool(made.attracting) and composite >= exact
+    text = f"{'yes' if holds else 'no'}: of random starts {100 * composite:.3g} % end there, of the exact map {100 * exact:.3g} %"
+    yield Verdict("partition: orbits arrive in the attracting regions", "composite map", holds, False, text)
 
 
 def _parametric(result: StudyResult) -> Iterator[Verdict]:

@@ -79,6 +79,9 @@ def result() -> SimpleNamespace:
         surfaces=surfaces,
         diagonal=diagonal_region(Diagonal(delta=1.2), [(0.0, surfaces["BTB"])]),
         composite=composite,
+        partition=SimpleNamespace(
+            composite=composite, attracting=("R1",), table=lambda: [SimpleNamespace(name="R1.1"), SimpleNamespace(name="R2.3")]
+        ),
         orbits=orbits,
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),

@@ -16,6 +16,7 @@ MISSING = {
     "words": ("surfaces", {}, "'grid' and 'families'"),
     "surfaces": ("surfaces", {}, "'grid' and 'families'"),
     "projections": ("surfaces", {}, "'grid' and 'families'"),
+    "partition": ("partition", None, "'partition'"),
     "orbits": ("orbits", (), "'orbits'"),
     "cobweb": ("composite", None, "'composite'"),
     "envelopes": ("domains", {}, "'domains'"),

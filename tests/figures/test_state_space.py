@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.orbits import orbits
 from nsmaps.figures.orbits import sheets as orbit_sheets
+from nsmaps.figures.partition import partition
 from nsmaps.figures.projections import projections
 from nsmaps.figures.projections import sheets as projection_sheets
 from nsmaps.figures.style import GREEN, ORANGE
@@ -56,6 +57,18 @@ def test_pieces_are_named_where_they_are(result, ax):
 def test_words_and_pieces_stand_side_by_side(result):
     (sheet,) = sheets(result)
     assert (len(sheet.panels), sheet.columns) == (2, 2)
+
+
+def test_regions_of_a_partition_have_the_names_of_their_last_iteration(result, ax):
+    partition(result, ax)
+    names = {text.get_text(): text.get_position() for text in ax.texts}
+    assert set(names) == {r"$\mathcal{R}_{1.1}$", r"$\mathcal{R}_{2.3}$"}
+    assert result.composite.piece_of([names[r"$\mathcal{R}_{1.1}$"]]) == 1
+    assert legend_texts(ax) == ["attracting", "BTB"]
+    (mesh,) = [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
+    kind = np.ma.filled(mesh.get_array(), -1).reshape(41, 37).T.ravel()
+    number = result.composite.piece_of(next(iter(result.surfaces.values())).grid.states())
+    assert np.array_equal(kind == 0, number == 1)
 
 
 def test_angles_have_ticks_in_pi(result, ax):

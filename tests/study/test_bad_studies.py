@@ -10,8 +10,8 @@ from nsmaps.cli import app
 from nsmaps.errors import StudyError
 
 SECTIONS = (
-    "name, title, system, parameters, grid, families, diagonal, composite, parametric, orbits, domains, second_iterate, "
-    "figures, require"
+    "name, title, system, parameters, grid, families, diagonal, composite, partition, parametric, orbits, domains, "
+    "second_iterate, figures, require"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
@@ -162,13 +162,13 @@ BAD = {
         "[covered]",
         "[covred]",
         "covred",
-        "unknown word 'covred'; accepted: covered, did you mean 'covered'?",
+        "unknown word 'covred'; accepted: covered, tolerance, did you mean 'covered'?",
     ),
     "unknown figure": (
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: words, surfaces, projections, orbits, cobweb, envelopes, domain_size, "
+        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, orbits, cobweb, envelopes, domain_size, "
         "second_iterate, did you mean 'cobweb'?",
     ),
     "family without grid": (

@@ -1,0 +1,223 @@
+"""The compiled evaluation of a map made of strips: find the leaf of a state, then two polynomials."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ORDER = 8  #: coefficients of a segment of a curve
+EXACT, OUTSIDE = -1, -2  #: instead of a leaf: the exact map must answer; the state is not in the box
+
+
+class Tables(NamedTuple):
+    """A map of strips in arrays: S slabs, C curves, N nodes of trees, L leaves, B buckets of speeds."""
+
+    box: Floats  #: shape (4,), low and high speed, low and high phase
+    raster: Ints  #: the leaf that holds each cell of a raster over the box whole, or -1
+    leaf: Floats  #: shape (L, 12), all that is needed to evaluate one: see `LEAF`
+    curve: Floats  #: shape (segments, ORDER), powers of t in [-1, 1]
+    coefficient: Floats  #: by four powers of u each, in these by powers of w, in each four of speed and four of advance
+    bucket: Ints  #: shape (B,), the slab in which each of B equal parts of the speeds begins
+    slab: Floats  #: shape (S, 3), low and high speed, chart of s over the speeds
+    first: Ints  #: shape (S + 1,), the first curve of each slab
+    segment: Ints  #: shape (C, 2), the first segment of each curve, and how many it has
+    root: Ints  #: shape (C, 2), the trees of the cell above each curve: its own, or of its lower and its upper half; -1 for none
+    across: Ints  #: shape (C, 2), the charts of x in these trees
+    axis: Ints  #: shape (N,), 0: divided at a value of s, 1: of x, 2: a leaf
+    cut: Floats  #: shape (N,)
+    child: Ints  #: shape (N, 2), the nodes below and above the cut; the number of a leaf
+    near: float  #: radians beside an edge within which the exact map must answer
+
+
+LEAF = (
+    *("low speed of the slab", "high speed of the slab", "chart of s"),
+    *("segment below", "segments below", "segment above", "segments above", "chart of x"),
+    *("centre of s", "scale of s", "centre of x", "scale of x", "degree", "offset of the coefficients"),
+)  #: the columns of `Tables.leaf`
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def along(low, high, chart, v):
+    """The place s in [-1, 1] of a speed in a slab."""
+    if chart == 1:
+        return 2.0 * math.sqrt((v - low) / (high - low)) - 1.0
+    if chart == 2:
+        return 1.0 - 2.0 * math.sqrt((high - v) / (high - low))
+    return 2.0 * ((v - low) / (high - low)) - 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def across(rise, drop, chart):
+    """The place x in [0, 1] across a cell, of a state so far above its lower and below its upper edge."""
+    x = (drop if chart == 2 else rise) / (rise + drop)
+    return x if chart == 0 else math.sqrt(x)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def phase(curve, first, count, s):
+    """The phase at s of a curve of `count` segments."""
+    x = (s + 1.0) * (0.5 * count)
+    k = min(max(int(x), 0), count - 1)
+    t = 2.0 * (x - k) - 1.0
+    k += first
+    tt = t * t
+    low = (curve[k, 0] + t * curve[k, 1]) + tt * (curve[k, 2] + t * curve[k, 3])
+    return low + (tt * tt) * ((curve[k, 4] + t * curve[k, 5]) + tt * (curve[k, 6] + t * curve[k, 7]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def search(tables, v, phi):
+    """The leaf of a state in the box, or EXACT."""
+    box, slab, segment = tables.box, tables.slab, tables.segment
+    count = len(tables.bucket)
+    i = tables.bucket[min(int((v - box[0]) * (count / (box[1] - box[0]))), count - 1)]
+    while i < len(slab) and v > slab[i, 1]:
+        i += 1
+    if i == len(slab) or v < slab[i, 0]:
+        return EXACT
+    s = along(slab[i, 0], slab[i, 1], slab[i, 2], v)
+    bottom, top = tables.first[i], tables.first[i + 1] - 1
+    c = bottom
+    below = phase(tables.curve, segment[c, 0], segment[c, 1], s)
+    above = phase(tables.curve, segment[c + 1, 0], segment[c + 1, 1], s)
+    while c + 1 < top and phi >= above:
+        c, below = c + 1, above
+        above = phase(tables.curve, segment[c + 1, 0], segment[c + 1, 1], s)
+    rise, drop = max(phi - below, 0.0), max(above - phi, 0.0)
+    half = 1 if tables.root[c, 1] >= 0 and rise > drop else 0
+    node = tables.root[c, half]
+    if node < 0 or (rise < tables.near and c > bottom) or (drop < tables.near and c + 1 < top):
+        return EXACT
+    x = across(rise, drop, tables.across[c, half])
+    while tables.axis[node] != 2:
+        node = tables.child[node, 0 if (s if tables.axis[node] == 0 else x) <= tables.cut[node] else 1]
+    return tables.child[node, 0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def place(leaf, curve, k, v, phi):
+    """The coordinates u and w in [-1, 1] of a state in leaf k."""
+    s = along(leaf[k, 0], leaf[k, 1], leaf[k, 2], v)
+    rise = max(phi - phase(curve, int(leaf[k, 3]), int(leaf[k, 4]), s), 0.0)
+    drop = max(phase(curve, int(leaf[k, 5]), int(leaf[k, 6]), s) - phi, 0.0)
+    x = across(rise, drop, leaf[k, 7])
+    return (s - leaf[k, 8]) * leaf[k, 9], (x - leaf[k, 10]) * leaf[k, 11]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+def polynomials(a, at, degree, u, w):
+    """Speed and advance of the phase: four powers of u side by side, in powers of w, from the highest on."""
+    uu = u * u
+    speed, advance = 0.0, 0.0
+    for power in range(degree % 4, degree + 1, 4):
+        p0, p1, p2, p3, q0, q1, q2, q3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for _ in range(power + 1):
+            p0, p1, p2, p3 = p0 * w + a[at], p1 * w + a[at + 1], p2 * w + a[at + 2], p3 * w + a[at + 3]
+            q0, q1, q2, q3 = q0 * w + a[at + 4], q1 * w + a[at + 5], q2 * w + a[at + 6], q3 * w + a[at + 7]
+            at += 8
+        speed = speed * (uu * uu) + ((p0 + u * p1) + uu * (p2 + u * p3))
+        advance = advance * (uu * uu) + ((q0 + u * q1) + uu * (q2 + u * q3))
+    return speed, advance
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def evaluate(tables, v, phi, speed, advance, number):
+    """Speeds, advances of the phase and leaves of a batch, written into the arrays given."""
+    box, raster, leaf, curve, coefficient = tables.box, tables.raster, tables.leaf, tables.curve, tables.coefficient
+    rows, columns = raster.shape
+    v0, v1, phi0, phi1 = box
+    dv, dphi = rows / (v1 - v0), columns / (phi1 - phi0)
+    for i in range(len(v)):
+        speed[i], advance[i], number[i] = math.nan, math.nan, OUTSIDE
+        if v0 <= v[i] <= v1 and phi0 <= phi[i] <= phi1:
+            k = raster[min(int((v[i] - v0) * dv), rows - 1), min(int((phi[i] - phi0) * dphi), columns - 1)]
+            number[i] = k = k if k >= 0 else search(tables, v[i], phi[i])
+            if k >= 0:
+                u, w = place(leaf, curve, k, v[i], phi[i])
+                speed[i], advance[i] = polynomials(coefficient, int(leaf[k, 13]), int(leaf[k, 12]), u, w)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def rasterize(tables):
+    """Write into the raster the leaf that holds each of its cells whole.
+
+    At one speed a leaf holds an interval of phases, so a cell is in it if its two ends are, at every speed: they are looked at
+    at nine speeds, half a cell further out, which the smooth curves that bound a leaf do not outrun.
+    """
+    box, raster = tables.box, tables.raster
+    rows, columns = raster.shape
+    dv, dphi = (box[1] - box[0]) / rows, (box[3] - box[2]) / columns
+    for i in range(rows):
+        for j in range(columns):
+            same = -2
+            for k in range(9):
+                v = min(max(box[0] + (i + k * 0.1275 - 0.01) * dv, box[0]), box[1])
+                for side in (-0.5, 1.5):
+                    found = search(tables, v, min(max(box[2] + (j + side) * dphi, box[2]), box[3]))
+                    same = found if same in (-2, found) else -1
+                if same < 0:
+                    break
+            raster[i, j] = same
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def _gradient(a, at, degree, u, w):
+    """The derivatives of speed and advance by u and by w: (speed by u, advance by u, speed by w, advance by w)."""
+    f, fu, fw = np.zeros(2), np.zeros(2), np.zeros(2)
+    for power in range(degree % 4, degree + 1, 4):
+        g, gw = np.zeros((4, 2)), np.zeros((4, 2))
+        for _ in range(power + 1):
+            for r in range(4):
+                for o in range(2):
+                    gw[r, o] = gw[r, o] * w + g[r, o]
+                    g[r, o] = g[r, o] * w + a[at + 4 * o + r]
+            at += 8
+        for r in range(3, -1, -1):
+            fu = fu * u + f
+            f = f * u + g[r]
+            fw = fw * u + gw[r]
+    return fu[0], fu[1], fw[0], fw[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bend(curve, first, count, s):
+    """The derivative of a curve's phase by s."""
+    x = (s + 1.0) * (0.5 * count)
+    k = min(max(int(x), 0), count - 1)
+    t = 2.0 * (x - k) - 1.0
+    slope = 0.0
+    for i in range(ORDER - 1, 0, -1):
+        slope = slope * t + i * curve[k + first, i]
+    return slope * count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def slopes(tables, v, phi, number, out):
+    """The derivatives of speed and advance by speed and phase, written into (N, 2, 2), by the chain rule through the charts."""
+    leaf, curve = tables.leaf, tables.curve
+    for i in range(len(v)):
+        k = number[i]
+        if k < 0:
+            continue
+        low, high, bend = leaf[k, 0], leaf[k, 1], leaf[k, 2]
+        s = along(low, high, bend, v[i])
+        s_v = 2.0 / (high - low) if bend == 0 else 2.0 / ((s + 1.0 if bend == 1 else 1.0 - s) * (high - low))
+        first, count = (int(leaf[k, 3]), int(leaf[k, 5])), (int(leaf[k, 4]), int(leaf[k, 6]))
+        below, above = phase(curve, first[0], count[0], s), phase(curve, first[1], count[1], s)
+        below_s, above_s = _bend(curve, first[0], count[0], s), _bend(curve, first[1], count[1], s)
+        from_above = leaf[k, 7] == 2
+        width, width_s = above - below, above_s - below_s
+        y = (above - phi[i] if from_above else phi[i] - below) / width
+        y_s = (above_s - y * width_s if from_above else -below_s - y * width_s) / width
+        y_phi = (-1.0 if from_above else 1.0) / width
+        x, x_y = (y, 1.0) if leaf[k, 7] == 0 else (math.sqrt(y), 0.5 / math.sqrt(y))
+        u, w = (s - leaf[k, 8]) * leaf[k, 9], (x - leaf[k, 10]) * leaf[k, 11]
+        f_u, g_u, f_w, g_w = _gradient(tables.coefficient, int(leaf[k, 13]), int(leaf[k, 12]), u, w)
+        u_v, w_v, w_phi = leaf[k, 9] * s_v, leaf[k, 11] * x_y * y_s * s_v, leaf[k, 11] * x_y * y_phi
+        out[i, 0, 0], out[i, 0, 1] = f_u * u_v + f_w * w_v, f_w * w_phi
+        out[i, 1, 0], out[i, 1, 1] = g_u * u_v + g_w * w_v, g_w * w_phi

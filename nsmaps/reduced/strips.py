@@ -1,0 +1,196 @@
+"""A return map to any tolerance: polynomials in strips between the edges of the exact map, which itself answers for the rest."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsmaps.errors import FitError
+from nsmaps.exact.impacts import TWO_PI, Floats, Outcome, Returns, as_states, wrap
+from nsmaps.reduced.leaves import Leaf, cell_area, grow, roots_of, terms
+from nsmaps.reduced.polymap import Ints
+from nsmaps.reduced.slabs import Slab, clear_phase, slabs
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.stripkernel import Tables
+
+#: total degrees that are tried, by the tolerance down to which they are the best choice
+DEGREES = ((3e-3, (2, 3, 4, 6)), (3e-4, (3, 4, 6, 8)), (3e-5, (4, 6, 8, 10)), (3e-7, (6, 8, 10, 14)), (0.0, (8, 10, 14, 18)))
+LEAST_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StripReport:
+    """What a map of strips is made of and what it cost."""
+
+    tolerance: float  #: of speed, and of phase in radians, at the points that decided; see `StripMap.check` for others
+    slabs: int
+    cells: int
+    leaves: int
+    coefficients: int
+    degrees: dict[int, int]  #: leaves by total degree
+    exact_share: float  #: of the box's area that is left to the exact map, to a few digits
+    returns: int  #: exact returns used for the fits
+    seconds: dict[str, float]  #: to build, by part
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StripMap:
+    """A ReturnMap over a box of states: polynomials between the exact map's edges, and the exact map where they cannot be.
+
+    States outside the box are `uncovered`.
+    """
+
+    system: "ImpactSystem"
+    bounds: Floats  #: shape (2, 2), speeds and phases (radians) covered
+    slabs: tuple[Slab, ...]
+    report: StripReport
+    tables: "Tables" = field(repr=False)
+    words: Ints  #: shape (L,), the code of the word of each leaf
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the coordinates."""
+        return self.system.coordinates
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """The letters of the walls, the base wall first."""
+        return self.system.wall_names
+
+    def leaf_of(self, states: ArrayLike) -> Ints:
+        """The number of the leaf of each state (N, 2): -1 where the exact map answers, -2 outside the box; shape (N,)."""
+        return self._evaluated(as_states(states, self.coordinates))[4]
+
+    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+        """The first returns of states (N, 2); those in no leaf, such as next to an edge, are the exact map's own."""
+        from nsmaps.reduced.stripkernel import EXACT, slopes
+
+        start = as_states(states, self.coordinates)
+        v, phi, speed, advance, leaf = self._evaluated(start)
+        made = leaf >= 0
+        image = np.column_stack([speed, wrap(wrap(start[:, 1]) + advance)])
+        turns = np.column_stack([np.zeros(len(start)), np.round((start[:, 1] + advance - image[:, 1]) / TWO_PI)])
+        codes, outcome = np.zeros(len(start), np.int64), np.full(len(start), Outcome.uncovered, np.int8)
+        codes[made], outcome[made] = self.words[leaf[made]], Outcome.returned
+        outcome[~np.isfinite(start).all(axis=1)] = Outcome.invalid
+        slope = np.full((len(start) if derivative else 0, 2, 2), np.nan)
+        if derivative:
+            slopes(self.tables, v, phi, leaf, slope)
+            slope[:, 1, 1] += 1
+        returns = Returns(
+            self.coordinates,
+            self.walls,
+            start,
+            image,
+            np.nan_to_num(turns).astype(np.int32),
+            codes,
+            outcome,
+            advance / self.system.phase_rate(),
+            slope if derivative else None,
+            fitted=True,
+        )
+        rest = np.flatnonzero(leaf == EXACT)
+        if len(rest):
+            _put(returns, rest, self.system.first_return(start[rest], derivative=derivative))
+        return returns
+
+    def _evaluated(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats, Ints]:
+        """Speeds and phases in the box's turn; speeds and advances of the phase after the return; leaves; each (N,)."""
+        from nsmaps.reduced.stripkernel import evaluate
+
+        low = self.bounds[1, 0]
+        with np.errstate(invalid="ignore"):
+            v, phi = np.ascontiguousarray(start[:, 0]), low + np.mod(start[:, 1] - low, TWO_PI)
+        speed, advance, leaf = np.empty(len(v)), np.empty(len(v)), np.empty(len(v), np.int64)
+        evaluate(self.tables, v, phi, speed, advance, leaf)
+        return v, phi, speed, advance, leaf
+
+
+def _put(returns: Returns, rows: Ints, given: Returns) -> None:
+    """Write returns into some rows of others."""
+    for name in ("image", "turns", "codes", "outcome", "time", "derivative"):
+        if getattr(returns, name) is not None:
+            getattr(returns, name)[rows] = getattr(given, name)
+
+
+def strip_map(
+    system: "ImpactSystem",
+    speeds: tuple[float, float],
+    phases: tuple[float, float],
+    tolerance: float,
+    progress: Callable[[int, int], None] = lambda done, waiting: None,
+) -> StripMap:
+    """The map of strips of a system over a box of speeds and phases, to a tolerance.
+
+    Args:
+        speeds: lowest and highest, both above zero: at zero the ball does not leave the wall, and the map is not smooth.
+        phases: lowest and highest, radians; a whole turn is taken as a circle, cut where that is best.
+        tolerance: of the speed, and of the phase in radians, over the whole box but within 1e-11 of an edge.
+        progress: called with the leaves that are done and those that wait, before each round of fits.
+
+    Raises:
+        FitError: a box that is none, or a tolerance that rounding does not allow.
+    """
+    from nsmaps.reduced.striptables import build_tables
+
+    _check_box(speeds, phases, tolerance)
+    begun = perf_counter()
+    if phases[1] - phases[0] >= TWO_PI * (1 - 1e-12):
+        cut = clear_phase(system, speeds)
+        phases = cut, cut + TWO_PI
+    bands = slabs(system, speeds, phases)
+    cut_at = perf_counter()
+    box = np.array([speeds, phases], float)
+    trees = roots_of(bands, box[:, 1] - box[:, 0])
+    degrees = next(each for least, each in DEGREES if tolerance >= least)
+    roots = [leaf for cells in trees for cell in cells for leaf in cell]
+    returns = grow(system, bands, roots, tolerance, degrees, progress=progress)
+    leaves = [leaf for root in roots for leaf in _ends(root)]
+    report = _report(tolerance, box, bands, leaves, returns, {"edges": cut_at - begun, "fits": perf_counter() - cut_at})
+    words = np.array([bands[leaf.slab].words[leaf.cell] for leaf in leaves if leaf.degree >= 0], np.int64)
+    return StripMap(system, box, tuple(bands), report, build_tables(box, bands, trees), words)
+
+
+def _check_box(speeds: tuple[float, float], phases: tuple[float, float], tolerance: float) -> None:
+    if not LEAST_TOLERANCE <= tolerance < np.inf:
+        raise FitError(f"the tolerance is {tolerance!r}; accepted: at least {LEAST_TOLERANCE:g}")
+    if not 0 < speeds[0] < speeds[1] < np.inf:
+        raise FitError(f"speeds from {speeds[0]!r} to {speeds[1]!r}; accepted: a lower one above zero and a higher, finite")
+    if not (np.isfinite(phases).all() and phases[0] < phases[1] <= phases[0] + TWO_PI * (1 + 1e-12)):
+        raise FitError(f"phases from {phases[0]!r} to {phases[1]!r}; accepted: a lower and a higher, at most a turn apart")
+
+
+def _report(
+    tolerance: float, box: Floats, bands: Sequence[Slab], leaves: Sequence[Leaf], returns: int, seconds: dict[str, float]
+) -> StripReport:
+    fitted = [leaf for leaf in leaves if leaf.degree >= 0]
+    degrees = [leaf.degree for leaf in fitted]
+    grown = {(leaf.slab, leaf.cell) for leaf in leaves}
+    cells = [(k, cell) for k, band in enumerate(bands) for cell in range(len(band.words))]
+    left = sum(cell_area(bands[k], cell) for k, cell in cells if (k, cell) not in grown)
+    left += float((box[0, 1] - box[0, 0] - sum(band.high - band.low for band in bands)) * np.ptp(box[1]))
+    return StripReport(
+        tolerance=tolerance,
+        slabs=len(bands),
+        cells=len(cells),
+        leaves=len(fitted),
+        coefficients=sum(2 * len(terms(degree)) for degree in degrees),
+        degrees={degree: degrees.count(degree) for degree in sorted(set(degrees))},
+        exact_share=max(left / float(np.prod(np.ptp(box, axis=1))), 0.0) + sum(leaf.area for leaf in leaves if leaf.degree < 0),
+        returns=returns,
+        seconds=seconds,
+    )
+
+
+def _ends(leaf: Leaf) -> Iterator[Leaf]:
+    """The undivided leaves under a leaf, in order."""
+    if leaf.children is None:
+        yield leaf
+    else:
+        for child in leaf.children[1:]:
+            yield from _ends(child)

@@ -1,0 +1,113 @@
+"""Studies whose pieces the general algorithm finds: their grammar, their results and what is kept of them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from nsmaps.cli import app
+from nsmaps.errors import StudyError
+from nsmaps.study.archive import read_result
+from nsmaps.study.reader import load_study
+from nsmaps.study.result import StudyResult
+from nsmaps.study.run import run
+
+AUTO = """\
+system: vi_pair
+parameters: {d: 0.3, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}
+grid:
+  v: {from: 0.0033, to: 1, points: 60}
+  phi: {from: 0, to: pi, points: 60}
+partition: {tolerance: 1e-2}
+orbits: [{start: {v: 0.35, phi: pi/2}, returns: 100}]
+domains:
+  - {name: ours, map: attracting, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, updates: 2}
+  - {name: all, map: composite, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, updates: 2}
+  - {name: first, map: R1, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, updates: 2}
+second_iterate: {domain: first}
+figures: [words, partition, cobweb]
+require: [covered, tolerance]
+"""
+
+
+@pytest.fixture
+def study() -> Path:
+    path = Path("auto.yaml")
+    path.write_text(AUTO)
+    return path
+
+
+@pytest.fixture
+def result(study: Path) -> StudyResult:
+    return run(study, out="out")
+
+
+def test_a_partition_gives_the_composite_map_and_its_verdicts(result: StudyResult) -> None:
+    assert result.holds
+    assert result.composite is result.partition.composite
+    assert list(result.surfaces) == ["BB", "BTB"]
+    verdicts = {verdict.name: verdict for verdict in result.verdicts}
+    tolerance = verdicts["partition: tolerance met in the attracting regions"]
+    assert (tolerance.holds, tolerance.required) == (True, True)
+    assert f"at {result.partition.points} held-out states" in tolerance.text
+    assert not verdicts["partition: orbits arrive in the attracting regions"].required
+    assert np.abs(result.orbits[0].composite.final - result.orbits[0].exact.final).max() < 0.02
+    assert result.domains["ours"].of == "attracting map"
+    assert result.domains["first"].of == "fitted map R1"
+
+
+def test_a_partition_is_kept_and_read_back(result: StudyResult) -> None:
+    again = read_result("out")
+    assert again.study == result.study
+    assert again.partition.log == result.partition.log
+    assert again.partition.attracting == result.partition.attracting
+    states = result.returns.start
+    assert np.array_equal(again.partition.composite.piece_of(states), result.composite.piece_of(states))
+    record = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)
+    table = record["numbers"]["partition"]
+    assert (table["tolerance"], table["met"]) == (0.01, True)
+    assert [row["name"] for row in table["log"]] == [row.name for row in result.partition.log]
+    assert load_study("out/study.yaml").partition == result.study.partition
+
+
+def test_check_and_run_print_it(study: Path) -> None:
+    answer = CliRunner().invoke(app, ["check", str(study)])
+    assert "  partition: closed_form, tolerance 0.01" in answer.stdout.splitlines()
+    answer = CliRunner().invoke(app, ["run", str(study), "--out", "out"])
+    assert answer.exit_code == 0, answer.output
+    assert "attracting" in answer.stdout
+    assert {path.name for path in Path("out/figures").iterdir()} == {"words.png", "partition.png", "cobweb.png"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("domains:", "composite: [{name: a, where: v > 0, reset: {v: 1}}]\ndomains:", "accepted: one of the two"),
+        ("tolerance: 1e-2", "tolerance: 0", "tolerance is 0.0; accepted: greater than 0"),
+        ("tolerance: 1e-2", "tolerence: 1e-2", "did you mean 'tolerance'"),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: exact", "accepted: closed_form, accurate"),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", "nsmaps.reduced.strips"),
+        ("partition: {tolerance: 1e-2}\n", "", "accepted: exact"),
+        ("map: R1", "map: R99", "the partition made no piece 'R99'"),
+        ("map: R1", "map: attractive", "did you mean 'attracting'"),
+        ("figures: [words, ", "figures: [words, surfaces, envelops, ", "envelopes"),
+    ],
+)
+def test_what_a_partition_cannot_be(old: str, new: str, message: str) -> None:
+    Path("bad.yaml").write_text(AUTO.replace(old, new, 1))
+    with pytest.raises(StudyError, match=message):
+        run("bad.yaml")
+
+
+def test_a_partition_needs_a_grid() -> None:
+    Path("bad.yaml").write_text("system: vi_pair\nparameters: {d: 0.3, g_bar: 0.2}\npartition: {tolerance: 1}\n")
+    with pytest.raises(StudyError, match="'partition' needs the section 'grid'"):
+        run("bad.yaml")
+
+
+def test_the_shipped_study_meets_its_tolerance() -> None:
+    study = load_study("vi_pair/auto")
+    assert study.partition is not None
+    assert run(study).holds
