@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 LINES = 60  #: lines of constant speed that are compared first
 NODES = 33  #: lines from which the curves of a band are made
-RESOLVED = 3e-14  #: of the last coefficients of a curve, relative to the largest
+RESOLVED = 2e-15  #: of the last coefficients of a curve, relative to the largest
+NOISE = 15  #: times as much is taken for rounding in bands narrower than a hundredth of the speeds
 MANY = 64  #: changes of kind at once: more are the rounding of one, and are told apart only so far
 ROUGH = 1e-9  #: of the range of speeds
 NARROW = 2e-6  #: of the range of speeds: narrower bands are left to the exact map
@@ -72,7 +73,7 @@ def slabs(
     made: list[Slab] = []
     while waiting:
         progress()
-        fitted = _fitted(system, waiting, phases)
+        fitted = _fitted(system, waiting, phases, 0.01 * whole)
         made += [slab for slab in fitted if slab]
         left = [band for band, slab in zip(waiting, fitted, strict=True) if not slab]
         halves = [half for low, high in left for half in ((low, (low + high) / 2), ((low + high) / 2, high))]
@@ -110,7 +111,9 @@ def _told_apart(
     return found
 
 
-def _fitted(system: "ImpactSystem", bands: list[tuple[float, float]], phases: tuple[float, float]) -> list[Slab | None]:
+def _fitted(
+    system: "ImpactSystem", bands: list[tuple[float, float]], phases: tuple[float, float], narrow: float
+) -> list[Slab | None]:
     """Each band as a slab, in the plainest chart in which its curves are resolved, or None."""
     result: list[Slab | None] = [None] * len(bands)
     for chart in (STRAIGHT, LOW, HIGH):
@@ -118,16 +121,17 @@ def _fitted(system: "ImpactSystem", bands: list[tuple[float, float]], phases: tu
         speeds = np.concatenate([unchart(chart, *bands[k], PLACES) for k in left] or [PLACES[:0]])
         seen = lines(system, speeds, *phases)
         for j, k in enumerate(left):
-            result[k] = _slab(bands[k], chart, seen[j * NODES : (j + 1) * NODES], phases)
+            most = RESOLVED * (NOISE if bands[k][1] - bands[k][0] < narrow else 1)
+            result[k] = _slab(bands[k], chart, seen[j * NODES : (j + 1) * NODES], phases, most)
     return result
 
 
-def _slab(band: tuple[float, float], chart: int, seen: list[Line], phases: tuple[float, float]) -> Slab | None:
+def _slab(band: tuple[float, float], chart: int, seen: list[Line], phases: tuple[float, float], most: float) -> Slab | None:
     """A band with the curves through the edges seen on its lines, unless these are of several kinds or not resolved."""
     first = seen[0]
     if any(line.kind != first.kind for line in seen):
         return None
     curves = np.linalg.solve(chebvander(PLACES, NODES - 1), [[phases[0], *line.phi, phases[1]] for line in seen]).T
-    if np.abs(curves[:, -6:]).max() > RESOLVED * np.abs(curves).max():
+    if np.abs(curves[:, -6:]).max() > most * np.abs(curves).max():
         return None
     return Slab(*band, chart, curves, first.hit, first.words, first.outcomes)

@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 ORDER = 8  #: coefficients of a segment of a curve
+BLOCK, FEW = 64, 8  # states of a leaf that are evaluated side by side, and too few for that
 EXACT, OUTSIDE = -1, -2  #: instead of a leaf: the exact map must answer; the state is not in the box
 
 
@@ -99,14 +100,19 @@ def search(tables, v, phi):
     return tables.child[node, 0]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
-def place(leaf, curve, k, v, phi):
-    """The coordinates u and w in [-1, 1] of a state in leaf k."""
-    s = along(leaf[k, 0], leaf[k, 1], leaf[k, 2], v)
-    rise = max(phi - phase(curve, int(leaf[k, 3]), int(leaf[k, 4]), s), 0.0)
-    drop = max(phase(curve, int(leaf[k, 5]), int(leaf[k, 6]), s) - phi, 0.0)
-    x = across(rise, drop, leaf[k, 7])
-    return (s - leaf[k, 8]) * leaf[k, 9], (x - leaf[k, 10]) * leaf[k, 11]
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def places(row, curve, u, w):
+    """Turn speeds and phases of states of one leaf, in place, into its coordinates u and w in [-1, 1]."""
+    low, high, bend, chart = row[0], row[1], row[2], row[7]
+    first, count, next_first, next_count = int(row[3]), int(row[4]), int(row[5]), int(row[6])
+    s0, s_scale, x0, x_scale = row[8], row[9], row[10], row[11]
+    for j in range(len(u)):
+        u[j] = along(low, high, bend, u[j])
+    for j in range(len(u)):
+        rise = max(w[j] - phase(curve, first, count, u[j]), 0.0)
+        drop = max(phase(curve, next_first, next_count, u[j]) - w[j], 0.0)
+        w[j] = (across(rise, drop, chart) - x0) * x_scale
+        u[j] = (u[j] - s0) * s_scale
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
@@ -126,20 +132,85 @@ def polynomials(a, at, degree, u, w):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
-def evaluate(tables, v, phi, speed, advance, number):
-    """Speeds, advances of the phase and leaves of a batch, written into the arrays given."""
-    box, raster, leaf, curve, coefficient = tables.box, tables.raster, tables.leaf, tables.curve, tables.coefficient
+def leaves_of(tables, v, phi, number):
+    """The leaf of every state, EXACT or OUTSIDE, written into an array. The raster knows it but for places near a boundary."""
+    box, raster = tables.box, tables.raster
     rows, columns = raster.shape
     v0, v1, phi0, phi1 = box
     dv, dphi = rows / (v1 - v0), columns / (phi1 - phi0)
     for i in range(len(v)):
-        speed[i], advance[i], number[i] = math.nan, math.nan, OUTSIDE
+        k = OUTSIDE
         if v0 <= v[i] <= v1 and phi0 <= phi[i] <= phi1:
             k = raster[min(int((v[i] - v0) * dv), rows - 1), min(int((phi[i] - phi0) * dphi), columns - 1)]
-            number[i] = k = k if k >= 0 else search(tables, v[i], phi[i])
-            if k >= 0:
-                u, w = place(leaf, curve, k, v[i], phi[i])
-                speed[i], advance[i] = polynomials(coefficient, int(leaf[k, 13]), int(leaf[k, 12]), u, w)
+            if k < 0:
+                k = search(tables, v[i], phi[i])
+        number[i] = k
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def crowd(a, at, degree, u, w, rows, speed, advance):
+    """As `polynomials`, for many states of one leaf side by side."""
+    n = len(u)
+    for k in range(n):
+        speed[k], advance[k] = 0.0, 0.0
+    for power in range(degree % 4, degree + 1, 4):
+        for r in range(8):
+            for k in range(n):
+                rows[r, k] = 0.0
+        for _ in range(power + 1):
+            for r in range(8):
+                term = a[at + r]
+                for k in range(n):
+                    rows[r, k] = rows[r, k] * w[k] + term
+            at += 8
+        for k in range(n):
+            uu = u[k] * u[k]
+            low, high = rows[0, k] + u[k] * rows[1, k], rows[2, k] + u[k] * rows[3, k]
+            speed[k] = speed[k] * (uu * uu) + (low + uu * high)
+            low, high = rows[4, k] + u[k] * rows[5, k], rows[6, k] + u[k] * rows[7, k]
+            advance[k] = advance[k] * (uu * uu) + (low + uu * high)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def by_leaf(number, leaves):
+    """The states in leaves, leaf after leaf, and where each leaf begins among them."""
+    first = np.zeros(leaves + 1, np.int64)
+    for k in number:
+        if k >= 0:
+            first[k + 1] += 1
+    for k in range(leaves):
+        first[k + 1] += first[k]
+    order, at = np.empty(first[leaves], np.int64), first.copy()
+    for i in range(len(number)):
+        if number[i] >= 0:
+            order[at[number[i]]] = i
+            at[number[i]] += 1
+    return order, first
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def evaluate(tables, v, phi, speed, advance, number):
+    """Speeds, advances of the phase and leaves of a batch, written into the arrays given."""
+    leaf, curve, coefficient = tables.leaf, tables.curve, tables.coefficient
+    leaves_of(tables, v, phi, number)
+    speed[:] = math.nan
+    advance[:] = math.nan
+    order, first = by_leaf(number, len(leaf))
+    u, w, rows, f, g = np.empty(BLOCK), np.empty(BLOCK), np.empty((8, BLOCK)), np.empty(BLOCK), np.empty(BLOCK)
+    for k in range(len(leaf)):
+        degree, offset = int(leaf[k, 12]), int(leaf[k, 13])
+        for begin in range(first[k], first[k + 1], BLOCK):
+            n = min(BLOCK, first[k + 1] - begin)
+            for j in range(n):
+                u[j], w[j] = v[order[begin + j]], phi[order[begin + j]]
+            places(leaf[k], curve, u[:n], w[:n])
+            if n < FEW:
+                for j in range(n):
+                    f[j], g[j] = polynomials(coefficient, offset, degree, u[j], w[j])
+            else:
+                crowd(coefficient, offset, degree, u[:n], w[:n], rows, f, g)
+            for j in range(n):
+                speed[order[begin + j]], advance[order[begin + j]] = f[j], g[j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})

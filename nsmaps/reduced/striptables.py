@@ -13,7 +13,7 @@ from nsmaps.reduced.stripkernel import ORDER, Tables, rasterize
 
 NEAR = 1e-11  #: radians beside an edge within which rounding may decide its side, and the exact map answers
 BUCKETS = 512  #: parts of the speeds in which the slab is looked for
-RASTER = 256  #: cells a side of the raster that knows most leaves
+RASTER = 512  #: cells a side of the raster that knows most leaves
 
 Trees = Sequence[Sequence[Sequence[Leaf]]]  #: of each slab, of each of its cells, one root, two or none
 
@@ -28,7 +28,7 @@ def build_tables(box: Floats, bands: Sequence[Slab], trees: Trees) -> Tables:
     begin = np.linspace(box[0, 0], box[0, 1], BUCKETS + 1)[:-1]
     tables = Tables(
         box=box.ravel(),
-        raster=np.full((RASTER, RASTER), -1),
+        raster=np.full((RASTER, RASTER), -1, np.int32),
         leaf=np.array([_row(leaf, bands, segment, first, at) for leaf, at in zip(leaves, offset, strict=True)]).reshape(-1, 14),
         curve=curve,
         coefficient=np.concatenate([*coefficients, np.zeros(1)]),

@@ -40,7 +40,7 @@ def test_tolerance_is_kept_on_the_circle(pair, d):
     uniform, beside = held_out(strips, 200_000)
     assert uniform.over == 0
     assert uniform.wrong_words == beside.wrong_words == 0
-    assert beside.largest < 2e-8  # within 2e-11 of an edge rounding is magnified to about the tolerance
+    assert beside.largest < 4e-8  # within 3e-11 of an edge rounding is magnified to about the tolerance
     assert beside.over <= 1e-4 * beside.points
     assert strips.report.exact_share < 5e-4
 
