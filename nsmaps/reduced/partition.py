@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surface import Grid
@@ -24,7 +24,9 @@ class Partition(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     tolerance: Number = Field(gt=0, description="largest error of an image where the map attracts, in each coordinate")
-    kind: Literal["closed_form", "accurate"] = "closed_form"
+    kind: Literal["closed_form", "accurate"] = Field(
+        default="closed_form", description="few pieces that can be written down, or the tolerance everywhere"
+    )
     max_pieces: int = Field(default=40, ge=2, description="at which pieces are taken as they are")
     max_order: int = Field(default=5, ge=0, le=20, description="highest degree in each coordinate")
     separable: bool = Field(default=True, description="whether transient pieces may be separable (remark separable)")
@@ -34,6 +36,13 @@ class Partition(BaseModel):
     attracting: tuple[dict[str, tuple[Number, Number]], ...] = Field(
         default=(), description="boxes that are taken as attracting instead of those of step iii"
     )
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> Self:
+        others = sorted(self.model_fields_set - {"tolerance", "kind"})
+        if self.kind == "accurate" and others:
+            raise ValueError(f"{', '.join(map(repr, others))}: of closed forms only; accepted beside kind accurate: 'tolerance'")
+        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +122,6 @@ def partition(
     if tuple(grid.axes) != system.coordinates:
         raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; accepted: {', '.join(system.coordinates)}, in this order")
     if spec.kind == "accurate":
-        raise NsmapsError(
-            "kind is 'accurate', which needs the module nsmaps.reduced.strips, which is not there; accepted: closed_form"
-        )
+        raise NsmapsError("kind is 'accurate', which nsmaps.reduced.accurate makes; accepted here: closed_form")
     refinement = Refinement(system, grid, spec, progress)
     return finalize(system, grid, spec, refinement.run())

@@ -1,7 +1,7 @@
 """A return map to any tolerance: polynomials in strips between the edges of the exact map, which itself answers for the rest."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,7 @@ LEAST_TOLERANCE = 1e-10
 class StripReport:
     """What a map of strips is made of and what it cost."""
 
-    tolerance: float  #: of speed, and of phase in radians, at the points that decided; see `StripMap.check` for others
+    tolerance: float  #: of speed, and of phase in radians, at the points that decided; see `held_out` for others
     slabs: int
     cells: int
     leaves: int
@@ -39,6 +39,17 @@ class StripReport:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Strips:
+    """What a map of strips is made of; with the exact map of its system it is a `StripMap`."""
+
+    bounds: Floats  #: shape (2, 2), speeds and phases (radians) covered
+    slabs: tuple[Slab, ...]
+    report: StripReport
+    words: Ints  #: shape (L,), the code of the word of each leaf
+    tables: "Tables"  #: what it is evaluated from
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StripMap:
     """A ReturnMap over a box of states: polynomials between the exact map's edges, and the exact map where they cannot be.
 
@@ -46,11 +57,7 @@ class StripMap:
     """
 
     system: "ImpactSystem"
-    bounds: Floats  #: shape (2, 2), speeds and phases (radians) covered
-    slabs: tuple[Slab, ...]
-    report: StripReport
-    tables: "Tables" = field(repr=False)
-    words: Ints  #: shape (L,), the code of the word of each leaf
+    strips: Strips
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -76,11 +83,11 @@ class StripMap:
         image = np.column_stack([speed, wrap(wrap(start[:, 1]) + advance)])
         turns = np.column_stack([np.zeros(len(start)), np.round((start[:, 1] + advance - image[:, 1]) / TWO_PI)])
         codes, outcome = np.zeros(len(start), np.int64), np.full(len(start), Outcome.uncovered, np.int8)
-        codes[made], outcome[made] = self.words[leaf[made]], Outcome.returned
+        codes[made], outcome[made] = self.strips.words[leaf[made]], Outcome.returned
         outcome[~np.isfinite(start).all(axis=1)] = Outcome.invalid
         slope = np.full((len(start) if derivative else 0, 2, 2), np.nan)
         if derivative:
-            slopes(self.tables, v, phi, leaf, slope)
+            slopes(self.strips.tables, v, phi, leaf, slope)
             slope[:, 1, 1] += 1
         returns = Returns(
             self.coordinates,
@@ -103,11 +110,11 @@ class StripMap:
         """Speeds and phases in the box's turn; speeds and advances of the phase after the return; leaves; each (N,)."""
         from nsmaps.reduced.stripkernel import evaluate
 
-        low = self.bounds[1, 0]
+        low = self.strips.bounds[1, 0]
         with np.errstate(invalid="ignore"):
             v, phi = np.ascontiguousarray(start[:, 0]), low + np.mod(start[:, 1] - low, TWO_PI)
         speed, advance, leaf = np.empty(len(v)), np.empty(len(v)), np.empty(len(v), np.int64)
-        evaluate(self.tables, v, phi, speed, advance, leaf)
+        evaluate(self.strips.tables, v, phi, speed, advance, leaf)
         return v, phi, speed, advance, leaf
 
 
@@ -153,7 +160,7 @@ def strip_map(
     leaves = [leaf for root in roots for leaf in _ends(root)]
     report = _report(tolerance, box, bands, leaves, returns, {"edges": cut_at - begun, "fits": perf_counter() - cut_at})
     words = np.array([bands[leaf.slab].words[leaf.cell] for leaf in leaves if leaf.degree >= 0], np.int64)
-    return StripMap(system, box, tuple(bands), report, build_tables(box, bands, trees), words)
+    return StripMap(system, Strips(box, tuple(bands), report, words, build_tables(box, bands, trees)))
 
 
 def _check_box(speeds: tuple[float, float], phases: tuple[float, float], tolerance: float) -> None:

@@ -28,7 +28,20 @@ from nsmaps.study.summary import numbers
 from nsmaps.study.tree import Arrays, decode, encode
 
 FORMAT = 1
-KEPT = ("returns", "surfaces", "diagonal", "orders", "composite", "partition", "coverage", "parametric", "orbits", "domains")
+KEPT = (
+    "returns",
+    "surfaces",
+    "diagonal",
+    "orders",
+    "composite",
+    "partition",
+    "accurate",
+    "speed",
+    "coverage",
+    "parametric",
+    "orbits",
+    "domains",
+)
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")
 
 

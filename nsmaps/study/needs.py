@@ -23,8 +23,14 @@ FIGURE_NEEDS = {
 
 def check_needs(study: Study) -> None:
     """A StudyError at the first section whose need the study does not name."""
+    strips = study.partition is not None and study.partition.kind == "accurate"
+    for number, figure in enumerate(study.figures):
+        if strips and {"partition", "composite"} & set(FIGURE_NEEDS[figure]):
+            text = f"the figure {figure!r} shows pieces in closed form; accepted beside it: a 'partition' of kind closed_form"
+            raise study.source.error(("figures", number), text)
     for loc, what, section in _needs(study):
-        if not study.names(section) and not (section in ("families", "composite") and study.partition):
+        made = ("families",) if strips else ("families", "composite")
+        if not study.names(section) and not (section in made and study.partition):
             raise study.source.error(loc, f"{what} needs the section {section!r}, which is missing")
 
 

@@ -7,14 +7,17 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
     from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.impacts import Floats, Returns
     from nsmaps.exact.surface import Surface
     from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.composite import CompositeMap, Coverage
     from nsmaps.reduced.diagonal import DiagonalRegion
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
+    from nsmaps.reduced.speed import Speed
     from nsmaps.study.spec import Study
 
 
@@ -50,6 +53,8 @@ class StudyResult:
     orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
     composite: "CompositeMap | None" = None
     partition: "PartitionResult | None" = None  #: how the composite map was found, if the study has a partition
+    accurate: "AccurateResult | None" = None  #: the same of the kind `accurate`, in place of a composite map
+    speed: "Speed | None" = None  #: of the composite map that a partition made, beside the exact one
     coverage: "Coverage | None" = None  #: of the study's grid
     parametric: "ParametricMap | None" = None
     orbits: tuple[OrbitPair, ...] = ()
@@ -64,6 +69,11 @@ class StudyResult:
     def domain(self) -> "AttractingDomain | None":
         """The first of the domains."""
         return next(iter(self.domains.values()), None)
+
+    @property
+    def reduced(self) -> "ReturnMap | None":
+        """The map in place of the exact one: of pieces, or of strips."""
+        return self.accurate.map(self.system) if self.accurate else self.composite
 
     @property
     def holds(self) -> bool:

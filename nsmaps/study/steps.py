@@ -17,6 +17,7 @@ from nsmaps.reduced.partition import PartitionResult, partition
 from nsmaps.reduced.polyfit import compare_orders
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box, Region
+from nsmaps.reduced.speed import speeds
 from nsmaps.study.needs import ATTRACTING
 from nsmaps.study.plan import PiecePlan, Plan, printed_at
 from nsmaps.study.result import OrbitPair, StudyResult
@@ -98,11 +99,20 @@ def _made(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface]) -> C
 
 def _partition(plan: Plan, result: StudyResult) -> Parts:
     """Steps ii to vii by themselves."""
-    assert plan.grid is not None
-    assert plan.study.partition is not None
+    from nsmaps.reduced.accurate import accurate
+
+    spec, grid = plan.study.partition, plan.grid
+    assert grid is not None
+    assert spec is not None
     with plan.study.source.located(("partition",)):
-        made = partition(plan.system, plan.grid, plan.study.partition)
-    return {"partition": made, "composite": made.composite, "coverage": made.composite.coverage(plan.grid)}
+        box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
+        if spec.kind == "accurate":
+            strips = accurate(plan.system, grid, spec.tolerance)
+            return {"accurate": strips, "speed": speeds(plan.system, strips.map(plan.system), box)}
+        made = partition(plan.system, grid, spec)
+    composite = made.composite
+    speed = speeds(plan.system, composite, box)
+    return {"partition": made, "composite": composite, "speed": speed, "coverage": composite.coverage(grid)}
 
 
 def _piece(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
@@ -171,7 +181,7 @@ def _orbits(plan: Plan, result: StudyResult) -> Parts:
 
     pairs = []
     for section, start in zip(plan.study.orbits, plan.starts, strict=True):
-        reduced = orbit(result.composite, start, section.returns) if result.composite else None
+        reduced = orbit(result.reduced, start, section.returns) if result.reduced else None
         pairs.append(OrbitPair(start, orbit(plan.system, start, section.returns), reduced))
     return {"orbits": tuple(pairs)}
 
@@ -189,9 +199,10 @@ def _domain(plan: Plan, result: StudyResult, section: DomainSection) -> "Attract
     from nsmaps.auxiliary.domain import attracting_domain
 
     pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
-    maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.composite}
-    if result.partition is not None:
-        maps[ATTRACTING] = _attracting(result.partition)
+    maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
+    if plan.study.partition is not None:
+        if result.partition is not None:
+            maps[ATTRACTING] = _attracting(result.partition)
         if section.map not in maps:
             raise NsmapsError(f"the partition made no piece {section.map!r}; accepted: {', '.join(maps)}")
     printed = [piece.name for piece in plan.pieces if piece.polynomial]

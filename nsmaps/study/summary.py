@@ -36,6 +36,12 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         sections["parametric"] = _parametric(result.parametric)
     if result.partition is not None:
         sections["partition"] = _partition(result.partition)
+    if result.accurate is not None:
+        made = result.accurate
+        errors = {"uniform": asdict(made.uniform), "beside": asdict(made.beside)}
+        sections["partition"] = {"met": made.met, **errors, "report": asdict(made.strips.report)}
+    if result.speed is not None:
+        sections["speed"] = asdict(result.speed) | {"faster": result.speed.faster}
     if result.orbits:
         sections["orbits"] = [_orbit(pair) for pair in result.orbits]
     if result.domains:

@@ -1,4 +1,4 @@
-"""Results as plain data and back: dataclasses and specs of nsmaps as JSON, their arrays apart under readable names.
+"""Results as plain data and back: dataclasses, named tuples and specs of nsmaps as JSON, their arrays apart under readable names.
 
 Only classes of nsmaps are ever made from a file, and a file's text is never evaluated.
 """
@@ -33,7 +33,7 @@ def encode(value: Any, path: str, arrays: Arrays) -> Any:
     if isinstance(value, np.ndarray):
         arrays[path] = value
         return {KIND: "array", "value": path}
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple) and not _is_ours(type(value)):
         items = [encode(item, f"{path}/{_label(item, number)}", arrays) for number, item in enumerate(value)]
         return items if isinstance(value, list) else {KIND: "tuple", "value": items}
     if isinstance(value, Mapping):
@@ -71,6 +71,8 @@ def _label(item: Any, number: int) -> str:
 def _members(value: Any) -> dict[str, Any]:
     if isinstance(value, BaseModel):
         return dict(value)
+    if isinstance(value, tuple):  # a named one
+        return dict(zip(type(value).__annotations__, value, strict=True))
     return {field.name: getattr(value, field.name) for field in fields(value)}
 
 
@@ -91,4 +93,4 @@ def _class(path: str) -> Any:
 
 
 def _is_ours(cls: type) -> bool:
-    return is_dataclass(cls) or issubclass(cls, BaseModel)
+    return is_dataclass(cls) or issubclass(cls, BaseModel) or (issubclass(cls, tuple) and cls.__module__.startswith("nsmaps."))

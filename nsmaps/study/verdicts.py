@@ -19,7 +19,8 @@ _TAIL = 32  # states at the end of an orbit that stand for where it arrived
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, domains."""
-    return (*_coverage(result), *_partition(result), *_parametric(result), *_orbits(result), *_domains(result))
+    sections = (_coverage, _partition, _accurate, _speed, _parametric, _orbits, _domains)
+    return tuple(verdict for section in sections for verdict in section(result))
 
 
 def _coverage(result: StudyResult) -> Iterator[Verdict]:
@@ -32,6 +33,24 @@ def _coverage(result: StudyResult) -> Iterator[Verdict]:
         hull = " or ".join(_intervals(result.system.coordinates, box) for box in cover.boxes)
         text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
     yield Verdict("covered", "composite map", holds, "covered" in result.study.require, text)
+
+
+def _accurate(result: StudyResult) -> Iterator[Verdict]:
+    made = result.accurate
+    if made is None:
+        return
+    where = zip(("over the box", "beside edges"), (made.uniform, made.beside), strict=True)
+    errors = [f"{e.largest:.2g} at {e.points - e.by_exact_map} states {place}, {e.over} over" for place, e in where]
+    share = f"the exact map answers for {made.strips.report.exact_share:.2g} of the area"
+    text = f"{'yes' if made.met else 'no'}: largest error {', '.join(errors)}; {share}"
+    required = "tolerance" in result.study.require
+    yield Verdict("partition: tolerance met everywhere (held out)", "composite map", made.met, required, text)
+
+
+def _speed(result: StudyResult) -> Iterator[Verdict]:
+    if result.speed is not None:
+        text = f"{'yes' if result.speed.faster else 'no'}: {result.speed.text}"
+        yield Verdict("partition: clearly faster than the exact map", "composite map", result.speed.faster, False, text)
 
 
 def _partition(result: StudyResult) -> Iterator[Verdict]:

@@ -25,24 +25,24 @@ def wide(pair):
 @pytest.mark.parametrize("d", [0.35, 0.30, 0.26])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
 def test_tolerance_is_kept_everywhere(pair, d, tolerance):
-    strips = strip_map(pair(d), *PAPER, tolerance)
-    uniform, beside = held_out(strips, 200_000)
+    made = strip_map(pair(d), *PAPER, tolerance)
+    uniform, beside = held_out(made, 200_000)
     assert uniform.over == beside.over == 0, (uniform, beside)
     assert uniform.wrong_words == beside.wrong_words == 0
     assert uniform.largest > 1e-3 * tolerance  # the figures are errors, not zeros
-    assert strips.report.exact_share < 1e-4
+    assert made.strips.report.exact_share < 1e-4
     assert uniform.by_exact_map < 1e-4 * uniform.points
 
 
 @pytest.mark.parametrize("d", [0.35, 0.26])
 def test_tolerance_is_kept_on_the_circle(pair, d):
-    strips = strip_map(pair(d), *WIDE, 1e-8)
-    uniform, beside = held_out(strips, 200_000)
+    made = strip_map(pair(d), *WIDE, 1e-8)
+    uniform, beside = held_out(made, 200_000)
     assert uniform.over == 0
     assert uniform.wrong_words == beside.wrong_words == 0
     assert beside.largest < 4e-8  # within 3e-11 of an edge rounding is magnified to about the tolerance
     assert beside.over <= 1e-4 * beside.points
-    assert strips.report.exact_share < 5e-4
+    assert made.strips.report.exact_share < 5e-4
 
 
 @pytest.mark.parametrize("v", [0.05, 0.3, 0.6, 0.9])
@@ -107,23 +107,23 @@ def test_turns_and_times_are_those_of_the_exact_map(wide):
 
 def test_derivative_is_that_of_the_polynomials(pair):
     """Against the exact derivative, whose largest entries are beside edges, and against differences of the map itself."""
-    strips = strip_map(pair(0.30), *PAPER, 1e-8)
+    made = strip_map(pair(0.30), *PAPER, 1e-8)
     states = np.random.default_rng(4).uniform((0.02, 0.01), (0.99, 3.1), (20_000, 2))
-    ours, exact = (m.first_return(states, derivative=True).derivative for m in (strips, strips.system))
+    ours, exact = (m.first_return(states, derivative=True).derivative for m in (made, made.system))
     error = np.abs(ours - exact).max(axis=(1, 2)) / (1 + np.abs(exact).max(axis=(1, 2)))
     assert np.quantile(error, 0.99) < 1e-6
     h = 1e-6
     few = states[:2000]
-    leaf = strips.leaf_of(few)
+    leaf = made.leaf_of(few)
     for k, step in enumerate(np.eye(2) * h):
-        same = (strips.leaf_of(few + step) == leaf) & (strips.leaf_of(few - step) == leaf) & (leaf >= 0)
-        difference = (strips.first_return(few + step).lifted - strips.first_return(few - step).lifted) / (2 * h)
+        same = (made.leaf_of(few + step) == leaf) & (made.leaf_of(few - step) == leaf) & (leaf >= 0)
+        difference = (made.first_return(few + step).lifted - made.first_return(few - step).lifted) / (2 * h)
         scale = 1 + np.abs(ours[:2000][same]).max(axis=(1, 2))
         assert np.quantile(np.abs(difference[same] - ours[:2000][same, :, k]).max(axis=1) / scale, 0.9) < 1e-7
 
 
 def test_next_to_an_edge_the_exact_map_answers(wide):
-    slab = max(wide.slabs, key=lambda slab: slab.high - slab.low)
+    slab = max(wide.strips.slabs, key=lambda slab: slab.high - slab.low)
     s = np.linspace(-0.9, 0.9, 50)
     states = np.column_stack([slab.speeds(s), slab.phases(s)[1]])
     assert (wide.leaf_of(states) == -1).all()
@@ -138,17 +138,17 @@ def test_next_to_an_edge_the_exact_map_answers(wide):
     ],
 )
 def test_other_systems(system, box):
-    strips = strip_map(system, *box, 1e-4)
-    uniform, beside = held_out(strips, 50_000)
+    made = strip_map(system, *box, 1e-4)
+    uniform, beside = held_out(made, 50_000)
     assert uniform.over == beside.over == 0
     assert uniform.wrong_words == beside.wrong_words == 0
-    assert strips.report.leaves > 0
+    assert made.strips.report.leaves > 0
 
 
 def test_one_leaf_may_do(pair):
-    strips = strip_map(pair(0.30), (0.75, 0.7501), (0.2, 0.2001), 1e-6)
-    assert strips.report.leaves == 1
-    assert held_out(strips, 1000)[0].over == 0
+    made = strip_map(pair(0.30), (0.75, 0.7501), (0.2, 0.2001), 1e-6)
+    assert made.strips.report.leaves == 1
+    assert held_out(made, 1000)[0].over == 0
 
 
 @pytest.mark.parametrize(
