@@ -13,7 +13,18 @@ from nsmaps.errors import NsmapsError, near_match
 if TYPE_CHECKING:
     from nsmaps.figures.needs import Drawable
 
-NAMES = ("words", "surfaces", "projections", "partition", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate")
+NAMES = (
+    "words",
+    "surfaces",
+    "projections",
+    "partition",
+    "strips",
+    "orbits",
+    "cobweb",
+    "envelopes",
+    "domain_size",
+    "second_iterate",
+)
 
 
 def draw(

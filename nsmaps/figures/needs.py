@@ -10,9 +10,12 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.iterate import SecondIterate
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.surface import Surface
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.composite import CompositeMap
     from nsmaps.reduced.diagonal import DiagonalRegion
     from nsmaps.reduced.partition import PartitionResult
+    from nsmaps.reduced.strips import Strips
 
 
 class Pair(Protocol):
@@ -37,6 +40,10 @@ class Drawable(Protocol):
     def composite(self) -> "CompositeMap | None": ...
     @property
     def partition(self) -> "PartitionResult | None": ...
+    @property
+    def accurate(self) -> "AccurateResult | None": ...
+    @property
+    def system(self) -> "ImpactSystem": ...
     @property
     def orbits(self) -> Sequence[Pair]: ...
     @property
@@ -81,6 +88,13 @@ def partition_of(result: Drawable, figure: str) -> "PartitionResult":
     if result.partition is None:
         raise _missing(figure, "a partition", "'partition'")
     return result.partition
+
+
+def strips_of(result: Drawable, figure: str) -> "Strips":
+    """The strips, or the error that says what to name."""
+    if result.accurate is None:
+        raise _missing(figure, "strips", "a 'partition' of kind accurate")
+    return result.accurate.strips
 
 
 def orbits_of(result: Drawable, figure: str) -> Sequence[Pair]:

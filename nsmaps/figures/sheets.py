@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from nsmaps.figures import cobweb, domain_size, envelopes, orbits, partition, projections, second_iterate, surfaces, words
+from nsmaps.figures import cobweb, domain_size, envelopes, orbits, partition, projections, second_iterate, strips, surfaces, words
 from nsmaps.figures.needs import Drawable
 from nsmaps.figures.sheet import Sheet
 
@@ -11,6 +11,7 @@ SHEETS: Mapping[str, Callable[[Drawable], tuple[Sheet, ...]]] = {
     "surfaces": surfaces.sheets,
     "projections": projections.sheets,
     "partition": partition.sheets,
+    "strips": strips.sheets,
     "orbits": orbits.sheets,
     "cobweb": cobweb.sheets,
     "envelopes": envelopes.sheets,

@@ -31,7 +31,7 @@ class Speed:
     def text(self) -> str:
         """The comparison as a sentence."""
         times = f"{self.composite:.0f} ns a state beside {self.exact:.0f} ns of the exact map"
-        return times if self.faster else f"{times}: pointless for speed, its use is the closed form"
+        return times if self.faster else f"{times}: pointless for speed"
 
 
 def speeds(exact: "ReturnMap", composite: "ReturnMap", box: Floats) -> Speed:

@@ -12,6 +12,8 @@ Ints = NDArray[np.int64]
 
 ORDER = 8  #: coefficients of a segment of a curve
 BLOCK, FEW = 64, 8  # states of a leaf that are evaluated side by side, and too few for that
+TWO_PI = 2 * math.pi
+UNCOVERED, INVALID = 5, 6  # values of Outcome
 EXACT, OUTSIDE = -1, -2  #: instead of a leaf: the exact map must answer; the state is not in the box
 
 
@@ -211,6 +213,30 @@ def evaluate(tables, v, phi, speed, advance, number):
                 crowd(coefficient, offset, degree, u[:n], w[:n], rows, f, g)
             for j in range(n):
                 speed[order[begin + j]], advance[order[begin + j]] = f[j], g[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def turned_into(low, start, v, phi):
+    """Write speeds, and phases in the turn from `low` on, of states (N, 2)."""
+    for i in range(len(v)):
+        v[i] = start[i, 0]
+        phi[i] = start[i, 1] - TWO_PI * math.floor((start[i, 1] - low) / TWO_PI)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def finish(start, phi, speed, advance, number, words, rate, image, turns, codes, outcome, time):
+    """Write what `Returns` holds, from speeds, advances of the phase and leaves."""
+    for i in range(len(number)):
+        k = number[i]
+        lifted = phi[i] + advance[i]
+        angle = max(lifted - TWO_PI * math.floor(lifted / TWO_PI), 0.0)
+        angle = angle if angle < TWO_PI else 0.0
+        image[i, 0], image[i, 1], time[i] = speed[i], angle if k >= 0 else math.nan, advance[i] / rate
+        turns[i, 0], turns[i, 1] = 0, 0
+        codes[i], outcome[i] = 0, UNCOVERED if math.isfinite(start[i, 0]) and math.isfinite(start[i, 1]) else INVALID
+        if k >= 0:
+            turns[i, 1] = round((start[i, 1] + advance[i] - angle) / TWO_PI)
+            codes[i], outcome[i] = words[k, 0], words[k, 1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nsmaps.errors import FitError
-from nsmaps.exact.impacts import TWO_PI, Floats, Outcome, Returns, as_states, wrap
+from nsmaps.exact.impacts import TWO_PI, Floats, Returns, as_states
 from nsmaps.reduced.leaves import Leaf, cell_area, grow, roots_of, terms
 from nsmaps.reduced.polymap import Ints
 from nsmaps.reduced.slabs import Slab, clear_phase, slabs
@@ -45,7 +45,7 @@ class Strips:
     bounds: Floats  #: shape (2, 2), speeds and phases (radians) covered
     slabs: tuple[Slab, ...]
     report: StripReport
-    words: Ints  #: shape (L,), the code of the word of each leaf
+    words: Ints  #: shape (L, 2), the code of the word and the `Outcome` of each leaf
     tables: "Tables"  #: what it is evaluated from
 
 
@@ -71,51 +71,38 @@ class StripMap:
 
     def leaf_of(self, states: ArrayLike) -> Ints:
         """The number of the leaf of each state (N, 2): -1 where the exact map answers, -2 outside the box; shape (N,)."""
-        return self._evaluated(as_states(states, self.coordinates))[4]
+        return self._evaluated(as_states(states, self.coordinates))[3]
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The first returns of states (N, 2); those in no leaf, such as next to an edge, are the exact map's own."""
-        from nsmaps.reduced.stripkernel import EXACT, slopes
+        from nsmaps.reduced.stripkernel import EXACT, finish, slopes
 
         start = as_states(states, self.coordinates)
-        v, phi, speed, advance, leaf = self._evaluated(start)
-        made = leaf >= 0
-        image = np.column_stack([speed, wrap(wrap(start[:, 1]) + advance)])
-        turns = np.column_stack([np.zeros(len(start)), np.round((start[:, 1] + advance - image[:, 1]) / TWO_PI)])
-        codes, outcome = np.zeros(len(start), np.int64), np.full(len(start), Outcome.uncovered, np.int8)
-        codes[made], outcome[made] = self.strips.words[leaf[made]], Outcome.returned
-        outcome[~np.isfinite(start).all(axis=1)] = Outcome.invalid
-        slope = np.full((len(start) if derivative else 0, 2, 2), np.nan)
-        if derivative:
-            slopes(self.strips.tables, v, phi, leaf, slope)
+        n = len(start)
+        phi, speed, advance, leaf = self._evaluated(start)
+        image, turns, codes = np.empty((n, 2)), np.empty((n, 2), np.int32), np.empty(n, np.int64)
+        outcome, time = np.empty(n, np.int8), np.empty(n)
+        rate = self.system.phase_rate()
+        finish(start, phi, speed, advance, leaf, self.strips.words, rate, image, turns, codes, outcome, time)
+        slope = np.full((n, 2, 2), np.nan) if derivative else None
+        if slope is not None:
+            slopes(self.strips.tables, start[:, 0], phi, leaf, slope)
             slope[:, 1, 1] += 1
-        returns = Returns(
-            self.coordinates,
-            self.walls,
-            start,
-            image,
-            np.nan_to_num(turns).astype(np.int32),
-            codes,
-            outcome,
-            advance / self.system.phase_rate(),
-            slope if derivative else None,
-            fitted=True,
-        )
+        returns = Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, derivative=slope, fitted=True)
         rest = np.flatnonzero(leaf == EXACT)
         if len(rest):
             _put(returns, rest, self.system.first_return(start[rest], derivative=derivative))
         return returns
 
-    def _evaluated(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats, Ints]:
-        """Speeds and phases in the box's turn; speeds and advances of the phase after the return; leaves; each (N,)."""
-        from nsmaps.reduced.stripkernel import evaluate
+    def _evaluated(self, start: Floats) -> tuple[Floats, Floats, Floats, Ints]:
+        """Phases in the box's turn, speeds and advances of the phase after the return, and leaves, each (N,)."""
+        from nsmaps.reduced.stripkernel import evaluate, turned_into
 
-        low = self.strips.bounds[1, 0]
-        with np.errstate(invalid="ignore"):
-            v, phi = np.ascontiguousarray(start[:, 0]), low + np.mod(start[:, 1] - low, TWO_PI)
-        speed, advance, leaf = np.empty(len(v)), np.empty(len(v)), np.empty(len(v), np.int64)
+        v, phi, speed, advance = (np.empty(len(start)) for _ in range(4))
+        leaf = np.empty(len(start), np.int64)
+        turned_into(self.strips.bounds[1, 0], start, v, phi)
         evaluate(self.strips.tables, v, phi, speed, advance, leaf)
-        return v, phi, speed, advance, leaf
+        return phi, speed, advance, leaf
 
 
 def _put(returns: Returns, rows: Ints, given: Returns) -> None:
@@ -149,6 +136,7 @@ def strip_map(
     begun = perf_counter()
     if phases[1] - phases[0] >= TWO_PI * (1 - 1e-12):
         cut = clear_phase(system, speeds)
+        cut -= TWO_PI * (cut > np.pi)
         phases = cut, cut + TWO_PI
     bands = slabs(system, speeds, phases)
     cut_at = perf_counter()
@@ -159,7 +147,8 @@ def strip_map(
     returns = grow(system, bands, roots, tolerance, degrees, progress=progress)
     leaves = [leaf for root in roots for leaf in _ends(root)]
     report = _report(tolerance, box, bands, leaves, returns, {"edges": cut_at - begun, "fits": perf_counter() - cut_at})
-    words = np.array([bands[leaf.slab].words[leaf.cell] for leaf in leaves if leaf.degree >= 0], np.int64)
+    cells = [(bands[leaf.slab], leaf.cell) for leaf in leaves if leaf.degree >= 0]
+    words = np.array([(band.words[cell], band.outcomes[cell]) for band, cell in cells], np.int64).reshape(-1, 2)
     return StripMap(system, Strips(box, tuple(bands), report, words, build_tables(box, bands, trees)))
 
 

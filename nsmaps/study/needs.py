@@ -13,6 +13,7 @@ FIGURE_NEEDS = {
     "surfaces": ("grid", "families"),
     "projections": ("grid", "families"),
     "partition": ("grid", "partition"),
+    "strips": ("grid", "partition"),
     "orbits": ("orbits",),
     "cobweb": ("grid", "families", "composite", "orbits"),
     "envelopes": ("domains",),
@@ -25,7 +26,10 @@ def check_needs(study: Study) -> None:
     """A StudyError at the first section whose need the study does not name."""
     strips = study.partition is not None and study.partition.kind == "accurate"
     for number, figure in enumerate(study.figures):
-        if strips and {"partition", "composite"} & set(FIGURE_NEEDS[figure]):
+        if figure == "strips" and study.partition and not strips:
+            text = "the figure 'strips' shows a 'partition' of kind accurate, and this one is of closed forms"
+            raise study.source.error(("figures", number), text)
+        if strips and figure in ("partition", "cobweb"):
             text = f"the figure {figure!r} shows pieces in closed form; accepted beside it: a 'partition' of kind closed_form"
             raise study.source.error(("figures", number), text)
     for loc, what, section in _needs(study):

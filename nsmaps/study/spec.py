@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 Bounds = dict[str, tuple[Number, Number]]
 FigureName = Literal[
-    "words", "surfaces", "projections", "partition", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate"
+    "words", "surfaces", "projections", "partition", "strips", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate"
 ]
 
 

@@ -56,6 +56,20 @@ class Toy:
         return Returns(COORDINATES, WALLS, start, image, 0 * start.astype(np.int32), codes, blank.astype(np.int8), blank)
 
 
+def strips() -> SimpleNamespace:
+    """Two leaves of different degrees with an edge between them, which the raster leaves out."""
+    leaf, raster = np.zeros((2, 14)), np.repeat([[0] * 15 + [-1] * 2 + [1] * 15], 32, axis=0)
+    leaf[:, 12] = 4, 8
+    curves = np.array([[0.0, 0.0], [1.5, 0.2], [np.pi, 0.0]])
+    slab = SimpleNamespace(speeds=lambda s: 0.1 + 0.45 * (1 + s), phases=lambda s: curves[:, :1] + curves[:, 1:] * s)
+    return SimpleNamespace(
+        bounds=np.array([(0.1, 1.0), (0.0, np.pi)]),
+        slabs=(slab,),
+        report=SimpleNamespace(degrees={4: 1, 8: 1}),
+        tables=SimpleNamespace(leaf=leaf, raster=raster),
+    )
+
+
 @pytest.fixture(scope="session")
 def result() -> SimpleNamespace:
     """Everything that a study could have computed of the toy."""
@@ -82,6 +96,8 @@ def result() -> SimpleNamespace:
         partition=SimpleNamespace(
             composite=composite, attracting=("R1",), table=lambda: [SimpleNamespace(name="R1.1"), SimpleNamespace(name="R2.3")]
         ),
+        accurate=SimpleNamespace(strips=strips()),
+        system=Toy(),
         orbits=orbits,
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),

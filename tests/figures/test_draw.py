@@ -17,6 +17,7 @@ MISSING = {
     "surfaces": ("surfaces", {}, "'grid' and 'families'"),
     "projections": ("surfaces", {}, "'grid' and 'families'"),
     "partition": ("partition", None, "'partition'"),
+    "strips": ("accurate", None, "a 'partition' of kind accurate"),
     "orbits": ("orbits", (), "'orbits'"),
     "cobweb": ("composite", None, "'composite'"),
     "envelopes": ("domains", {}, "'domains'"),

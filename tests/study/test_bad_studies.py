@@ -168,8 +168,8 @@ BAD = {
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, orbits, cobweb, envelopes, domain_size, "
-        "second_iterate, did you mean 'cobweb'?",
+        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, orbits, cobweb, envelopes, "
+        "domain_size, second_iterate, did you mean 'cobweb'?",
     ),
     "family without grid": (
         "grid:\n  v: {from: 0.01, to: 0.5, points: 31}\n  phi: {from: 0, to: 2*pi, points: 41}\n",

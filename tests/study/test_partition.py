@@ -88,7 +88,8 @@ def test_check_and_run_print_it(study: Path) -> None:
         ("tolerance: 1e-2", "tolerance: 0", "tolerance is 0.0; accepted: greater than 0"),
         ("tolerance: 1e-2", "tolerence: 1e-2", "did you mean 'tolerance'"),
         ("tolerance: 1e-2", "tolerance: 1e-2, kind: exact", "accepted: closed_form, accurate"),
-        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", "nsmaps.reduced.strips"),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", "shows pieces in closed form"),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate, max_order: 3", "'max_order': of closed forms only"),
         ("partition: {tolerance: 1e-2}\n", "", "accepted: exact"),
         ("map: R1", "map: R99", "the partition made no piece 'R99'"),
         ("map: R1", "map: attractive", "did you mean 'attracting'"),
@@ -111,3 +112,29 @@ def test_the_shipped_study_meets_its_tolerance() -> None:
     study = load_study("vi_pair/auto")
     assert study.partition is not None
     assert run(study).holds
+
+
+def test_the_accurate_kind_is_kept_and_read_back(tmp_path: Path) -> None:
+    """Held-out errors, orbits and domains of strips; the folder gives the same map again."""
+    Path("strips.yaml").write_text(
+        """
+system: vi_pair
+parameters: {d: 0.3, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}
+grid: {v: {from: 0.05, to: 1, points: 50}, phi: {from: 0, to: pi, points: 50}}
+partition: {tolerance: 1e-4, kind: accurate}
+require: [tolerance]
+orbits: [{start: {v: 0.75, phi: 0.3}, returns: 100}]
+domains: [{name: strips, map: composite, box: {v: [0.7, 0.83], phi: [0.17, 0.58]}, updates: 2}]
+figures: [words, strips, orbits]
+"""
+    )
+    result = run("strips.yaml", tmp_path / "out")
+    held = {verdict.name: verdict for verdict in result.verdicts}
+    assert held["partition: tolerance met everywhere (held out)"].holds
+    assert held["partition: tolerance met everywhere (held out)"].required
+    assert result.composite is None
+    assert result.accurate.uniform.largest < 1e-4
+    assert result.orbits[0].composite.states[-1] == pytest.approx(result.orbits[0].exact.states[-1], abs=1e-3)
+    again = read_result(tmp_path / "out")
+    states = np.random.default_rng(2).uniform((0.05, 0), (1, 3), (1000, 2))
+    np.testing.assert_array_equal(again.reduced.first_return(states).image, result.reduced.first_return(states).image)
