@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from nsmaps.reduced.region import Box as Box
     from nsmaps.reduced.region import Region as Region
     from nsmaps.reduced.region import Where as Where
+    from nsmaps.reduced.strips import StripMap as StripMap
+    from nsmaps.reduced.strips import strip_map as strip_map
     from nsmaps.study.archive import read_result as read_result
     from nsmaps.study.reader import load_study as load_study
     from nsmaps.study.result import StudyResult as StudyResult
@@ -65,6 +67,7 @@ _PUBLIC = {
     "reduced.polymap": ("PolyMap",),
     "reduced.printed": ("PrintedMap",),
     "reduced.region": ("Box", "Region", "Where"),
+    "reduced.strips": ("StripMap", "strip_map"),
     "study.archive": ("read_result",),
     "study.reader": ("load_study",),
     "study.result": ("StudyResult", "Verdict"),

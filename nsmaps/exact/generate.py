@@ -217,6 +217,7 @@ def _check_period(name: str, exprs: list[sp.Expr]) -> None:
 
 
 def check_walls(name: str, table: Any) -> None:
+    """Refuse walls that are none, more than one on a side, or that words could not tell apart."""
     sides = [wall.side for wall in table.values()]
     if not 1 <= len(sides) <= 2 or len(set(sides)) != len(sides):
         raise SystemDefinitionError(f"{name} has walls on sides {sides}; one or two walls, on different sides, are accepted")

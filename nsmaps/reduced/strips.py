@@ -75,7 +75,8 @@ class StripMap:
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The first returns of states (N, 2); those in no leaf, such as next to an edge, are the exact map's own."""
-        from nsmaps.reduced.stripkernel import EXACT, finish, slopes
+        from nsmaps.reduced.stripkernel import EXACT, finish
+        from nsmaps.reduced.stripslopes import slopes
 
         start = as_states(states, self.coordinates)
         n = len(start)

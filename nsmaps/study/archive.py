@@ -38,6 +38,7 @@ KEPT = (
     "accurate",
     "speed",
     "coverage",
+    "misleads",
     "parametric",
     "orbits",
     "domains",

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.composite import CompositeMap, Coverage
     from nsmaps.reduced.diagonal import DiagonalRegion
+    from nsmaps.reduced.misleads import Misleads
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
@@ -56,6 +57,7 @@ class StudyResult:
     accurate: "AccurateResult | None" = None  #: the same of the kind `accurate`, in place of a composite map
     speed: "Speed | None" = None  #: of the composite map that a partition made, beside the exact one
     coverage: "Coverage | None" = None  #: of the study's grid
+    misleads: "Misleads | None" = None  #: where the composite map of pieces parts from the exact one, on the study's grid
     parametric: "ParametricMap | None" = None
     orbits: tuple[OrbitPair, ...] = ()
     domains: "dict[str, AttractingDomain]" = field(default_factory=dict)

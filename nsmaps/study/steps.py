@@ -12,6 +12,7 @@ from nsmaps.exact.impacts import LONGER
 from nsmaps.exact.surface import Surface, surfaces, surfaces_among, sweep
 from nsmaps.reduced.composite import CompositeMap, Piece, build_composite, data_of
 from nsmaps.reduced.diagonal import attracting, diagonal_region
+from nsmaps.reduced.misleads import misleads
 from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.partition import PartitionResult, partition
 from nsmaps.reduced.polyfit import compare_orders
@@ -85,7 +86,14 @@ def _swept(plan: Plan, section: DiagonalSection) -> list[tuple[float, Surface]]:
 def _composite(plan: Plan, result: StudyResult) -> Parts:
     """Steps iv to vi: every piece fitted, printed or reset."""
     composite = _made(plan, plan.system, result.surfaces)
-    return {"composite": composite, "coverage": composite.coverage(plan.grid) if plan.grid else None}
+    return {"composite": composite, **_judged(plan, result, composite)}
+
+
+def _judged(plan: Plan, result: StudyResult, composite: CompositeMap) -> Parts:
+    """What of the grid the pieces of a composite map hold, and where it gives another word than the exact map."""
+    if plan.grid is None or result.returns is None:
+        return {}
+    return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, result.returns)}
 
 
 def _made(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
@@ -112,7 +120,7 @@ def _partition(plan: Plan, result: StudyResult) -> Parts:
         made = partition(plan.system, grid, spec)
     composite = made.composite
     speed = speeds(plan.system, composite, box)
-    return {"partition": made, "composite": composite, "speed": speed, "coverage": composite.coverage(grid)}
+    return {"partition": made, "composite": composite, "speed": speed, **_judged(plan, result, composite)}
 
 
 def _piece(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:

@@ -40,6 +40,8 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         made = result.accurate
         errors = {"uniform": asdict(made.uniform), "beside": asdict(made.beside)}
         sections["partition"] = {"met": made.met, **errors, "report": asdict(made.strips.report)}
+    if result.misleads is not None:
+        sections["misleads"] = {name: _finite([value])[0] for name, value in asdict(result.misleads).items()}
     if result.speed is not None:
         sections["speed"] = asdict(result.speed) | {"faster": result.speed.faster}
     if result.orbits:

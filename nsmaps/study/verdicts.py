@@ -19,7 +19,7 @@ _TAIL = 32  # states at the end of an orbit that stand for where it arrived
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, domains."""
-    sections = (_coverage, _partition, _accurate, _speed, _parametric, _orbits, _domains)
+    sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, _orbits, _domains)
     return tuple(verdict for section in sections for verdict in section(result))
 
 
@@ -33,6 +33,13 @@ def _coverage(result: StudyResult) -> Iterator[Verdict]:
         hull = " or ".join(_intervals(result.system.coordinates, box) for box in cover.boxes)
         text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
     yield Verdict("covered", "composite map", holds, "covered" in result.study.require, text)
+
+
+def _words(result: StudyResult) -> Iterator[Verdict]:
+    made = result.misleads
+    if made is not None:
+        right = made.wrong_words == 0
+        yield Verdict("words are the exact map's", "composite map", right, False, f"{'yes' if right else 'no'}: {made.text}")
 
 
 def _accurate(result: StudyResult) -> Iterator[Verdict]:

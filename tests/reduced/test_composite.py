@@ -1,6 +1,7 @@
 """The composite map: the first piece wins, resets, the circle, coverage, and pieces that cannot be made."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from nsmaps.errors import FitError, NsmapsError, StateError
 from nsmaps.exact.impacts import Angle, Outcome, Returns, encode, wrap
 from nsmaps.exact.surface import Axis, Grid, Surface
 from nsmaps.reduced.composite import CompositeMap, Piece, PieceSpec, build_composite
+from nsmaps.reduced.misleads import misleads
 from nsmaps.reduced.polyfit import Full, PolyMap, Separable
 from nsmaps.reduced.region import Box, Where
 
@@ -57,6 +59,19 @@ def fitted(name, text, family, fit=LINEAR):
 
 def composite(*pieces):
     return build_composite(NAMES, WALLS, SURFACES, pieces)
+
+
+def test_where_a_composite_map_misleads():
+    """The exact edge lies at v = 0.4, the pieces' at v = 0.5: the wrong words are the strip between, a tenth of the box wide."""
+    whole = surface_of(high, lambda v, phi: np.where(v > 0.41, "BTB", "BB"))
+    made = composite(fitted("up", "v > 0.51", "BTB"), fitted("down", "v <= 0.51", "BB"))
+    made = replace(made, pieces=tuple(replace(piece, word=word) for piece, word in zip(made.pieces, ("BTB", "BB"), strict=True)))
+    found = misleads(made, whole.grid, whole.returns)
+    assert found.states == whole.grid.size
+    assert found.wrong_words == pytest.approx(4 / 41)  # v = 0.425, ..., 0.5
+    assert found.farthest == pytest.approx(4 / 40)
+    assert 1 / 40 < found.typical < 4 / 40
+    assert misleads(made, whole.grid, made.first_return(whole.start)).wrong_words == 0
 
 
 RESET = where("reset", "phi > pi or phi < 0", reset={"phi": 1.2})

@@ -107,6 +107,7 @@ def test_every_verdict_names_its_map_and_its_numbers(whole: StudyResult) -> None
     by_name = {(verdict.name, verdict.of): verdict for verdict in whole.verdicts}
     assert list(by_name) == [
         ("covered", "composite map"),
+        ("words are the exact map's", "composite map"),
         ("orbit from (v = 0.3, phi = 1): arrives", "exact map"),
         ("orbit from (v = 0.3, phi = 1): arrives", "composite map"),
         *((f"domain fitted: {claim}", "fitted map all") for claim in ("trapped", "settled")),
@@ -281,7 +282,7 @@ def test_ctrl_c_keeps_what_is_finished() -> None:
     assert (kept.finished, kept.domains, kept.second_iterate) == (False, {}, None)
     assert list(kept.timings) == ["system", "surfaces", "diagonal", "composite", "orbits"]
     assert np.array_equal(kept.orbits[0].exact.states, stopped.value.result.orbits[0].exact.states)
-    assert [verdict.of for verdict in kept.verdicts] == ["composite map", "exact map", "composite map"]
+    assert [verdict.of for verdict in kept.verdicts] == ["composite map", "composite map", "exact map", "composite map"]
 
 
 def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:
