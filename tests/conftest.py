@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: each of the tests' processes has one core
 from nsmaps_vi_pair import VIPair
 
 settings.register_profile("checks", derandomize=True)  # the same examples every time, where nobody looks on

@@ -124,6 +124,15 @@ def encode(word: str, walls: Sequence[str]) -> int:
     return code
 
 
+def longer_than(letters: int, codes: NDArray[np.int64], walls: Sequence[str], turns: bool = False) -> NDArray[np.bool_]:
+    """Which codes are those of words (with `turns`: of itineraries) of more letters, shape as the codes.
+
+    >>> longer_than(2, np.array([encode("BB", ("B", "T")), encode("BTB", ("B", "T"))]), ("B", "T"))
+    array([False,  True])
+    """
+    return (codes < 0) | (codes >= (len(_letters(walls, turns)) + 1) ** letters)
+
+
 def _decoded(codes: NDArray[np.int64], walls: Sequence[str], turns: bool) -> NDArray[np.str_]:
     values, inverse = np.unique(codes, return_inverse=True)
     return np.array([decode(value, walls, turns) for value in values] or [""], dtype=str)[inverse]

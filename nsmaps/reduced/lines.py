@@ -6,12 +6,13 @@ meets it, and the map is a square root of the distance. A pair of turning points
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.exact.impacts import Floats
+from nsmaps.exact.impacts import Floats, longer_than
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -94,7 +95,7 @@ def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, 
 
 def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
     legs = system.legs(np.column_stack([v[line], phi]))
-    long = (legs.codes < 0) | (legs.codes >= (len(system.wall_names) + 6) ** LONGEST)  # letters, chatter, rest, two turns, none
+    long = longer_than(LONGEST, legs.codes, system.wall_names, turns=True)
     return _Points(
         line,
         phi,
@@ -130,39 +131,29 @@ def _bisected(system: "ImpactSystem", v: Floats, points: _Points) -> tuple[_Poin
             break
         mid = _look(system, v, below.line, (below.phi + above.phi) / 2)
         lower, upper = mid.differs(below), mid.differs(above)
-        below, above = (
-            below.take(lower).also(mid.take(upper)),
-            mid.take(lower).also(above.take(upper)),
-        )
-    done.append((below, above))
-    below, above = done[0]
-    for more_below, more_above in done[1:]:
-        below, above = below.also(more_below), above.also(more_above)
+        below, above = below.take(lower).also(mid.take(upper)), mid.take(lower).also(above.take(upper))
+    below, above = (reduce(_Points.also, side) for side in zip(*done, (below, above), strict=True))
     order = np.lexsort((below.phi, below.line))
     return below.take(order), above.take(order)
 
 
 def _lines(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, points: _Points) -> list[Line]:
     """The edges among the changes, sharpened, by line."""
-    returns = (
-        system.first_return(np.column_stack([v[below.line], below.phi])),
-        system.first_return(np.column_stack([v[above.line], above.phi])),
-    )
+    lowest = points.take(np.searchsorted(points.line, np.arange(len(v))))
+    codes = [system.first_return(np.column_stack([v[side.line], side.phi])).codes for side in (lowest, below, above)]
+    codes = [
+        np.where(side.code == MANY_IMPACTS, MANY_IMPACTS, each) for side, each in zip((lowest, below, above), codes, strict=True)
+    ]
     misses_below = (below.gap < GRAZE) & (above.slow < np.sqrt(GRAZE))
     misses_above = (above.gap < GRAZE) & (below.slow < np.sqrt(GRAZE))
-    other = (returns[0].codes != returns[1].codes) | (below.outcome != above.outcome)
-    other |= (below.code == MANY_IMPACTS) != (above.code == MANY_IMPACTS)
-    edge = misses_below | misses_above | other
+    edge = misses_below | misses_above | (codes[1] != codes[2]) | (below.outcome != above.outcome)
     hit = np.where(misses_below == misses_above, 0, np.where(misses_below, 1, -1))
     phi = _sharpened(system, v, below, above, hit)
     result = []
     for k, speed in enumerate(v):
         mine = np.flatnonzero(edge & (below.line == k))
-        first = np.searchsorted(points.line, k)
-        alone = system.first_return([[speed, points.phi[first]]])
-        words = [MANY_IMPACTS if points.code[first] == MANY_IMPACTS else int(alone.codes[0])]
-        words += np.where(above.code == MANY_IMPACTS, MANY_IMPACTS, returns[1].codes)[mine].tolist()
-        outcomes = [int(points.outcome[first]), *above.outcome[mine].tolist()]
+        words = [int(codes[0][k]), *codes[2][mine].tolist()]
+        outcomes = [int(lowest.outcome[k]), *above.outcome[mine].tolist()]
         result.append(Line(float(speed), phi[mine], tuple(hit[mine].tolist()), tuple(words), tuple(outcomes)))
     return result
 

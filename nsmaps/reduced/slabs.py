@@ -118,8 +118,9 @@ def _fitted(
     result: list[Slab | None] = [None] * len(bands)
     for chart in (STRAIGHT, LOW, HIGH):
         left = [k for k, slab in enumerate(result) if slab is None]
-        speeds = np.concatenate([unchart(chart, *bands[k], PLACES) for k in left] or [PLACES[:0]])
-        seen = lines(system, speeds, *phases)
+        if not left:
+            break
+        seen = lines(system, np.concatenate([unchart(chart, *bands[k], PLACES) for k in left]), *phases)
         for j, k in enumerate(left):
             most = RESOLVED * (NOISE if bands[k][1] - bands[k][0] < narrow else 1)
             result[k] = _slab(bands[k], chart, seen[j * NODES : (j + 1) * NODES], phases, most)

@@ -289,7 +289,7 @@ def test_a_cycle_through_chatter_is_followed_down_to_the_edge_of_the_grid():
 def test_what_is_asked_wrongly(pair: Callable):
     with pytest.raises(NsmapsError, match=r"axes v; accepted: v, phi"):
         partition(pair(0.3), Grid(axes={"v": Axis(low=0, high=1, points=5)}), Partition(tolerance=1))
-    with pytest.raises(NsmapsError, match=r"needs the module nsmaps\.reduced\.strips, which is not there"):
+    with pytest.raises(NsmapsError, match=r"nsmaps\.reduced\.accurate makes"):
         partition(pair(0.3), grid(), Partition(tolerance=1, kind="accurate"))
     for wrong in ({"tolerance": 0}, {"tolerance": 1, "delta": 1}, {"tolerance": 1, "max_pieces": 1}, {}):
         with pytest.raises(ValidationError):
