@@ -42,7 +42,7 @@ class Format(StrEnum):
 
 
 def main() -> None:
-    """The console entry point. NumPy, not loaded yet, is to solve its many small problems on one core: threads slow it tenfold."""
+    """The console entry point. NumPy, not loaded yet, is to keep to one core: threads slow its many small problems."""
     for library in ("OPENBLAS", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     app(prog_name="nsmaps")
