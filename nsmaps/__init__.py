@@ -10,8 +10,12 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain as AttractingDomain
     from nsmaps.auxiliary.domain import attracting_domain as attracting_domain
     from nsmaps.auxiliary.iterate import second_iterate as second_iterate
+    from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
+    from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
     from nsmaps.dynamics.orbit import Orbit as Orbit
     from nsmaps.dynamics.orbit import orbit as orbit
+    from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
+    from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
     from nsmaps.dynamics.returnmap import ReturnMap as ReturnMap
     from nsmaps.errors import NsmapsError as NsmapsError
     from nsmaps.exact.family import ReturnFamily as ReturnFamily
@@ -51,7 +55,9 @@ if TYPE_CHECKING:
 _PUBLIC = {
     "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
     "auxiliary.iterate": ("second_iterate",),
+    "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
     "dynamics.orbit": ("Orbit", "orbit"),
+    "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),
     "errors": ("NsmapsError",),
     "exact.family": ("ReturnFamily", "WordFamily"),

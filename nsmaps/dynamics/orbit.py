@@ -1,15 +1,18 @@
 """Orbits of return maps, in batches."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap
 from nsmaps.errors import StateError
-from nsmaps.exact.impacts import Floats, Outcome
+from nsmaps.exact.impacts import Floats, Outcome, Returns, decoded
+
+BLOCK = 100_000  #: returns of a compiled orbit between calls of `progress`: a fraction of a second
+MANY = 1000  #: states for which a call costs next to nothing beside their returns, on all cores
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,9 +20,16 @@ class Orbit:
     """The orbits of one or more starts under a return map; `...` is the shape of the starts without their last axis."""
 
     coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
     states: Floats  #: shape (n + 1, ..., dim), the starts first; NaN after an orbit's end
-    words: NDArray[np.str_]  #: shape (n, ...), the word of each return; "" after an orbit's end
+    turns: NDArray[np.int32]  #: shape (n, ..., dim), whole turns that an angle made on each return
+    codes: NDArray[np.int64]  #: shape (n, ...), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (n, ...), values of `Outcome`; that which ended an orbit is repeated after its end
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The word of each return, shape (n, ...); "" after an orbit's end."""
+        return decoded(self.codes, self.walls)
 
     @property
     def final(self) -> Floats:
@@ -32,8 +42,8 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
 
     Args:
         map: an exact system, a composite map, or anything else with `coordinates` and `first_return`.
-        progress: called with the number of returns made, after each.
-        how: passed on to `map.first_return`, such as `chatter=inf` of an exact system.
+        progress: called now and then with the number of returns made, the last time with n.
+        how: passed on to the map's returns, such as `chatter=inf` of an exact system.
 
     Raises:
         StateError: the state has not the map's coordinates, or n is negative.
@@ -45,22 +55,32 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
     if n < 0:
         raise StateError(f"n is {n}; a number of returns >= 0 is accepted")
     flat = start.reshape(-1, dim)
-    states = np.full((n + 1, *flat.shape), np.nan)
-    outcome = np.full((n, len(flat)), Outcome.invalid, np.int8)
-    words: list[NDArray[np.str_]] = []
-    states[0] = flat
-    alive = np.arange(len(flat))
-    for k in range(n):
-        returns = map.first_return(states[k, alive], **how)
-        states[k + 1, alive] = returns.image
-        outcome[k:, alive] = returns.outcome
-        made = returns.words
-        word = np.full(len(flat), "", made.dtype)
-        word[alive] = made
-        words.append(word)
-        alive = alive[returns.valid]
+    parts: list[Returns] = []
+    made = 0
+    for part in returns_of(map, flat, n, **how):
+        parts.append(part)
+        made += len(part) // max(len(flat), 1)
         if progress is not None:
-            progress(k + 1)
-    shape = start.shape[:-1]
-    table = np.array(words, dtype=str).reshape(n, *shape) if n else np.empty((0, *shape), "U1")
-    return Orbit(map.coordinates, states.reshape(n + 1, *start.shape), table, outcome.reshape(n, *shape))
+            progress(made)
+    parts = parts or [map.first_return(flat[:0], **how)]
+    image, turns, codes, outcome = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("image", "turns", "codes", "outcome")
+    )
+    shape = n, *start.shape
+    states = np.concatenate([start[np.newaxis], image.reshape(shape)])
+    codes, outcome = codes.reshape(shape[:-1]), outcome.reshape(shape[:-1])
+    return Orbit(map.coordinates, parts[0].walls, states, turns.reshape(shape), codes, outcome)
+
+
+def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
+    """The first n returns of each of M states, shape (M, dim), in parts: rows as of `CompiledOrbit.orbits`."""
+    compiled = map if isinstance(map, CompiledOrbit) and 0 < len(states) < MANY else None
+    block = BLOCK // len(states) if compiled else 1
+    outcome = np.full(len(states), Outcome.invalid, np.int8)
+    for first in range(0, n, block):
+        ended = np.isnan(states).any(axis=1)
+        part = compiled.orbits(states, min(block, n - first), **how) if compiled else map.first_return(states, **how)
+        if ended.any():
+            part.outcome.reshape(-1, len(states))[:, ended] = outcome[ended]
+        states, outcome = part.image[-len(states) :], part.outcome[-len(states) :]
+        yield part

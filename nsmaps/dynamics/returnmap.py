@@ -1,6 +1,6 @@
 """The one interface of every return map: exact systems and composite maps satisfy it."""
 
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
@@ -17,3 +17,14 @@ class ReturnMap(Protocol):
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """First returns of states of shape (N, n)."""
+
+
+@runtime_checkable
+class CompiledOrbit(Protocol):
+    """What a return map may have beside: many returns in one call, for orbits of few states."""
+
+    def orbits(self, states: ArrayLike, n: int, **how: Any) -> Returns:
+        """The first n returns of each of M states: n M rows, the first return of every state first.
+
+        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
+        """

@@ -31,6 +31,7 @@ from nsmaps.exact.flight import (
 )
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, HORIZON, WIDE, bounds_at, coefficients_at, rebound, start
 from nsmaps.exact.returns import (
+    INVALID,
     NO_SPEED,
     RETURNED,
     accumulation,
@@ -276,3 +277,21 @@ def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangent
         side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents)
     else:
         one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def orbits(p, chatter, states, turns, codes, outcome, time):
+    """Orbits of M states, written behind them into states (n + 1, M, 2); how one ended is repeated to the last."""
+    n, m = codes.shape
+    none = np.empty((0, 2, 2))
+    wide = WIDE and m >= FEW
+    for i in range(n if wide else 0):
+        first_returns(p, states[i], chatter, states[i + 1], turns[i], codes[i], outcome[i], time[i], none)
+    for k in range(m):
+        v, phi = states[0, k]
+        for i in range(n):
+            if not wide:
+                outcome[i, k], v, phi, turns[i, k, 1], time[i, k], codes[i, k], _ = first_return(p, v, phi, chatter, False)
+                turns[i, k, 0], states[i + 1, k, 0], states[i + 1, k, 1] = 0, v, phi
+            if i > 0 and outcome[i, k] == INVALID:
+                outcome[i, k] = outcome[i - 1, k]

@@ -133,9 +133,10 @@ def longer_than(letters: int, codes: NDArray[np.int64], walls: Sequence[str], tu
     return (codes < 0) | (codes >= (len(_letters(walls, turns)) + 1) ** letters)
 
 
-def _decoded(codes: NDArray[np.int64], walls: Sequence[str], turns: bool) -> NDArray[np.str_]:
+def decoded(codes: NDArray[np.int64], walls: Sequence[str], turns: bool = False) -> NDArray[np.str_]:
+    """The words of codes, in their shape; see `decode`."""
     values, inverse = np.unique(codes, return_inverse=True)
-    return np.array([decode(value, walls, turns) for value in values] or [""], dtype=str)[inverse]
+    return np.array([decode(value, walls, turns) for value in values] or [""], dtype=str)[inverse.reshape(codes.shape)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,7 +172,7 @@ class Returns:
     @property
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (N,): the base wall, every impact on the way, the base wall."""
-        return _decoded(self.codes, self.walls, turns=False)
+        return decoded(self.codes, self.walls)
 
     @property
     def certified(self) -> NDArray[np.bool_]:
@@ -224,7 +225,7 @@ class Legs:
     @property
     def itineraries(self) -> NDArray[np.str_]:
         """The word of each return with its turning points, shape (N,), such as `BvTB`; see `decode`."""
-        return _decoded(self.codes, self.walls, turns=True)
+        return decoded(self.codes, self.walls, turns=True)
 
     @property
     def margin(self) -> Margin:

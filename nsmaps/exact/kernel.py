@@ -66,6 +66,16 @@ class Kernel:
         coordinates, walls = system.coordinates, system.wall_names
         return Returns(coordinates, walls, start, image, turns, codes, outcome, time, tangents if derivative else None)
 
+    def orbits(self, system: "ImpactSystem", start: Floats, n: int, chatter: float) -> Returns:
+        """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
+        m = len(start)
+        states, turns = np.empty((n * m + m, 2)), np.empty((n * m, 2), np.int32)
+        codes, outcome, time = np.empty(n * m, np.int64), np.empty(n * m, np.int8), np.empty(n * m)
+        states[:m] = start
+        tables = states.reshape(n + 1, m, 2), turns.reshape(n, m, 2), *(row.reshape(n, m) for row in (codes, outcome, time))
+        self.module.orbits(self.vector(system), float(chatter), *tables)
+        return Returns(system.coordinates, system.wall_names, states[:-m], states[m:], turns, codes, outcome, time)
+
     def legs(self, system: "ImpactSystem", start: Floats, chatter: float) -> Legs:
         """The legs of the first returns of a batch, shape (N, 2)."""
         n = len(start)

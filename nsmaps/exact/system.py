@@ -99,10 +99,19 @@ class ImpactSystem(BaseModel, ABC):
             StateError: `states` is not a batch of shape (N, 2), or `chatter` is not a speed.
         """
         start = as_states(states, self.coordinates)
-        if not chatter >= 0:
-            raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
+        _check_chatter(chatter)
         returns = self._kernel().first_returns(self, start, derivative, chatter)
         return replace(returns, margin=self._kernel().legs(self, start, chatter).margin) if margin else returns
+
+    def orbits(self, states: ArrayLike, n: int, chatter: float = 1e-12) -> Returns:
+        """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
+
+        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
+        Other arguments and errors as `first_return`.
+        """
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        return self._kernel().orbits(self, start, n, chatter)
 
     def legs(self, states: ArrayLike, chatter: float = 1e-12) -> Legs:
         """The turning points that the flights of first returns pass, and how near they come to a graze.
@@ -111,8 +120,7 @@ class ImpactSystem(BaseModel, ABC):
         Arguments and errors as `first_return`.
         """
         start = as_states(states, self.coordinates)
-        if not chatter >= 0:
-            raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
+        _check_chatter(chatter)
         return self._kernel().legs(self, start, chatter)
 
     def grazing_curves(
@@ -180,3 +188,8 @@ class ImpactSystem(BaseModel, ABC):
             from nsmaps.exact.definition import check_definition
 
             check_definition(cls)
+
+
+def _check_chatter(chatter: float) -> None:
+    if not chatter >= 0:
+        raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")

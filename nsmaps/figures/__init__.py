@@ -21,6 +21,7 @@ NAMES = (
     "strips",
     "orbits",
     "cobweb",
+    "bifurcation",
     "envelopes",
     "domain_size",
     "second_iterate",

@@ -8,6 +8,7 @@ from nsmaps.errors import NsmapsError
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.surface import Surface
     from nsmaps.exact.system import ImpactSystem
@@ -46,6 +47,8 @@ class Drawable(Protocol):
     def system(self) -> "ImpactSystem": ...
     @property
     def orbits(self) -> Sequence[Pair]: ...
+    @property
+    def bifurcation(self) -> Mapping[str, "Bifurcation"]: ...
     @property
     def domains(self) -> Mapping[str, "AttractingDomain"]: ...
     @property
@@ -102,6 +105,13 @@ def orbits_of(result: Drawable, figure: str) -> Sequence[Pair]:
     if not result.orbits:
         raise _missing(figure, "orbits", "'orbits'")
     return result.orbits
+
+
+def bifurcation_of(result: Drawable, figure: str) -> Mapping[str, "Bifurcation"]:
+    """The bifurcation diagrams by map, or the error that says what to name."""
+    if not result.bifurcation:
+        raise _missing(figure, "bifurcation diagrams", "'bifurcation'")
+    return result.bifurcation
 
 
 def domains_of(result: Drawable, figure: str) -> Mapping[str, "AttractingDomain"]:

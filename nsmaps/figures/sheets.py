@@ -2,7 +2,19 @@
 
 from collections.abc import Callable, Mapping
 
-from nsmaps.figures import cobweb, domain_size, envelopes, orbits, partition, projections, second_iterate, strips, surfaces, words
+from nsmaps.figures import (
+    bifurcation,
+    cobweb,
+    domain_size,
+    envelopes,
+    orbits,
+    partition,
+    projections,
+    second_iterate,
+    strips,
+    surfaces,
+    words,
+)
 from nsmaps.figures.needs import Drawable
 from nsmaps.figures.sheet import Sheet
 
@@ -14,6 +26,7 @@ SHEETS: Mapping[str, Callable[[Drawable], tuple[Sheet, ...]]] = {
     "strips": strips.sheets,
     "orbits": orbits.sheets,
     "cobweb": cobweb.sheets,
+    "bifurcation": bifurcation.sheets,
     "envelopes": envelopes.sheets,
     "domain_size": domain_size.sheets,
     "second_iterate": second_iterate.sheets,

@@ -41,6 +41,7 @@ KEPT = (
     "misleads",
     "parametric",
     "orbits",
+    "bifurcation",
     "domains",
 )
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")

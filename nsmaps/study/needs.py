@@ -16,6 +16,7 @@ FIGURE_NEEDS = {
     "strips": ("grid", "partition"),
     "orbits": ("orbits",),
     "cobweb": ("grid", "families", "composite", "orbits"),
+    "bifurcation": ("bifurcation",),
     "envelopes": ("domains",),
     "domain_size": ("domains",),
     "second_iterate": ("second_iterate",),
@@ -58,6 +59,11 @@ def check_names(study: Study) -> None:
         if not is_of_partition(study, domain.map):
             made = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
             source.known(("domains", number, "map"), domain.map, ["exact", *made, *fitted], "map")
+    if study.bifurcation and study.partition and "composite" in study.bifurcation.of:
+        text = (
+            "a partition is made once, and the pieces of a bifurcation at every value; accepted: 'exact', or 'composite' pieces"
+        )
+        raise source.error(("bifurcation", "of"), text)
     if study.second_iterate:
         of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
         source.known(("second_iterate", "domain"), study.second_iterate.domain, of_pieces, "domain of a fitted piece")
@@ -90,6 +96,8 @@ def _needs(study: Study) -> Iterator[tuple[Loc, str, str]]:
             yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
     if study.parametric:
         yield ("parametric",), "'parametric'", "composite"
+    if study.bifurcation and "composite" in study.bifurcation.of:
+        yield ("bifurcation", "of"), "the bifurcation of the composite map", "composite"
     if study.second_iterate:
         yield ("second_iterate",), "'second_iterate'", "domains"
     for number, figure in enumerate(study.figures):

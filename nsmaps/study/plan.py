@@ -54,6 +54,7 @@ class Plan:
     orders: dict[str, PolyFit]
     pieces: tuple[PiecePlan, ...]
     starts: tuple[Floats, ...]  #: each of shape (n,)
+    long_start: Floats | None  #: of the bifurcation diagram, shape (n,)
     boxes: dict[str, Box]  #: the start boxes of the domains, by name
 
 
@@ -99,6 +100,8 @@ class _Maker:
         check_needs(study)
         if (section := study.parametric) is not None:
             self.swept_values(("parametric",), section.parameter, (section.low, section.high))
+        if (long := study.bifurcation) is not None:
+            self.swept_values(("bifurcation",), long.parameter, (long.low, long.high))
         return Plan(
             study=study,
             system=self.system,
@@ -108,7 +111,8 @@ class _Maker:
             diagonal_grid=self.grid(("diagonal", "grid"), study.diagonal.grid) if study.diagonal else None,
             orders=self.orders(),
             pieces=tuple(self.piece(number, piece) for number, piece in enumerate(study.composite)),
-            starts=tuple(self.start(number, orbit.start) for number, orbit in enumerate(study.orbits)),
+            starts=tuple(self.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(study.orbits)),
+            long_start=self.start(("bifurcation", "start"), study.bifurcation.start) if study.bifurcation else None,
             boxes={d.name: self.box(("domains", k, "box"), d.box) for k, d in enumerate(study.domains)},
         )
 
@@ -190,8 +194,8 @@ class _Maker:
         with self.study.source.located(loc, FitSection, degrees="separable"):
             return Separable(degrees=section.separable or {}, along=section.along, absolute=section.absolute)
 
-    def start(self, number: int, start: Mapping[str, float]) -> Floats:
-        return np.array(list(self.every_coordinate(("orbits", number, "start"), start).values()), float)
+    def start(self, loc: Loc, start: Mapping[str, float]) -> Floats:
+        return np.array(list(self.every_coordinate(loc, start).values()), float)
 
     def box(self, loc: Loc, bounds: Bounds) -> Box:
         ordered = self.every_coordinate(loc, bounds)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.impacts import Floats, Returns
@@ -60,6 +61,7 @@ class StudyResult:
     misleads: "Misleads | None" = None  #: where the composite map of pieces parts from the exact one, on the study's grid
     parametric: "ParametricMap | None" = None
     orbits: tuple[OrbitPair, ...] = ()
+    bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite
     domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
     second_iterate: "SecondIterate | None" = None
     verdicts: tuple[Verdict, ...] = ()

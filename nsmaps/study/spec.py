@@ -20,7 +20,17 @@ if TYPE_CHECKING:
 SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 Bounds = dict[str, tuple[Number, Number]]
 FigureName = Literal[
-    "words", "surfaces", "projections", "partition", "strips", "orbits", "cobweb", "envelopes", "domain_size", "second_iterate"
+    "words",
+    "surfaces",
+    "projections",
+    "partition",
+    "strips",
+    "orbits",
+    "cobweb",
+    "bifurcation",
+    "envelopes",
+    "domain_size",
+    "second_iterate",
 ]
 
 
@@ -165,6 +175,29 @@ class OrbitSection(BaseModel):
     returns: int = Field(ge=1)
 
 
+class BifurcationSection(BaseModel):
+    """What maps do in the long run over a parameter: of the `exact` map, of the `composite` map refitted at each value."""
+
+    model_config = SPEC
+    parameter: str
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    points: int = Field(ge=2)
+    start: dict[str, Number]
+    transient: int = Field(2000, ge=0)
+    returns: int = Field(60, ge=1)  #: kept, after those of the transient
+    follow: Literal["up", "down"] | None = None
+    of: tuple[Literal["exact", "composite"], ...] = ("exact",)
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"from {self.low:g} to {self.high:g} is empty; accepted: 'from' below 'to'")
+        if not self.of:
+            raise ValueError("'of' names no map; accepted: 'exact', 'composite' or both")
+        return self
+
+
 class DomainSection(BaseModel):
     """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
 
@@ -202,6 +235,7 @@ class Study(BaseModel):
     partition: Partition | None = None  #: instead of `composite`: the pieces are found by the general algorithm
     parametric: ParametricSection | None = None
     orbits: tuple[OrbitSection, ...] = ()
+    bifurcation: BifurcationSection | None = None
     domains: tuple[DomainSection, ...] = ()
     second_iterate: SecondIterateSection | None = None
     figures: tuple[FigureName, ...] = ()

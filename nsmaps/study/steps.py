@@ -27,6 +27,7 @@ from nsmaps.study.spec import DiagonalSection, DomainSection, Study
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.impacts import Floats
     from nsmaps.exact.system import ImpactSystem
     from nsmaps.reduced.polyfit import FitReport
@@ -194,6 +195,27 @@ def _orbits(plan: Plan, result: StudyResult) -> Parts:
     return {"orbits": tuple(pairs)}
 
 
+def _bifurcation(plan: Plan, result: StudyResult) -> Parts:
+    """The attractors over a parameter, of the exact map and of the composite map, whose pieces are made at each value."""
+    from nsmaps.dynamics.bifurcation import bifurcation
+
+    section = plan.study.bifurcation
+    assert section is not None
+    assert plan.long_start is not None
+    values = np.linspace(section.low, section.high, section.points)
+    how = section.returns, section.transient, section.follow
+
+    def system_at(value: float) -> "ImpactSystem":
+        return plan.system.at(**{section.parameter: value})
+
+    maps: dict[str, Callable[[float], ReturnMap]] = {
+        "exact": system_at,
+        "composite": lambda value: _refit(plan, system_at(value))[0],
+    }
+    with plan.study.source.located(("bifurcation",)):
+        return {"bifurcation": {of: bifurcation(maps[of], values, plan.long_start, *how) for of in section.of}}
+
+
 def _domains(plan: Plan, result: StudyResult) -> Parts:
     """The attracting domains, each of the map that the study names for it."""
     domains = {}
@@ -255,6 +277,7 @@ STEPS: dict[str, Step] = {
     "partition": _partition,
     "parametric": _parametric,
     "orbits": _orbits,
+    "bifurcation": _bifurcation,
     "domains": _domains,
     "second_iterate": _second_iterate,
 }

@@ -1,6 +1,8 @@
 """The numbers of a result that a reader looks for, as plain data for result.json."""
 
 from dataclasses import asdict
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +11,7 @@ from nsmaps.study.result import OrbitPair, StudyResult
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
@@ -46,6 +49,8 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         sections["speed"] = asdict(result.speed) | {"faster": result.speed.faster}
     if result.orbits:
         sections["orbits"] = [_orbit(pair) for pair in result.orbits]
+    if result.bifurcation:
+        sections["bifurcation"] = {of: _bifurcation(made) for of, made in result.bifurcation.items()}
     if result.domains:
         sections["domains"] = {name: _domain(domain) for name, domain in result.domains.items()}
     if result.second_iterate is not None:
@@ -76,6 +81,14 @@ def _partition(made: "PartitionResult") -> dict[str, Any]:
 def _orbit(pair: OrbitPair) -> dict[str, Any]:
     ends = {"start": _finite(pair.start), "exact": _finite(pair.exact.states[-1])}
     return ends | ({"composite": _finite(pair.composite.states[-1])} if pair.composite else {})
+
+
+def _bifurcation(made: "Bifurcation") -> dict[str, Any]:
+    """The intervals of one motion in the order of the values, and how many orbits ended."""
+    pairs = zip(made.labels[:, 0].tolist(), made.values.tolist(), strict=True)
+    runs = [(label, [value for _, value in run]) for label, run in groupby(pairs, key=itemgetter(0))]
+    motions = [{"label": label, "from": values[0], "to": values[-1]} for label, values in runs]
+    return {"ended": int((~made.held).sum()), "motions": motions}
 
 
 def _finite(state: Any) -> list[float | None]:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from nsmaps.auxiliary.domain import attracting_domain
 from nsmaps.auxiliary.iterate import SecondIterate
+from nsmaps.dynamics.bifurcation import bifurcation
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.exact.impacts import Angle, Returns, encode, wrap
 from nsmaps.exact.surface import Axis, Grid, Surface
@@ -70,6 +71,13 @@ def strips() -> SimpleNamespace:
     )
 
 
+def _gated(value: float) -> Toy:
+    """The toy at values that are not negative."""
+    if value < 0:
+        raise ValueError("negative")
+    return Toy()
+
+
 @pytest.fixture(scope="session")
 def result() -> SimpleNamespace:
     """Everything that a study could have computed of the toy."""
@@ -89,7 +97,7 @@ def result() -> SimpleNamespace:
         "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, samples=31, of="exact map"),
     }
     return SimpleNamespace(
-        study=SimpleNamespace(second_iterate=SimpleNamespace(domain="fitted")),
+        study=SimpleNamespace(bifurcation=SimpleNamespace(parameter="d"), second_iterate=SimpleNamespace(domain="fitted")),
         surfaces=surfaces,
         diagonal=diagonal_region(Diagonal(delta=1.2), [(0.0, surfaces["BTB"])]),
         composite=composite,
@@ -99,6 +107,7 @@ def result() -> SimpleNamespace:
         accurate=SimpleNamespace(strips=strips()),
         system=Toy(),
         orbits=orbits,
+        bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, transient=0)},
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
     )

@@ -20,6 +20,7 @@ MISSING = {
     "strips": ("accurate", None, "a 'partition' of kind accurate"),
     "orbits": ("orbits", (), "'orbits'"),
     "cobweb": ("composite", None, "'composite'"),
+    "bifurcation": ("bifurcation", {}, "'bifurcation'"),
     "envelopes": ("domains", {}, "'domains'"),
     "domain_size": ("domains", {}, "'domains'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),

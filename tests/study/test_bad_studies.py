@@ -10,7 +10,7 @@ from nsmaps.cli import app
 from nsmaps.errors import StudyError
 
 SECTIONS = (
-    "name, title, system, parameters, grid, families, diagonal, composite, partition, parametric, orbits, domains, "
+    "name, title, system, parameters, grid, families, diagonal, composite, partition, parametric, orbits, bifurcation, domains, "
     "second_iterate, figures, require"
 )
 CONDITION = (
@@ -168,8 +168,32 @@ BAD = {
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, orbits, cobweb, envelopes, "
-        "domain_size, second_iterate, did you mean 'cobweb'?",
+        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, orbits, cobweb, bifurcation, "
+        "envelopes, domain_size, second_iterate, did you mean 'cobweb'?",
+    ),
+    "bifurcation of no parameter": (
+        "require:",
+        "bifurcation: {parameter: b, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "b, from",
+        "unknown parameter 'b'; accepted: a, r",
+    ),
+    "bifurcation backwards": (
+        "require:",
+        "bifurcation: {parameter: a, from: 0.4, to: 0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "{parameter",
+        "from 0.4 to 0.2 is empty; accepted: 'from' below 'to'",
+    ),
+    "bifurcation of nothing": (
+        "require:",
+        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, of: []}\nrequire:",
+        "{parameter",
+        "'of' names no map; accepted: 'exact', 'composite' or both",
+    ),
+    "bifurcation of a map that is not there": (
+        "require:",
+        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, of: [reduced]}\nrequire:",
+        "reduced",
+        "unknown word 'reduced'; accepted: exact, composite",
     ),
     "family without grid": (
         "grid:\n  v: {from: 0.01, to: 0.5, points: 31}\n  phi: {from: 0, to: 2*pi, points: 41}\n",

@@ -305,3 +305,47 @@ def test_a_system_in_a_file_is_found_from_the_studys_folder(monkeypatch: pytest.
     study = load_study("deep/s.yaml")
     assert study.system == f"{Path('deep/mine.py').resolve()}:Ball"
     assert study.system_object().parameters == {"a": 1.0, "r": 0.8}
+
+
+LONG_RUN = """\
+system: ball
+parameters: {a: 0.2}
+grid: {v: {from: 0.01, to: 0.5, points: 31}, phi: {from: 0, to: 2*pi, points: 41}}
+families: {low: [BB]}
+composite:
+  - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
+bifurcation:
+  {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, transient: 10, returns: 4, of: [exact, composite]}
+figures: [bifurcation]
+"""
+
+
+def test_bifurcation_is_that_of_maps_made_at_each_value() -> None:
+    Path("long.yaml").write_text(LONG_RUN)
+    result = run("long.yaml", out="long")
+    again = read_result("long")
+    for k, a in enumerate((0.2, 0.3, 0.4)):
+        Path("one.yaml").write_text(
+            LONG_RUN.replace("parameters: {a: 0.2}", f"parameters: {{a: {a}}}").partition("bifurcation:")[0]
+        )
+        alone = run("one.yaml")
+        assert alone.composite is not None
+        for of, map in (("exact", alone.system), ("composite", alone.composite)):
+            state = np.array([[0.3, 1.0]])
+            path = []
+            for _ in range(14):
+                state = map.first_return(state).image
+                path.append(state[0])
+            for made in (result, again):
+                assert np.allclose(made.bifurcation[of].states[k, 0], path[10:], atol=1e-12, equal_nan=True)
+    assert result.bifurcation["exact"].held.all()
+    record = json.loads(Path("long/result.json").read_text())["numbers"]["bifurcation"]
+    assert record["exact"]["ended"] == 0
+    assert record["exact"]["motions"][0]["from"] == 0.2
+
+
+def test_a_bifurcation_does_not_make_partitions() -> None:
+    text = "".join(line for line in LONG_RUN.splitlines(keepends=True) if "composite:" not in line and "name: all" not in line)
+    Path("parts.yaml").write_text(text + "partition: {tolerance: 1e-2}\n")
+    with pytest.raises(NsmapsError, match="a partition is made once"):
+        run("parts.yaml")

@@ -1,0 +1,57 @@
+"""Kinds of motion: the period of an attractor, and its name n:m/pT from the words of its returns."""
+
+from collections.abc import Sequence
+from math import gcd
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.exact.impacts import CHATTER, LONGER, REST, Floats, angle_mask, nearest_turn
+
+
+def differences(a: Floats, b: Floats, coordinates: Sequence[str]) -> Floats:
+    """a - b of states, shape (..., n), angles on the nearest turn."""
+    apart = a - b
+    return np.where(angle_mask(coordinates), nearest_turn(apart, 0.0), apart)
+
+
+def periods(states: Floats, codes: NDArray[np.int64], coordinates: Sequence[str], tolerance: float) -> NDArray[np.int64]:
+    """The least number of returns after which orbits repeat, at most K/2; 0 where there is none.
+
+    Args:
+        states: shape (..., K, n), states one after the other.
+        codes: shape (..., K), of the words of the returns to them, which must repeat too.
+        tolerance: of each coordinate, in its units, from its first value on.
+    """
+    period = np.zeros(codes.shape[:-1], np.int64)
+    for q in range(1, codes.shape[-1] // 2 + 1):
+        first = np.arange(codes.shape[-1]) % q  # not the one before: slow decay would pass for a period
+        apart = differences(states, states[..., first, :], coordinates)
+        same = (np.abs(apart) <= tolerance).all(axis=(-1, -2)) & (codes == codes[..., first]).all(axis=-1)
+        period = np.where((period == 0) & same, q, period)
+    return period
+
+
+def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequence[str]) -> str:
+    """The motion n:m/pT: impacts n on the base wall, m on the other, in p periods of the forcing.
+
+    Impacts are counted for each of as many equal parts as n, m and p have: a doubled 1:1 motion is 1:1/2T, as in the paper. A
+    fitted map whose phases do not tell whole turns has the period in returns instead: 1:1, period 2. Without a period it is
+    n:m/C if the impacts repeat although the states do not, else C. Motion that rests or chatters on its way is named by its
+    words, motion of unknown words by nothing.
+
+    Args:
+        words, turns: of successive returns, at least one period of them; turns are whole turns of the phase.
+        period: in returns, 0 if there is none.
+    """
+    if not all(words):
+        return ""
+    if any(mark in word for word in words for mark in (CHATTER, REST, LONGER)):
+        return " ".join(words[:period]) or "C"
+    others = [sum(word.count(wall) for wall in walls[1:]) for word in words]
+    if period:
+        n, m, p = period, sum(others[:period]), sum(turns[:period])
+        parts = gcd(n, m, p)
+        return f"{n // parts}:{m // parts}/{p if p != 1 else ''}T" if p else f"{n // gcd(n, m)}:{m // gcd(n, m)}, period {period}"
+    n = next((q for q in range(1, len(words) // 2 + 1) if others[q:] == others[:-q]), 0)
+    return f"{n}:{sum(others[:n])}/C" if n else "C"

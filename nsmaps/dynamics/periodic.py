@@ -1,0 +1,216 @@
+"""Periodic orbits of return maps by Newton's method, along a parameter, and where they double their period."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nsmaps.dynamics.motion import differences, label
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.impacts import Floats, Outcome, Returns, angle_mask, wrap
+
+MOST_STEPS = 50  #: of Newton's method
+LEAST_SHARE = 2.0**-20  #: of a step that is tried before the method gives up
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PeriodicOrbit:
+    """An orbit of q states of n coordinates that closes up, or as near to one as Newton's method came."""
+
+    returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
+    tolerance: float  #: of the residual
+
+    @property
+    def states(self) -> Floats:
+        """Shape (q, n), angles in [0, 2 pi)."""
+        return self.returns.start
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The word of the return from each state."""
+        return tuple(self.returns.words.tolist())
+
+    @property
+    def label(self) -> str:
+        """The motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`."""
+        turns = self.returns.turns[:, angle_mask(self.returns.coordinates)].sum(axis=1)
+        return label(self.words, turns.tolist(), len(self.states), self.returns.walls)
+
+    @property
+    def residual(self) -> float:
+        """The largest difference between the image of a state and the next state, in any coordinate; NaN without images."""
+        return float(np.abs(_gaps(self.returns)).max())
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual is within the tolerance."""
+        return self.residual <= self.tolerance
+
+    @property
+    def exists(self) -> bool:
+        """Whether every return on it is one that the map stands by: made, and not within rounding of a graze."""
+        return bool(np.isin(self.returns.outcome, (Outcome.returned, Outcome.stuck)).all())
+
+    @property
+    def derivative(self) -> Floats:
+        """Of the q-th return at the first state, shape (n, n)."""
+        assert self.returns.derivative is not None
+        product = np.eye(self.states.shape[1])
+        for step in self.returns.derivative:
+            product = step @ product
+        return product
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """The eigenvalues of the derivative, shape (n,), the largest first."""
+        values = np.linalg.eigvals(self.derivative).astype(complex)
+        return values[np.argsort(-np.abs(values), kind="stable")]
+
+    @property
+    def stable(self) -> bool:
+        """Whether every multiplier lies within the unit circle."""
+        return bool((np.abs(self.multipliers) < 1).all())
+
+
+def periodic_orbit(map: ReturnMap, guess: ArrayLike, period: int = 1, tolerance: float = 1e-10) -> PeriodicOrbit:
+    """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
+
+    Steps are halved until they bring the states nearer to an orbit. What is found may have a divisor of the period.
+
+    Args:
+        map: with derivatives, such as an exact system, a composite map or one of strips.
+        guess: the first state, shape (n,), whose images are the others; or all states, shape (period, n).
+        period: q, in returns.
+        tolerance: largest residual, in the coordinates' units, of an orbit that is called converged.
+
+    Raises:
+        StateError: a guess of another shape.
+        NsmapsError: a period that is none.
+    """
+    if period < 1:
+        raise NsmapsError(f"the period is {period}; accepted: at least one return")
+    states = np.atleast_2d(np.asarray(guess, float))
+    dim = len(map.coordinates)
+    if states.shape not in ((1, dim), (period, dim)):
+        raise StateError(f"the guess has shape {states.shape}; accepted: ({dim},) or ({period}, {dim})")
+    if len(states) < period:
+        states = orbit(map, states[0], period - 1).states
+    now = map.first_return(states, derivative=True)
+    for _ in range(MOST_STEPS):
+        step = _step(now)
+        nearer = _nearer(map, now, step)
+        if nearer is None:
+            break
+        now = nearer
+    return PeriodicOrbit(map.first_return(_wrapped(now), derivative=True), tolerance)
+
+
+def _wrapped(returns: Returns) -> Floats:
+    return np.where(angle_mask(returns.coordinates), wrap(returns.start), returns.start)
+
+
+def _gaps(returns: Returns) -> Floats:
+    """From each next state to the image of each state, shape (q, n)."""
+    return differences(returns.image, np.roll(returns.start, -1, axis=0), returns.coordinates)
+
+
+def _step(returns: Returns) -> Floats:
+    """Newton's step of all states, shape (q, n); NaN where there is none."""
+    assert returns.derivative is not None
+    q, n = returns.start.shape
+    jacobian = np.zeros((q, n, q, n))
+    for k in range(q):
+        jacobian[k, :, k] += returns.derivative[k]
+        jacobian[k, :, (k + 1) % q] -= np.eye(n)
+    try:
+        step = np.linalg.solve(jacobian.reshape(q * n, q * n), -_gaps(returns).ravel())
+    except np.linalg.LinAlgError:
+        return np.full((q, n), np.nan)
+    return np.asarray(step, np.float64).reshape(q, n)
+
+
+def _nearer(map: ReturnMap, now: Returns, step: Floats) -> Returns | None:
+    """The returns from states that a step, or a part of it, brings nearer to an orbit; None where none does."""
+    before, share = np.linalg.norm(_gaps(now)), 1.0
+    while share >= LEAST_SHARE and np.isfinite(step).all():
+        there = map.first_return(now.start + share * step, derivative=True)
+        if np.linalg.norm(_gaps(there)) < before:
+            return there
+        share /= 2
+    return None
+
+
+def continue_orbit(
+    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, values: Sequence[float], tolerance: float = 1e-10
+) -> tuple[PeriodicOrbit, ...]:
+    """A periodic orbit along values of a parameter, each from the one before it and the change of the last step.
+
+    Ends before the first value at which the orbit does not converge or not exist, as past a fold or a graze, or at which there
+    is no map: as many orbits as values were reached.
+
+    Args:
+        map_of: the return map at a value; a ValueError says that there is none.
+        orbit: at, or near, the first value.
+        values: in the order in which they are taken, shape (V,).
+    """
+    found: list[PeriodicOrbit] = []
+    along: list[float] = []
+    for value in values:
+        try:
+            map = map_of(float(value))
+        except ValueError:
+            break
+        guess = found[-1].states if found else orbit.states
+        if len(found) > 1 and along[-1] != along[-2]:
+            change = differences(guess, found[-2].states, map.coordinates)
+            guess = guess + change * (value - along[-1]) / (along[-1] - along[-2])
+        here = periodic_orbit(map, guess, len(guess), tolerance)
+        if not (here.converged and here.exists):
+            break
+        found.append(here)
+        along.append(float(value))
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Crossing:
+    """Where a multiplier of a periodic orbit passes a real number along a parameter."""
+
+    value: float  #: of the parameter
+    orbit: PeriodicOrbit
+
+
+def period_doubling(
+    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, low: float, high: float, tolerance: float = 1e-10
+) -> Crossing:
+    """Where a multiplier of a periodic orbit passes -1, by Brent's method on det(derivative + 1).
+
+    Args:
+        map_of: the return map at a value of the parameter between low and high.
+        orbit: near that at `low` or `high`.
+        tolerance: of the value; the residual of its orbit is within 1e-10.
+
+    Raises:
+        NsmapsError: the orbit cannot be followed there, or no multiplier passes -1 or an even number of them do.
+    """
+    from scipy.optimize import brentq
+
+    known: dict[float, PeriodicOrbit] = {}
+
+    def passed(value: float) -> float:
+        guess = known[min(known, key=lambda other: abs(other - value))] if known else orbit
+        here = periodic_orbit(map_of(value), guess.states, len(guess.states))
+        if not (here.converged and here.exists):
+            raise NsmapsError(f"the orbit cannot be followed to {value:.9g}: its residual there is {here.residual:.2g}")
+        known[value] = here
+        return float(np.linalg.det(here.derivative + np.eye(len(here.derivative))))
+
+    ends = [passed(value) for value in (low, high)]
+    if not ends[0] * ends[1] <= 0:
+        raise NsmapsError(f"no multiplier passes -1 between {low:g} and {high:g}, or an even number: det + 1 is {ends}")
+    value = float(brentq(passed, low, high, xtol=tolerance, rtol=1e-14))
+    passed(value)
+    return Crossing(value, known[value])

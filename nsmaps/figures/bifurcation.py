@@ -1,0 +1,66 @@
+"""Bifurcation diagrams: figs. bifexact and bifapprox, a panel for each coordinate, the maps beside each other."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.exact.impacts import LONGER
+from nsmaps.figures.needs import Drawable, bifurcation_of
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import dress, family_colours
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.bifurcation import Bifurcation
+
+_ROOM = 0.017  #: of the width of a panel that a letter of the name of a motion needs
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """One sheet: a row a map, a column a coordinate."""
+    made = bifurcation_of(result, "bifurcation")
+    coordinates = range(len(next(iter(made.values())).coordinates))
+    panels = tuple(partial(bifurcation, result, of=of, coordinate=i) for of in made for i in coordinates)
+    return (Sheet("bifurcation", panels, len(coordinates)),)
+
+
+def bifurcation(result: Drawable, ax: Axes, of: str = "exact", coordinate: int = 0) -> Axes:
+    """One coordinate of the attractors over the parameter, coloured by the word of the return to each state.
+
+    Motions n:m/pT are named above where their interval has the room; grey bands are values without an attractor.
+    """
+    diagrams = bifurcation_of(result, "bifurcation")
+    made = diagrams[of]
+    words, values = made.words, np.broadcast_to(made.values[:, np.newaxis, np.newaxis], made.codes.shape)
+    every = {word for each in diagrams.values() for word in np.unique(each.words).tolist() if word}
+    colours = family_colours(sorted((word for word in every if LONGER not in word), key=len))
+    shown = np.isfinite(made.states[..., coordinate])
+    for word in np.unique(words[shown]).tolist():
+        own = shown & (words == word)
+        ax.plot(values[own], made.states[..., coordinate][own], ".", ms=1.8, mew=0, color=colours.get(word, "0.5"), label=word)
+    ax.set_xlim(made.values.min(), made.values.max())
+    _name_motions(ax, made)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, markerscale=5, ncols=4, handletextpad=0.1)
+    parameter = result.study.bifurcation.parameter
+    ax.set_title(f"{of} map", loc="right")
+    return dress(ax, (parameter, ""), (made.coordinates[coordinate], "k"))
+
+
+def _name_motions(ax: Axes, made: "Bifurcation") -> None:
+    """The names of motions along the upper edge, lines where they change, bands where there is no attractor."""
+    order = np.argsort(made.values)
+    labels, values = made.labels[order, 0], made.values[order]
+    middles = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
+    edges = np.flatnonzero(labels[1:] != labels[:-1]) + 1
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + 0.1 * (high - low))
+    for first, last in zip([0, *edges], [*edges, len(labels)], strict=True):
+        left, right = middles[first], middles[last]
+        if not labels[first]:
+            ax.axvspan(left, right, color="0.92", lw=0)
+        elif right - left > _ROOM * len(labels[first]) * np.ptp(values):
+            ax.axvline(right, color="0.8", lw=0.6, zorder=0)
+            ax.text(
+                (left + right) / 2, 0.985, labels[first], transform=ax.get_xaxis_transform(), ha="center", va="top", fontsize=8.5
+            )

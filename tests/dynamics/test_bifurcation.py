@@ -1,0 +1,150 @@
+"""Bifurcation diagrams against loops of single returns and maps whose long run is known in closed form."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.dynamics.motion import label, periods
+from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.impacts import Angle, Outcome, Returns
+
+PHASE = Angle("phi")
+
+
+@dataclass(frozen=True)
+class Logistic:
+    """x -> a x (1 - x) beside a phase that turns a quarter; x beyond [0, 1] escapes."""
+
+    a: float
+    coordinates: tuple[str, ...] = ("x", PHASE)
+
+    def first_return(self, states, derivative=False):
+        x, phi = np.asarray(states, float).T
+        inside = (x >= 0) & (x <= 1)
+        image = np.where(inside[:, None], np.column_stack([self.a * x * (1 - x), (phi + np.pi / 2) % (2 * np.pi)]), np.nan)
+        turns = np.column_stack([np.zeros(len(x)), phi + np.pi / 2 >= 2 * np.pi]).astype(np.int32)
+        outcome = np.select([np.isnan(x), ~inside], [Outcome.invalid, Outcome.escaped], Outcome.returned).astype(np.int8)
+        codes = np.where(inside, 1 + 5 * 2 + 25, 0)  # BTB
+        return Returns(self.coordinates, ("B", "T"), np.asarray(states), image, turns, codes, outcome, np.full(len(x), np.nan))
+
+
+def looped(system, state, n):
+    """The states of an orbit, one call of first_return each."""
+    path = []
+    for _ in range(n):
+        state = system.first_return([state]).image[0]
+        path.append(state)
+    return np.array(path)
+
+
+@pytest.mark.parametrize("follow", ["up", "down", None])
+def test_diagram_is_that_of_single_returns(pair, follow):
+    values = [0.30, 0.26, 0.35]
+    made = nsmaps.bifurcation(lambda d: pair(d), values, [0.8, 0.4], returns=20, transient=30, follow=follow)
+    assert made.states.shape == (3, 1, 20, 2)
+    order = {"up": [1, 0, 2], "down": [2, 0, 1], None: [0, 1, 2]}[follow]
+    state = np.array([0.8, 0.4])
+    for k in order:
+        path = looped(pair(values[k]), state if follow else [0.8, 0.4], 50)
+        assert np.array_equal(made.states[k, 0], path[30:])
+        state = path[-1]
+
+
+@pytest.mark.parametrize("count", [1, 3, 40])
+def test_starts_run_as_a_batch(pair, count):
+    starts = np.random.default_rng(0).uniform([0.01, 0], [1, 2 * np.pi], (count, 2))
+    made = nsmaps.bifurcation(lambda d: pair(d), [0.28], starts, returns=5, transient=45)
+    for k, start in enumerate(starts):
+        assert np.array_equal(made.states[0, k], looped(pair(0.28), start, 50)[45:])
+
+
+def test_periods_and_labels_of_the_paper(pair):
+    values = [0.35, 0.30, 0.27, 0.268, 0.26]
+    made = nsmaps.bifurcation(lambda d: pair(d), values, [0.83, 0.36], follow="down")
+    assert made.labels[:, 0].tolist() == ["1:1/T", "1:1/2T", "1:1/4T", "1:1/8T", "1:1/C"]
+    assert made.period[:, 0].tolist() == [1, 2, 4, 8, 0]
+    assert np.allclose(made.states[0, 0], [0.83338599, 0.36361156], atol=1e-8)
+    assert np.allclose(np.sort(made.states[1, 0, -2:], axis=0), [[0.730550, 0.222750], [0.810226, 0.412905]], atol=1e-6)
+
+
+def test_a_wall_hit_every_other_time_is_counted(pair):
+    made = nsmaps.bifurcation(lambda d: pair(d, r=0.25, beta=np.pi / 6), [0.21], [0.6, 0.3], transient=400)
+    assert set(made.words.ravel()) == {"BB", "BTB"}
+    assert made.labels.item() == "2:1/T"
+
+
+def test_periods_of_the_logistic_map():
+    """Its cycles have known windows: 1 to 3, 2 to 1 + sqrt 6, 4 to 3.54409, and 3 from 1 + sqrt 8."""
+    values = [2.8, 3.2, 3.5, 3.55, 3.84, 4.0]
+    made = nsmaps.bifurcation(Logistic, values, [[0.3, 0.0]], returns=64)
+    assert made.period[:, 0].tolist() == [4, 4, 4, 8, 12, 0]  # with the quarter turns of the phase
+    assert made.labels[:, 0].tolist() == ["4:4/T", "4:4/T", "4:4/T", "4:4/2T", "4:4/3T", "1:1/C"]
+
+
+def test_orbits_that_end_and_maps_that_cannot_be_made_are_data(pair):
+    made = nsmaps.bifurcation(
+        Logistic, [4.5, 3.2, 2.8], [[0.3, 0.0], [2.0, 0.0], [np.nan, 0.0]], returns=8, transient=20, follow="down"
+    )
+    assert made.held.tolist() == [[False] * 3, [True, False, False], [True, False, False]]
+    assert made.outcome[:, 1].tolist() == [Outcome.escaped] * 3
+    assert made.outcome[:, 2].tolist() == [Outcome.invalid] * 3
+    assert made.outcome[:, 0].tolist() == [Outcome.escaped, Outcome.returned, Outcome.returned]
+    assert made.reasons == ("", "", "")
+    assert made.labels[0].tolist() == ["", "", ""]
+
+    made = nsmaps.bifurcation(lambda d: pair(0.3).at(d=d), [0.3, -1.0, 0.35], [0.8, 0.4], returns=5, transient=300, follow="up")
+    assert made.held[:, 0].tolist() == [True, False, True]
+    assert "greater than 0" in made.reasons[1]
+    assert made.labels[:, 0].tolist() == ["1:1/2T", "", "1:1/T"]
+
+
+def test_wrong_calls_are_errors(pair):
+    def of(d):
+        return pair(0.3).at(d=d)
+
+    with pytest.raises(NsmapsError, match=r"no map at any of 2 values; at -1: .*greater than 0"):
+        nsmaps.bifurcation(of, [-1, -2], [0.8, 0.4])
+    with pytest.raises(NsmapsError, match="follow is 'left'"):
+        nsmaps.bifurcation(of, [0.3], [0.8, 0.4], follow="left")
+    with pytest.raises(NsmapsError, match="0 returns after 2000"):
+        nsmaps.bifurcation(of, [0.3], [0.8, 0.4], returns=0)
+    with pytest.raises(NsmapsError, match=r"values have shape \(0,\)"):
+        nsmaps.bifurcation(of, [], [0.8, 0.4])
+    with pytest.raises(StateError):
+        nsmaps.bifurcation(of, [0.3], [0.8, 0.4, 0.1])
+
+
+def test_progress_counts_values():
+    seen = []
+    nsmaps.bifurcation(Logistic, [2.8, 3.2], [0.3, 0.0], returns=2, transient=2, progress=seen.append)
+    assert seen == [1, 2]
+
+
+def test_angles_repeat_over_the_cut():
+    states = np.array([[1.0, 1e-9], [1.0, 2 * np.pi - 1e-9], [1.0, 1e-9], [1.0, 0.0]])
+    assert periods(states, np.zeros(4, int), ("v", PHASE), 1e-6) == 1
+    assert periods(states, np.zeros(4, int), ("v", "phi"), 1e-6) == 0
+    assert periods(states, np.array([1, 2, 1, 2]), ("v", PHASE), 1e-6) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "turns", "period", "text"),
+    [
+        (["BTB"] * 4, [1] * 4, 1, "1:1/T"),
+        (["BTB"] * 4, [1] * 4, 2, "1:1/2T"),
+        (["BTB"] * 4, [0, 1, 0, 1], 2, "2:2/T"),
+        (["BB", "BTB"] * 2, [0, 1, 0, 1], 2, "2:1/T"),
+        (["BB", "BTB"] * 4, [0, 1] * 4, 4, "2:1/2T"),
+        (["BTTB"] * 4, [1] * 4, 1, "1:2/T"),
+        (["BTB"] * 4, [0] * 4, 2, "1:1, period 2"),
+        (["BTB"] * 4, [1] * 4, 0, "1:1/C"),
+        (["BB", "BTB"] * 2, [0, 1] * 2, 0, "2:1/C"),
+        (["BB", "BB", "BTB", "BTB", "BTB"], [1] * 5, 0, "C"),
+        (["BB", "B~", "BTB"] * 2, [1] * 6, 3, "BB B~ BTB"),
+        ([""] * 4, [0] * 4, 1, ""),
+    ],
+)
+def test_labels(words, turns, period, text):
+    assert label(words, turns, period, ("B", "T")) == text

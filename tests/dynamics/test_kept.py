@@ -1,0 +1,46 @@
+"""What composite maps keep of the exact map's long run: doublings, multipliers, attractors."""
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.dynamics.distance import hausdorff
+from nsmaps.dynamics.periodic import period_doubling
+from nsmaps.reduced.strips import strip_map
+
+DOUBLING = 0.32418854
+MULTIPLIERS = [-0.82672902, -0.07559914]
+AROUND = (0.55, 1.0), (0.0, 1.5)  #: holds the attractors for d in [0.26, 0.35]
+
+
+@pytest.mark.parametrize(("tolerance", "off"), [(1e-3, 1e-3), (1e-4, 2e-5)])
+def test_doubling_of_strips(pair, tolerance, off):
+    def of(d):
+        return strip_map(pair(d), (0.6, 0.95), (0.05, 1.0), tolerance)
+
+    high = DOUBLING + off  # where the doubling is not between the ends, there is an error
+    fixed = nsmaps.periodic_orbit(of(high), [0.8, 0.31])
+    found = period_doubling(of, fixed, DOUBLING - off, high, tolerance=off / 20)
+    assert 0 < abs(found.value - DOUBLING) < off
+    assert np.isclose(found.orbit.multipliers[0], -1, atol=off)
+
+
+def test_multipliers_of_strips(pair):
+    made = nsmaps.periodic_orbit(strip_map(pair(0.35), *AROUND, 1e-4), [0.8, 0.4])
+    assert made.converged
+    assert np.allclose(made.multipliers, MULTIPLIERS, rtol=1e-2)
+    assert np.allclose(made.states, [[0.83338599, 0.36361156]], atol=1e-4)
+
+
+def attractor(map):
+    """States of the attractor from two hundred starts, shape (40000, 2), none of which may leave the map."""
+    starts = np.random.default_rng(1).uniform([0.79, 0.29], [0.81, 0.31], (200, 2))
+    made = nsmaps.bifurcation(lambda _: map, [0.0], starts, returns=200, transient=3000)
+    assert made.held.all()
+    return made.states.reshape(-1, 2)
+
+
+@pytest.mark.parametrize(("d", "most"), [(0.26, 2e-3), (0.27, 1e-4), (0.30, 1e-4), (0.35, 1e-4)])
+def test_attractor_of_strips(pair, d, most):
+    strips = strip_map(pair(d), *AROUND, 1e-4)
+    assert 0 < hausdorff(attractor(pair(d)), attractor(strips), strips.coordinates) < most

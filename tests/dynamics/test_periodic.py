@@ -1,0 +1,112 @@
+"""Periodic orbits against 50-digit values, brute force, and the determinant that restitution fixes."""
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.dynamics.periodic import continue_orbit, period_doubling
+from nsmaps.errors import NsmapsError, StateError
+
+DOUBLING = 0.32418854
+
+
+@pytest.mark.parametrize(
+    ("guess", "state", "multipliers", "word"),
+    [
+        ([0.8, 0.4], [0.833385990208561, 0.363611564551622], [-0.82672902, -0.07559914], "BTB"),
+        ([0.28, 2.9], [0.281770025375305, 2.91844362963194], [-9.106, -0.0275], "BB"),
+        ([0.34, 2.87], [0.343255510718990, 2.87685171619735], [129.95, 4.8e-4], "BTB"),
+    ],
+)
+def test_fixed_points_at_035(pair, guess, state, multipliers, word):
+    made = nsmaps.periodic_orbit(pair(0.35), guess)
+    assert made.converged
+    assert made.exists
+    assert made.words == (word,)
+    assert np.allclose(made.states, [state], atol=1e-13, rtol=0)
+    assert np.allclose(made.multipliers, multipliers, rtol=2e-3, atol=1e-8)
+    assert made.stable == (abs(multipliers[0]) < 1)
+
+
+def test_two_cycle_at_030(pair):
+    made = nsmaps.periodic_orbit(pair(0.30), [0.8, 0.4], 2)
+    assert np.allclose(made.states, [[0.810226, 0.412905], [0.730550, 0.222750]], atol=5e-7)
+    assert made.label == "1:1/2T"
+    assert made.stable
+    inner = nsmaps.periodic_orbit(pair(0.30), [0.77, 0.26])
+    assert np.allclose(inner.states, [[0.776278, 0.266398]], atol=5e-7)
+    assert not inner.stable
+
+
+@pytest.mark.parametrize(
+    ("d", "guess", "period"), [(0.35, [0.8, 0.4], 1), (0.35, [0.28, 2.9], 1), (0.30, [0.8, 0.4], 2), (0.27, None, 4)]
+)
+def test_determinant_is_that_of_the_impacts(pair, d, guess, period):
+    guess = nsmaps.orbit(pair(d), [0.8, 0.4], 3000).final if guess is None else guess
+    made = nsmaps.periodic_orbit(pair(d), guess, period)
+    assert made.converged
+    impacts = sum(len(word) - 1 for word in made.words)
+    assert np.isclose(np.prod(made.multipliers), 0.5 ** (2 * impacts), rtol=1e-10)
+
+
+def test_derivative_is_that_of_differences(pair):
+    system = pair(0.27)
+    made = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [0.8, 0.4], 3000).final, 4)
+    h = 1e-6
+    moved = made.states[0] + h * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    ends = nsmaps.orbit(system, moved, 4).final
+    assert np.allclose(made.derivative, np.stack([ends[0] - ends[1], ends[2] - ends[3]], axis=1) / (2 * h), atol=1e-7)
+
+
+def test_phases_are_taken_on_the_circle(pair):
+    far = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4 - 4 * np.pi])
+    assert np.allclose(far.states, [[0.83338599, 0.36361156]], atol=1e-8)
+
+
+def test_what_does_not_converge_says_so(pair):
+    lost = nsmaps.periodic_orbit(pair(0.35), [np.nan, 0.4])
+    assert not lost.converged
+    assert not lost.exists
+    assert not nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4], tolerance=-1.0).converged
+
+
+def test_first_doubling(pair):
+    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    found = period_doubling(pair, fixed, 0.35, 0.30)
+    assert abs(found.value - DOUBLING) < 1e-8
+    assert np.allclose(found.orbit.states, [[0.804034, 0.313096]], atol=5e-7)
+    assert np.allclose(found.orbit.multipliers, [-1, -0.0625], atol=1e-8)  # their product is r^4
+    for d, settled in ((found.value + 1e-3, 1), (found.value - 1e-3, 2)):
+        assert nsmaps.bifurcation(pair, [d], [0.8, 0.31], transient=20_000).period.item() == settled
+
+
+def test_second_doubling_is_between_settled_cycles(pair):
+    cycle = nsmaps.periodic_orbit(pair(0.30), [0.8, 0.4], 2)
+    found = period_doubling(pair, cycle, 0.30, 0.27)
+    around = [found.value + 1e-3, found.value - 1e-3]
+    assert nsmaps.bifurcation(pair, around, found.orbit.states[0], transient=20_000).period.ravel().tolist() == [2, 4]
+
+
+def test_orbit_is_followed_along_a_parameter(pair):
+    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    values = np.linspace(0.35, 0.26, 10)
+    branch = continue_orbit(pair, fixed, values)
+    assert len(branch) == 10
+    for d, made in zip(values, branch, strict=True):
+        assert np.allclose(pair(d).first_return(made.states).image, made.states, atol=1e-13)
+    assert [made.stable for made in branch] == [d > DOUBLING for d in values]
+
+
+def test_branch_ends_where_there_is_no_map(pair):
+    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    assert len(continue_orbit(lambda d: pair(0.3).at(d=d), fixed, [0.35, 0.34, -1.0, 0.33])) == 2
+
+
+def test_wrong_calls_are_errors(pair):
+    with pytest.raises(NsmapsError, match="the period is 0"):
+        nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4], 0)
+    with pytest.raises(StateError, match=r"the guess has shape \(3, 2\)"):
+        nsmaps.periodic_orbit(pair(0.35), [[0.8, 0.4]] * 3, 2)
+    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    with pytest.raises(NsmapsError, match="no multiplier passes -1"):
+        period_doubling(pair, fixed, 0.35, 0.34)
