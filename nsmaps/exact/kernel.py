@@ -202,8 +202,9 @@ def _sources(cls: type) -> str | None:
     """
     texts: dict[str, str] = {}
     for base in cls.__mro__:
-        if base.__module__.split(".")[0] in KNOWN:
-            continue
+        module = sys.modules.get(base.__module__)
+        if base.__module__.split(".")[0] in KNOWN and getattr(module, base.__qualname__, None) is base:
+            continue  # not so of what only says that it is from there, as classes made by exec
         if "<locals>" in base.__qualname__:  # made by a function, perhaps with what is not in its text
             return None
         try:

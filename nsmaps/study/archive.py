@@ -27,7 +27,7 @@ from nsmaps.study.steps import second_iterate_of
 from nsmaps.study.summary import numbers
 from nsmaps.study.tree import Arrays, decode, encode
 
-FORMAT = 1
+FORMAT = 2
 KEPT = (
     "returns",
     "surfaces",

@@ -266,7 +266,7 @@ def test_a_folder_that_holds_no_result(whole: StudyResult) -> None:
     with pytest.raises(NsmapsError, match=r"nowhere holds no result.json"):
         read_result("nowhere")
     Path("out/result.json").write_text('{"format": 99}')
-    with pytest.raises(NsmapsError, match="has format 99; accepted: 1"):
+    with pytest.raises(NsmapsError, match="has format 99; accepted: 2"):
         read_result("out")
 
 
