@@ -148,7 +148,7 @@ def test_a_study_as_resolved_reads_back_as_itself(whole: StudyResult) -> None:
 def test_the_folder_of_a_run(whole: StudyResult) -> None:
     assert {path.name for path in Path("out").iterdir()} == {"study.yaml", "result.json", "arrays.npz"}
     record = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)
-    assert record["format"] == 1
+    assert record["format"] == 2
     assert record["system"]["parameters"] == {"a": 0.2, "r": 0.8}
     assert record["versions"]["system"] == "balls 1.0"
     assert {"python", "numpy", "numba"} <= set(record["versions"])
