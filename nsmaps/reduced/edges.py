@@ -39,12 +39,6 @@ class Sheets:
     points: Floats  #: shape (K, n), places on edges
     pair: Ints  #: shape (K, 2), the sheets on both sides
 
-    @property
-    def minority(self) -> float:
-        """The share of the states that do not lie on the largest sheet."""
-        counts = np.bincount(self.number[self.number >= 0])
-        return float(1 - counts.max() / counts.sum()) if len(counts) else 0.0
-
 
 def sheets(map: Branched, sample: Sample, jump: float) -> Sheets:
     """The sheets of a map over a cell's grid: the word changes from one to the next, or the image jumps.

@@ -33,7 +33,6 @@ class Leaf:
     area: float  #: share of the box, roughly
     degree: int = -1  #: total degree; -1: left to the exact map
     coefficients: Floats | None = None  #: shape (terms, 2), of speed and advance of the phase, in Chebyshev products
-    error: float = np.nan  #: largest at the points that decided
     children: "tuple[int, Leaf, Leaf] | None" = None  #: divided: 0 along s or 1 along x, and the halves
 
     @property
@@ -86,7 +85,6 @@ def grow(
     leaves: Sequence[Leaf],
     tolerance: float,
     degrees: Sequence[int],
-    smallest: float = SMALLEST,
     progress: Callable[[int, int], None] = lambda done, waiting: None,
 ) -> int:
     """Fit leaves, dividing them until their polynomials are within `tolerance` (of speed and of phase in radians).
@@ -103,13 +101,13 @@ def grow(
             values, good = _sampled(system, slabs, some, np.concatenate([nodes, trial]))
             returns += values.shape[0] * values.shape[1]
             for leaf, y, fine in zip(some, values, good, strict=True):
-                left += _settle(leaf, y, fine, tolerance, degrees, smallest)
+                left += _settle(leaf, y, fine, tolerance, degrees)
         done += len(waiting) - len(left) // 2
         waiting = left
     return returns
 
 
-def _settle(leaf: Leaf, y: Floats, fine: bool, tolerance: float, degrees: Sequence[int], smallest: float) -> list[Leaf]:
+def _settle(leaf: Leaf, y: Floats, fine: bool, tolerance: float, degrees: Sequence[int]) -> list[Leaf]:
     """Fit one leaf with the lowest degree that will do, or divide it: the halves, if any."""
     along = 1
     if fine:
@@ -118,7 +116,7 @@ def _settle(leaf: Leaf, y: Floats, fine: bool, tolerance: float, degrees: Sequen
             c = _solver(max(degrees), degree) @ y[:n]
             error = float(np.abs(_trial_design(degree) @ c - y[n:]).max())
             if error <= SAFETY * tolerance:
-                leaf.degree, leaf.coefficients, leaf.error = degree, c, error
+                leaf.degree, leaf.coefficients = degree, c
                 return []
         i, j = np.array(terms(degrees[-1])).T
         last = i + j >= degrees[-1] - 2
@@ -126,7 +124,7 @@ def _settle(leaf: Leaf, y: Floats, fine: bool, tolerance: float, degrees: Sequen
         along = int((size * j[last]).sum() > (size * i[last]).sum())
     elif leaf.rectangle[1] - leaf.rectangle[0] > leaf.rectangle[3] - leaf.rectangle[2]:
         along = 0
-    if leaf.area < smallest:
+    if leaf.area < SMALLEST:
         return []
     return divide(leaf, along)
 

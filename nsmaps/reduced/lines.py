@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import Floats, longer_than
+from nsmaps.reduced.polymap import Ints
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
-
-Ints = NDArray[np.int64]
 
 LONGEST = 12  #: impacts and turning points of a return: longer ones, as of long chatter, are not told apart
 MANY_IMPACTS = -1  #: instead of the code of a word that is longer

@@ -4,7 +4,6 @@ A line of constant speed meets the same edges in the same order throughout a ban
 a curve of moderate degree does not follow an edge to rounding they are halved.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
@@ -58,21 +57,18 @@ def unchart(chart: int, low: float, high: float, s: Floats) -> Floats:
     return high - (high - low) * (far**2 if chart == HIGH else far)
 
 
-def slabs(
-    system: "ImpactSystem", speeds: tuple[float, float], phases: tuple[float, float], progress: Callable[[], None] = lambda: None
-) -> list[Slab]:
+def slabs(system: "ImpactSystem", speeds: tuple[float, float], phases: tuple[float, float]) -> list[Slab]:
     """The bands between two speeds, in order, over the phases from low to high (radians).
 
     What lies between two bands, together less than a millionth of the range, is so near to a change that no curve follows.
     """
     whole = speeds[1] - speeds[0]
     x = np.linspace(0, 1, LINES)
-    found = _told_apart(system, lines(system, speeds[0] + whole * x * (1 + x) / 2, *phases), phases, progress)
+    found = _told_apart(system, lines(system, speeds[0] + whole * x * (1 + x) / 2, *phases), phases)
     runs = [list(run) for _, run in groupby(found, key=lambda line: line.kind)]
     waiting = [(run[0].v, run[-1].v) for run in runs if run[-1].v - run[0].v > NARROW * whole]
     made: list[Slab] = []
     while waiting:
-        progress()
         fitted = _fitted(system, waiting, phases, 0.01 * whole)
         made += [slab for slab in fitted if slab]
         left = [band for band, slab in zip(waiting, fitted, strict=True) if not slab]
@@ -92,13 +88,10 @@ def clear_phase(system: "ImpactSystem", speeds: tuple[float, float]) -> float:
     return float(at[np.argmax(away)])
 
 
-def _told_apart(
-    system: "ImpactSystem", found: list[Line], phases: tuple[float, float], progress: Callable[[], None]
-) -> list[Line]:
+def _told_apart(system: "ImpactSystem", found: list[Line], phases: tuple[float, float]) -> list[Line]:
     """Lines so that neighbours of different kinds are as near as floats can be."""
     whole = found[-1].v - found[0].v
     for _ in range(60):
-        progress()
         ends = [(a.v, b.v) for a, b in pairwise(found) if a.kind != b.kind]
         least = 4e-16 * max(abs(found[0].v), abs(found[-1].v)) if len(ends) <= MANY else ROUGH * whole
         pairs = [(a + b) / 2 for a, b in ends if b - a > least]

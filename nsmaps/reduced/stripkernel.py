@@ -7,13 +7,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from nsmaps.exact.impacts import Outcome
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 ORDER = 8  #: coefficients of a segment of a curve
 BLOCK, FEW = 64, 8  # states of a leaf that are evaluated side by side, and too few for that
 TWO_PI = 2 * math.pi
-UNCOVERED, INVALID = 5, 6  # values of Outcome
+UNCOVERED, INVALID = int(Outcome.uncovered), int(Outcome.invalid)
 EXACT, OUTSIDE = -1, -2  #: instead of a leaf: the exact map must answer; the state is not in the box
 
 
@@ -22,7 +24,7 @@ class Tables(NamedTuple):
 
     box: Floats  #: shape (4,), low and high speed, low and high phase
     raster: Ints  #: the leaf that holds each cell of a raster over the box whole, or -1
-    leaf: Floats  #: shape (L, 12), all that is needed to evaluate one: see `LEAF`
+    leaf: Floats  #: shape (L, 14), all that is needed to evaluate one: see `LEAF`
     curve: Floats  #: shape (segments, ORDER), powers of t in [-1, 1]
     coefficient: Floats  #: by four powers of u each, in these by powers of w, in each four of speed and four of advance
     bucket: Ints  #: shape (B,), the slab in which each of B equal parts of the speeds begins
