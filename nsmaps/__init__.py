@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.iterate import second_iterate as second_iterate
     from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
+    from nsmaps.dynamics.parts import Along as Along
     from nsmaps.dynamics.orbit import Orbit as Orbit
     from nsmaps.dynamics.orbit import orbit as orbit
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
@@ -56,6 +57,7 @@ _PUBLIC = {
     "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
     "auxiliary.iterate": ("second_iterate",),
     "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
+    "dynamics.parts": ("Along",),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),

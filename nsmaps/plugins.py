@@ -7,13 +7,13 @@ files in its folder `studies/`; the study `studies/fp.yaml` of the system `vi_pa
 import hashlib
 import sys
 import warnings
-from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint, entry_points
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import SystemDefinitionError, UnknownSystemError, near_match
+from nsmaps.exact.files import run_file
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -131,21 +131,11 @@ def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
         raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; accepted: path/to/mine.py:Class")
     name = f"{file.stem}_{hashlib.sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
     if name not in sys.modules:
-        spec = spec_from_file_location(name, file)
-        assert spec is not None, "a .py file always has a loader"
-        _execute(spec, path)
+        try:
+            run_file(name, str(file))
+        except Exception as error:
+            raise SystemDefinitionError(f"{path} failed to import: {type(error).__name__}: {error}") from error
     members = vars(sys.modules[name])
     if attribute not in members:
         raise UnknownSystemError(f"{path} has no class {attribute!r}{near_match(attribute, members)}")
     return _checked(members[attribute], f"{path}:{attribute}")
-
-
-def _execute(spec: ModuleSpec, path: str) -> None:
-    """Run a file as a module that can be imported again by its name, or leave no trace of it."""
-    assert spec.loader is not None, "a .py file always has a loader"
-    module = sys.modules[spec.name] = module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        del sys.modules[spec.name]
-        raise SystemDefinitionError(f"{path} failed to import: {type(error).__name__}: {error}") from error

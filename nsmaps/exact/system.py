@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import isabstract
+from pickle import PicklingError
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict
 
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_match
+from nsmaps.exact.files import received
 from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, as_states
 
 if TYPE_CHECKING:
@@ -166,6 +168,14 @@ class ImpactSystem(BaseModel, ABC):
     def phase_rate(self) -> float:
         """Radians of phase a unit of the system's time."""
         return TWO_PI / float(self.period())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """How other processes are sent a system: by its class, with the class's file, and its values."""
+        cls = type(self)
+        if "<locals>" in cls.__qualname__:
+            raise PicklingError(f"{cls.__qualname__} is made by a function; a class of a module can be sent to other processes")
+        file = getattr(sys.modules.get(cls.__module__), "__file__", None)
+        return received, (cls.__module__, file, cls.__qualname__, self.model_dump())
 
     def _kernel(self) -> "Kernel":
         from nsmaps.exact.kernel import kernel_of

@@ -1,0 +1,156 @@
+"""Long computations in parts that do not need each other: here, in any executor, kept in a folder and taken up again."""
+
+import hashlib
+import json
+import pickle
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.system import ImpactSystem
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.returnmap import ReturnMap
+
+Arrays = dict[str, NDArray[Any]]
+LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: what dask calls a worker that is gone for good
+
+
+@dataclass(frozen=True, slots=True)
+class Along:
+    """The return maps of a system along one of its parameters: a `map_of` that other processes can be sent."""
+
+    system: ImpactSystem
+    parameter: str
+
+    def __call__(self, value: float) -> "ReturnMap":
+        """The system with this value of the parameter."""
+        return self.system.at(**{self.parameter: float(value)})
+
+
+def in_parts(
+    work: Callable[..., Arrays],
+    parts: Sequence[tuple[Any, ...]],
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[Arrays]:
+    """The arrays `work(*part)` of every part, in their order; the same numbers wherever they are computed.
+
+    Args:
+        work: a function of a module, that every process can import.
+        executor: any `concurrent.futures.Executor`, such as a ProcessPoolExecutor or `client.get_executor()` of dask; None is
+            this process. Parts whose worker was lost for good are computed here, with a warning.
+        keep: a folder for finished parts. Called again with the same work, what it holds is read and the rest computed.
+        progress: called with the number of parts done, after each.
+
+    Raises:
+        NsmapsError: the folder holds parts of other work, or the parts cannot be sent to another process or told again.
+    """
+    folder = None if keep is None else _Folder.of(Path(keep), work, parts)
+    found = {} if folder is None else folder.read(len(parts))
+    if progress is not None and found:
+        progress(len(found))
+    for number, arrays in _computed(work, parts, [k for k in range(len(parts)) if k not in found], executor):
+        found[number] = arrays
+        if folder is not None:
+            folder.write(number, arrays)
+        if progress is not None:
+            progress(len(found))
+    return [found[number] for number in range(len(parts))]
+
+
+def _computed(
+    work: Callable[..., Arrays], parts: Sequence[tuple[Any, ...]], todo: list[int], executor: Executor | None
+) -> Iterator[tuple[int, Arrays]]:
+    """The numbers and arrays of the parts to do, as they are finished."""
+    left = set(todo)
+    if executor is not None and todo:
+        _check_sent(work, parts[todo[0]], executor)
+        futures = {}
+        try:
+            futures = {executor.submit(work, *parts[k]): k for k in todo}
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+                left.discard(futures[future])
+        except Exception as error:
+            if not isinstance(error, BrokenExecutor) and type(error).__name__ not in LOST:
+                raise
+            text = f"workers were lost ({error or type(error).__name__}); {len(left)} of {len(parts)} parts are computed here"
+            warnings.warn(text, RuntimeWarning, stacklevel=4)
+        finally:
+            for future in futures:
+                future.cancel()
+    for number in sorted(left):
+        yield number, work(*parts[number])
+
+
+def _check_sent(work: object, part: tuple[Any, ...], executor: Executor) -> None:
+    """Whether another process can be sent a part. Threads need not, and dask has ways of its own."""
+    if isinstance(executor, ProcessPoolExecutor):
+        try:
+            pickle.dumps((work, part))
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise NsmapsError(
+                f"a part cannot be sent to another process: {error}; accepted: functions and classes of modules, "
+                "such as nsmaps.Along(system, 'd') for a map_of"
+            ) from error
+
+
+@dataclass(frozen=True, slots=True)
+class _Folder:
+    """Finished parts as files, beside a note of what they are parts of."""
+
+    path: Path
+
+    @classmethod
+    def of(cls, path: Path, work: Callable[..., Arrays], parts: Sequence[tuple[Any, ...]]) -> "_Folder":
+        """The folder for these parts; made, or found to be of the same."""
+        text = _told((f"{work.__module__}.{work.__qualname__}", tuple(parts)))
+        note = {"work": work.__qualname__, "parts": len(parts), "of": hashlib.sha256(text.encode()).hexdigest()}
+        file = path / "parts.json"
+        if file.exists() and json.loads(file.read_text()) != note:
+            raise NsmapsError(f"the folder {path} holds parts of other work; accepted: the same again, or another folder")
+        path.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(note))
+        return cls(path)
+
+    def read(self, count: int) -> dict[int, Arrays]:
+        """The finished parts among the first `count`."""
+        files = {k: self._file(k) for k in range(count)}
+        return {k: dict(np.load(file, allow_pickle=False)) for k, file in files.items() if file.exists()}
+
+    def write(self, number: int, arrays: Arrays) -> None:
+        """Keep a part: its file appears whole or not at all."""
+        unfinished = self._file(number).with_suffix(".unfinished")
+        with unfinished.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **arrays)
+        unfinished.replace(self._file(number))
+
+    def _file(self, number: int) -> Path:
+        return self.path / f"part-{number:06d}.npz"
+
+
+def _told(value: Any) -> str:
+    """A text that is the same for the same value in every process, and another for another; of systems their formulas too."""
+    if isinstance(value, ImpactSystem):
+        from nsmaps.exact.kernel import kernel_of
+
+        return f"{kernel_of(value).module.__name__}({value!r})"
+    if is_dataclass(value) and not isinstance(value, type):
+        return f"{type(value).__qualname__}({', '.join(_told(getattr(value, field.name)) for field in fields(value))})"
+    if isinstance(value, tuple | list):
+        return f"({', '.join(map(_told, value))})"
+    if isinstance(value, np.ndarray):
+        return f"array({value.dtype}, {value.shape}, {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
+    text = repr(value)
+    if " at 0x" in text:
+        raise NsmapsError(f"{text} cannot be told again in another run; accepted with `keep`: such as nsmaps.Along(system, 'd')")
+    return text

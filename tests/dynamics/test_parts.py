@@ -1,0 +1,150 @@
+"""Parts in executors: the same numbers, lost workers, folders taken up again."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.dynamics.parts import Along, Arrays, in_parts
+
+MINE = textwrap.dedent("""
+    import sympy as sp
+    from nsmaps import ImpactSystem, Wall
+
+    class Ball(ImpactSystem):
+        a: float = 0.9
+        r: float = 0.6
+        def walls(self):
+            return {"B": Wall(at=0, side=-1)}
+        def period(self):
+            return 2 * sp.pi
+        def displacement(self, t, hit):
+            s = t - hit.t
+            return hit.z + (hit.w + self.a * sp.cos(hit.t)) * s - s**2 / 2 - self.a * (sp.sin(t) - sp.sin(hit.t))
+""")
+
+
+def square(x: float, note: str = "") -> Arrays:
+    """A part that leaves a note of having been computed."""
+    if note:
+        with Path(note).open("a") as stream:
+            stream.write(f"{x}\n")
+    return {"square": np.array([x * x])}
+
+
+def first_of(map_of: Along, value: float) -> Arrays:
+    """The first return of one state at one value."""
+    return {"image": map_of(value).first_return([[1.0, 0.5]]).image}
+
+
+def dies_elsewhere(x: float, home: int) -> Arrays:
+    """A part that kills its worker."""
+    if os.getpid() != home and x == 2.0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"square": np.array([x * x])}
+
+
+@pytest.mark.parametrize("make", [None, lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)])
+def test_the_same_everywhere(make) -> None:
+    parts = [(float(x),) for x in range(5)]
+    counts: list[int] = []
+    if make is None:
+        found = in_parts(square, parts, progress=counts.append)
+    else:
+        with make() as executor:
+            found = in_parts(square, parts, executor, progress=counts.append)
+    assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0]
+    assert counts == [1, 2, 3, 4, 5]
+
+
+def test_what_is_finished_is_kept_and_taken_up(tmp_path: Path) -> None:
+    note, parts = tmp_path / "note", [(float(x),) for x in range(6)]
+    parts = [(x, str(note)) for (x,) in parts]
+
+    def stop(count: int) -> None:
+        if count == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        in_parts(square, parts, keep=tmp_path / "kept", progress=stop)
+    assert note.read_text().split() == ["0.0", "1.0", "2.0"]
+    found = in_parts(square, parts, keep=tmp_path / "kept")
+    assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
+    assert note.read_text().split() == ["0.0", "1.0", "2.0", "3.0", "4.0", "5.0"], "each once"
+    with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
+        in_parts(square, parts[:5], keep=tmp_path / "kept")
+
+
+def test_an_unfinished_file_is_no_part(tmp_path: Path) -> None:
+    in_parts(square, [(1.0,), (2.0,)], keep=tmp_path)
+    (tmp_path / "part-000001.npz").rename(tmp_path / "part-000001.unfinished")
+    assert in_parts(square, [(1.0,), (2.0,)], keep=tmp_path)[1]["square"].item() == 4.0
+
+
+def test_a_lost_worker_does_not_lose_the_sweep(tmp_path: Path) -> None:
+    parts = [(float(x), os.getpid()) for x in range(6)]
+    with ProcessPoolExecutor(2) as executor, pytest.warns(RuntimeWarning, match="workers were lost"):
+        found = in_parts(dies_elsewhere, parts, executor, keep=tmp_path)
+    assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
+
+
+def test_an_error_of_a_part_is_an_error() -> None:
+    with ProcessPoolExecutor(1) as executor, pytest.raises(TypeError):
+        in_parts(square, [("x",)], executor)
+
+
+def test_what_cannot_be_sent_or_told_says_so(tmp_path: Path) -> None:
+    with ProcessPoolExecutor(1) as executor, pytest.raises(nsmaps.NsmapsError, match=r"cannot be sent .* nsmaps\.Along"):
+        in_parts(first_of, [(lambda d: d, 0.3)], executor)
+    with pytest.raises(nsmaps.NsmapsError, match="cannot be told again"):
+        in_parts(first_of, [(lambda d: d, 0.3)], keep=tmp_path)
+
+
+def test_a_system_of_a_file_reaches_a_fresh_process(tmp_path: Path) -> None:
+    """Its module has a name that no other process could import."""
+    (tmp_path / "mine.py").write_text(MINE)
+    map_of = Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball"), "a")
+    with (tmp_path / "sent").open("wb") as stream:
+        pickle.dump((map_of, [0.9, 1.1]), stream)
+    code = (
+        "import pickle, sys; map_of, values = pickle.load(open(sys.argv[1], 'rb'));"
+        "print([map_of(v).first_return([[1.0, 0.5]]).image.tolist() for v in values])"
+    )
+    run = subprocess.run([sys.executable, "-c", code, str(tmp_path / "sent")], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == str([map_of(v).first_return([[1.0, 0.5]]).image.tolist() for v in (0.9, 1.1)])
+
+
+def test_the_note_tells_formulas_apart(tmp_path: Path) -> None:
+    """An edited file is other work."""
+    (tmp_path / "mine.py").write_text(MINE)
+    in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball"), "a"), 0.9)], keep=tmp_path / "kept")
+    (tmp_path / "mine.py").write_text(MINE.replace("s**2 / 2", "s**2 / 3"))
+    with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
+        in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball"), "a"), 0.9)], keep=tmp_path / "kept")
+
+
+def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
+    """The same numbers as here, on the extra `cluster`; a worker that dies on the way is replaced."""
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    map_of = Along(nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113), "d")
+    parts = [(map_of, float(d)) for d in np.linspace(0.26, 0.35, 8)]
+    here = in_parts(first_of, parts)
+    workers = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True)
+    with workers as cluster, distributed.Client(cluster) as client:
+        pids = list(client.run(os.getpid).values())
+        assert len({*pids, os.getpid()}) == 3
+
+        def kill_one(count: int) -> None:
+            if count == 2:
+                os.kill(pids[0], signal.SIGKILL)
+
+        there = in_parts(first_of, parts, client.get_executor(pure=False), progress=kill_one)
+    assert all(np.array_equal(a["image"], b["image"]) for a, b in zip(here, there, strict=True))
