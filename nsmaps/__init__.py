@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.iterate import second_iterate as second_iterate
     from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
-    from nsmaps.dynamics.parts import Along as Along
     from nsmaps.dynamics.orbit import Orbit as Orbit
     from nsmaps.dynamics.orbit import orbit as orbit
+    from nsmaps.dynamics.parts import Along as Along
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
     from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
     from nsmaps.dynamics.returnmap import ReturnMap as ReturnMap
