@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
     from nsmaps.dynamics.orbit import Orbit as Orbit
     from nsmaps.dynamics.orbit import orbit as orbit
-    from nsmaps.dynamics.parts import Along as Along
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
     from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
     from nsmaps.dynamics.returnmap import ReturnMap as ReturnMap
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.impacts import Angle as Angle
     from nsmaps.exact.impacts import Outcome as Outcome
     from nsmaps.exact.impacts import Returns as Returns
+    from nsmaps.exact.parts import Along as Along
     from nsmaps.exact.surface import Axis as Axis
     from nsmaps.exact.surface import Grid as Grid
     from nsmaps.exact.surface import Surface as Surface
@@ -57,7 +57,7 @@ _PUBLIC = {
     "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
     "auxiliary.iterate": ("second_iterate",),
     "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
-    "dynamics.parts": ("Along",),
+    "exact.parts": ("Along",),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),

@@ -1,8 +1,10 @@
 """Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Returns
+from nsmaps.exact.parts import Arrays, in_parts
 
 if TYPE_CHECKING:
     from nsmaps.exact.family import ReturnFamily
@@ -155,12 +158,33 @@ def _check_axes(system: "ImpactSystem", grid: Grid) -> None:
 
 
 def sweep(
-    system: "ImpactSystem", parameter: str, values: ArrayLike, grid: Grid, families: Sequence["ReturnFamily"]
+    system: "ImpactSystem",
+    parameter: str,
+    values: ArrayLike,
+    grid: Grid,
+    families: Sequence["ReturnFamily"],
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> list[tuple[float, dict[str, Surface]]]:
-    """The return surfaces for each value of one parameter, in the order of the values."""
-    steps: Mapping[str, Any]
-    result = []
-    for value in np.asarray(values, float):
-        steps = {parameter: float(value)}
-        result.append((float(value), surfaces(system.at(**steps), grid, families)))
-    return result
+    """The return surfaces for each value of one parameter, in the order of the values.
+
+    The values are the parts of `nsmaps.exact.parts.in_parts`, to which the last three arguments go. Errors as `surfaces`.
+    """
+    _check_axes(system, grid)
+    along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
+    grids = in_parts(_returns_over, [(each, grid) for each in along], executor, keep, progress)
+    found = [surfaces_among(_returns_of(each, arrays), grid, families) for each, arrays in zip(along, grids, strict=True)]
+    return [(getattr(each, parameter), surfaces) for each, surfaces in zip(along, found, strict=True)]
+
+
+def _returns_over(system: "ImpactSystem", grid: Grid) -> Arrays:
+    """The arrays of the first returns of a whole grid."""
+    returns = system.first_return(grid.states())
+    return {name: getattr(returns, name) for name in ("start", "image", "turns", "codes", "outcome", "time")}
+
+
+def _returns_of(system: "ImpactSystem", a: Arrays) -> Returns:
+    """The returns whose arrays these are."""
+    names = system.coordinates, system.wall_names
+    return Returns(*names, a["start"], a["image"], a["turns"], a["codes"], a["outcome"], a["time"])

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.dynamics.parts import Along, Arrays, in_parts
+from nsmaps.exact.parts import Along, Arrays, in_parts
+from nsmaps.exact.surface import sweep
 
 MINE = textwrap.dedent("""
     import sympy as sp
@@ -148,3 +149,21 @@ def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
 
         there = in_parts(first_of, parts, client.get_executor(pure=False), progress=kill_one)
     assert all(np.array_equal(a["image"], b["image"]) for a, b in zip(here, there, strict=True))
+
+
+def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> None:
+    system = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113)
+    grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.1, high=1.0, points=12), "phi": nsmaps.Axis(low=0.0, high=3.0, points=11)})
+    families = [nsmaps.WordFamily(name="BTB", words=("BTB",)), nsmaps.WordFamily(name="BB", words=("BB",))]
+    here = sweep(system, "d", [0.26, 0.3, 0.35], grid, families)
+    with ProcessPoolExecutor(2) as executor:
+        there = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, executor, tmp_path)
+    again = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, keep=tmp_path)
+    for other in (there, again):
+        for (a, one), (b, two) in zip(here, other, strict=True):
+            assert a == b
+            for name in one:
+                assert np.array_equal(one[name].member, two[name].member)
+                assert np.array_equal(one[name].image, two[name].image)
+    with pytest.raises(nsmaps.NsmapsError, match="no parameter 'dd'"):
+        sweep(system, "dd", [0.3], grid, families)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,21 +16,18 @@ from numpy.typing import NDArray
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.system import ImpactSystem
 
-if TYPE_CHECKING:
-    from nsmaps.dynamics.returnmap import ReturnMap
-
 Arrays = dict[str, NDArray[Any]]
 LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: what dask calls a worker that is gone for good
 
 
 @dataclass(frozen=True, slots=True)
 class Along:
-    """The return maps of a system along one of its parameters: a `map_of` that other processes can be sent."""
+    """A system along one of its parameters: a `map_of` of sweeps that other processes can be sent."""
 
     system: ImpactSystem
     parameter: str
 
-    def __call__(self, value: float) -> "ReturnMap":
+    def __call__(self, value: float) -> ImpactSystem:
         """The system with this value of the parameter."""
         return self.system.at(**{self.parameter: float(value)})
 
