@@ -1,29 +1,35 @@
 """Families of returns: which impact words belong together on one surface, eq. exactmap."""
 
+import re
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from nsmaps.exact.impacts import Returns
+from nsmaps.exact.chain import most_returns
+from nsmaps.exact.impacts import Returns, decode, encode
 from nsmaps.exact.surface import Grid, Surface, surfaces
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
+OPERATORS = re.compile(r"[+*?|()]")
+LONG = 16  #: returns in a row that a pattern may make
+
 
 class ReturnFamily(BaseModel, ABC):
-    """A set of first returns that form one surface over the states."""
+    """A set of returns that form one surface over the states: first returns, or rows of up to `most` of them read as one."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
+    most: int = Field(default=1, ge=1, le=1000, description="returns in a row that may make a member; the shortest row counts")
 
     @abstractmethod
     def contains(self, returns: Returns) -> NDArray[np.bool_]:
-        """Which returns belong to the family, shape (N,)."""
+        """Which returns belong to the family, shape (N,); with `most` above one it is asked again of two in a row, and so on."""
 
     def surface(self, system: "ImpactSystem", grid: Grid) -> Surface:
         """The family's returns over a grid of states."""
@@ -31,10 +37,54 @@ class ReturnFamily(BaseModel, ABC):
 
 
 class WordFamily(ReturnFamily):
-    """The returns that make one of a few impact words, such as BB or BTB."""
+    """The returns that make one of a few impact words or patterns of words.
+
+    `BTB` is a first return, `BBTB` two in a row. In a pattern `+`, `*`, `?`, `|` and parentheses mean what they do in regular
+    expressions: `B+TB` is any number of returns BB and then BTB. Unless told by `most`, as many returns in a row are made as
+    the longest word needs, and for patterns at most 16.
+    """
 
     words: tuple[str, ...] = Field(min_length=1)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _as_many_as_needed(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "most" not in data and isinstance(words := data.get("words"), list | tuple):
+            most = [LONG if is_pattern(word) else most_returns(word) for word in words if isinstance(word, str) and word]
+            return {**data, "most": max(most, default=1)}
+        return data
+
+    @field_validator("words")
+    @classmethod
+    def _readable(cls, words: tuple[str, ...]) -> tuple[str, ...]:
+        for word in words:
+            if not letters_of(word):
+                raise ValueError(f"{word!r} is no word; accepted: the letters of walls, such as BTB")
+            try:
+                re.compile(word)
+            except re.error as error:
+                raise ValueError(f"the pattern {word!r} cannot be read: {error}") from error
+        return words
+
     def contains(self, returns: Returns) -> NDArray[np.bool_]:
         """Which returns make one of the words, shape (N,)."""
-        return np.logical_or.reduce([returns.has_word(word) for word in self.words])
+        return np.logical_or.reduce([_make(returns, word) for word in self.words])
+
+
+def is_pattern(word: str) -> bool:
+    """Whether a text stands for several words."""
+    return bool(OPERATORS.search(word))
+
+
+def letters_of(word: str) -> str:
+    """A word or pattern without its operators."""
+    return OPERATORS.sub("", word)
+
+
+def _make(returns: Returns, word: str) -> NDArray[np.bool_]:
+    if not is_pattern(word):
+        return returns.has_word(word)
+    encode(letters_of(word), returns.walls)  # names a letter that is no wall
+    codes, inverse = np.unique(returns.codes, return_inverse=True)
+    matching = [re.fullmatch(word, decode(int(code), returns.walls)) is not None for code in codes]
+    return np.array(matching, bool)[inverse.reshape(-1)]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.chain import members
 from nsmaps.exact.impacts import Floats, Returns
 from nsmaps.exact.parts import Arrays, in_parts
 
@@ -117,13 +118,15 @@ def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamil
         NsmapsError: the grid's axes are not the system's coordinates, in their order.
     """
     _check_axes(system, grid)
-    return surfaces_among(system.first_return(grid.states()), grid, families)
+    return surfaces_among(system, system.first_return(grid.states()), grid, families)
 
 
-def surfaces_among(returns: Returns, grid: Grid, families: Iterable["ReturnFamily"]) -> dict[str, Surface]:
-    """The surfaces of all families among the returns of a whole grid, in its order."""
-    members = {family.name: family.contains(returns) & returns.valid for family in families}
-    return {name: Surface(name, grid, member, returns.select(member)) for name, member in members.items()}
+def surfaces_among(
+    system: "ImpactSystem", returns: Returns, grid: Grid, families: Iterable["ReturnFamily"]
+) -> dict[str, Surface]:
+    """The surfaces of all families among the first returns of a whole grid, in its order."""
+    found = {family.name: members(system, returns, family) for family in families}
+    return {name: Surface(name, grid, member, own) for name, (member, own) in found.items()}
 
 
 def returns_in_chunks(
@@ -174,7 +177,7 @@ def sweep(
     _check_axes(system, grid)
     along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
     grids = in_parts(_returns_over, [(each, grid) for each in along], executor, keep, progress)
-    found = [surfaces_among(_returns_of(each, arrays), grid, families) for each, arrays in zip(along, grids, strict=True)]
+    found = [surfaces_among(each, _returns_of(each, arrays), grid, families) for each, arrays in zip(along, grids, strict=True)]
     return [(getattr(each, parameter), surfaces) for each, surfaces in zip(along, found, strict=True)]
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from nsmaps.errors import FitError, SystemDefinitionError, UnknownSystemError
-from nsmaps.exact.family import WordFamily
+from nsmaps.exact.family import WordFamily, letters_of
 from nsmaps.exact.impacts import Floats, encode
 from nsmaps.exact.surface import Axis, Grid
 from nsmaps.plugins import system_class
@@ -130,11 +130,11 @@ class _Maker:
         for number, word in enumerate(words):
             loc = ("families", name, number)
             with self.study.source.located(loc):
-                encode(word, walls)
-            if not (word.startswith(walls[0]) and len(word) > 1):
+                encode(letters_of(word), walls)
+            if not (letters_of(word).startswith(walls[0]) and len(word) > 1):
                 accepted = f"accepted: words that begin on the base wall {walls[0]!r} and end on it or in its release"
                 raise self.study.source.error(loc, f"the word {word!r} is no return; {accepted}")
-        with self.study.source.located(("families", name), WordFamily):
+        with self.study.source.located(("families", name), WordFamily, words=""):
             return WordFamily(name=name, words=tuple(words))
 
     def diagonal(self) -> Diagonal | None:
@@ -165,6 +165,8 @@ class _Maker:
 
     def piece(self, number: int, piece: PieceSection) -> PiecePlan:
         loc: Loc = ("composite", number)
+        if piece.family is not None and piece.family in self.study.families:
+            self.single(loc, piece.family)
         region = self.region(loc, piece)
         fit = self.fit((*loc, "fit"), piece.fit) if piece.fit else None
         reset = None if piece.reset is None else self.some_coordinates((*loc, "reset"), piece.reset)
@@ -174,6 +176,11 @@ class _Maker:
             with self.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
                 printed_at(piece.polynomial, self.system)
         return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial)
+
+    def single(self, loc: Loc, family: str) -> None:
+        if self.family(family, self.study.families[family]).most > 1:
+            text = f"a piece of the composite map is one return, and {family!r} makes several in a row; accepted: words of one"
+            raise self.study.source.error((*loc, "family"), text)
 
     def region(self, loc: Loc, piece: PieceSection) -> Region:
         if piece.box is not None:

@@ -50,7 +50,7 @@ def _surfaces(plan: Plan, result: StudyResult) -> Parts:
     if plan.study.partition and not families:
         words = [word for word in np.unique(returns.words[returns.valid]).tolist() if LONGER not in word]
         families = [WordFamily(name=word, words=(word,)) for word in words]
-    return {"returns": returns, "surfaces": surfaces_among(returns, plan.grid, families)}
+    return {"returns": returns, "surfaces": surfaces_among(plan.system, returns, plan.grid, families)}
 
 
 def _diagonal(plan: Plan, result: StudyResult) -> Parts:

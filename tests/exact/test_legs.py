@@ -106,7 +106,7 @@ def test_margin_only_where_it_is_asked_for_and_kept_by_what_selects(pair):
     assert [len(part) for part in parts] == [250, 250, 100]
     assert np.array_equal(np.concatenate([part.margin.clearance for part in parts]), whole.margin.clearance)
     assert all(part.margin is None for part in returns_in_chunks(system, grid))
-    surface = surfaces_among(whole, grid, [WordFamily(name="BB", words=("BB",))])["BB"]
+    surface = surfaces_among(system, whole, grid, [WordFamily(name="BB", words=("BB",))])["BB"]
     assert np.array_equal(surface.returns.margin.slowest, some.margin.slowest)
 
 

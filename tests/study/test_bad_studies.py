@@ -115,6 +115,18 @@ BAD = {
         "B]",
         "the word 'B' is no return; accepted: words that begin on the base wall 'B' and end on it or in its release",
     ),
+    "pattern that cannot be read": (
+        "[BB]",
+        "['B(B']",
+        "['B(B'",
+        "the pattern 'B(B' cannot be read: missing ), unterminated subpattern at position 1",
+    ),
+    "several returns as a piece": (
+        "[BB]",
+        "[BBB]",
+        None,
+        "a piece of the composite map is one return, and 'low' makes several in a row; accepted: words of one",
+    ),
     "duplicate key": (
         "title: The ball\n",
         "title: The ball\ntitle: Another\n",
