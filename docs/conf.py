@@ -1,0 +1,57 @@
+"""The pages as a site: `sphinx-build -W docs docs/_build` with the extra `docs`."""
+
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import Any
+
+project = "nsmaps"
+author = "The nsmaps developers"
+version = release = version_of("nsmaps")
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton"]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 4
+autodoc_typehints = "signature"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": True, "exclude-members": "model_config"}
+default_role = "code"
+napoleon_google_docstring = True
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+html_theme = "furo"
+html_title = f"nsmaps {version}"
+
+ROOMS = {
+    "exact": "What the physics does",
+    "dynamics": "What any return map does",
+    "reduced": "What is put in its place",
+    "auxiliary": "Where it ends up",
+    "export": "Closed forms taken away",
+    "study": "A file in, results out",
+    "plugins": "Installed systems",
+    "testing": "Checks of your own classes",
+    "errors": "Errors",
+}
+
+
+def write_api(app: object) -> None:
+    """The page of all public names, room by room, made anew from the package's own list."""
+    import nsmaps
+
+    lines = ["# API", "", "Everything here is imported as `nsmaps.NAME`, when it is first asked for.", ""]
+    homes = {name: f"nsmaps.{module}" for module, names in nsmaps._PUBLIC.items() for name in names}
+    rest = {home.split(".")[1] for home in homes.values()} - set(ROOMS)
+    for room, title in {**ROOMS, **{name: name.capitalize() for name in sorted(rest)}}.items():
+        names = sorted(name for name, home in homes.items() if home.split(".")[1] == room)
+        lines += [f"## {title}", ""] if names else []
+        for name in names:
+            kind = "autoclass" if isinstance(getattr(nsmaps, name), type) else "autofunction"
+            lines += ["```{eval-rst}", f".. {kind}:: nsmaps.{name}", "```", ""]
+    folder = Path(__file__).parent / "_generated"
+    folder.mkdir(exist_ok=True)
+    (folder / "api.md").write_text("\n".join(lines))
+
+
+def setup(app: Any) -> None:
+    """Write the page before any is read."""
+    app.connect("builder-inited", write_api)
