@@ -1,7 +1,7 @@
 """Bifurcation diagrams: what a return map does in the long run over the values of a parameter (figs. bifexact, bifapprox)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -57,7 +57,7 @@ def bifurcation(
     starts: ArrayLike,
     returns: int = 60,
     transient: int = 2000,
-    follow: Literal["up", "down"] | None = None,
+    follow: Literal["up", "down", "both"] | None = None,
     tolerance: float = 1e-6,
     progress: Callable[[int], None] | None = None,
 ) -> Bifurcation:
@@ -71,7 +71,8 @@ def bifurcation(
         returns: how many are kept at each value.
         transient: how many are made before them and forgotten.
         follow: the last states at one value are the starts at the next, through growing ("up") or falling ("down") values. An
-            orbit that ended starts again from where the last value left it. Without it every value has the starts given.
+            orbit that ended starts again from where the last value left it. With "both" there are 2 S orbits, those through
+            growing values first. Without it every value has the starts given.
         tolerance: within which each coordinate must repeat to be periodic, in its units.
         progress: called with the number of values done, after each.
 
@@ -81,6 +82,9 @@ def bifurcation(
     """
     along, now = np.atleast_1d(np.asarray(values, float)), np.atleast_2d(np.asarray(starts, float))
     _check(along, returns, transient, follow)
+    if follow == "both":
+        ways: tuple[Literal["up", "down"], ...] = ("up", "down")
+        return _beside(*(bifurcation(map_of, along, now, returns, transient, way, tolerance, progress) for way in ways))
     order = np.argsort(-along if follow == "down" else along, kind="stable")
     runs: dict[int, Orbit] = {}
     reasons = [""] * len(along)
@@ -126,10 +130,19 @@ def _diagram(values: Floats, runs: dict[int, Orbit], reasons: tuple[str, ...], t
     return Bifurcation(some.coordinates, some.walls, values, states, turns, codes, outcome, reasons, period)
 
 
+def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:
+    """The orbits of both over the same values."""
+    rows = {
+        name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1)
+        for name in ("states", "turns", "codes", "outcome", "period")
+    }
+    return replace(one, **rows)  # type: ignore[arg-type]
+
+
 def _check(values: Floats, returns: int, transient: int, follow: object) -> None:
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
         raise NsmapsError(f"the values have shape {values.shape}; accepted: one or more finite numbers in a row")
     if returns < 1 or transient < 0:
         raise NsmapsError(f"{returns} returns after {transient}; accepted: at least 1 that is kept, at least 0 before")
-    if follow not in (None, "up", "down"):
-        raise NsmapsError(f"follow is {follow!r}; accepted: 'up', 'down' or None")
+    if follow not in (None, "up", "down", "both"):
+        raise NsmapsError(f"follow is {follow!r}; accepted: 'up', 'down', 'both' or None")

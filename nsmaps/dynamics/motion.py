@@ -32,6 +32,15 @@ def periods(states: Floats, codes: NDArray[np.int64], coordinates: Sequence[str]
     return period
 
 
+def joined(words: Sequence[str]) -> str:
+    """The word of successive returns, the impact between two of them written once; "" if one is unknown.
+
+    >>> joined(["BB", "BTB"])
+    'BBTB'
+    """
+    return "" if not all(words) else words[0][:1] + "".join(word[1:] for word in words)
+
+
 def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequence[str]) -> str:
     """The motion n:m/pT: impacts n on the base wall, m on the other, in p periods of the forcing.
 

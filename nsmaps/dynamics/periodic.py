@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.motion import differences, label
+from nsmaps.dynamics.motion import differences, joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, StateError
@@ -34,6 +34,11 @@ class PeriodicOrbit:
         return tuple(self.returns.words.tolist())
 
     @property
+    def word(self) -> str:
+        """The impacts of the whole cycle from the first state on, such as BBTB of a 2:1 motion."""
+        return joined(self.words)
+
+    @property
     def label(self) -> str:
         """The motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`."""
         turns = self.returns.turns[:, angle_mask(self.returns.coordinates)].sum(axis=1)
@@ -42,7 +47,12 @@ class PeriodicOrbit:
     @property
     def residual(self) -> float:
         """The largest difference between the image of a state and the next state, in any coordinate; NaN without images."""
-        return float(np.abs(_gaps(self.returns)).max())
+        return float(np.abs(self.gaps).max())
+
+    @property
+    def gaps(self) -> Floats:
+        """From each next state to the image of each state, shape (q, n); angles the shorter way round."""
+        return _gaps(self.returns)
 
     @property
     def converged(self) -> bool:

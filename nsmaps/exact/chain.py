@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 def joined(first: Returns, second: Returns) -> Returns:
     """Two returns in a row of each state as one: the second starts from the image of the first.
 
-    The base wall between them is one letter of the joint word: BB, BTB make BBTB, and B~, BTB make B~TB.
+    The base wall between them is one letter of the joint word: BB, BTB make BBTB, and B~, BTB make B~TB. Where either has no
+    image there is no word, and the outcome is that of the one which ended.
     """
     pairs, inverse = np.unique(np.column_stack([first.codes, second.codes]), axis=0, return_inverse=True)
     codes = np.array([_joint(int(a), int(b), first.walls) for a, b in pairs], np.int64)[inverse.reshape(-1)]
@@ -31,7 +32,8 @@ def joined(first: Returns, second: Returns) -> Returns:
         second,
         start=first.start,
         turns=first.turns + second.turns,
-        codes=codes,
+        codes=np.where(second.valid, codes, 0),
+        outcome=np.where(first.valid, second.outcome, first.outcome),
         time=first.time + second.time,
         derivative=derivative,
         margin=margin,

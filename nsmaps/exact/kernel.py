@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 HERE = Path(__file__).parent
-ENGINE = ("remainders.py", "flight.py", "returns.py", "batch.py", "legs.py")  # copied behind what is generated
+ENGINE = ("remainders.py", "flight.py", "returns.py", "batch.py", "legs.py", "sensitivity.py")  # copied behind what is generated
 MARK = "# === engine ===\n"
 KNOWN = {"nsmaps", "pydantic", "sympy", "numpy", "scipy", "mpmath", *sys.stdlib_module_names} - {"__main__"}
 CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
@@ -86,6 +86,13 @@ class Kernel:
             n, lambda k: self.module.all_legs(p, start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k])
         )
         return Legs(system.wall_names, codes, turns, clearance, slowest, outcome)
+
+    def sensitivities(self, system: "ImpactSystem", start: Floats, rates: Floats, chatter: float) -> Floats:
+        """The derivatives of the images of a batch, shape (N, 2), by the parameters along a direction."""
+        moves = np.zeros((len(start), 2))
+        if rates.any():
+            self.module.sensitivities(self.vector(system), np.append(rates, 0.0), start, float(chatter), moves)
+        return moves
 
     def impacts(self, system: "ImpactSystem", state: Floats, n: int, chatter: float) -> Impacts:
         """The first n impacts on all walls from one state, shape (2,)."""

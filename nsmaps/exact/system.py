@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict
 
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_match
@@ -124,6 +124,17 @@ class ImpactSystem(BaseModel, ABC):
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
         return self._kernel().legs(self, start, chatter)
+
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = 1e-12) -> NDArray[np.float64]:
+        """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, 2).
+
+        Through every impact by the implicit function theorem, as `derivative` of `first_return`; NaN where a return rests or
+        chatters on its way, or there is none. Other arguments and errors as `first_return`.
+        """
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
+        return self._kernel().sensitivities(self, start, way, chatter)
 
     def grazing_curves(
         self, box: Mapping[str, Sequence[float]], lines: int = 400, spacing: float = 0.005

@@ -28,7 +28,7 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
 def bifurcation(result: Drawable, ax: Axes, of: str = "exact", coordinate: int = 0) -> Axes:
     """One coordinate of the attractors over the parameter, coloured by the word of the return to each state.
 
-    Motions n:m/pT are named above where their interval has the room; grey bands are values without an attractor.
+    Motions n:m/pT of the first orbit are named above where their interval has the room; grey bands: values without an attractor.
     """
     diagrams = bifurcation_of(result, "bifurcation")
     made = diagrams[of]

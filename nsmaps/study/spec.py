@@ -186,7 +186,7 @@ class BifurcationSection(BaseModel):
     start: dict[str, Number]
     transient: int = Field(2000, ge=0)
     returns: int = Field(60, ge=1)  #: kept, after those of the transient
-    follow: Literal["up", "down"] | None = None
+    follow: Literal["up", "down", "both"] | None = None
     of: tuple[Literal["exact", "composite"], ...] = ("exact",)
 
     @model_validator(mode="after")

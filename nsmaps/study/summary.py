@@ -84,11 +84,15 @@ def _orbit(pair: OrbitPair) -> dict[str, Any]:
 
 
 def _bifurcation(made: "Bifurcation") -> dict[str, Any]:
-    """The intervals of one motion in the order of the values, and how many orbits ended."""
+    """The intervals of one motion of the first orbit in the order of the values, how many orbits ended, what coexists."""
+    from nsmaps.dynamics.coexistence import coexistence
+
     pairs = zip(made.labels[:, 0].tolist(), made.values.tolist(), strict=True)
     runs = [(label, [value for _, value in run]) for label, run in groupby(pairs, key=itemgetter(0))]
     motions = [{"label": label, "from": values[0], "to": values[-1]} for label, values in runs]
-    return {"ended": int((~made.held).sum()), "motions": motions}
+    spans = coexistence([made]).spans if made.held.shape[1] > 1 else ()
+    attractors = [{"attractor": span.attractor, "label": span.label, "from": span.low, "to": span.high} for span in spans]
+    return {"ended": int((~made.held).sum()), "motions": motions} | ({"attractors": attractors} if attractors else {})
 
 
 def _finite(state: Any) -> list[float | None]:

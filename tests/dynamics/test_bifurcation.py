@@ -52,6 +52,14 @@ def test_diagram_is_that_of_single_returns(pair, follow):
         state = path[-1]
 
 
+def test_both_ways_are_beside_each_other(pair):
+    values, starts = [0.30, 0.26, 0.35], [[0.8, 0.4], [0.7, 0.3]]
+    up, down, both = (nsmaps.bifurcation(pair, values, starts, 5, 30, follow=way) for way in ("up", "down", "both"))
+    assert np.array_equal(both.states[:, :2], up.states)
+    assert np.array_equal(both.states[:, 2:], down.states)
+    assert both.labels.tolist() == np.concatenate([up.labels, down.labels], axis=1).tolist()
+
+
 @pytest.mark.parametrize("count", [1, 3, 40])
 def test_starts_run_as_a_batch(pair, count):
     starts = np.random.default_rng(0).uniform([0.01, 0], [1, 2 * np.pi], (count, 2))

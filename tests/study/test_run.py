@@ -349,3 +349,14 @@ def test_a_bifurcation_does_not_make_partitions() -> None:
     Path("parts.yaml").write_text(text + "partition: {tolerance: 1e-2}\n")
     with pytest.raises(NsmapsError, match="a partition is made once"):
         run("parts.yaml")
+
+
+def test_both_ways_tell_what_coexists() -> None:
+    """The shipped study against the ends of the window: a fold at 0.227713761, a crisis between 0.22504 and 0.22506."""
+    result = run("vi_pair/bistable", out="both")
+    assert result.bifurcation["exact"].held.all()
+    record = json.loads(Path("both/result.json").read_text())["numbers"]["bifurcation"]["exact"]["attractors"]
+    low, chaos = (next(row for row in record if row["label"] == label) for label in ("2:1/T", "C"))
+    assert low["attractor"] != chaos["attractor"]
+    assert 0.2274 < low["to"] < 0.227713761
+    assert 0.2250 < chaos["from"] <= 0.22525

@@ -1,0 +1,34 @@
+"""Several returns taken for one: iterates of a return map, with the words of all their impacts."""
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.chain import joined
+from nsmaps.exact.impacts import Returns, as_states
+
+
+@dataclass(frozen=True, slots=True)
+class Iterated:
+    """A return map made `times` times: words run on, such as BBTB for BB and BTB; an orbit that ends keeps why."""
+
+    map: ReturnMap
+    times: int
+
+    def __post_init__(self) -> None:
+        if self.times < 1:
+            raise NsmapsError(f"{self.times} returns; accepted: at least one")
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Of the map."""
+        return self.map.coordinates
+
+    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+        """The last of `times` returns of states of shape (N, n), with the words, turns, times and derivatives of all of them."""
+        made = self.map.first_return(as_states(states, self.coordinates), derivative)
+        for _ in range(self.times - 1):
+            made = joined(made, self.map.first_return(made.image, derivative))
+        return made

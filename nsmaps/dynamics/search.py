@@ -1,0 +1,52 @@
+"""Periodic orbits from many starts: the distinct ones of a period, perhaps of one word."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsmaps.dynamics.motion import differences
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.impacts import Floats, as_states
+
+
+def periodic_orbits(
+    map: ReturnMap,
+    starts: ArrayLike,
+    period: int = 1,
+    words: Sequence[str] | None = None,
+    tolerance: float = 1e-10,
+    apart: float = 1e-6,
+) -> tuple[PeriodicOrbit, ...]:
+    """The periodic orbits, stable or not, that Newton's method finds from many starts, each once; there may be others.
+
+    Only orbits that converge, exist, have no divisor of the period, and no multiplier within `apart` of 1: chatter at speeds
+    below the tolerance would pass for an orbit otherwise.
+
+    Args:
+        map: with derivatives.
+        starts: shape (N, n), the first state of each guess.
+        period: q, in returns.
+        words: those of the q returns, from any state of the cycle on; None for all.
+        tolerance: largest residual.
+        apart: least distance of two orbits, in the coordinates' units.
+
+    Raises:
+        StateError, NsmapsError: as `periodic_orbit`.
+    """
+    found: list[PeriodicOrbit] = []
+    rotations = None if words is None else {(*words[k:], *words[:k]) for k in range(len(words))}
+    for start in as_states(starts, map.coordinates):
+        orbit = periodic_orbit(map, start, period, tolerance)
+        if not (orbit.converged and orbit.exists) or (rotations is not None and orbit.words not in rotations):
+            continue
+        turned = [np.roll(orbit.states, k, axis=0) for k in range(period)]
+        known = [(orbit.states, other) for other in turned[1:]] + [(each.states, other) for each in found for other in turned]
+        if np.abs(orbit.multipliers - 1).min() > apart and not any(_same(map, one, other, apart) for one, other in known):
+            found.append(orbit)
+    return tuple(found)
+
+
+def _same(map: ReturnMap, one: Floats, other: Floats, apart: float) -> bool:
+    return bool((np.abs(differences(one, other, map.coordinates)) <= apart).all())

@@ -1,0 +1,132 @@
+"""Stability diagrams: which motion attracts over two parameters, and the curves on which it changes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nsmaps.dynamics.bifurcation import bifurcation
+from nsmaps.dynamics.branch import continue_branch
+from nsmaps.dynamics.events import FOLD
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StabilityDiagram:
+    """The attractor that one start reaches at W values of one parameter by V of another, rows followed along the other."""
+
+    along: Floats  #: shape (V,), values of the parameter along which attractors are followed
+    across: Floats  #: shape (W,), values of the other
+    period: NDArray[np.int64]  #: shape (W, V), in returns; 0: none up to the longest looked for, -1: no attractor
+    labels: NDArray[np.str_]  #: shape (W, V), such as 1:1/2T; "" where there is no attractor
+    reasons: tuple[str, ...]  #: W texts, why there is no map at any value of a row; "" where there is
+
+    def share(self, period: int) -> float:
+        """Which share of the points has this period."""
+        return float((self.period == period).mean())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventCurve:
+    """Where an event lies in one parameter over W values of another."""
+
+    kind: str
+    values: Floats  #: shape (W,), of the parameter that is continued; NaN where no event was found
+    across: Floats  #: shape (W,), of the other
+    precision: Floats  #: shape (W,), of the values
+    reasons: tuple[str, ...]  #: W texts, why a branch ended without the event; "" where it has one
+
+
+def stability_diagram(
+    map_of: Callable[[float, float], ReturnMap],
+    along: ArrayLike,
+    across: ArrayLike,
+    start: ArrayLike,
+    longest: int = 16,
+    transient: int = 1000,
+    follow: Literal["up", "down"] | None = "down",
+    tolerance: float = 1e-6,
+    progress: Callable[[int], None] | None = None,
+) -> StabilityDiagram:
+    """The motions that attract over two parameters: a bifurcation diagram along one for each value of the other.
+
+    A transient that is too short, as next to a period doubling, passes for chaos.
+
+    Args:
+        map_of: the return map at a value of each, such as `lambda d, r: system.at(d=d, r=r)`. A ValueError says there is none.
+        along: shape (V,), of the first parameter, followed as in `bifurcation`.
+        across: shape (W,), of the second.
+        start: one state, shape (n,), of every row.
+        longest: period looked for, in returns.
+        transient, follow, tolerance: as in `bifurcation`.
+        progress: called with the number of rows done, after each.
+
+    Raises:
+        NsmapsError, StateError: as `bifurcation`, where no row can be made.
+    """
+    rows, columns = np.atleast_1d(np.asarray(across, float)), np.atleast_1d(np.asarray(along, float))
+    period = np.full((len(rows), len(columns)), -1)
+    labels = np.full(period.shape, "", object)
+    reasons = [""] * len(rows)
+    for k, value in enumerate(rows.tolist()):
+        try:
+            made = bifurcation(_at(map_of, value), columns, start, 2 * longest, transient, follow, tolerance)
+        except NsmapsError as error:
+            reasons[k] = str(error)
+        else:
+            period[k] = np.where(made.held[:, 0], made.period[:, 0], -1)
+            labels[k] = made.labels[:, 0]
+        if progress is not None:
+            progress(k + 1)
+    if all(reasons):
+        raise NsmapsError(f"there is no row of {len(rows)}: {reasons[0] if reasons else 'no value across'}")
+    return StabilityDiagram(columns, rows, period, labels.astype(str), tuple(reasons))
+
+
+def event_curve(
+    map_of: Callable[[float, float], ReturnMap],
+    orbit: PeriodicOrbit,
+    value: float,
+    across: ArrayLike,
+    kind: str,
+    within: tuple[float, float],
+    toward: Literal["up", "down"] = "down",
+    step: float = 0.02,
+) -> EventCurve:
+    """The first event of a kind on the branch of an orbit in one parameter, before it folds, for each value of another.
+
+    The orbit at `value` is taken from one value of the other parameter to the next, so that they should lie close; from there its
+    branch is followed to the event.
+
+    Args:
+        map_of: the return map at a value of each parameter.
+        orbit: at `value` and the first value across.
+        across: shape (W,), in the order in which they are taken.
+        kind: of the event, such as `period doubling`; see `Event`.
+        value, within, toward, step: as in `continue_branch`.
+    """
+    rows = np.atleast_1d(np.asarray(across, float))
+    found, precision = np.full((2, len(rows)), np.nan)
+    reasons = [""] * len(rows)
+    for k, other in enumerate(rows.tolist()):
+        try:
+            here = periodic_orbit(map_of(value, other), orbit.states, len(orbit.states))
+        except ValueError as error:
+            reasons[k] = " ".join(str(error).split())
+            continue
+        made = continue_branch(_at(map_of, other), here, value, within, toward, step, until=(kind, FOLD))
+        if events := made.of_kind(kind):
+            found[k], precision[k] = events[0].parameter, events[0].precision
+        else:
+            reasons[k] = made.ended
+        orbit = here if here.converged else orbit
+    return EventCurve(kind, found, rows, precision, tuple(reasons))
+
+
+def _at(map_of: Callable[[float, float], ReturnMap], second: float) -> Callable[[float], ReturnMap]:
+    return lambda first: map_of(first, second)

@@ -1,0 +1,359 @@
+"""Branches of periodic orbits against closed forms and against Newton's method on implicit equations in 40 digits."""
+
+from dataclasses import dataclass
+from math import acos, cos, pi, sin, sqrt
+
+import mpmath as mp
+import numpy as np
+import pytest
+from dynamics_implicit import flight, gaps, multipliers_test, solve
+from toys import BouncingBall
+
+import nsmaps
+from nsmaps.dynamics.branch import cascade, continue_branch, doubled_branch
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Outcome, Returns
+
+HALF, QUARTER = mp.mpf(1) / 2, mp.mpf(1) / 4
+G3, G6 = (mp.mpf("0.1245") * mp.mpf("9.8") * mp.sin(mp.pi / k) / 5 for k in (3, 6))  #: g_bar at beta = pi/3 and pi/6
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A map of the plane without walls, by its formulas and their derivative; everything escapes where a is beyond `last`."""
+
+    a: float
+    kind: str
+    last: float = np.inf
+    coordinates: tuple[str, ...] = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        x, y = np.asarray(states, float).T
+        if self.kind == "henon":  # x' = a - x^2 + b y, y' = x
+            image, rows = (self.a - x**2 + 0.3 * y, x), ((-2 * x, 0.3), (1, 0))
+        elif self.kind == "ring":  # fixed points on the circle x^2 + a^2 = 1
+            image, rows = (x + 0.3 * (1 - x**2 - self.a**2), y / 2), ((1 - 0.6 * x, 0), (0, 0.5))
+        else:  # the delayed logistic map: x' = a x (1 - y), y' = x
+            image, rows = (self.a * x * (1 - y), x), ((self.a * (1 - y), -self.a * x), (1, 0))
+        n = len(x)
+        slopes = np.moveaxis(np.array([[np.broadcast_to(part, n) for part in row] for row in rows], float), -1, 0)
+        inside = self.a <= self.last
+        made = np.column_stack(image) if inside else np.full((n, 2), np.nan)
+        outcome = np.full(n, Outcome.returned if inside else Outcome.escaped, np.int8)
+        turns, codes, time = np.zeros((n, 2), np.int32), np.ones(n, np.int64), np.full(n, np.nan)
+        given = slopes if derivative else None
+        return Returns(self.coordinates, ("B",), np.asarray(states), made, turns, codes, outcome, time, given)
+
+
+def only(branch, kind):
+    """The one event of a kind."""
+    (event,) = branch.of_kind(kind)
+    assert event.precision < 1e-8
+    assert "not located" not in event.detail
+    return event
+
+
+def of(system, name):
+    return lambda value: system.at(**{name: value})
+
+
+def test_fold_and_doubling_of_the_bouncing_ball():
+    """Fixed points exist from Gamma = pi (1 - e)/(1 + e); the one that is born stable doubles where the closed form says."""
+    e, start = 0.5, 1.2
+    fold = pi * (1 - e) / (1 + e)
+    doubling = sqrt(fold**2 + (2 * (1 + e**2) / (1 + e) ** 2) ** 2)
+    assert abs(doubling - 1.5268237005) < 1e-10
+
+    def ball(a):
+        return BouncingBall(a=a, r=e)
+
+    fixed = nsmaps.periodic_orbit(ball(start), [2 * pi / (1 + e), acos(fold / start)])
+    up = continue_branch(ball, fixed, start, (0.5, 2.5), "up")
+    assert abs(only(up, "period doubling").parameter - doubling) < 1e-8
+    down = continue_branch(ball, fixed, start, (0.5, 2.5), "down")
+    assert abs(only(down, "fold").parameter - fold) < 1e-8
+    assert down.parameter[-1] == 2.5  # round the fold, on the saddle
+    assert (np.diff(down.arclength) > 0).all()
+    phase = np.array([acos(fold / a) for a in down.parameter])
+    assert np.allclose(np.abs(np.angle(np.exp(1j * down.points[:, 0, 1]))), phase, atol=1e-9)
+    assert np.allclose(down.points[:, 0, 0], 2 * pi / (1 + e), atol=1e-12)
+    folded = down.arclength > down.arclength[np.argmin(down.parameter)]
+    assert not down.stable[folded].any()
+
+
+def test_saddle_of_the_bouncing_ball_grazes():
+    """The flight of the saddle touches the table in between: gap and speed vanish together at a time s of its own."""
+    e, fold = 0.5, pi / 3
+
+    def touch(a, s):
+        t = -mp.acos(fold / a)
+        lift = 2 * mp.pi * HALF / (1 + HALF) + a * mp.cos(t)
+        return [lift * s - s**2 / 2 - a * (mp.sin(t + s) - mp.sin(t)), lift - s - a * mp.cos(t + s)]
+
+    a, _ = solve(touch, [2.5, 2.5])
+    fixed = nsmaps.periodic_orbit(BouncingBall(a=1.2, r=e), [2 * pi / (1 + e), -acos(fold / 1.2)])
+    made = continue_branch(lambda a: BouncingBall(a=a, r=e), fixed, 1.2, (1.1, 4.0), "up")
+    event = only(made, "grazing")
+    assert made.ended == "grazing"
+    assert event.detail == "a clearance is zero"
+    assert abs(event.parameter - float(a)) < 1e-8
+
+
+def test_doubling_of_the_pair_in_40_digits(pair):
+    *_, d = solve(
+        lambda v, phi, a, b, d: [
+            *gaps("BTB", v, phi, [a, b], d, HALF, G3),
+            multipliers_test("BTB", [v, phi, a, b], d, HALF, G3, -1),
+        ],
+        [0.804, 0.313, 1.263, 0.737, 0.324],
+    )
+    assert abs(d - 0.324188543) < 1e-9
+    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    made = continue_branch(of(pair(0.35), "d"), fixed, 0.35, (0.26, 0.40), "down")
+    assert abs(only(made, "period doubling").parameter - float(d)) < 1e-11
+    assert np.array_equal(made.stable, made.parameter > float(d))
+    assert made.ended == "the range ends at 0.26"
+    assert made.parameter[[0, -1]].tolist() == [0.35, 0.26]
+    assert set(made.words.ravel()) == {"BTB"}
+
+
+def test_fold_of_the_pair_in_40_digits(pair):
+    """The stable 1:1 motion and the saddle of the same words, joined where restitution is small."""
+    *_, r = solve(
+        lambda v, phi, a, b, r: [
+            *gaps("BTB", v, phi, [a, b], mp.mpf("0.35"), r, G3),
+            multipliers_test("BTB", [v, phi, a, b], mp.mpf("0.35"), r, G3, 1),
+        ],
+        [0.675, 1.911, 1.184, 0.816, 0.0356],
+    )
+    system = pair(0.35)
+    stable, saddle = (nsmaps.periodic_orbit(system, guess) for guess in ([0.8, 0.4], [0.34325, 2.87685]))
+    for start, other in ((stable, saddle), (saddle, stable)):
+        made = continue_branch(of(system, "r"), start, 0.5, (0, 1), "down")
+        assert abs(only(made, "fold").parameter - float(r)) < 1e-11
+        assert made.ended == "the range ends at 1"
+        after = np.flatnonzero(np.diff(np.sign(made.parameter - 0.5)))[-1]
+        passed = nsmaps.periodic_orbit(system, made.points[after][0])
+        assert np.allclose(passed.states, other.states, atol=1e-10)
+
+
+def test_saddles_of_the_pair_meet_in_a_graze(pair):
+    """The saddle BB touches the wall T, the saddle BTB meets it with speed zero: both at once, a fold that is not smooth."""
+    *_, d = solve(
+        lambda v, phi, s, touch, d: [
+            *gaps("BB", v, phi, [s], d, HALF, G3),
+            flight(phi / mp.pi, d / 2, -HALF * v, touch, G3)[0] + d / 2,
+            flight(phi / mp.pi, d / 2, -HALF * v, touch, G3)[1],
+        ],
+        [0.28177, 2.91844, 2, 1.3, 0.3],
+    )
+    system = pair(0.35)
+    for guess, detail in (([0.28177, 2.91844], "a clearance is zero"), ([0.34325, 2.87685], "an impact speed is zero")):
+        made = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, guess), 0.35, (0.1, 0.4), "down")
+        event = only(made, "grazing")
+        assert (made.ended, event.detail) == ("grazing", detail)
+        assert abs(event.parameter - float(d)) < 1e-8
+
+
+def test_bistable_window(pair):
+    """At r = 0.25, beta = pi/6 the 2:1 motion folds, its saddle meets the 1:1 motion in a graze; 1:1 has doubled before."""
+    system = pair(0.25, r=0.25, beta=pi / 6)
+    one = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, [0.68, 0.52]), 0.25, (0.15, 0.30), "down")
+    cycle = nsmaps.orbit(system.at(d=0.21), [0.6, 0.3], 3000).final
+    two = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system.at(d=0.21), cycle, 2), 0.21, (0.15, 0.30), "up")
+    assert (one.labels[0], two.labels[0]) == ("1:1/T", "2:1/T")
+    *_, d = solve(
+        lambda v, phi, a, b, c, d: [
+            *gaps("BBTB", v, phi, [a, b, c], d, QUARTER, G6),
+            multipliers_test("BBTB", [v, phi, a, b, c], d, QUARTER, G6, 1),
+        ],
+        [0.6597, 0.4277, 0.482, 0.813, 0.705, 0.2277],
+    )
+    assert abs(only(two, "fold").parameter - float(d)) < 1e-10
+    *_, d = solve(
+        lambda v, phi, a, b, d: [
+            *gaps("BTB", v, phi, [a, b], d, QUARTER, G6),
+            multipliers_test("BTB", [v, phi, a, b], d, QUARTER, G6, -1),
+        ],
+        [0.6806, 0.5205, 1.33, 0.67, 0.2346],
+    )
+    assert abs(only(one, "period doubling").parameter - float(d)) < 1e-10
+    *_, d = solve(
+        lambda v, phi, a, b, touch, d: [
+            *gaps("BTB", v, phi, [a, b], d, QUARTER, G6),
+            flight(phi / mp.pi, d / 2, -QUARTER * v, touch, G6)[0] - d / 2,
+            flight(phi / mp.pi, d / 2, -QUARTER * v, touch, G6)[1],
+        ],
+        [0.6541, 0.465, 1.355, 0.645, 0.586, 0.2146],
+    )
+    assert abs(only(one, "grazing").parameter - float(d)) < 1e-8
+    assert abs(only(two, "grazing").parameter - float(d)) < 1e-8
+
+
+def test_orbits_are_physically_there(pair):
+    """Up to its grazes, no flight of a cycle leaves the capsule between its impacts: sampled densely, by the formula alone."""
+    system = pair(0.21, r=0.25, beta=pi / 6)
+    cycle = nsmaps.orbit(system, [0.6, 0.3], 3000).final
+    made = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, cycle, 2), 0.21, (0.15, 0.30), "up")
+    nearest = []
+    for d, states in zip(made.parameter, made.points, strict=True):
+        impacts = system.at(d=d).impacts(states[0], 4)
+        assert np.isclose(impacts.time[-1], 2, atol=1e-9)
+        sides = np.where(impacts.wall == 0, d / 2, -d / 2)
+        for k in range(3):
+            t, s = impacts.phase[k] / pi, np.linspace(0, impacts.time[k + 1] - impacts.time[k], 2001)
+            w = (-1 if impacts.wall[k] == 0 else 1) * 0.25 * impacts.speed[k]
+            place = sides[k] + (w - np.sin(pi * t) / pi) * s + system.g_bar * s**2 / 2
+            place -= (np.cos(pi * (t + s)) - np.cos(pi * t)) / pi**2
+            assert abs(place[-1] - sides[k + 1]) < 1e-12
+            assert np.abs(place).max() < d / 2 + 1e-12
+            nearest.append(impacts.speed[1:].min())
+    assert min(nearest) < 1e-5  # as far as the graze itself
+
+
+def test_cascade_of_the_pair(pair):
+    system = pair(0.35)
+    branches = cascade(of(system, "d"), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.25, 0.36), "down", doublings=6)
+    assert [branch.points.shape[1] for branch in branches] == [1, 2, 4, 8, 16, 32]
+    found = np.array([only(branch, "period doubling").parameter for branch in branches])
+    steps = np.diff(found)
+    ratios = steps[:-1] / steps[1:]
+    assert np.abs(ratios[-2:] - 4.669201609).max() < 0.1
+    assert abs(ratios[-1] - 4.669201609) < abs(ratios[-2] - 4.669201609)
+    for k in range(1, 4):  # between its doublings a cycle attracts, and the period is what follows from iteration alone
+        middle = found[k - 1] + 0.7 * (found[k] - found[k - 1])
+        made = nsmaps.bifurcation(lambda d: system.at(d=d), [middle], [0.8, 0.4], transient=20_000, returns=64)
+        assert made.period.item() == 2**k
+
+
+def test_doublings_of_the_henon_map():
+    """With b = 0.3 fixed points are born at -(1 - b)^2/4 and double at 3 (1 - b)^2/4, the cycle at (1 - b)^2 + (1 + b)^2/4."""
+
+    def henon(a):
+        return Plane(a, "henon")
+
+    fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
+    down = continue_branch(henon, fixed, 0.2, (-1, 1.3), "down")
+    assert abs(only(down, "fold").parameter + 0.49 / 4) < 1e-8
+    assert np.allclose(down.parameter, down.points[:, 0, 0] ** 2 + 0.7 * down.points[:, 0, 0], atol=1e-9)
+    up = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up")
+    doubling = only(up, "period doubling")
+    assert abs(doubling.parameter - 3 * 0.49 / 4) < 1e-8
+    two = doubled_branch(henon, doubling, (-1, 1.3))
+    assert abs(only(two, "period doubling").parameter - (0.49 + 1.69 / 4)) < 1e-8
+    back = continue_branch(henon, two.orbits[-1], 1.3, (-1, 1.3), "down")
+    assert back.ended == "period halving"
+    assert abs(only(back, "period halving").parameter - doubling.parameter) < 1e-8
+    with pytest.raises(NsmapsError, match="the event is a fold"):
+        doubled_branch(henon, down.of_kind("fold")[0], (-1, 1.3))
+
+
+def test_torus_and_branch_point_of_the_delayed_logistic_map():
+    """Its fixed point 1 - 1/a passes through zero at a = 1; a pair of multipliers exp(+-i pi/3) leaves the circle at a = 2."""
+
+    def delayed(a):
+        return Plane(a, "delayed")
+
+    fixed = nsmaps.periodic_orbit(delayed(1.5), [0.33, 0.33])
+    up = continue_branch(delayed, fixed, 1.5, (0.5, 2.3), "up")
+    torus = only(up, "Neimark-Sacker")
+    assert abs(torus.parameter - 2) < 1e-8
+    assert np.allclose(np.sort_complex(torus.multipliers), [complex(cos(pi / 3), s * sin(pi / 3)) for s in (-1, 1)], atol=1e-7)
+    down = continue_branch(delayed, fixed, 1.5, (0.5, 2.3), "down")
+    assert abs(only(down, "branch point").parameter - 1) < 1e-8
+    assert np.allclose(down.points[:, 0, 0], 1 - 1 / down.parameter, atol=1e-9)
+
+
+def test_a_ring_of_fixed_points_closes():
+    def ring(a):
+        return Plane(a, "ring")
+
+    made = continue_branch(ring, nsmaps.periodic_orbit(ring(0.2), [0.9, 0.0]), 0.2, (-2, 2), "up", step=0.05)
+    assert made.ended == "closed"
+    assert np.allclose(made.points[:, 0, 0] ** 2 + made.parameter**2, 1, atol=1e-9)
+    assert np.allclose([event.parameter for event in made.of_kind("fold")], [1, -1], atol=1e-8)
+    assert (made.points[:, 0, 0].min() < -0.95) & (made.parameter.max() > 0.95)
+
+
+def test_a_fold_next_to_the_start_closes_nothing():
+    def henon(a):
+        return Plane(a, "henon")
+
+    start = -0.49 / 4 + 1e-5
+    made = continue_branch(henon, nsmaps.periodic_orbit(henon(start), [-0.34, -0.34]), start, (-1, 1), "down")
+    assert abs(only(made, "fold").parameter + 0.49 / 4) < 1e-8
+    assert made.ended == "the range ends at 1"
+
+
+def test_end_of_the_valid_domain_is_told(pair):
+    system = pair(0.35)
+    fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
+    made = continue_branch(of(system, "r"), fixed, 0.5, (0.2, 1.5), "up")
+    assert made.ended == "end of the valid domain"
+    event = only(made, "end of the valid domain")
+    assert abs(event.parameter - 1) < 1e-8
+    assert "less than or equal to 1" in event.detail
+    assert len(made.orbits) > 10
+
+    none = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, [np.nan, 0.4]), 0.35, (0.2, 0.4))
+    assert (len(none.orbits), none.ended) == (0, "no orbit at 0.35: Newton's method does not converge")
+    none = continue_branch(of(system, "d"), fixed, -0.5, (-1, 0.4))
+    assert len(none.orbits) == 0
+    assert "greater than 0" in none.ended
+
+
+def test_what_is_lost_says_where_and_why():
+    def some(a):
+        return Plane(a, "henon", last=0.5)
+
+    made = continue_branch(some, nsmaps.periodic_orbit(some(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
+    assert made.ended.startswith("lost at 0.5")
+    assert "escaped" in made.ended
+    assert abs(made.parameter[-1] - 0.5) < 1e-8
+    assert [event.kind for event in made.events] == ["period doubling"]
+
+
+def test_an_event_that_is_passed_but_not_located_is_told():
+    """The doubling at 0.3675 lies where there is no map; steps pass over the gap."""
+
+    def gap(a):
+        if 0.3670 < a < 0.3680:
+            raise ValueError("no map here")
+        return Plane(a, "henon")
+
+    made = continue_branch(gap, nsmaps.periodic_orbit(gap(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
+    (event,) = made.of_kind("period doubling")
+    assert "not located" in event.detail
+    assert abs(event.parameter - 0.3675) < event.precision < 0.03
+
+
+def test_branches_can_be_left_and_wrong_calls_are_errors(pair):
+    system = pair(0.35)
+    fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
+    made = continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), "down", until=("period doubling",))
+    assert made.ended == "period doubling"
+    assert len(continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), most=3).orbits) == 3
+    with pytest.raises(NsmapsError, match=r"0\.5 is not within 0\.2 and 0\.4"):
+        continue_branch(of(system, "d"), fixed, 0.5, (0.2, 0.4))
+    with pytest.raises(NsmapsError, match="step 0;"):
+        continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), step=0)
+
+
+@pytest.mark.parametrize("name", ["d", "r", "g_bar"])
+def test_sensitivity_is_that_of_differences(pair, name):
+    system, h = pair(0.35), 1e-4
+    states = np.random.default_rng(0).uniform([0.05, 0], [1, 2 * pi], (500, 2))
+    ends = [system.at(**{name: system.parameters[name] + k}).first_return(states) for k in (h, -h, h / 2, -h / 2)]
+    wide, narrow = (ends[0].lifted - ends[1].lifted) / (2 * h), (ends[2].lifted - ends[3].lifted) / h
+    smooth = np.all([end.codes == ends[0].codes for end in ends], axis=0) & (np.abs(wide - narrow).max(axis=1) < 1e-4)
+    assert smooth.sum() > 450
+    assert np.allclose(system.sensitivity(states, {name: 1.0})[smooth], ((4 * narrow - wide) / 3)[smooth], atol=1e-8)
+
+
+def test_sensitivity_adds_up_and_knows_its_limits(pair):
+    system = pair(0.35)
+    both = system.sensitivity([[0.8, 0.4]], {"d": 2.0, "r": -1.0})
+    parts = [system.sensitivity([[0.8, 0.4]], {name: 1.0}) for name in ("d", "r")]
+    assert np.allclose(both, 2 * parts[0] - parts[1], atol=1e-10)
+    assert not system.sensitivity([[0.8, 0.4]], {}).any()
+    assert np.isnan(system.sensitivity([[np.nan, 0.4]], {"d": 1.0})).all()

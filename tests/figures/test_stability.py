@@ -1,0 +1,54 @@
+"""The stability diagram shows each point's period or motion in the colour that the legend gives it."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+from nsmaps.dynamics.stability import EventCurve, StabilityDiagram
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.stability import stability
+
+DIAGRAM = StabilityDiagram(
+    along=np.array([0.1, 0.2, 0.3, 0.4]),
+    across=np.array([0.5, 0.6]),
+    period=np.array([[1, 2, 0, -1], [1, 2, 2, 16]]),
+    labels=np.array([["1:1/T", "1:1/2T", "1:1/C", ""], ["1:1/T", "1:1/2T", "2:1/T", "1:1/16T"]]),
+    reasons=("", ""),
+)
+
+
+def seen(ax):
+    """The name of each point by its colour and the legend."""
+    names = {to_hex(patch.get_facecolor()): patch.get_label() for patch in ax.get_legend().get_patches()}
+    (mesh,) = ax.collections
+    colours = mesh.to_rgba(mesh.get_array())
+    return [[names[to_hex(colour)] for colour in row] for row in colours.reshape(2, 4, 4)]
+
+
+def test_colours_are_those_of_the_legend(ax):
+    stability(DIAGRAM, ax, ("d", "r"))
+    assert seen(ax) == [["1", "2", "no period found", "no attractor"], ["1", "2", "2", "16"]]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", "$r$ (dimensionless)")
+
+
+def test_motions_are_told_apart(ax):
+    stability(DIAGRAM, ax, ("d", "r"), by="motion")
+    assert seen(ax)[1] == ["1:1/T", "1:1/2T", "2:1/T", "1:1/16T"]
+
+
+def test_the_rest_is_other(ax):
+    period = np.arange(1, 9).reshape(2, 4)
+    stability(StabilityDiagram(DIAGRAM.along, DIAGRAM.across, period, DIAGRAM.labels, ("", "")), ax)
+    assert sorted(np.ravel(seen(ax)).tolist()) == sorted(["other", *map(str, range(1, 8))])
+
+
+def test_curves_lie_over_it(ax):
+    curve = EventCurve("period doubling", np.array([0.2, np.nan]), DIAGRAM.across, np.zeros(2), ("", "lost"))
+    stability(DIAGRAM, ax, curves=[curve])
+    (line,) = [line for line in ax.lines if line.get_label() == "period doubling"]
+    assert np.array_equal(line.get_xdata(), curve.values, equal_nan=True)
+
+
+def test_wrong_calls_are_errors(ax):
+    with pytest.raises(NsmapsError, match="by 'words'"):
+        stability(DIAGRAM, ax, by="words")
