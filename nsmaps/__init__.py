@@ -7,8 +7,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nsmaps.auxiliary.compose import ClosedMap as ClosedMap
+    from nsmaps.auxiliary.compose import compose as compose
+    from nsmaps.auxiliary.compose import iterate as iterate
+    from nsmaps.auxiliary.cycles import CurveCycles as CurveCycles
+    from nsmaps.auxiliary.cycles import TwoCycles as TwoCycles
+    from nsmaps.auxiliary.cycles import curve_cycles as curve_cycles
+    from nsmaps.auxiliary.cycles import two_cycles as two_cycles
     from nsmaps.auxiliary.domain import AttractingDomain as AttractingDomain
     from nsmaps.auxiliary.domain import attracting_domain as attracting_domain
+    from nsmaps.auxiliary.iterate import HeldIterate as HeldIterate
+    from nsmaps.auxiliary.iterate import SecondIterate as SecondIterate
+    from nsmaps.auxiliary.iterate import held_iterate as held_iterate
     from nsmaps.auxiliary.iterate import second_iterate as second_iterate
     from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
@@ -29,6 +39,8 @@ if TYPE_CHECKING:
     from nsmaps.exact.surface import Surface as Surface
     from nsmaps.exact.system import ImpactSystem as ImpactSystem
     from nsmaps.exact.system import Wall as Wall
+    from nsmaps.export import export as export
+    from nsmaps.export.document import read_map as read_map
     from nsmaps.plugins import load_system as load_system
     from nsmaps.plugins import systems as systems
     from nsmaps.reduced.composite import CompositeMap as CompositeMap
@@ -54,8 +66,10 @@ if TYPE_CHECKING:
     from nsmaps.study.spec import Study as Study
 
 _PUBLIC = {
+    "auxiliary.compose": ("ClosedMap", "compose", "iterate"),
+    "auxiliary.cycles": ("CurveCycles", "TwoCycles", "curve_cycles", "two_cycles"),
     "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
-    "auxiliary.iterate": ("second_iterate",),
+    "auxiliary.iterate": ("HeldIterate", "SecondIterate", "held_iterate", "second_iterate"),
     "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
     "exact.parts": ("Along",),
     "dynamics.orbit": ("Orbit", "orbit"),
@@ -66,6 +80,8 @@ _PUBLIC = {
     "exact.impacts": ("Angle", "Outcome", "Returns"),
     "exact.surface": ("Axis", "Grid", "Surface"),
     "exact.system": ("ImpactSystem", "Wall"),
+    "export": ("export",),
+    "export.document": ("read_map",),
     "plugins": ("load_system", "systems"),
     "reduced.composite": ("CompositeMap",),
     "reduced.diagonal": ("Diagonal",),

@@ -1,4 +1,4 @@
-"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR`.
+"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | export DIR`.
 
 Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, 130 stopped by Ctrl-C.
 Nothing heavy is imported before a command needs it.
@@ -158,6 +158,20 @@ def figures(
         paths = _draw(read_result(folder), folder, format)
     for path in paths:
         typer.echo(str(path))
+
+
+@app.command()
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")],
+    to: Annotated[str, typer.Option(metavar="FORMAT", help="latex, python, c, julia, matlab or json.")],
+    out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/export", file_okay=False)] = None,
+) -> None:
+    """Write the maps and closed forms of a run in another language."""
+    import nsmaps
+
+    with _told():
+        files = nsmaps.export(nsmaps.read_result(folder), to, place := out or folder / "export")
+    typer.echo("\n".join(str(place / name) for name in files))
 
 
 @app.command()

@@ -1,12 +1,15 @@
 """The second iterate as a polynomial: general coefficients, numbers, and both orders of composition."""
 
+from types import SimpleNamespace
+
+import exported
 import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps.auxiliary.iterate import second_iterate
+from nsmaps.auxiliary.iterate import envelope_curves, held_iterate, second_iterate
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.polyfit import Full
+from nsmaps.reduced.polyfit import Full, Separable
 from nsmaps.reduced.polymap import PolyMap
 
 POLY23 = Full(degrees={"v": 3, "phi": 2})
@@ -71,8 +74,108 @@ def test_numbers_and_fixed_points():
         assert iterate(point) == pytest.approx(point, rel=1e-9)
 
 
+def test_phi_is_iterated_at_extremes_of_v():
+    iterate = second_iterate(POLY23, variable="phi")
+    a = sp.symbols("a_0:9", real=True)
+    phi, low, high = sp.symbols("phi v_min v_max", real=True)
+    g = lambda v, phi: f1(v, phi).subs(dict(zip(B, a, strict=True)), simultaneous=True)  # noqa: E731
+    assert str(iterate.variable) == "phi"
+    assert sp.expand(iterate.expr - g(low, g(high, phi))) == 0
+    assert len(iterate.alpha) == 5
+
+
+def test_separable_fits_hold_nothing():
+    alpha = second_iterate(Separable(degrees={"v": 2, "phi": 1}), variable="phi").alpha
+    a = sp.symbols("a_0:2", real=True)
+    assert [sp.expand(x) for x in alpha] == [a[0] + a[0] * a[1], a[1] ** 2]
+
+
+def polynomial_map(names, degrees, box, seed):
+    rng = np.random.default_rng(seed)
+    fit, box = Full(degrees=dict(zip(names, degrees, strict=True))), np.array(box, float)
+    exponents = tuple(fit.exponents(names, name) for name in names)
+    coefficients = tuple(rng.normal(size=len(each)) * 0.2 for each in exponents)
+    return PolyMap(names, exponents, coefficients, box.mean(axis=1), np.ptp(box, axis=1) / 2, box)
+
+
+def test_one_and_three_coordinates():
+    line = polynomial_map(("x",), (3,), [[0, 1]], 1)
+    assert second_iterate(line)(0.3) == pytest.approx(line(line([[0.3]]))[0, 0], abs=1e-14)
+    space = polynomial_map(("x", "y", "z"), (2, 2, 1), [[0, 1], [1, 2], [-1, 0]], 2)
+    low, high = {"x": 0.2, "z": -0.7}, {"x": 0.8, "z": -0.1}
+    iterate = second_iterate(space, low, high, variable="y")
+    first = space([[0.8, 1.4, -0.1]])[0, 1]
+    assert iterate(1.4) == pytest.approx(space([[0.2, first, -0.7]])[0, 1], abs=1e-13)
+    some = second_iterate(space, {"x": 0.2}, {"x": 0.8}, variable="y")
+    assert sorted(map(str, some.expr.free_symbols)) == ["y", "z_max", "z_min"]
+    assert some.at(z_min=-0.7, z_max=-0.1)(1.4) == pytest.approx(iterate(1.4), abs=1e-14)
+
+
+def test_nth_iterates_at_a_sequence_of_values():
+    polymap = exported.random_map([[0.5, 1.0], [0.1, 0.9]], size=0.1)
+    held = [0.2, 0.7, 0.4, 0.3]
+    value = 0.62
+    for phi in held:
+        value = polymap([[value, phi]])[0, 0]
+    iterate = held_iterate(polymap, held)
+    assert len(iterate.alpha) == 82
+    assert iterate(0.62) == pytest.approx(value, rel=1e-12)
+    assert iterate.domain == {"v": (0.5, 1.0)}
+    with pytest.raises(NsmapsError, match="iterate 5 has degree 243 and up to 244 terms; accepted: degree 100"):
+        held_iterate(polymap, [*held, 0.2])
+
+
+def test_numbers_for_general_coefficients_give_the_iterate_of_numbers():
+    polymap = polynomial_map(("v", "phi"), (3, 2), [[-1, 1], [-1, 1]], 4)
+    numbers = {f"b_{k}": sp.Rational(c) for k, c in enumerate(polymap.exact_monomials("v").values())}
+    general = second_iterate(POLY23).at(**numbers, phi_min=0.2, phi_max=0.7)
+    assert general.alpha == second_iterate(polymap, 0.2, 0.7).alpha
+
+
+def test_d_stays_a_symbol_in_the_coefficients():
+    parametric = exported.parametric()
+    iterate = second_iterate(parametric, 0.2, 0.4, piece="P0")
+    d = sp.Symbol("d", real=True)
+    assert len(iterate.alpha) == 10
+    assert all(alpha.free_symbols <= {d} and alpha.is_polynomial(d) for alpha in iterate.alpha)
+    assert iterate.domain == {"v": (0.6, 0.9), "d": (0.26, 0.35)}
+    for value in (0.26, 0.3, 0.35):
+        plain = second_iterate(parametric.at(value), 0.2, 0.4, piece="P0")
+        assert iterate.at(d=value)(0.7) == pytest.approx(plain(0.7), abs=1e-13)
+    with pytest.raises(NsmapsError, match="no piece is named; accepted: one of P0, P1"):
+        second_iterate(parametric, 0.2, 0.4)
+    with pytest.raises(NsmapsError, match="no piece 'P2'"):
+        second_iterate(parametric, 0.2, 0.4, piece="P2")
+
+
+def test_envelopes_in_closed_form_are_two_curves():
+    polymap = polynomial_map(("v", "phi"), (3, 2), [[0.5, 1.0], [0.1, 0.9]], 5)
+    envelope = SimpleNamespace(coordinate="v", kind="closed form", held=np.array([[np.nan, np.nan], [0.9, 0.1]]))
+    lower, upper = envelope_curves(polymap, envelope)
+    assert [lower(0.7), upper(0.7)] == pytest.approx(polymap([[0.7, 0.9], [0.7, 0.1]])[:, 0].tolist(), abs=1e-15)
+    with pytest.raises(NsmapsError, match="the envelope of 'v' is numeric; accepted: one in closed form"):
+        envelope_curves(polymap, SimpleNamespace(coordinate="v", kind="numeric", held=None))
+
+
 def test_bad_calls_are_errors():
     with pytest.raises(NsmapsError, match="order is 'upper'"):
         second_iterate(POLY23, order="upper")
-    with pytest.raises(NsmapsError, match="two coordinates"):
-        second_iterate(PolyMap.reset(("x", "y", "z"), {}))
+    three = PolyMap.reset(("x", "y", "z"), {})
+    with pytest.raises(NsmapsError, match=r"one value 0\.2 for y, z; accepted: a mapping"):
+        second_iterate(three, 0.2, 0.4)
+    with pytest.raises(NsmapsError, match="held: 'w'"):
+        second_iterate(three, {"w": 1.0})
+    with pytest.raises(NsmapsError, match="no coordinate 'ph', did you mean 'phi'"):
+        second_iterate(POLY23, variable="ph")
+    with pytest.raises(NsmapsError, match="absolute value of 'v' is taken"):
+        second_iterate(POLY23.model_copy(update={"absolute": ("v",)}))
+    with pytest.raises(NsmapsError, match=r"symbols b_0, .*accepted: numbers"):
+        second_iterate(POLY23)(0.5)
+    with pytest.raises(NsmapsError, match="no symbol 'c_0'"):
+        second_iterate(POLY23).at(c_0=1)
+    with pytest.raises(NsmapsError, match="no value is given"):
+        held_iterate(POLY23, [])
+    with pytest.raises(
+        NsmapsError, match="iterate 3 has degree 27 and up to 3981263 terms; accepted: degree 100 and 60000 terms"
+    ):
+        held_iterate(POLY23, [None] * 3)

@@ -1,0 +1,221 @@
+"""A program as C99 with a header: one function for a state, one for many, and one for each polynomial map."""
+
+import math
+from string import Template
+
+from nsmaps.exact.impacts import Angle
+from nsmaps.export.dialect import C, number
+from nsmaps.export.program import Part, Program
+
+HEADER = Template("""/*
+$about
+ *
+ * Compile with -std=c99, link with -lm.
+ */
+#ifndef $guard
+#define $guard
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* $what */
+$returns $name(const double state[$n], double image[$m]);
+
+/* The same of count states, row after row: states (count, $n), images (count, $m)$pieces_about. */
+void ${name}_batch(size_t count, const double *states, double *images$pieces);
+
+/* Each polynomial map alone, wherever the state is; angles are not wrapped. */
+$parts
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
+""")
+SOURCE = Template("""/* $title. See $name.h. */
+#include "$name.h"
+
+#include <math.h>
+
+/* A sum of products of Chebyshev polynomials, the last coordinate fastest: Clenshaw's recurrence, a coordinate at a time. */
+static double series(const double *coefficients, const int *size, const double *scaled)
+{
+    double work[$work];
+    const double *from = coefficients;
+    for (int j = $last; j >= 0; --j) {
+        int rows = 1;
+        for (int i = 0; i < j; ++i)
+            rows *= size[i];
+        for (int r = 0; r < rows; ++r) {
+            const double *row = from + r * size[j];
+            double b1 = 0.0, b2 = 0.0;
+            for (int k = size[j] - 1; k > 0; --k) {
+                const double b = row[k] + 2.0 * scaled[j] * b1 - b2;
+                b2 = b1;
+                b1 = b;
+            }
+            work[r] = row[0] + scaled[j] * b1 - b2;
+        }
+        from = work;
+    }
+    return work[0];
+}
+
+$parts
+$main
+void ${name}_batch(size_t count, const double *states, double *images$pieces)
+{
+    for (size_t k = 0; k < count; ++k)$call
+}
+""")
+PART = Template("""void $name(const double state[$n], double image[$m])
+{
+    static const int size[$n] = {$size};
+    static const double coefficients[$m][$total] = {
+$rows
+    };
+    const double scaled[$n] = {
+$scaled
+    };
+$images
+}
+""")
+ANGLES = """#define TWO_PI 6.283185307179586
+
+/* The angle brought to [0, 2 pi). */
+static double wrap(double angle)
+{
+    double wrapped = fmod(angle, TWO_PI);
+    if (wrapped < 0.0)
+        wrapped += TWO_PI;
+    return wrapped >= TWO_PI ? 0.0 : wrapped;
+}
+
+/* The angle on the turn nearest to the middle. */
+static double near(double angle, double middle)
+{
+    return angle - TWO_PI * rint((angle - middle) / TWO_PI);
+}
+"""
+PIECES = Template("""$angles
+int $name(const double state[$n], double image[$m])
+{
+$seen
+    int piece = -1;
+    if ($finite) {
+        $tests
+    }
+    switch (piece) {
+$cases
+    default:
+        break;
+    }
+    if (piece < 0 || $overflow) {
+$none
+    }
+    return piece;
+}
+""")
+
+
+def c_files(program: Program) -> dict[str, str]:
+    """The header and the source, by file name."""
+    name, pieces = program.name, program.kind == "pieces"
+    n, m = len(program.inputs), len(program.outputs)
+    sizes = [part.tensor.shape[1:] for part in program.parts]
+    body = _pieces(program) if pieces else _chain(program)
+    header = HEADER.substitute(
+        about="\n".join(f" * {line}".rstrip() for line in "\n".join(program.about).rstrip().replace("*/", "* /").split("\n")),
+        guard=f"{name.upper()}_H",
+        what="Image of a state." + (" Returns the number of its piece, from 0, or -1 where there is none." if pieces else ""),
+        returns="int" if pieces else "void",
+        name=name,
+        n=n,
+        m=m,
+        pieces=", int *pieces" if pieces else "",
+        pieces_about=", pieces (count,) or NULL" if pieces else "",
+        parts="\n".join(
+            f"void {name}_{p.name}(const double state[{n}], double image[{m}]); /* {p.title} */" for p in program.parts
+        ),
+    )
+    call = f"\n        {name}(states + {n} * k, images + {m} * k);"
+    kept = f"        const int piece = {name}(states + {n} * k, images + {m} * k);"
+    source = SOURCE.substitute(
+        title=program.title,
+        name=name,
+        work=max(math.prod(size[:-1]) for size in sizes),
+        last=n - 1,
+        parts="\n".join(_part(program, part) for part in program.parts),
+        main=body,
+        pieces=", int *pieces" if pieces else "",
+        call=f" {{\n{kept}\n        if (pieces)\n            pieces[k] = piece;\n    }}" if pieces else call,
+    )
+    return {f"{name}.h": header, f"{name}.c": source}
+
+
+def _part(program: Program, part: Part) -> str:
+    """The function of one polynomial map."""
+    tensor, n = part.tensor, len(program.inputs)
+    rows = [", ".join(repr(float(c)) for c in row.ravel()) for row in tensor]
+    scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
+    values = [f"series(coefficients[{i}], size, scaled)" for i in range(len(tensor))]
+    images = [f"    image[{i}] = {f'fabs({v})' if a else v};" for i, (v, a) in enumerate(zip(values, part.absolute, strict=True))]
+    return PART.substitute(
+        name=f"{program.name}_{part.name}",
+        n=n,
+        m=len(tensor),
+        size=", ".join(map(str, tensor.shape[1:])),
+        total=math.prod(tensor.shape[1:]),
+        rows="\n".join(f"        {{{row}}}," for row in rows),
+        scaled="\n".join(f"        (state[{j}] - {number(c)}) / {number(s)}," for j, (c, s) in enumerate(scales)),
+        images="\n".join(images),
+    )
+
+
+def _chain(program: Program) -> str:
+    """The map that applies its parts one after the other; parameters are handed on."""
+    n, m = len(program.inputs), len(program.outputs)
+    handed = ", ".join(f"state[{j}]" for j in range(n))
+    steps = [f"    {program.name}_{part.name}(x, image);" for part in program.parts]
+    carried = "\n".join(f"    x[{i}] = image[{i}];" for i in range(m))
+    lines = f"\n{carried}\n".join(steps)
+    head = f"void {program.name}(const double state[{n}], double image[{m}])"
+    return f"{head}\n{{\n    {'' if len(steps) > 1 else 'const '}double x[{n}] = {{{handed}}};\n{lines}\n}}\n"
+
+
+def _pieces(program: Program) -> str:
+    """The composite map: regions in order, and the piece of the first that holds."""
+    name, names, n, m = program.name, program.variables, len(program.inputs), len(program.outputs)
+    angles = [isinstance(each, Angle) for each in program.inputs]
+    seen = [f"wrap(state[{j}])" if angles[j] else f"state[{j}]" for j in range(n)]
+    finite = [f"isfinite({x})" for x in names.values()]
+    finite += [f"{number(low)} <= state[{i}] && state[{i}] <= {number(high)}" for i, low, high in program.limits]
+    tests = [
+        f"if ({C.condition(part.region, names)})\n            piece = {k}; /* {part.title} */"
+        for k, part in enumerate(program.parts)
+        if part.region is not None
+    ]
+    return PIECES.substitute(
+        angles=ANGLES if any(angles) else "",
+        name=name,
+        n=n,
+        m=m,
+        seen="\n".join(f"    const double {x} = {value};" for x, value in zip(names.values(), seen, strict=True)),
+        finite=" && ".join(finite),
+        tests="\n        else ".join(tests),
+        cases="\n".join(_case(program, part, k, angles) for k, part in enumerate(program.parts)),
+        overflow=" || ".join(f"!isfinite(image[{i}])" for i in range(m)),
+        none="\n".join(f"        image[{i}] = NAN;" for i in range(m)),
+    )
+
+
+def _case(program: Program, part: Part, k: int, angles: list[bool]) -> str:
+    n, m = len(program.inputs), len(program.outputs)
+    start = [f"state[{j}]" if middle is None else f"near(state[{j}], {number(middle)})" for j, middle in enumerate(part.middles)]
+    turns = [f"        image[{i}] = wrap(image[{i}] + (state[{i}] - x[{i}]));" for i in range(m) if angles[i]]
+    call = [f"        const double x[{n}] = {{{', '.join(start)}}};", f"        {program.name}_{part.name}(x, image);"]
+    return "\n".join([f"    case {k}: {{", *call, *turns, "        break;", "    }"])

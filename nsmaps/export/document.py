@@ -1,0 +1,274 @@
+"""Maps and closed forms as plain data and back, to the bit: what is written as JSON and as the table of a Python module.
+
+The layout is that of `VERSION`; docs/export.md tells it. Nothing that is read is executed.
+"""
+
+import ast
+import json
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nsmaps.auxiliary.compose import ClosedMap
+from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate, held_of, second_of
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle
+from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.parametric import ParametricMap, ParametricReport
+from nsmaps.reduced.polymap import FitReport, PolyMap
+from nsmaps.reduced.region import Box, Region, Where
+
+SCHEMA, VERSION = "nsmaps", 1
+TABLE = "MAP"  #: the name of the table in a Python module
+
+Document = dict[str, Any]
+AnyMap = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | ClosedMap
+
+
+def document(result: AnyMap) -> Document:
+    """A map or closed form as plain data: strings, numbers, lists and dictionaries. NsmapsError for a region of one's own."""
+    kind = kind_of(result)
+    return {"schema": SCHEMA, "version": VERSION, "kind": kind} | KINDS[kind][1](result)
+
+
+def kind_of(result: AnyMap) -> str:
+    """What a map or closed form is called, such as "polynomial map"."""
+    return next(kind for kind, (cls, _, _) in KINDS.items() if isinstance(result, cls))
+
+
+def read_map(path: str | os.PathLike[str]) -> AnyMap:
+    """The map or closed form that `export` wrote as JSON (`.json`) or as a Python module (`.py`), the same to the bit.
+
+    A module is not executed: its table is read.
+
+    Raises:
+        NsmapsError: the file is none of these, or of another version.
+    """
+    file = Path(path)
+    text = file.read_text(encoding="utf-8")
+    try:
+        return of_document(_table(text) if file.suffix == ".py" else json.loads(text))
+    except NsmapsError as error:
+        raise NsmapsError(f"{file}: {error}") from error
+    except (KeyError, TypeError, ValueError, SyntaxError, AttributeError, IndexError) as error:
+        raise NsmapsError(f"{file} is no map that was exported ({type(error).__name__}: {error})") from error
+
+
+def of_document(data: Document) -> AnyMap:
+    """The map or closed form of plain data. NsmapsError for another schema, version or kind."""
+    told = (data.get("schema"), data.get("version")) if isinstance(data, dict) else (None, None)
+    if told != (SCHEMA, VERSION):
+        raise NsmapsError(f"schema {told[0]!r}, version {told[1]!r}; accepted: {SCHEMA!r}, {VERSION}")
+    if data["kind"] not in KINDS:
+        raise NsmapsError(f"a {data['kind']!r}; accepted: {', '.join(KINDS)}")
+    return KINDS[data["kind"]][2](data)
+
+
+def _table(module: str) -> Document:
+    """The table of a Python module, which is not executed."""
+    for node in ast.parse(module).body:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == TABLE:
+            return ast.literal_eval(node.value)
+    raise NsmapsError(f"there is no table {TABLE}; accepted: a module that nsmaps exported")
+
+
+def _numbers(values: Any) -> Any:
+    """An array as nested lists; what JSON has no number for as text: 'inf', '-inf', 'nan'."""
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
+    if isinstance(values, list):
+        return [_numbers(value) for value in values]
+    return values if not isinstance(values, float) or math.isfinite(values) else str(values)
+
+
+def _floats(values: Any) -> Any:
+    return np.array(values, dtype=str).astype(float) if _has_text(values) else np.array(values, float)
+
+
+def _has_text(values: Any) -> bool:
+    return any(map(_has_text, values)) if isinstance(values, list) else isinstance(values, str)
+
+
+def _coordinates(names: Sequence[str]) -> list[Document]:
+    return [{"name": str(name), "angle": isinstance(name, Angle)} for name in names]
+
+
+def _names(data: Sequence[Document]) -> tuple[str, ...]:
+    return tuple(Angle(each["name"]) if each["angle"] else each["name"] for each in data)
+
+
+def _report(report: Any) -> Document | None:
+    """A report of arrays as plain data."""
+    if report is None:
+        return None
+    values = {field.name: getattr(report, field.name) for field in fields(report)}
+    return {
+        name: [str(each) for each in value] if isinstance(value, tuple) else _numbers(value) for name, value in values.items()
+    }
+
+
+def _report_of(cls: type, data: Document | None, coordinates: tuple[str, ...]) -> Any:
+    if data is None:
+        return None
+    values: Document = {}
+    for name, value in data.items():
+        if name == "coordinates":
+            values[name] = coordinates
+        elif name in ("names", "warnings"):
+            values[name] = tuple(value)
+        else:
+            values[name] = np.array(value, np.int64) if name in ("points", "terms") else _floats(value)
+    return cls(**values)
+
+
+def _polymap(polymap: PolyMap) -> Document:
+    return {
+        "coordinates": _coordinates(polymap.coordinates),
+        "centre": _numbers(polymap.centre),
+        "scale": _numbers(polymap.scale),
+        "domain": _numbers(polymap.domain),
+        "absolute": [str(name) for name in polymap.absolute],
+        "outputs": [
+            {"exponents": _numbers(exponents), "coefficients": _numbers(coefficients)}
+            for exponents, coefficients in zip(polymap.exponents, polymap.coefficients, strict=True)
+        ],
+        "report": _report(polymap.report),
+    }
+
+
+def _polymap_of(data: Document) -> PolyMap:
+    names = _names(data["coordinates"])
+    exponents = tuple(np.array(each["exponents"], np.int64).reshape(-1, len(names)) for each in data["outputs"])
+    coefficients = tuple(_floats(each["coefficients"]) for each in data["outputs"])
+    centre, scale, domain = (_floats(data[name]) for name in ("centre", "scale", "domain"))
+    report = _report_of(FitReport, data["report"], names)
+    return PolyMap(names, exponents, coefficients, centre, scale, domain, tuple(data["absolute"]), report)
+
+
+def _region(region: Region) -> Document:
+    if isinstance(region, Box):
+        return {"box": _numbers(region.array)}
+    if isinstance(region, Where):
+        return {"where": region.text}
+    raise NsmapsError(f"a region of the class {type(region).__name__}, which no file describes; accepted: Box, Where")
+
+
+def _piece(piece: Piece) -> Document:
+    return {"name": piece.name, "word": piece.word, "region": _region(piece.region), "map": _polymap(piece.map)}
+
+
+def _piece_of(data: Document, names: tuple[str, ...]) -> Piece:
+    region = data["region"]
+    held: Region = Box.of(names, region["box"]) if "box" in region else Where(text=region["where"], coordinates=names)
+    return Piece(data["name"], held, _polymap_of(data["map"]), data["word"])
+
+
+def _composite(composite: CompositeMap) -> Document:
+    pieces = [_piece(piece) for piece in composite.pieces]
+    return {"coordinates": _coordinates(composite.coordinates), "walls": list(composite.walls), "pieces": pieces}
+
+
+def _composite_of(data: Document) -> CompositeMap:
+    names = _names(data["coordinates"])
+    return CompositeMap(names, tuple(data["walls"]), tuple(_piece_of(piece, names) for piece in data["pieces"]))
+
+
+def _parametric(parametric: ParametricMap) -> Document:
+    return {
+        "parameter": parametric.parameter,
+        "low": parametric.low,
+        "high": parametric.high,
+        "coordinates": _coordinates(parametric.coordinates),
+        "walls": list(parametric.walls),
+        "pieces": [_piece(piece) for piece in parametric.pieces],
+        "nodes": _numbers(parametric.nodes),
+        "condition": parametric.condition,
+        "report": _report(parametric.report),
+    }
+
+
+def _parametric_of(data: Document) -> ParametricMap:
+    names = _names(data["coordinates"])
+    pieces = tuple(_piece_of(piece, names) for piece in data["pieces"])
+    report = _report_of(ParametricReport, data["report"], names)
+    ends = (data["low"], data["high"])
+    walls, nodes = tuple(data["walls"]), _floats(data["nodes"])
+    return ParametricMap(data["parameter"], *ends, names, walls, pieces, nodes, data["condition"], report)
+
+
+def _terms(expr: Any, names: Sequence[str]) -> Document:
+    """A sympy polynomial by its exponents, its coefficients as fractions in text."""
+    import sympy as sp
+
+    from nsmaps.auxiliary.formula import symbol
+
+    terms = sp.Poly(expr, *(symbol(name) for name in names)).terms()
+    return {"exponents": [list(map(int, key)) for key, _ in terms], "coefficients": [str(sp.Rational(c)) for _, c in terms]}
+
+
+def _expr(data: Document, names: Sequence[str]) -> Any:
+    import sympy as sp
+
+    from nsmaps.auxiliary.formula import symbol
+
+    x = [symbol(name) for name in names]
+    pairs = zip(data["exponents"], data["coefficients"], strict=True)
+    return sp.Add(*(sp.Rational(c) * sp.Mul(*(g**e for g, e in zip(x, key, strict=True))) for key, c in pairs))
+
+
+def _held(iterate: SecondIterate | HeldIterate) -> Document:
+    free = {s for curve in iterate.curves for s in curve.free_symbols} - {iterate.variable}
+    names = [str(iterate.variable), *sorted(map(str, free))]
+    return {
+        "variable": names[0],
+        "symbols": names,
+        "curves": [_terms(curve, names) for curve in iterate.curves],
+        "domain": {name: list(ends) for name, ends in iterate.domain.items()},
+    }
+
+
+def _held_parts(data: Document) -> tuple[Any, list[Any], Mapping[str, tuple[float, float]]]:
+    from nsmaps.auxiliary.formula import symbol
+
+    curves = [_expr(curve, data["symbols"]) for curve in data["curves"]]
+    return symbol(data["variable"]), curves, {name: (low, high) for name, (low, high) in data["domain"].items()}
+
+
+def _second_of(data: Document) -> SecondIterate:
+    variable, (first, second), domain = _held_parts(data)
+    return second_of(variable, first, second, data["order"], domain)
+
+
+def _closed(closed: ClosedMap) -> Document:
+    names = [*map(str, closed.coordinates), *closed.symbols]
+    return {
+        "coordinates": _coordinates(closed.coordinates),
+        "symbols": list(closed.symbols),
+        "images": {name: _terms(image, names) for name, image in closed.images.items()},
+        "absolute": [str(name) for name in closed.absolute],
+        "degree": closed.degree,
+        "domain": {name: list(ends) for name, ends in closed.domain.items()},
+    }
+
+
+def _closed_of(data: Document) -> ClosedMap:
+    names, symbols = _names(data["coordinates"]), tuple(data["symbols"])
+    images = {name: _expr(image, [*names, *symbols]) for name, image in data["images"].items()}
+    domain = {name: (low, high) for name, (low, high) in data["domain"].items()}
+    return ClosedMap(names, symbols, images, tuple(data["absolute"]), data["degree"], domain)
+
+
+Kind = tuple[type, Callable[[Any], Document], Callable[[Document], AnyMap]]
+KINDS: dict[str, Kind] = {
+    "polynomial map": (PolyMap, _polymap, _polymap_of),
+    "composite map": (CompositeMap, _composite, _composite_of),
+    "parametric map": (ParametricMap, _parametric, _parametric_of),
+    "second iterate": (SecondIterate, lambda it: _held(it) | {"order": it.order}, _second_of),
+    "held iterate": (HeldIterate, _held, lambda data: held_of(*_held_parts(data))),
+    "closed map": (ClosedMap, _closed, _closed_of),
+}

@@ -1,0 +1,151 @@
+"""A program as a MATLAB function file, for many states at once; GNU Octave runs it too."""
+
+from string import Template
+
+from nsmaps.exact.impacts import Angle
+from nsmaps.export.dialect import MATLAB, number
+from nsmaps.export.program import Part, Program
+
+WIDE = 8  #: coefficients a line
+
+FILE = Template("""function $results = $name(states)
+$about
+%
+%   $results = $name(states), states: one row a state, $n columns
+$main
+end
+
+function value = series(coefficients, sizes, scaled)
+% Sums of products of Chebyshev polynomials, the last coordinate fastest: Clenshaw's recurrence, a coordinate at a time.
+    value = repmat(coefficients, size(scaled, 1), 1);
+    rows = numel(coefficients);
+    for j = numel(sizes):-1:1
+        rows = rows / sizes(j);
+        before = (0:rows - 1) * sizes(j);
+        x = scaled(:, j);
+        b1 = zeros(size(scaled, 1), rows);
+        b2 = b1;
+        for k = sizes(j):-1:2
+            b = value(:, before + k) + 2 * x .* b1 - b2;
+            b2 = b1;
+            b1 = b;
+        end
+        value = value(:, before + 1) + x .* b1 - b2;
+    end
+end
+
+$parts""")
+PART = Template("""function image = $name(states)
+% $title: images wherever the states are; angles are not wrapped.
+    sizes = [$size];
+    scaled = [ ...
+$scaled
+    ];
+    image = [ ...
+$images
+    ];
+end
+""")
+PIECES = Template("""    images = nan(size(states, 1), $m);
+    pieces = zeros(size(states, 1), 1);
+$seen
+    left = $finite;
+$tests
+$cases
+end
+
+function wrapped = wrap(angle)
+% The angle brought to [0, 2 pi).
+    wrapped = mod(angle, 2 * pi);
+    wrapped(wrapped >= 2 * pi) = 0;
+end
+
+function angle = near(angle, middle)
+% The angle on the turn nearest to the middle, halves to even.
+    turns = (angle - middle) / (2 * pi);
+    whole = round(turns);
+    half = abs(turns - fix(turns)) == 0.5;
+    whole(half) = 2 * round(turns(half) / 2);
+    angle = angle - 2 * pi * whole;
+end
+
+function value = real_sqrt(x)
+    value = sqrt(max(x, 0));
+    value(x < 0) = NaN;
+end
+
+function value = real_log(x)
+    value = log(max(x, 0));
+    value(x < 0) = NaN;
+end
+
+function value = real_power(x, y)
+    value = real(x .^ y);
+    value(x < 0 & y ~= fix(y)) = NaN;""")
+
+
+def matlab_files(program: Program) -> dict[str, str]:
+    """The function file, by file name."""
+    about = "\n".join(f"%   {line}".rstrip() for line in "\n".join(program.about).rstrip().split("\n"))
+    text = FILE.substitute(
+        results="[images, pieces]" if program.kind == "pieces" else "images",
+        name=program.name,
+        about=about.replace("%   ", f"%{program.name.upper()} ", 1),
+        n=len(program.inputs),
+        main=_pieces(program) if program.kind == "pieces" else _chain(program),
+        parts="\n".join(_part(part) for part in program.parts),
+    )
+    return {f"{program.name}.m": text}
+
+
+def _part(part: Part) -> str:
+    tensor = part.tensor
+    scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
+    values = [f"series([ ...\n{_listed(row.ravel().tolist())}], sizes, scaled)" for row in tensor]
+    images = [f"abs({v})" if a else v for v, a in zip(values, part.absolute, strict=True)]
+    return PART.substitute(
+        name=part.name,
+        title=part.title,
+        size=", ".join(map(str, tensor.shape[1:])),
+        scaled=", ...\n".join(f"        (states(:, {j}) - {number(c)}) / {number(s)}" for j, (c, s) in enumerate(scales, 1)),
+        images=", ...\n".join(f"        {image}" for image in images),
+    )
+
+
+def _listed(values: list[float]) -> str:
+    rows = [", ".join(map(repr, values[k : k + WIDE])) for k in range(0, len(values), WIDE)]
+    return ", ...\n".join(f"            {row}" for row in rows)
+
+
+def _chain(program: Program) -> str:
+    m = len(program.outputs)
+    steps = "\n".join(f"    states(:, 1:{m}) = {part.name}(states);" for part in program.parts)
+    return f"{steps}\n    images = states(:, 1:{m});"
+
+
+def _pieces(program: Program) -> str:
+    names, m = program.variables, len(program.outputs)
+    angles = [isinstance(each, Angle) for each in program.inputs]
+    seen = [f"wrap(states(:, {j}))" if angle else f"states(:, {j})" for j, angle in enumerate(angles, 1)]
+    finite = [f"isfinite({x})" for x in names.values()]
+    finite += [f"{number(low)} <= states(:, {i + 1}) & states(:, {i + 1}) <= {number(high)}" for i, low, high in program.limits]
+    regions = [(k, part.title, part.region) for k, part in enumerate(program.parts, 1) if part.region is not None]
+    tests = [
+        f"    holds = left & {MATLAB.condition(region, names)};  % {title}\n    pieces(holds) = {k};\n    left = left & ~holds;"
+        for k, title, region in regions
+    ]
+    return PIECES.substitute(
+        m=m,
+        seen="\n".join(f"    {x} = {value};" for x, value in zip(names.values(), seen, strict=True)),
+        finite=" & ".join(finite),
+        tests="\n".join(tests),
+        cases="\n".join(_case(part, k, angles[:m]) for k, part in enumerate(program.parts, 1)),
+    )
+
+
+def _case(part: Part, k: int, angles: list[bool]) -> str:
+    near = [f"    x(:, {j}) = near(start(:, {j}), {number(c)});" for j, c in enumerate(part.middles, 1) if c is not None]
+    turns = [f"    image(:, {i}) = wrap(image(:, {i}) + (start(:, {i}) - x(:, {i})));" for i, a in enumerate(angles, 1) if a]
+    lost = "    image(any(~isfinite(image), 2), :) = NaN;"
+    head = [f"    rows = pieces == {k};", "    start = states(rows, :);", "    x = start;"]
+    return "\n".join([*head, *near, f"    image = {part.name}(x);", *turns, lost, "    images(rows, :) = image;"])

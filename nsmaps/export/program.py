@@ -1,0 +1,199 @@
+"""What is exported, told without a language: polynomials in scaled coordinates, and how they make up a map."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from itertools import chain, count
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.auxiliary.compose import ClosedMap
+from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle, Floats
+from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.parametric import ParametricMap
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Region
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.formula import Domain
+
+Exportable = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | ClosedMap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """One polynomial map: sums of Chebyshev products of the scaled inputs."""
+
+    name: str  #: an identifier
+    title: str
+    polymap: PolyMap
+    outputs: int  #: of its outputs the first so many; a parameter behind them is left as it is
+    region: Region | None = None
+
+    @property
+    def tensor(self) -> Floats:
+        """The coefficients, shape (outputs, degree + 1 of each input)."""
+        exponents = self.polymap.exponents[: self.outputs]
+        shape = np.max([each.max(axis=0, initial=0) for each in exponents], axis=0) + 1
+        tensor = np.zeros((self.outputs, *shape))
+        for i, each in enumerate(exponents):
+            np.add.at(tensor[i], tuple(each.T), self.polymap.coefficients[i])
+        return tensor
+
+    @property
+    def absolute(self) -> tuple[bool, ...]:
+        """Of which outputs the absolute value is taken."""
+        return tuple(name in self.polymap.absolute for name in self.polymap.coordinates[: self.outputs])
+
+    @property
+    def middles(self) -> tuple[float | None, ...]:
+        """The middle that an angle among the inputs is brought next to, None where it is taken as it is."""
+        polymap = self.polymap
+        sides = zip(polymap.coordinates, polymap.centre.tolist(), polymap.domain.tolist(), strict=True)
+        return tuple(c if isinstance(name, Angle) and all(map(isfinite, ends)) else None for name, c, ends in sides)
+
+    @property
+    def about(self) -> list[str]:
+        """Where it was fitted, and how well."""
+        polymap = self.polymap
+        ends = zip(polymap.coordinates, polymap.domain.tolist(), strict=True)
+        box = ", ".join(f"{name} in [{low:.6g}, {high:.6g}]" for name, (low, high) in ends if np.isfinite([low, high]).all())
+        lines = [f"{self.title}: {f'fitted on {box}' if box else 'coordinates set to constants or kept'}"]
+        if polymap.report is not None:
+            for row in polymap.report.rows():
+                numbers = f"largest error {row['max_error']:.3g}, R^2 {row['r2']:.9g}, {row['points']} points"
+                lines.append(f"  {row['output']}': {numbers}, {row['terms']} terms")
+        return lines
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Program:
+    """A map to be written in a language."""
+
+    name: str  #: an identifier
+    title: str
+    kind: str  #: `map` (one part), `pieces` (the first whose region holds the state) or `chain` (parts one after the other)
+    inputs: tuple[str, ...]  #: coordinates, and behind them parameters
+    outputs: tuple[str, ...]
+    parts: tuple[Part, ...]
+    limits: tuple[tuple[int, float, float], ...] = ()  #: inputs with the only interval that is accepted of them
+    notes: tuple[str, ...] = ()
+
+    @property
+    def variables(self) -> dict[str, str]:
+        """An identifier for each input, by name."""
+        return dict(zip(self.inputs, identifiers(self.inputs), strict=True))
+
+    @property
+    def about(self) -> list[str]:
+        """The lines of the comment on top."""
+        units = [f"{name} ({'radians' if isinstance(name, Angle) else 'in the units of the system'})" for name in self.inputs]
+        lines = [self.title, f"Written by nsmaps {own_version()}.", "", f"State: {', '.join(units)}.", *self.notes, ""]
+        return [*lines, *(line for part in self.parts for line in part.about)]
+
+
+def program_of(result: Exportable, name: str) -> Program:
+    """The program of a map or closed form. NsmapsError for coefficients that are no numbers, or for a map of no piece."""
+    if isinstance(result, ClosedMap):
+        _check_numbers(result.symbols, result.domain)
+        sides = [result.domain.get(each, (-1.0, 1.0)) for each in (*result.coordinates, *result.symbols)]
+        return _single(name, f"A closed form of degree {result.degree}", result.over(sides), len(result.coordinates))
+    if isinstance(result, PolyMap):
+        return _single(name, "A polynomial map", result, len(result.coordinates))
+    if isinstance(result, CompositeMap):
+        return _pieces(name, "A composite map: the first piece that holds a state decides", result, result.coordinates)
+    if isinstance(result, ParametricMap):
+        title = f"A composite map for every {result.parameter} from {result.low!r} to {result.high!r}"
+        names = (*result.coordinates, result.parameter)
+        return _pieces(name, title, result, names, ((len(names) - 1, result.low, result.high),))
+    return _chain(result, name)
+
+
+def _check_numbers(symbols: Sequence[str], domain: "Domain") -> None:
+    if general := [each for each in symbols if each not in domain]:
+        raise NsmapsError(f"the coefficients have symbols: {', '.join(general)}; accepted: numbers, as by at({general[0]}=0.3)")
+
+
+def _single(name: str, title: str, polymap: PolyMap, outputs: int) -> Program:
+    names = polymap.coordinates
+    part = Part("polynomials", "Polynomials", polymap, outputs)
+    notes = ("Image: the same coordinates; angles are not wrapped.",)
+    return Program(name, title, "map", names, names[:outputs], (part,), notes=notes)
+
+
+def _pieces(
+    name: str,
+    title: str,
+    result: CompositeMap | ParametricMap,
+    inputs: tuple[str, ...],
+    limits: tuple[tuple[int, float, float], ...] = (),
+) -> Program:
+    if not result.pieces:
+        raise NsmapsError("the map has no piece; accepted: one or more")
+    outputs = result.coordinates
+    parts = zip(identifiers([f"piece {piece.name}" for piece in result.pieces]), result.pieces, strict=True)
+    notes = (
+        "Image: the same coordinates, angles in [0, 2 pi); NaN for a state in no piece, or NaN or infinite itself.",
+        "Regions see angles in [0, 2 pi).",
+    )
+    made = tuple(Part(each, _title(piece), piece.map, len(outputs), piece.region) for each, piece in parts)
+    return Program(name, title, "pieces", inputs, outputs, made, limits, notes)
+
+
+def _title(piece: Piece) -> str:
+    name = " ".join(piece.name.split()).replace("*/", "* /")  # it stands in comments
+    return f"{name} ({piece.word})" if piece.word else name
+
+
+def _chain(result: SecondIterate | HeldIterate, name: str) -> Program:
+    """Curves one after the other, each in Chebyshev products of where the map was fitted: stabler than their expanded product."""
+    variable = str(result.variable)
+    parameters = sorted({str(s) for curve in result.curves for s in curve.free_symbols} - {variable})
+    _check_numbers(parameters, result.domain)
+    names = (variable, *parameters)
+    order = f", {result.order}" if isinstance(result, SecondIterate) else ""
+    title = f"The iterate {len(result.curves)} of {variable} in closed form{order}: its curves one after the other"
+    parts = [Part(f"curve_{k}", f"Curve {k}", curve_map(c, names, result.domain), 1) for k, c in enumerate(result.curves, 1)]
+    return Program(name, title, "chain", names, (variable,), tuple(parts), notes=(f"Image: {variable}.",))
+
+
+def curve_map(curve: Any, names: Sequence[str], domain: "Domain") -> PolyMap:
+    """A sympy polynomial in named variables as a PolyMap, which leaves all but the first as they are."""
+    images = dict.fromkeys(names[:1], curve)
+    closed = ClosedMap(tuple(names[:1]), tuple(names[1:]), images, (), 0, domain)
+    return closed.over([domain.get(name, (-1.0, 1.0)) for name in names])
+
+
+def identifiers(names: Iterable[str]) -> list[str]:
+    """Names as identifiers of every language, no two the same and none a word of a language."""
+    made: list[str] = []
+    for name in names:
+        plain = re.sub(r"[^0-9A-Za-z]+", "_", str(name)).strip("_") or "x"
+        stem = plain if re.match(r"[A-Za-z]", plain) else f"x_{plain}"
+        stem = f"{stem}_" if stem.lower() in RESERVED.split() else stem
+        numbered = chain([stem], (f"{stem}_{k}" for k in count(2)))
+        made.append(next(each for each in numbered if each not in made))
+    return made
+
+
+def own_version() -> str:
+    """The version of nsmaps, for the comment on top."""
+    try:
+        return version("nsmaps")
+    except PackageNotFoundError:  # a source tree on the path that nobody installed
+        return ""
+
+
+#: words of one of the languages, and names that the programs use themselves
+RESERVED = """
+    and as assert async auto await baremodule begin bool break case catch char class const continue def default del do double e
+    elif else elseif end endif enum except export extern false finally float for from function global goto i if image images
+    import in inf inline int is isfinite j k lambda let local long macro module n nan near none nonlocal not np or otherwise
+    parfor pass persistent pi piece pieces quote raise register restrict return s series short signed sizeof spmd state states
+    static struct switch true try typedef union unsigned using void volatile while with wrap x yield
+"""

@@ -1,0 +1,136 @@
+"""JSON and Python modules read back as the identical map; nothing else is accepted."""
+
+import json
+from dataclasses import fields, is_dataclass
+
+import exported
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+import nsmaps
+from nsmaps.auxiliary.iterate import second_iterate
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle
+from nsmaps.reduced.parametric import ParametricReport
+from nsmaps.reduced.polyfit import Full
+from nsmaps.reduced.region import Region
+
+CASES = exported.cases()
+GENERAL = second_iterate(Full(degrees={"v": 3, "phi": 2}))
+
+
+def same(a, b):
+    """Whether two results are the same, arrays to the bit."""
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+    if isinstance(a, BaseModel):
+        return same(dict(a), dict(b))
+    if is_dataclass(a):
+        return all(same(getattr(a, field.name), getattr(b, field.name)) for field in fields(a))
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    return a == b
+
+
+@pytest.mark.parametrize("format", ["json", "python"])
+@pytest.mark.parametrize("name", CASES)
+def test_what_is_read_back_is_identical(name, format, tmp_path):
+    result, box, _ = CASES[name]
+    nsmaps.export(result, format, tmp_path)
+    (file,) = tmp_path.iterdir()
+    read = nsmaps.read_map(file)
+    assert same(read, result)
+    if name in ("map", "composite"):
+        states = exported.states_of(box)
+        evaluated = [each.first_return(states).image if name == "composite" else each(states) for each in (read, result)]
+        assert evaluated[0].tobytes() == evaluated[1].tobytes()
+
+
+def test_a_difference_would_be_seen():
+    result = CASES["map"][0]
+    nudged = [c.copy() for c in result.coefficients]
+    nudged[1][3] = np.nextafter(nudged[1][3], 1)
+    other = type(result)(result.coordinates, result.exponents, tuple(nudged), result.centre, result.scale, result.domain, ("v",))
+    assert same(result, result)
+    assert not same(result, other)
+
+
+def test_reports_and_general_coefficients_are_kept(tmp_path):
+    fitted = fit_of_a_sheet()
+    assert fitted.report is not None
+    assert same(of_json(fitted, tmp_path / "a"), fitted)
+    assert same(of_json(GENERAL, tmp_path / "b").alpha, GENERAL.alpha)
+    parametric = exported.parametric()
+    errors = np.array([[[1e-3, np.nan]], [[np.inf, 2e-3]]])
+    report = ParametricReport(("P0", "P1"), np.array([0.3]), errors, errors, errors)
+    told = type(parametric)(*(report if f.name == "report" else getattr(parametric, f.name) for f in fields(parametric)))
+    assert same(of_json(told, tmp_path / "c"), told)
+
+
+def of_json(result, folder):
+    nsmaps.export(result, "json", folder)
+    (file,) = folder.iterdir()
+    assert json.loads(file.read_text())["version"] == 1
+    return nsmaps.read_map(file)
+
+
+def fit_of_a_sheet():
+    from sheets import surface_of
+
+    surface = surface_of(lambda v, phi: (np.cos(v) * phi, v + np.sin(phi)), (0.1, 0.9, 12), (0.2, 1.1, 11))
+    return Full(degrees={"v": 2, "phi": 2}).fit(surface)
+
+
+def test_angles_are_told_from_other_coordinates(tmp_path):
+    read = of_json(CASES["composite"][0], tmp_path)
+    assert [isinstance(name, Angle) for name in read.coordinates] == [False, True]
+    assert [isinstance(name, Angle) for name in read.pieces[0].map.coordinates] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.json", "{}", "schema None, version None; accepted: 'nsmaps', 1"),
+        ("a.json", "[1, 2]", "schema None"),
+        ("a.json", "{", "is no map that was exported"),
+        ("a.json", '{"schema": "nsmaps", "version": 2, "kind": "polynomial map"}', "version 2; accepted: 'nsmaps', 1"),
+        ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "poem"}', "a 'poem'; accepted: polynomial map"),
+        ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "polynomial map"}', "KeyError: 'coordinates'"),
+        ("a.py", "MAP = 3 +", "SyntaxError"),
+        ("a.py", "MAQ = {}", "there is no table MAP"),
+        ("a.py", "MAP = open('b', 'w')", "is no map that was exported"),
+    ],
+)
+def test_other_files_are_refused(name, text, message, tmp_path):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(NsmapsError) as told:
+        nsmaps.read_map(tmp_path / name)
+    assert message in str(told.value)
+    assert not (tmp_path / "b").exists()
+
+
+class Half(Region):
+    """A region whose condition is python."""
+
+    def contains(self, states):
+        return np.asarray(states)[:, 0] > 0.5
+
+    def condition(self):
+        import sympy as sp
+
+        return sp.Symbol("v", real=True) > sp.Float(0.5)
+
+
+@pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "json"])
+def test_a_region_of_ones_own_is_refused_where_its_python_is_needed(format):
+    whole = exported.composite()
+    first = type(whole.pieces[0])("own", Half(coordinates=exported.NAMES), whole.pieces[0].map)
+    own = type(whole)(whole.coordinates, whole.walls, (first,))
+    with pytest.raises(NsmapsError, match=r"Half.*accepted: .*Box"):
+        nsmaps.export(own, format)
+    assert "v > 0.5" in nsmaps.export(own, "latex")

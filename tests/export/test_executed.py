@@ -1,0 +1,169 @@
+"""Every executable export is run, and compared with the map on ten thousand points, edges among them."""
+
+import ctypes
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import exported
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.exact.impacts import Angle
+from nsmaps.export.program import program_of
+from nsmaps.reduced.polymap import design
+
+CASES = exported.cases()
+LARGEST = 1e-12  #: difference, relative to the largest term of a polynomial there
+
+gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
+octave = pytest.mark.skipif(not shutil.which("octave-cli"), reason="GNU Octave is not here, so the MATLAB was not run")
+every_case = pytest.mark.parametrize("name", CASES)
+
+
+def largest_terms(program, states, pieces):
+    """The largest term of any polynomial that a state is put into, at least 1; shape (N,)."""
+    largest = np.ones(len(states))
+    for k, part in enumerate(program.parts):
+        rows = pieces == k if program.kind == "pieces" else np.ones(len(states), bool)
+        polymap, x = part.polymap, states[rows].copy()
+        for j, middle in enumerate(part.middles):
+            if middle is not None and program.kind == "pieces":
+                x[:, j] -= 2 * np.pi * np.round((x[:, j] - middle) / (2 * np.pi))
+        for exponents, c in zip(polymap.exponents, polymap.coefficients, strict=True):
+            terms = np.abs(design(exponents, (x - polymap.centre) / polymap.scale) * c)
+            largest[rows] = np.maximum(largest[rows], terms.max(axis=1))
+    return largest
+
+
+def compare(name, answer):
+    """The largest difference of an answer of (states) -> images, pieces or None from nsmaps itself, relative to the terms."""
+    result, box, own = CASES[name]
+    states, program = exported.states_of(box), program_of(result, "it")
+    expected, pieces = own(states) if program.kind == "pieces" else (own(states), np.zeros(len(states), int))
+    images, given = answer(states)
+    assert images.shape == expected.shape
+    if program.kind == "pieces":
+        assert given.tolist() == pieces.tolist()
+        assert set(pieces.tolist()) == {-1, *range(len(program.parts))}
+    assert (np.isnan(images) == np.isnan(expected)).all()
+    gap = np.abs(images - expected)
+    for i, output in enumerate(program.outputs):
+        if isinstance(output, Angle) and program.kind == "pieces":
+            gap[:, i] = np.minimum(gap[:, i], 2 * np.pi - gap[:, i])
+    return float(np.nanmax(gap / largest_terms(program, states, pieces)[:, None]))
+
+
+@every_case
+def test_python(name, tmp_path):
+    result, box, own = CASES[name]
+    text = nsmaps.export(result, "python", tmp_path)
+    (file,) = tmp_path.glob("*.py")
+    assert file.read_text() == text
+    namespace = {}
+    exec(compile(text, str(file), "exec"), namespace)
+
+    def answer(states):
+        got = namespace[file.stem](states)
+        return got if isinstance(got, tuple) else (got, None)
+
+    assert compare(name, answer) < LARGEST
+    if name in ("map", "line", "space", "composite"):  # which need no change of their coefficients
+        states = exported.states_of(box)
+        expected = own(states)[0] if name == "composite" else own(states)
+        assert answer(states)[0].tobytes() == expected.tobytes()
+
+
+@gcc
+@every_case
+def test_c(name, tmp_path):
+    result, _, _ = CASES[name]
+    files = nsmaps.export(result, "c", tmp_path)
+    program, (stem,) = program_of(result, "it"), {Path(file).stem for file in files}
+    strict = ["-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c99"]
+    command = ["gcc", *strict, "-shared", "-fPIC", f"{stem}.c", "-o", "it.so", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    library = ctypes.CDLL(str(tmp_path / "it.so"))
+
+    def pointer(array):
+        return ctypes.c_void_p(array.ctypes.data)
+
+    def answer(states):
+        images, pieces = np.empty((len(states), len(program.outputs))), np.full(len(states), -7, np.intc)
+        more = [pointer(pieces)] if program.kind == "pieces" else []
+        library[f"{stem}_batch"](ctypes.c_size_t(len(states)), pointer(states), pointer(images), *more)
+        one = np.empty(len(program.outputs))
+        for k in (0, 1, 200, 5000):
+            library[stem](pointer(states[k].copy()), pointer(one))
+            assert one.tobytes() == images[k].tobytes()
+        return images, pieces
+
+    assert compare(name, answer) < LARGEST
+
+
+@gcc
+def test_the_header_serves_cpp(tmp_path):
+    if not shutil.which("g++"):
+        pytest.skip("g++ is not here, so the header was not read as C++")
+    nsmaps.export(CASES["composite"][0], "c", tmp_path)
+    (tmp_path / "use.cpp").write_text(
+        '#include "composite_map.h"\n#include "composite_map.h"\n'
+        "int main() { double x[2] = {0.7, 0.2}; return composite_map(x, x); }\n"
+    )
+    subprocess.run(["gcc", "-std=c99", "-c", "composite_map.c"], cwd=tmp_path, check=True)
+    subprocess.run(["g++", "-Wall", "-Werror", "use.cpp", "composite_map.o", "-lm", "-o", "use"], cwd=tmp_path, check=True)
+    assert subprocess.run([tmp_path / "use"], check=False).returncode == 0
+
+
+@octave
+@every_case
+def test_matlab(name, tmp_path):
+    result, _, _ = CASES[name]
+    nsmaps.export(result, "matlab", tmp_path)
+    (file,) = tmp_path.glob("*.m")
+    kind = program_of(result, "it").kind
+
+    def answer(states):
+        states.astype("<f8").tofile(tmp_path / "states.bin")
+        outputs = "[images, pieces]" if kind == "pieces" else "images"
+        write = "fwrite(f, pieces, 'double');" if kind == "pieces" else ""
+        script = (
+            f"f = fopen('states.bin'); s = fread(f, [{states.shape[1]}, Inf], 'double')'; fclose(f);"
+            f"{outputs} = {file.stem}(s); f = fopen('images.bin', 'w'); fwrite(f, images, 'double'); {write} fclose(f);"
+        )
+        told = subprocess.run(
+            ["octave-cli", "--quiet", "--no-init-file", "--eval", script],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        errors = [
+            line for line in told.stderr.splitlines() if "while preparing to exit" not in line
+        ]  # Octave's own, when it ends
+        assert (told.returncode, errors) == (0, [])
+        columns = np.fromfile(tmp_path / "images.bin").reshape(-1, len(states))
+        images = columns[:-1].T if kind == "pieces" else columns.T
+        return images, columns[-1].astype(int) - 1
+
+    assert compare(name, answer) < LARGEST
+
+
+@every_case
+def test_julia_is_parsed_not_run(name):
+    """No Julia is at hand: a grammar of it reads the module without an error, and its numbers are those of the map."""
+    text = nsmaps.export(CASES[name][0], "julia")
+    program = program_of(CASES[name][0], "it")
+    for part in program.parts:
+        block = text.split(f"const {part.name.upper()}_COEFFICIENTS = [\n")[1].split("\n]\n")[0]
+        rows = [[float(c) for c in row.split(",")] for row in re.findall(r"\[(.*)\]", block)]
+        np.testing.assert_array_equal(rows, part.tensor.reshape(len(part.tensor), -1))
+    grammar = pytest.importorskip("tree_sitter_julia", reason="tree-sitter-julia is not here, so the Julia was not parsed")
+    from tree_sitter import Language, Parser
+
+    tree = Parser(Language(grammar.language())).parse(text.encode())
+    assert not tree.root_node.has_error
+    broken = Parser(Language(grammar.language())).parse(text.replace("\nend\n", "\n", 1).encode())
+    assert broken.root_node.has_error
