@@ -1,12 +1,21 @@
 """Outer images of boxes of states: what an enclosure of a return map gives."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.exact.impacts import Floats
+from nsmaps.errors import StateError
+from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, decoded
+from nsmaps.exact.kernel import in_chunks, kernel_of
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+CHUNK = 1_000  #: boxes a thread takes at a time
+MOST_PHASE = 1e12  #: radians; beyond, phases have lost their digits
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,3 +54,52 @@ class BoxMap(Protocol):
 
     def image_boxes(self, boxes: Floats) -> BoxImages:
         """Outer images of boxes of shape (N, n, 2)."""
+
+
+def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
+    """Boxes as a float array of shape (N, n, 2), or a StateError that says what is accepted."""
+    array = np.ascontiguousarray(boxes, float)
+    n = len(coordinates)
+    if array.ndim != 3 or array.shape[1:] != (n, 2):
+        raise StateError(
+            f"boxes have shape {array.shape}; a batch of shape (N, {n}, 2) is accepted, "
+            f"the lower and the upper end of each of {', '.join(coordinates)}"
+        )
+    angles = np.abs(array[:, angle_mask(coordinates)]).max(axis=(1, 2), initial=0.0)
+    right = np.isfinite(array).all(axis=(1, 2)) & (array[:, :, 0] <= array[:, :, 1]).all(axis=1) & (angles <= MOST_PHASE)
+    if not right.all():
+        i = int(np.argmin(right))
+        raise StateError(
+            f"box {i} is {array[i].tolist()}; finite ends are accepted, each lower one at most the upper one, "
+            f"and angles up to {MOST_PHASE:g}"
+        )
+    return array
+
+
+def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
+    """As `ImpactSystem.image_boxes`, which says what these are."""
+    start = as_boxes(boxes, system.coordinates).copy()
+    below = start[:, 0, 0] < 0
+    none = start[:, 0, 1] < 0
+    start[:, 0] = np.maximum(start[:, 0], 0)
+    circles = np.maximum(np.ceil((start[:, 1, 1] - start[:, 1, 0]) / TWO_PI) - 1, 0)  # beyond the first
+    start[:, 1, 1] = np.where(circles > 0, start[:, 1, 0] + TWO_PI * (1 + 1e-15), start[:, 1, 1])
+    p, module = system._kernel().vector(system), kernel_of(system, balls=True).module
+    n = len(start)
+    number, empty, bounded = np.empty(n, np.int64), np.empty(n, bool), np.empty(n, bool)
+    parts: dict[int, tuple[NDArray[np.int64], Floats]] = {}
+
+    def run(k: slice) -> None:
+        shape = len(start[k]), module.MOST_IMAGES
+        codes, images = np.zeros(shape, np.int64), np.zeros((*shape, 2, 2))
+        module.all_box_images(p, start[k], codes, images, number[k], empty[k], bounded[k])
+        images[:, :, 1, 1] += TWO_PI * (1 + 1e-15) * circles[k][:, None]
+        number[k] = np.where(none[k], 0, np.where(bounded[k], number[k], 1))
+        codes[~bounded[k], 0], images[~bounded[k], 0] = 0, (-np.inf, np.inf)
+        kept = np.arange(module.MOST_IMAGES) < number[k][:, None]
+        parts[k.start] = codes[kept], images[kept]
+
+    in_chunks(n, run, CHUNK)
+    codes = np.concatenate([np.empty(0, np.int64), *(parts[k][0] for k in sorted(parts))])
+    images = np.concatenate([np.empty((0, 2, 2)), *(parts[k][1] for k in sorted(parts))])
+    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.wall_names), bounded | none, empty | below)

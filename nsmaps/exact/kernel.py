@@ -26,6 +26,15 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 ENGINE = ("remainders.py", "flight.py", "returns.py", "batch.py", "legs.py", "sensitivity.py")  # copied behind what is generated
+BALLS = (
+    "remainders.py",
+    "flight.py",
+    "returns.py",
+    "balls.py",
+    "swarm.py",
+    "encounters.py",
+    "cells.py",
+)  # the same for images of boxes
 MARK = "# === engine ===\n"
 KNOWN = {"nsmaps", "pydantic", "sympy", "numpy", "scipy", "mpmath", *sys.stdlib_module_names} - {"__main__"}
 CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
@@ -62,7 +71,7 @@ class Kernel:
         def run(k: slice) -> None:
             self.module.first_returns(p, start[k], chatter, image[k], turns[k], codes[k], outcome[k], time[k], tangents[k])
 
-        _in_chunks(n, run)
+        in_chunks(n, run)
         coordinates, walls = system.coordinates, system.wall_names
         return Returns(coordinates, walls, start, image, turns, codes, outcome, time, tangents if derivative else None)
 
@@ -82,7 +91,7 @@ class Kernel:
         outcome, codes, turns = np.empty(n, np.int8), np.empty(n, np.int64), np.empty(n, np.int32)
         clearance, slowest = np.empty(n), np.empty(n)
         p = self.vector(system)
-        _in_chunks(
+        in_chunks(
             n, lambda k: self.module.all_legs(p, start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k])
         )
         return Legs(system.wall_names, codes, turns, clearance, slowest, outcome)
@@ -124,9 +133,9 @@ class Kernel:
         return np.concatenate([*times, []]), np.concatenate([*places, []])
 
 
-def _in_chunks(n: int, run: Callable[[slice], None]) -> None:
+def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
     """Run a task over n states in chunks, on all cores where there is more than one chunk."""
-    chunks = [slice(i, min(i + CHUNK, n)) for i in range(0, n, CHUNK)]
+    chunks = [slice(i, min(i + size, n)) for i in range(0, n, size)]
     if len(chunks) < 2:
         for k in chunks:
             run(k)
@@ -151,11 +160,11 @@ def cache_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="nsmaps-"))
 
 
-def kernel_of(system: "ImpactSystem") -> Kernel:
-    """The kernel of a system's class (and of its fields that are no numbers)."""
+def kernel_of(system: "ImpactSystem", balls: bool = False) -> Kernel:
+    """The kernel of a system's class (and of its fields that are no numbers): of returns, or of images of boxes in `balls`."""
     cls = type(system)
     fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
-    return _kernel(cls, tuple(sorted((name, repr(value)) for name, value in fixed.items())), system=_Quiet(system))
+    return _kernel(cls, tuple(sorted((name, repr(value)) for name, value in fixed.items())), balls, system=_Quiet(system))
 
 
 class _Quiet:
@@ -172,21 +181,22 @@ class _Quiet:
 
 
 @lru_cache(maxsize=64)
-def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], system: _Quiet) -> Kernel:
+def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], balls: bool, system: _Quiet) -> Kernel:
     source = None
     sources = _sources(cls)
     if sources is None:  # a class without a file, as in a notebook: its formulas are all there is to tell it by
-        source = _generate(system.value)
+        source = _generate(system.value, balls)
         sources = source
     import numba
 
-    machinery = [(HERE / name).read_text() for name in (*ENGINE, "symbols.py", "generate.py")]
+    files = (*BALLS, "ballcode.py") if balls else ENGINE
+    machinery = [(HERE / name).read_text() for name in (*files, "symbols.py", "generate.py")]
     text = "\0".join([cls.__qualname__, repr(fixed), sources, numba.__version__, sys.version, *machinery])
-    name = f"nsmaps_{cls.__name__.lower()}_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
+    name = f"nsmaps_{'boxes_' if balls else ''}{cls.__name__.lower()}_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
     path = _folder() / f"{name}.py"
     if not path.exists():
         part = path.with_suffix(f".{os.getpid()}.part")
-        part.write_text(source or _generate(system.value))
+        part.write_text(source or _generate(system.value, balls))
         part.replace(path)
     return Kernel(_load(name, path))
 
@@ -196,10 +206,12 @@ def _folder() -> Path:
     return cache_folder()
 
 
-def _generate(system: "ImpactSystem") -> str:
+def _generate(system: "ImpactSystem", balls: bool) -> str:
+    from nsmaps.exact.ballcode import ball_source
     from nsmaps.exact.generate import flow_source
 
-    return "\n\n".join([flow_source(system), *((HERE / name).read_text().partition(MARK)[2] for name in ENGINE)])
+    heads = [flow_source(system), ball_source(system)] if balls else [flow_source(system)]
+    return "\n\n".join([*heads, *((HERE / name).read_text().partition(MARK)[2] for name in (BALLS if balls else ENGINE))])
 
 
 def _sources(cls: type) -> str | None:

@@ -18,6 +18,7 @@ from nsmaps.exact.files import received
 from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, as_states
 
 if TYPE_CHECKING:
+    from nsmaps.exact.boxes import BoxImages
     from nsmaps.exact.grazing import GrazingCurve
     from nsmaps.exact.kernel import Kernel
 
@@ -159,6 +160,20 @@ class ImpactSystem(BaseModel, ABC):
         from nsmaps.exact.grazing import grazing_curves
 
         return grazing_curves(self, box, lines, spacing)
+
+    def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
+        """Boxes that hold the images of all states of each box, rounding included: an enclosure of the map.
+
+        Args:
+            boxes: shape (N, 2, 2), lower and upper end of speed and phase (radians, any turn). Speeds below zero are no states.
+
+        Raises:
+            StateError: `boxes` are no batch of finite boxes.
+            ProofError: the system's formulas have a part that nothing is known to enclose.
+        """
+        from nsmaps.exact.boxes import image_boxes
+
+        return image_boxes(self, boxes)
 
     def impacts(self, state: ArrayLike, n: int, chatter: float = 1e-12) -> Impacts:
         """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""

@@ -1,0 +1,183 @@
+"""Boxes of states: their images enclosed, cut into cells where that tightens them.
+
+Like `flight.py`, this file is copied behind what is generated.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from nsmaps.exact.balls import badd, between, high, low, reduced, size
+from nsmaps.exact.encounters import GONE, LANDED, first_impacts
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP
+from nsmaps.exact.returns import spell
+from nsmaps.exact.swarm import ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm, slopes
+
+# === engine ===
+
+MOST_IMAGES = 16  #: words of one box told apart
+MOST_CELLS = 10  #: cells of a box and their halves, to narrow its images
+ALL_CELLS = 32  #: the same, to bound them
+MOST_PARTS = 64  #: swarms of one cell that fly on at a time
+MOST_FLIGHTS = 64  #: of the swarms of one cell
+MOST_HITS = 48  #: of one flight of a swarm
+LOOSE, SLACK = 1.1, 1.5  #: how much wider than linear an image may be before corners are looked at, before a cell is cut
+SMALL = 1e-9  #: half sides that are not cut
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
+    """Unite an image with those of its word; returns how many there are then."""
+    k = 0
+    while k < n and codes[k] != code:
+        k += 1
+    if k == len(codes):  # too many words: the last holds several
+        k -= 1
+        codes[k] = 0
+    if k == n:
+        codes[k] = code
+        images[k, 0], images[k, 1], images[k, 2], images[k, 3] = v_low, v_high, phi_low, phi_high
+        return n + 1
+    images[k, 0], images[k, 1] = min(images[k, 0], v_low), max(images[k, 1], v_high)
+    images[k, 2], images[k, 3] = min(images[k, 2], phi_low), max(images[k, 3], phi_high)
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cell_images(p, v, phi, tables):
+    """The images of one cell, into the tables: (how many, are all bounded, may some state have none, are all smooth, spread).
+
+    Smooth is the map where no graze cuts the cell. A cell with one smooth image leaves it in the first row of `hits`.
+    """
+    parts, names, hits, codes, images = tables
+    base = 1 + (HAS_UP and HAS_DOWN) + 3  # of codes, as in `first_return`
+    put_swarm(parts, 0, BASE_UP, box_swarm(v, phi), True)
+    names[0, 0], names[0, 1] = spell(0, 1, base, 1, 1)
+    waiting, m = 1, 0
+    empty, bounded, smooth, by = False, True, True, (v[1], phi[1])
+    for flights in range(MOST_FLIGHTS):
+        if waiting == 0:
+            break
+        waiting -= 1
+        code, power = names[waiting, 0], names[waiting, 1]
+        ended, n, spread_by = first_impacts(p, parts[waiting, UPPER] > 0.0, get_swarm(parts, waiting), hits)
+        if ended != LANDED:
+            empty, bounded = True, bounded and ended == GONE
+        if flights == 0:
+            by = spread_by
+        if waiting + n > len(parts) or power == 0:
+            return m, False, True, False, by
+        for k in range(n):
+            upper = hits[k, UPPER] > 0.0
+            on_base = upper == BASE_UP
+            more, next_power = spell(code, power, base, 1 if on_base else 2, 1)
+            smooth = smooth and hits[k, SMOOTH] > 0.0
+            swarm = get_swarm(hits, k)
+            if on_base:
+                v, phi = swarm[5], swarm[6]
+                m = add_image(codes, images, m, more, max(low(v), 0.0), high(v), low(phi), high(phi))
+            else:
+                names[waiting, 0], names[waiting, 1] = more, next_power
+                put_swarm(parts, waiting, upper, swarm, hits[k, SMOOTH] > 0.0)
+                waiting += 1
+    return m, bounded and waiting == 0 and all_finite(images, m), empty or waiting > 0, smooth, by
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sharpened(p, cell, tables, most):
+    """Make the one image of a cell as narrow as the map is monotone on it: (is it still loose, its spread by each coordinate).
+
+    A component whose derivatives have no zero in the cell is least and greatest at corners.
+    """
+    _, _, hits, codes, images = tables
+    _, _, one, h, r, v, phi = get_swarm(hits, 0)
+    d = slopes(one, h, r)
+    code, ends, loose = codes[0], images[0].copy(), False
+    for row in range(2):
+        a, b = d[2 * row], d[2 * row + 1]
+        linear = abs(one[2 * row][0]) * r[0] + abs(one[2 * row + 1][0]) * r[1] + SMALL * SMALL
+        wide = (phi[1] if row else v[1]) / linear
+        if not wide > most:
+            continue
+        if not (abs(a[0]) > a[1] and abs(b[0]) > b[1]):
+            loose = loose or wide > SLACK
+            continue
+        for end in range(2):
+            corner = (cell[end if a[0] > 0.0 else 1 - end], 0.0), (cell[2 + (end if b[0] > 0.0 else 1 - end)], 0.0)
+            n, bounded, _, smooth, _ = cell_images(p, corner[0], corner[1], tables)
+            if n == 1 and bounded and smooth:
+                k = 2 * row + end
+                ends[k] = max(ends[k], images[0, k]) if end == 0 else min(ends[k], images[0, k])
+            else:
+                loose = True
+    codes[0] = code
+    images[0] = ends
+    return loose, ((size(d[0]) + size(d[2])) * r[0], (size(d[1]) + size(d[3])) * r[1])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def all_finite(images, n):
+    """Are the first n images boxes."""
+    for k in range(n):
+        for c in range(0, 4, 2):
+            if not (images[k, c] <= images[k, c + 1] and images[k, c] > -math.inf and images[k, c + 1] < math.inf):
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cut(cells, k, last, first):
+    """Add the halves of cell k behind the last."""
+    c = 0 if first else 2
+    middle = 0.5 * (cells[k, c] + cells[k, c + 1])
+    cells[last], cells[last + 1] = cells[k], cells[k]
+    cells[last, c + 1], cells[last + 1, c] = middle, middle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def box_images(p, cells, tables, codes, images):
+    """The images of the box in the first cell, cut where that helps: (how many, are all bounded, may some state have none)."""
+    m, last, empty, k = 0, 1, False, 0
+    while k < last:
+        v, phi = between(cells[k, 0], cells[k, 1]), between(cells[k, 2], cells[k, 3])
+        n, bounded, without, smooth, by = cell_images(p, v, phi, tables)
+        loose = without or not smooth
+        if n == 1 and bounded and not loose:
+            loose, by = sharpened(p, cells[k], tables, SLACK if k > 0 else LOOSE)
+        most = MOST_CELLS if bounded and not without else len(cells)
+        if loose and last + 2 <= most and max(v[1], phi[1]) > SMALL:
+            cut(cells, k, last, (by[0] >= by[1] and v[1] > 0.0) or phi[1] == 0.0)
+            last += 2
+        elif not bounded:
+            return 0, False, True
+        else:
+            empty = empty or without
+            for i in range(n):
+                image = tables[4][i]
+                m = add_image(codes, images, m, tables[3][i], image[0], image[1], image[2], image[3])
+        k += 1
+    return m, True, empty
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
+    """The images of boxes of shape (N, 2, 2), written into the arrays given."""
+    cells, found = np.empty((ALL_CELLS, 4)), np.empty((MOST_IMAGES, 4))
+    tables = (
+        np.empty((MOST_PARTS, ROW)),
+        np.empty((MOST_PARTS, 2), np.int64),
+        np.empty((MOST_HITS, ROW)),
+        np.empty(MOST_IMAGES, np.int64),
+        np.empty((MOST_IMAGES, 4)),
+    )
+    for i in range(len(boxes)):
+        _, turns = reduced((0.5 * (boxes[i, 1, 0] + boxes[i, 1, 1]), 0.0))
+        cells[0, 0], cells[0, 1] = boxes[i, 0]
+        cells[0, 2] = low(badd((boxes[i, 1, 0], 0.0), (-turns[0], turns[1])))
+        cells[0, 3] = high(badd((boxes[i, 1, 1], 0.0), (-turns[0], turns[1])))
+        numbers[i], bounded[i], empty[i] = box_images(p, cells, tables, codes[i], found)
+        for k in range(numbers[i]):
+            images[i, k, 0, 0], images[i, k, 0, 1] = found[k, 0], found[k, 1]
+            images[i, k, 1, 0] = low(badd((found[k, 2], 0.0), turns))
+            images[i, k, 1, 1] = high(badd((found[k, 3], 0.0), turns))

@@ -1,0 +1,255 @@
+"""Sets of states that fly together, and the impacts of a set on a wall that all of it meets.
+
+A *swarm* is a set of impacts on one wall that depends on x, |x_k| <= r_k, in balls: for x = 0 its centre c and derivative
+D, for all x the second derivative H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi) is in
+c + D x + H x x/2. The gap to a wall at time s is that of the centre and, by the mean value theorem, its derivative over the
+set times x. Like `flight.py`, this file is copied behind what is generated.
+"""
+
+from numba import njit
+
+from nsmaps.exact.ballflow import (
+    ball_bends,
+    ball_bounds,
+    ball_coefficients,
+    ball_motion,
+    ball_places,
+    ball_rate,
+    ball_rebound,
+    ball_tangent,
+)
+from nsmaps.exact.balls import GROW, badd, bangle, binv, bmeet, bmul, bneg, bsub, high, low, size
+from nsmaps.exact.flight import OUTWARD
+
+# === engine ===
+
+NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
+UPPER, SMOOTH, ROW = 30, 31, 32  # columns of a table of swarms
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def box_swarm(v, phi):
+    """The swarm that fills a box."""
+    flat = NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING
+    return (v[0], 0.0), (phi[0], 0.0), (ONE, NOTHING, NOTHING, ONE), flat, (v[1], phi[1]), v, phi
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def spread(a, b, r):
+    """The radius of a x_1 + b x_2."""
+    return (size(a) * r[0] + size(b) * r[1]) * GROW
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def widened(c, r):
+    """A ball with a greater radius."""
+    return c[0], (c[1] + r) * GROW
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def slopes(d, h, r):
+    """The first derivative over a swarm, from that of the centre and the second."""
+    return (
+        widened(d[0], spread(h[0], h[1], r)),
+        widened(d[1], spread(h[1], h[2], r)),
+        widened(d[2], spread(h[3], h[4], r)),
+        widened(d[3], spread(h[4], h[5], r)),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def launch_of(p, up, v):
+    """The velocity after impacts of speeds v, and its first and second derivative by v."""
+    u, slope, bend = ball_rebound(p, up, v)
+    return (bneg(u), bneg(slope), bneg(bend)) if up else (u, slope, bend)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def launched(p, up, swarm):
+    """What of the flights of a swarm does not depend on time, and bounds on |jerk| and |snap|."""
+    v, phi, d, h, r, box_v, box_phi = swarm
+    top, bottom = ball_places(p)
+    z = top if up else bottom
+    w, slope, _ = launch_of(p, up, box_v)
+    centre, _, _ = launch_of(p, up, v)
+    at = bangle(box_phi)
+    one, whole = ball_coefficients(p, bangle(phi), z, centre), ball_coefficients(p, at, z, w)
+    limits = ball_bounds(p, at, z, w)
+    d = slopes(d, h, r)
+    by_x = d[2], d[3], bmul(slope, d[0]), bmul(slope, d[1])
+    return (one, whole, at, z, w, by_x, r), high(limits[0]) * OUTWARD, high(limits[1]) * OUTWARD
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def by_start(p, flight, s):
+    """The derivatives of displacement and velocity by x at times s."""
+    _, _, at, z, w, (phi_1, phi_2, w_1, w_2), _ = flight
+    d_phi, d_w, v_phi, v_w = ball_tangent(p, at, z, w, s)
+    return (
+        badd(bmul(d_phi, phi_1), bmul(d_w, w_1)),
+        badd(bmul(d_phi, phi_2), bmul(d_w, w_2)),
+        badd(bmul(v_phi, phi_1), bmul(v_w, w_1)),
+        badd(bmul(v_phi, phi_2), bmul(v_w, w_2)),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def view(p, flight, s):
+    """Displacement and its rates over a swarm at time s, those of its centre, and its spread by x_1 and by x_2."""
+    d, v, a, j = ball_motion(flight[0], (s, 0.0))
+    _, _, all_a, all_j = ball_motion(flight[1], (s, 0.0))
+    d_1, d_2, v_1, v_2 = by_start(p, flight, (s, 0.0))
+    r = flight[6]
+    motion = widened(d, spread(d_1, d_2, r)), widened(v, spread(v_1, v_2, r)), all_a, all_j
+    return motion, (d, v, a, j), (size(d_1) * r[0], size(d_2) * r[1])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def gap_to(upper, room, motion):
+    """The gap to a wall and its rates, in balls."""
+    d, v, a, j = motion
+    if upper:
+        return bsub(room, d), bneg(v), bneg(a), bneg(j)
+    return badd(room, d), v, a, j
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def bent(b, jerk, tau):
+    """The second rate within times tau."""
+    return widened(b, jerk * size(tau))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def mean_rate(u, b, tau):
+    """The rate from 0 to tau, on average: by Taylor's theorem with the second rate b of some time between."""
+    return badd(u, bmul(b, (0.5 * tau[0], 0.5 * tau[1])))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def after(gap, jerk, h):
+    """The gap a time h later or, where that is negative, before."""
+    y, u, b, _ = gap
+    return badd(y, bmul((h, 0.0), mean_rate(u, bent(b, jerk, (h, 0.0)), (h, 0.0))))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def crossing(gap, jerk, tau):
+    """When, within tau, gaps close that all do so there, once: (the times, the rates then, the second rates until then)."""
+    y, u, b, _ = gap
+    near = -2.0 * size(y) / high(u)
+    if near > 0.0 and low(after(gap, jerk, -near)) > 0.0 and high(after(gap, jerk, near)) < 0.0:
+        tau = bmeet(tau, (0.0, near))
+    for _ in range(2):
+        tau = bmeet(tau, bneg(bmul(y, binv(mean_rate(u, bent(b, jerk, tau), tau)))))
+    b = bent(b, jerk, tau)
+    return tau, badd(u, bmul(b, tau)), b
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def twice(f, a, b):
+    """The form f applied to two vectors."""
+    return badd(
+        badd(bmul(f[0], bmul(a[0], b[0])), bmul(f[1], badd(bmul(a[0], b[1]), bmul(a[1], b[0])))), bmul(f[2], bmul(a[1], b[1]))
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def impact_slopes(p, at, z, w, s, rate, a, y):
+    """By the implicit function theorem, at impacts at times s: time, velocity and velocity at fixed s by x (two of each)."""
+    d_phi, d_w, v_phi, v_w = ball_tangent(p, at, z, w, s)
+    d_1, d_2 = badd(bmul(d_phi, y[0]), bmul(d_w, y[2])), badd(bmul(d_phi, y[1]), bmul(d_w, y[3]))
+    v_1, v_2 = badd(bmul(v_phi, y[0]), bmul(v_w, y[2])), badd(bmul(v_phi, y[1]), bmul(v_w, y[3]))
+    slope = bneg(binv(rate))
+    s_1, s_2 = bmul(d_1, slope), bmul(d_2, slope)
+    return (s_1, s_2), (badd(v_1, bmul(a, s_1)), badd(v_2, bmul(a, s_2))), (v_1, v_2)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def impact_bend(tangent, bends, motion, y_k, y_m, y_km, rates_k, rates_m):
+    """As `impact_slopes`, once more by x_k and x_m: of time and of velocity. `rates` are the slopes of time and at fixed s."""
+    rate, a, j = motion
+    (s_k, v_k, a_k), (s_m, v_m, a_m) = rates_k, rates_m
+    d_km = badd(twice(bends[:3], y_k, y_m), badd(bmul(tangent[0], y_km[0]), bmul(tangent[1], y_km[1])))
+    v_km = badd(twice(bends[3:6], y_k, y_m), badd(bmul(tangent[2], y_km[0]), bmul(tangent[3], y_km[1])))
+    s_both = bmul(s_k, s_m)
+    d_km = badd(d_km, badd(badd(bmul(v_k, s_m), bmul(v_m, s_k)), bmul(a, s_both)))
+    s_km = bneg(bmul(d_km, binv(rate)))
+    v_km = badd(v_km, badd(badd(bmul(a_k, s_m), bmul(a_m, s_k)), badd(bmul(j, s_both), bmul(a, s_km))))
+    return s_km, v_km
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bends_over(p, up, flight, swarm, s, motion):
+    """The second derivatives of velocity and time at impacts at times s: by x_1 twice, by both, by x_2 twice."""
+    _, _, at, z, w, y, _ = flight
+    _, _, d, h, r, box_v, _ = swarm
+    d = slopes(d, h, r)
+    _, law, law_bend = launch_of(p, up, box_v)
+    times, _, fixed = impact_slopes(p, at, z, w, s, motion[0], motion[1], y)
+    tangent, bends = ball_tangent(p, at, z, w, s), ball_bends(p, at, z, w, s)
+    y_1, y_2 = (y[0], y[2]), (y[1], y[3])
+    rates_1 = times[0], fixed[0], badd(bmul(bends[6], y_1[0]), bmul(bends[7], y_1[1]))
+    rates_2 = times[1], fixed[1], badd(bmul(bends[6], y_2[0]), bmul(bends[7], y_2[1]))
+    y_11 = h[3], badd(bmul(law, h[0]), bmul(law_bend, bmul(d[0], d[0])))
+    y_12 = h[4], badd(bmul(law, h[1]), bmul(law_bend, bmul(d[0], d[1])))
+    y_22 = h[5], badd(bmul(law, h[2]), bmul(law_bend, bmul(d[1], d[1])))
+    s_11, v_11 = impact_bend(tangent, bends, motion, y_1, y_1, y_11, rates_1, rates_1)
+    s_12, v_12 = impact_bend(tangent, bends, motion, y_1, y_2, y_12, rates_1, rates_2)
+    s_22, v_22 = impact_bend(tangent, bends, motion, y_2, y_2, y_22, rates_2, rates_2)
+    return (v_11, v_12, v_22), (s_11, s_12, s_22)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def reach_of(d_1, d_2, h_11, h_12, h_22, r):
+    """The radius of d x + h x x/2."""
+    bend = size(h_11) * r[0] * r[0] + 2.0 * size(h_12) * r[0] * r[1] + size(h_22) * r[1] * r[1]
+    return (spread(d_1, d_2, r) + 0.5 * bend) * GROW
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def landed(p, up, flight, swarm, upper, room, s, tau, jerk):
+    """The impacts of a swarm that surely meets a wall once, without a turn, at s + tau: (is no rate near zero, the swarm)."""
+    v, phi, d, h, r, _, box_phi = swarm
+    motion, centre, _ = view(p, flight, s)
+    tau, gap_rate, gap_bend = crossing(gap_to(upper, room, motion), jerk, tau)
+    y, u, _, _ = gap_to(upper, room, centre)
+    near = badd((s, 0.0), bneg(bmul(y, binv(mean_rate(u, gap_bend, tau)))))  # of the centre
+    whole = badd((s, 0.0), tau)
+    (omega,) = ball_rate(p)
+    _, rate, a, _ = ball_motion(flight[0], near)
+    w, law, _ = launch_of(p, up, v)
+    y_x = d[2], d[3], bmul(law, d[0]), bmul(law, d[1])
+    s_x, v_x, _ = impact_slopes(p, bangle(phi), flight[3], w, near, rate, a, y_x)
+    _, _, all_a, all_j = ball_motion(flight[1], whole)
+    all_rate = bneg(gap_rate) if upper else gap_rate
+    v_xx, s_xx = bends_over(p, up, flight, swarm, whole, (all_rate, all_a, all_j))
+    d = v_x[0], v_x[1], badd(d[2], bmul(omega, s_x[0])), badd(d[3], bmul(omega, s_x[1]))
+    phi_xx = badd(h[3], bmul(omega, s_xx[0])), badd(h[4], bmul(omega, s_xx[1])), badd(h[5], bmul(omega, s_xx[2]))
+    if not upper:
+        rate, d, v_xx = bneg(rate), (bneg(d[0]), bneg(d[1]), d[2], d[3]), (bneg(v_xx[0]), bneg(v_xx[1]), bneg(v_xx[2]))
+    phase = badd(phi, bmul(omega, near))
+    all_v = bmeet(bneg(gap_rate), widened(rate, reach_of(d[0], d[1], v_xx[0], v_xx[1], v_xx[2], r)))
+    reach = reach_of(d[2], d[3], phi_xx[0], phi_xx[1], phi_xx[2], r)
+    all_phi = bmeet(badd(box_phi, bmul(omega, whole)), widened(phase, reach))
+    h = v_xx[0], v_xx[1], v_xx[2], phi_xx[0], phi_xx[1], phi_xx[2]
+    return high(gap_rate) < 0.0, (rate, phase, d, h, r, all_v, all_phi)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def put_swarm(table, n, upper, swarm, smooth):
+    """Write a swarm into row n of a table."""
+    v, phi, d, h, r, box_v, box_phi = swarm
+    k = 0
+    for each in (v, phi, d[0], d[1], d[2], d[3], h[0], h[1], h[2], h[3], h[4], h[5], r, box_v, box_phi):
+        table[n, k], table[n, k + 1] = each
+        k += 2
+    table[n, UPPER], table[n, SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def get_swarm(t, n):
+    """The swarm in row n of a table."""
+    t = t[n]
+    d = (t[4], t[5]), (t[6], t[7]), (t[8], t[9]), (t[10], t[11])
+    h = (t[12], t[13]), (t[14], t[15]), (t[16], t[17]), (t[18], t[19]), (t[20], t[21]), (t[22], t[23])
+    return (t[0], t[1]), (t[2], t[3]), d, h, (t[24], t[25]), (t[26], t[27]), (t[28], t[29])
