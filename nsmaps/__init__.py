@@ -20,8 +20,14 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.iterate import SecondIterate as SecondIterate
     from nsmaps.auxiliary.iterate import held_iterate as held_iterate
     from nsmaps.auxiliary.iterate import second_iterate as second_iterate
+    from nsmaps.dynamics.basins import Basins as Basins
+    from nsmaps.dynamics.basins import basins as basins
     from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
+    from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
+    from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
+    from nsmaps.dynamics.noise import Noise as Noise
+    from nsmaps.dynamics.noise import noisy_orbits as noisy_orbits
     from nsmaps.dynamics.orbit import Orbit as Orbit
     from nsmaps.dynamics.orbit import orbit as orbit
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
@@ -70,7 +76,10 @@ _PUBLIC = {
     "auxiliary.cycles": ("CurveCycles", "TwoCycles", "curve_cycles", "two_cycles"),
     "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
     "auxiliary.iterate": ("HeldIterate", "SecondIterate", "held_iterate", "second_iterate"),
+    "dynamics.basins": ("Basins", "basins"),
     "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
+    "dynamics.lyapunov": ("Lyapunov", "lyapunov"),
+    "dynamics.noise": ("Noise", "noisy_orbits"),
     "exact.parts": ("Along",),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),

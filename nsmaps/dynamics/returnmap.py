@@ -4,7 +4,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
-from nsmaps.exact.impacts import Returns
+from nsmaps.exact.impacts import Returns, Stretches
 
 
 @runtime_checkable
@@ -28,3 +28,11 @@ class CompiledOrbit(Protocol):
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         """
+
+
+@runtime_checkable
+class CompiledStretches(Protocol):
+    """What a return map may have beside: many returns with their derivatives in one call, for Lyapunov exponents."""
+
+    def stretches(self, states: ArrayLike, frames: ArrayLike, n: int) -> Stretches:
+        """What the first n returns of each of M states do to frames, shape (M, dim, dim)."""

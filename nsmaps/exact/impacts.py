@@ -212,6 +212,18 @@ class Returns:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Stretches:
+    """What n returns of each of M states of dim coordinates did to frames of tangent vectors."""
+
+    states: Floats  #: shape (M, dim), where they are now; NaN after an orbit's end
+    frames: Floats  #: shape (M, dim, dim), orthonormal columns, the fastest growing first
+    growth: Floats  #: shape (n, M, dim), logarithms of the diagonal of R in D Q = Q' R; -inf where a return forgets a direction
+    log_det: Floats  #: shape (n, M), log |det D| of each return's derivative D
+    time: Floats  #: shape (n, M), of each return; NaN where unknown
+    outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Legs:
     """The flights of N first returns: which turning points they pass, and how far from a graze they are."""
 

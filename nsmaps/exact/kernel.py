@@ -19,24 +19,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Legs, Returns
+from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Legs, Returns, Stretches
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 HERE = Path(__file__).parent
-ENGINE = ("remainders.py", "flight.py", "returns.py", "batch.py", "legs.py", "sensitivity.py")  # copied behind what is generated
-BALLS = (
-    "remainders.py",
-    "flight.py",
-    "returns.py",
-    "balls.py",
-    "swarm.py",
-    "encounters.py",
-    "cells.py",
-)  # the same for images of boxes
+RETURNS = ("remainders.py", "flight.py", "returns.py")  # copied behind what is generated
+ENGINE = (*RETURNS, "batch.py", "legs.py", "sensitivity.py", "stretches.py", "swayed.py", "noisy.py")
+BALLS = (*RETURNS, "balls.py", "swarm.py", "encounters.py", "cells.py")  # the same for images of boxes
 MARK = "# === engine ===\n"
 KNOWN = {"nsmaps", "pydantic", "sympy", "numpy", "scipy", "mpmath", *sys.stdlib_module_names} - {"__main__"}
+STEPS = 2000  # of a realisation under noise whose random numbers are drawn together
 CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
 
 
@@ -84,6 +78,33 @@ class Kernel:
         tables = states.reshape(n + 1, m, 2), turns.reshape(n, m, 2), *(row.reshape(n, m) for row in (codes, outcome, time))
         self.module.orbits(self.vector(system), float(chatter), *tables)
         return Returns(system.coordinates, system.wall_names, states[:-m], states[m:], turns, codes, outcome, time)
+
+    def stretches(self, system: "ImpactSystem", start: Floats, frames: Floats, n: int, chatter: float) -> Stretches:
+        """What n returns of each of M states, shape (M, 2), do to their frames, shape (M, 2, 2)."""
+        m = len(start)
+        states, frames = start.copy(), frames.copy()
+        growth, log_det, time = np.empty((n, m, 2)), np.empty((n, m)), np.empty((n, m))
+        outcome = np.empty((n, m), np.int8)
+        self.module.stretches(self.vector(system), float(chatter), states, frames, growth, log_det, time, outcome)
+        return Stretches(states, frames, growth, log_det, time, outcome)
+
+    def noisy_orbit(
+        self, system: "ImpactSystem", law: Any, step: Floats, parts: int, chatter: float, rng: np.random.Generator, tables: Any
+    ) -> None:
+        """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise`."""
+        module, p, constants = self.module, self.vector(system), np.array(law)
+        ball, count = np.zeros(module.NUMBERS), np.zeros(module.COUNTS, np.int64)
+        states, turns, codes, outcome, time, eta, hits = tables
+        module.begin(p, ball, count, constants[3], rng.standard_normal(), states, eta)
+        while count[module.FATE] == module.UNDER_WAY and count[module.MADE] < len(codes):
+            normals = rng.standard_normal((STEPS, parts, 3))
+            rows = hits, states, turns, codes, outcome, time, eta
+            module.noisy_orbit(p, constants, step, normals, float(chatter), ball, count, *rows)
+        module.finish(count, states, turns, codes, outcome, time, eta)
+
+    def acceleration(self, system: "ImpactSystem", phi: float, z: float, w: float) -> float:
+        """Of a ball at a phase, place and velocity, in flight."""
+        return float(self.module.start(self.module.coefficients(self.vector(system), phi, z, w))[0])
 
     def legs(self, system: "ImpactSystem", start: Floats, chatter: float) -> Legs:
         """The legs of the first returns of a batch, shape (N, 2)."""

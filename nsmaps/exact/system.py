@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict
 
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_match
 from nsmaps.exact.files import received
-from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, as_states
+from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, Stretches, as_states
 
 if TYPE_CHECKING:
     from nsmaps.exact.boxes import BoxImages
@@ -115,6 +115,16 @@ class ImpactSystem(BaseModel, ABC):
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
         return self._kernel().orbits(self, start, n, chatter)
+
+    def stretches(self, states: ArrayLike, frames: ArrayLike, n: int, chatter: float = 1e-12) -> Stretches:
+        """What the first n returns of each of M states do to frames of tangent vectors, on one core.
+
+        Args:
+            states, frames: shapes (M, 2) and (M, 2, 2), the frames' columns orthonormal. Others and errors as `first_return`.
+        """
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        return self._kernel().stretches(self, start, np.asarray(frames, float), n, chatter)
 
     def legs(self, states: ArrayLike, chatter: float = 1e-12) -> Legs:
         """The turning points that the flights of first returns pass, and how near they come to a graze.

@@ -8,7 +8,9 @@ from nsmaps.errors import NsmapsError
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.dynamics.basins import Basins, Boundary
     from nsmaps.dynamics.bifurcation import Bifurcation
+    from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.surface import Surface
     from nsmaps.exact.system import ImpactSystem
@@ -49,6 +51,14 @@ class Drawable(Protocol):
     def orbits(self) -> Sequence[Pair]: ...
     @property
     def bifurcation(self) -> Mapping[str, "Bifurcation"]: ...
+    @property
+    def lyapunov(self) -> "LyapunovSweep | None": ...
+    @property
+    def basins(self) -> "Basins | None": ...
+    @property
+    def boundary(self) -> "Boundary | None": ...
+    @property
+    def noise(self) -> Any: ...
     @property
     def domains(self) -> Mapping[str, "AttractingDomain"]: ...
     @property
@@ -112,6 +122,28 @@ def bifurcation_of(result: Drawable, figure: str) -> Mapping[str, "Bifurcation"]
     if not result.bifurcation:
         raise _missing(figure, "bifurcation diagrams", "'bifurcation'")
     return result.bifurcation
+
+
+def lyapunov_of(result: Drawable, figure: str) -> "LyapunovSweep":
+    """The Lyapunov exponents, or the error that says what to name."""
+    if result.lyapunov is None:
+        raise _missing(figure, "Lyapunov exponents", "'lyapunov'")
+    return result.lyapunov
+
+
+def basins_of(result: Drawable, figure: str) -> "Basins":
+    """The basins over a grid, or the error that says what to name."""
+    if result.basins is None or result.basins.grid is None:
+        raise _missing(figure, "basins over a grid", "'basins'")
+    two(result.basins.coordinates, figure)
+    return result.basins
+
+
+def noise_of(result: Drawable, figure: str) -> Any:
+    """What noise does, or the error that says what to name."""
+    if result.noise is None:
+        raise _missing(figure, "orbits under noise", "'noise'")
+    return result.noise
 
 
 def domains_of(result: Drawable, figure: str) -> Mapping[str, "AttractingDomain"]:

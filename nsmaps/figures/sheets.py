@@ -3,10 +3,13 @@
 from collections.abc import Callable, Mapping
 
 from nsmaps.figures import (
+    basins,
     bifurcation,
     cobweb,
     domain_size,
     envelopes,
+    lyapunov,
+    noise,
     orbits,
     partition,
     projections,
@@ -27,6 +30,9 @@ SHEETS: Mapping[str, Callable[[Drawable], tuple[Sheet, ...]]] = {
     "orbits": orbits.sheets,
     "cobweb": cobweb.sheets,
     "bifurcation": bifurcation.sheets,
+    "lyapunov": lyapunov.sheets,
+    "basins": basins.sheets,
+    "noise": noise.sheets,
     "envelopes": envelopes.sheets,
     "domain_size": domain_size.sheets,
     "second_iterate": second_iterate.sheets,

@@ -42,6 +42,10 @@ KEPT = (
     "parametric",
     "orbits",
     "bifurcation",
+    "lyapunov",
+    "basins",
+    "boundary",
+    "noise",
     "domains",
 )
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")

@@ -17,6 +17,9 @@ FIGURE_NEEDS = {
     "orbits": ("orbits",),
     "cobweb": ("grid", "families", "composite", "orbits"),
     "bifurcation": ("bifurcation",),
+    "lyapunov": ("lyapunov",),
+    "basins": ("grid", "basins"),
+    "noise": ("noise",),
     "envelopes": ("domains",),
     "domain_size": ("domains",),
     "second_iterate": ("second_iterate",),
@@ -98,6 +101,8 @@ def _needs(study: Study) -> Iterator[tuple[Loc, str, str]]:
         yield ("parametric",), "'parametric'", "composite"
     if study.bifurcation and "composite" in study.bifurcation.of:
         yield ("bifurcation", "of"), "the bifurcation of the composite map", "composite"
+    if study.basins:
+        yield ("basins",), "'basins'", "grid"
     if study.second_iterate:
         yield ("second_iterate",), "'second_iterate'", "domains"
     for number, figure in enumerate(study.figures):

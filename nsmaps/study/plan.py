@@ -55,6 +55,7 @@ class Plan:
     pieces: tuple[PiecePlan, ...]
     starts: tuple[Floats, ...]  #: each of shape (n,)
     long_start: Floats | None  #: of the bifurcation diagram, shape (n,)
+    begin: dict[str, Floats]  #: the starts of the sections `lyapunov` and `noise`, each of shape (n,)
     boxes: dict[str, Box]  #: the start boxes of the domains, by name
 
 
@@ -102,6 +103,8 @@ class _Maker:
             self.swept_values(("parametric",), section.parameter, (section.low, section.high))
         if (long := study.bifurcation) is not None:
             self.swept_values(("bifurcation",), long.parameter, (long.low, long.high))
+        if (along := study.lyapunov) is not None:
+            self.swept_values(("lyapunov",), along.parameter, (along.low, along.high))
         return Plan(
             study=study,
             system=self.system,
@@ -113,8 +116,21 @@ class _Maker:
             pieces=tuple(self.piece(number, piece) for number, piece in enumerate(study.composite)),
             starts=tuple(self.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(study.orbits)),
             long_start=self.start(("bifurcation", "start"), study.bifurcation.start) if study.bifurcation else None,
+            begin=self.begin(),
             boxes={d.name: self.box(("domains", k, "box"), d.box) for k, d in enumerate(study.domains)},
         )
+
+    def begin(self) -> dict[str, Floats]:
+        """The starts of the long run; noise must have motions of words that there are, and a parameter that there is."""
+        study, noise = self.study, self.study.noise
+        for name, words in noise.modes.items() if noise else ():
+            with study.source.located(("noise", "modes", name)):
+                for word in words:
+                    encode(word, self.system.wall_names)
+        if noise and (along := noise.impacts):
+            self.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
+        sections = {"lyapunov": study.lyapunov, "noise": noise}
+        return {name: self.start((name, "start"), section.start) for name, section in sections.items() if section}
 
     def grid(self, loc: Loc, spans: Mapping[str, Span] | None) -> Grid | None:
         if spans is None:

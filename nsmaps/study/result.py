@@ -6,8 +6,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.dynamics.basins import Basins, Boundary
     from nsmaps.dynamics.bifurcation import Bifurcation
+    from nsmaps.dynamics.impactdiagram import ImpactDiagram
+    from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.dynamics.residence import Residence
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.impacts import Floats, Returns
     from nsmaps.exact.surface import Surface
@@ -44,6 +48,16 @@ class OrbitPair:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class NoiseResult:
+    """What noise of each of its sizes does."""
+
+    sigma: tuple[float, ...]
+    stays: "tuple[Residence, ...]"  #: one a size
+    ended: tuple[dict[str, int], ...]  #: one a size: how many realisations ended, by outcome
+    impacts: "tuple[ImpactDiagram, ...]" = ()  #: down without and with noise, up without and with noise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StudyResult:
     """Everything a study named, as it was computed; what it did not name is None or empty."""
 
@@ -62,6 +76,10 @@ class StudyResult:
     parametric: "ParametricMap | None" = None
     orbits: tuple[OrbitPair, ...] = ()
     bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite
+    lyapunov: "LyapunovSweep | None" = None
+    basins: "Basins | None" = None  #: of the study's grid
+    boundary: "Boundary | None" = None  #: between them
+    noise: NoiseResult | None = None
     domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
     second_iterate: "SecondIterate | None" = None
     verdicts: tuple[Verdict, ...] = ()

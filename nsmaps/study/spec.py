@@ -12,6 +12,7 @@ from nsmaps.reduced.condition import Number, read_number
 from nsmaps.reduced.partition import Partition
 from nsmaps.reduced.polyfit import Degree
 from nsmaps.reduced.printed import PrintedMap
+from nsmaps.study.longrun import BasinsSection, LyapunovSection, NoiseSection
 from nsmaps.study.source import Source
 
 if TYPE_CHECKING:
@@ -28,6 +29,9 @@ FigureName = Literal[
     "orbits",
     "cobweb",
     "bifurcation",
+    "lyapunov",
+    "basins",
+    "noise",
     "envelopes",
     "domain_size",
     "second_iterate",
@@ -236,6 +240,9 @@ class Study(BaseModel):
     parametric: ParametricSection | None = None
     orbits: tuple[OrbitSection, ...] = ()
     bifurcation: BifurcationSection | None = None
+    lyapunov: LyapunovSection | None = None
+    basins: BasinsSection | None = None
+    noise: NoiseSection | None = None
     domains: tuple[DomainSection, ...] = ()
     second_iterate: SecondIterateSection | None = None
     figures: tuple[FigureName, ...] = ()

@@ -19,6 +19,7 @@ from nsmaps.reduced.polyfit import compare_orders
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box, Region
 from nsmaps.reduced.speed import speeds
+from nsmaps.study import longsteps
 from nsmaps.study.needs import ATTRACTING
 from nsmaps.study.plan import PiecePlan, Plan, printed_at
 from nsmaps.study.result import OrbitPair, StudyResult
@@ -278,6 +279,9 @@ STEPS: dict[str, Step] = {
     "parametric": _parametric,
     "orbits": _orbits,
     "bifurcation": _bifurcation,
+    "lyapunov": longsteps.lyapunov,
+    "basins": longsteps.basins,
+    "noise": longsteps.noise,
     "domains": _domains,
     "second_iterate": _second_iterate,
 }

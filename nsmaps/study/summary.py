@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsmaps.study.longsummary import long_run
 from nsmaps.study.result import OrbitPair, StudyResult
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         sections["orbits"] = [_orbit(pair) for pair in result.orbits]
     if result.bifurcation:
         sections["bifurcation"] = {of: _bifurcation(made) for of, made in result.bifurcation.items()}
+    sections |= long_run(result)
     if result.domains:
         sections["domains"] = {name: _domain(domain) for name, domain in result.domains.items()}
     if result.second_iterate is not None:

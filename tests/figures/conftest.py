@@ -11,8 +11,13 @@ from matplotlib.figure import Figure
 
 from nsmaps.auxiliary.domain import attracting_domain
 from nsmaps.auxiliary.iterate import SecondIterate
+from nsmaps.dynamics.basins import basins
 from nsmaps.dynamics.bifurcation import bifurcation
+from nsmaps.dynamics.impactdiagram import ImpactDiagram
+from nsmaps.dynamics.lyapunov import Lyapunov, LyapunovSweep
+from nsmaps.dynamics.noise import Noise
 from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.residence import Residence
 from nsmaps.exact.impacts import Angle, Returns, encode, wrap
 from nsmaps.exact.surface import Axis, Grid, Surface
 from nsmaps.reduced.composite import CompositeMap, Piece
@@ -78,6 +83,28 @@ def _gated(value: float) -> Toy:
     return Toy()
 
 
+def _exponents() -> LyapunovSweep:
+    """One value without a map, one with exponents of -1 and -2."""
+    one, two = np.full((3, 2), [-1.0, -2.0]), np.full((3, 2), 0.1)
+    one[1] = np.nan
+    made = Lyapunov(COORDINATES, 64, one, two, one / 2, two / 2, one.sum(axis=1), one[:, None], np.zeros(3, np.int8), one)
+    return LyapunovSweep(np.array([0.3, 0.1, 0.2]), ("", "none", ""), made)
+
+
+def _noisy() -> SimpleNamespace:
+    """Two sizes of noise and impacts down and up, with and without."""
+    values, wall, speed = (
+        np.array([0.2, 0.1]),
+        np.array([[0.0, 1, 0], [0, 1, np.nan]]),
+        np.array([[0.5, 0.3, 0.6], [0.4, 0.2, np.nan]]),
+    )
+    sizes = Noise(sigma=0, tau=1), Noise(sigma=0.1, tau=1)
+    impacts = tuple(ImpactDiagram(WALLS, size, follow, values, wall, speed) for follow in ("down", "up") for size in sizes)
+    switches = np.array([[0, 3], [4, 0]])
+    stays = tuple(Residence(("one", "two"), 6, np.array([50.0, 10.0]), 1.0, switches * k) for k in range(2))
+    return SimpleNamespace(sigma=(0.0, 0.1), stays=stays, impacts=impacts)
+
+
 @pytest.fixture(scope="session")
 def result() -> SimpleNamespace:
     """Everything that a study could have computed of the toy."""
@@ -97,7 +124,12 @@ def result() -> SimpleNamespace:
         "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, samples=31, of="exact map"),
     }
     return SimpleNamespace(
-        study=SimpleNamespace(bifurcation=SimpleNamespace(parameter="d"), second_iterate=SimpleNamespace(domain="fitted")),
+        study=SimpleNamespace(
+            bifurcation=SimpleNamespace(parameter="d"),
+            lyapunov=SimpleNamespace(parameter="d"),
+            noise=SimpleNamespace(impacts=SimpleNamespace(parameter="d")),
+            second_iterate=SimpleNamespace(domain="fitted"),
+        ),
         surfaces=surfaces,
         diagonal=diagonal_region(Diagonal(delta=1.2), [(0.0, surfaces["BTB"])]),
         composite=composite,
@@ -108,6 +140,10 @@ def result() -> SimpleNamespace:
         system=Toy(),
         orbits=orbits,
         bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, transient=0)},
+        lyapunov=_exponents(),
+        basins=basins(Toy(), GRID, returns=50),
+        boundary=None,
+        noise=_noisy(),
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
     )

@@ -10,8 +10,8 @@ from nsmaps.cli import app
 from nsmaps.errors import StudyError
 
 SECTIONS = (
-    "name, title, system, parameters, grid, families, diagonal, composite, partition, parametric, orbits, bifurcation, domains, "
-    "second_iterate, figures, require"
+    "name, title, system, parameters, grid, families, diagonal, composite, partition, parametric, orbits, bifurcation, "
+    "lyapunov, basins, noise, domains, second_iterate, figures, require"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
@@ -181,7 +181,7 @@ BAD = {
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
         "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, orbits, cobweb, bifurcation, "
-        "envelopes, domain_size, second_iterate, did you mean 'cobweb'?",
+        "lyapunov, basins, noise, envelopes, domain_size, second_iterate, did you mean 'cobweb'?",
     ),
     "bifurcation of no parameter": (
         "require:",
@@ -206,6 +206,30 @@ BAD = {
         "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, of: [reduced]}\nrequire:",
         "reduced",
         "unknown word 'reduced'; accepted: exact, composite",
+    ),
+    "lyapunov of no parameter": (
+        "require:",
+        "lyapunov: {parameter: b, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "b, from",
+        "unknown parameter 'b'; accepted: a, r",
+    ),
+    "noise of words that are none": (
+        "require:",
+        "noise: {sigma: [0.1], tau: 1, start: {v: 0.3, phi: 1}, modes: {odd: [BXB]}}\nrequire:",
+        "[BXB]",
+        "the word 'BXB' has no letter at 'XB'; accepted: the walls B, '~' (chatter) and '_' (rest)",
+    ),
+    "noise with steps that are too long": (
+        "require:",
+        "noise: {sigma: [0.1], tau: 1, step: 2, start: {v: 0.3, phi: 1}, modes: {one: [BB]}}\nrequire:",
+        "{sigma",
+        "a step of 2; accepted: at most tau = 1",
+    ),
+    "noise held for too short": (
+        "require:",
+        "noise: {sigma: [0.1], tau: 1, hold: 1, start: {v: 0.3, phi: 1}, modes: {two: [BB, BB]}}\nrequire:",
+        "{sigma",
+        "hold is 1; accepted: motions of one or more words, held for 2 returns or more",
     ),
     "family without grid": (
         "grid:\n  v: {from: 0.01, to: 0.5, points: 31}\n  phi: {from: 0, to: 2*pi, points: 41}\n",

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 from nsmaps import StudyResult, load_study, read_result, run
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
+from nsmaps.plugins import study_files
 from nsmaps.study.archive import resolved
 from nsmaps.study.run import Interrupted
 
@@ -353,7 +355,10 @@ def test_a_bifurcation_does_not_make_partitions() -> None:
 
 def test_both_ways_tell_what_coexists() -> None:
     """The shipped study against the ends of the window: a fold at 0.227713761, a crisis between 0.22504 and 0.22506."""
-    result = run("vi_pair/bistable", out="both")
+    whole = YAML(typ="safe").load(study_files("vi_pair")["bistable"].read_text())
+    part = {key: whole[key] for key in ("system", "parameters", "bifurcation")}
+    Path("part.yaml").write_text(json.dumps(part))
+    result = run("part.yaml", out="both")
     assert result.bifurcation["exact"].held.all()
     record = json.loads(Path("both/result.json").read_text())["numbers"]["bifurcation"]["exact"]["attractors"]
     low, chaos = (next(row for row in record if row["label"] == label) for label in ("2:1/T", "C"))

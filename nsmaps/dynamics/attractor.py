@@ -1,0 +1,126 @@
+"""Attractors as sets of states: found by following orbits, and told when an orbit has come to one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.dynamics.motion import label, periods
+from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, wrap
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+VISITED = 4000  #: states that stand for an attractor without period
+STAY = 50  #: successive states within the reach of an attractor without period, of an orbit that has come to it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attractor:
+    """A set of states that orbits come to and stay on."""
+
+    coordinates: tuple[str, ...]
+    states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, or states visited
+    period: int  #: in returns; 0 without one
+    label: str  #: the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
+    words: tuple[str, ...]  #: of the return from each state of a period; without one, every word on it
+    reach: float  #: within which, in each coordinate, a state counts as one of it; see `find_attractors`
+
+    @property
+    def stay(self) -> int:
+        """How many successive states of an orbit that has come here are within its reach."""
+        return 1 if self.period else STAY
+
+    @property
+    def tree(self) -> "KDTree":
+        """Of the states, around the circle."""
+        from scipy.spatial import KDTree
+
+        return KDTree(self.states, boxsize=np.where(angle_mask(self.coordinates), TWO_PI, 0.0))
+
+    def near(self, states: Floats) -> NDArray[np.bool_]:
+        """Which states, shape (N, n), angles in [0, 2 pi), are within its reach; none that is not finite, shape (N,)."""
+        near = np.array(np.isfinite(states).all(axis=1))
+        near[near] = self.tree.query(states[near], p=np.inf)[0] <= self.reach
+        return near
+
+
+def on_circle(states: Floats, coordinates: Sequence[str]) -> Floats:
+    """The states, angles in [0, 2 pi)."""
+    return np.where(angle_mask(coordinates), wrap(states), states)
+
+
+def find_attractors(
+    map: ReturnMap,
+    starts: Floats,
+    transient: int = 1000,
+    tolerance: float = 1e-6,
+    longest: int = 32,
+    known: Sequence[Attractor] = (),
+) -> list[Attractor]:
+    """The attractors that orbits of starts, shape (N, n), have come to after a transient, other than those known.
+
+    Those of a period up to `longest`, in words and within `tolerance` in each coordinate, have the tolerance for their reach.
+    Others are the states that one orbit visits, and reach as far as the farthest of a second half of them is from the first.
+    Orbits that end come to none; a transient that was too short makes a set without period.
+    """
+    last = np.array(starts, float)
+    for part in returns_of(map, last, transient):
+        last = part.image[-len(last) :]
+    kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * longest)
+    found: list[Attractor] = []
+    for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
+        if not _is_of(kept, k, (*known, *found)):
+            made = _attractor(map, kept, k, tolerance)
+            found += [made] if made else []
+    return found
+
+
+def _is_of(kept: Orbit, k: int, attractors: Sequence[Attractor]) -> bool:
+    """Whether an orbit stays on one of the attractors: no more than rounding and the reach's edge lead it out."""
+    tail = on_circle(kept.states[1:, k], kept.coordinates)
+    return any(attractor.near(tail).mean() > 0.5 for attractor in attractors)
+
+
+def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float) -> Attractor | None:
+    """The attractor of one orbit: its period, or the states that it visits from there on; None where it ends on the way.
+
+    An orbit that finds a period after all was on a long transient, and is told by that.
+    """
+    made, longest = _periodic(kept, k, tolerance), (len(kept.states) - 1) // 2
+    if made is not None:
+        return made
+    path = orbit(map, kept.final[k : k + 1], VISITED)
+    after = orbit(map, path.final, 2 * longest)
+    if not np.isfinite(after.final).all():
+        return None
+    return _periodic(after, 0, tolerance) or _visited(path)
+
+
+def _periodic(kept: Orbit, k: int, tolerance: float) -> Attractor | None:
+    """The attractor of one orbit with a period, None of one without."""
+    period = int(periods(kept.states[1:, k], kept.codes[:, k], kept.coordinates, tolerance))
+    if not period:
+        return None
+    words = kept.words[:, k].tolist()
+    name = label(words, _turns(kept, k), period, kept.walls)
+    states = on_circle(kept.states[1 : period + 1, k], kept.coordinates)
+    return Attractor(kept.coordinates, states, period, name, tuple(words[1 : period + 1]), tolerance)
+
+
+def _visited(path: Orbit) -> Attractor:
+    """The attractor of one orbit without a period, as the states that it visits."""
+    states, words = on_circle(path.states[1:, 0], path.coordinates), path.words[:, 0].tolist()
+    name, every = label(words, _turns(path, 0), 0, path.walls), tuple(sorted(set(words)))
+    first = Attractor(path.coordinates, states[: VISITED // 2], 0, name, every, 0.0)
+    reach = float(first.tree.query(states[VISITED // 2 :], p=np.inf)[0].max())
+    return Attractor(path.coordinates, states, 0, name, every, reach)
+
+
+def _turns(path: Orbit, k: int) -> list[int]:
+    turns: list[int] = path.turns[:, k, angle_mask(path.coordinates)].sum(axis=-1).tolist()
+    return turns

@@ -1,0 +1,64 @@
+"""The speeds of impacts on every wall over a parameter, with or without noise: fig. comp_stoch."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsmaps.dynamics.noise import Noise, noisy_orbits
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Floats
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+KEPT = 3  #: impacts that are kept for each return
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ImpactDiagram:
+    """Impacts in the long run, for V values of a parameter: K each, NaN where there were fewer."""
+
+    walls: tuple[str, ...]
+    noise: Noise
+    follow: Literal["up", "down"]
+    values: Floats  #: shape (V,), in the order in which they were taken
+    wall: Floats  #: shape (V, K), index of the wall
+    speed: Floats  #: shape (V, K), impact speed, at least zero
+
+
+def impact_diagram(
+    system_of: "Callable[[float], ImpactSystem]",
+    values: ArrayLike,
+    state: ArrayLike,
+    noise: Noise,
+    follow: Literal["up", "down"],
+    returns: int = 60,
+    transient: int = 500,
+    seed: int = 0,
+    step: float | None = None,
+) -> ImpactDiagram:
+    """The impacts of one orbit that is followed through growing ("up") or falling ("down") values of a parameter.
+
+    At each value the transient's returns are made and forgotten, and the impacts of `returns` more are kept, three a return at
+    most. The noise begins anew from its long-run law. An orbit that ended starts again from the state given. Without noise
+    (sigma = 0) these are the deterministic impacts.
+
+    Raises:
+        NsmapsError: a direction that is none; others as `noisy_orbits`.
+    """
+    if follow not in ("up", "down"):
+        raise NsmapsError(f"follow is {follow!r}; accepted: 'up' or 'down'")
+    along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if follow == "up" else -1]
+    now, kept = np.asarray(state, float), []
+    for k, value in enumerate(along.tolist()):
+        system = system_of(value)
+        settled = noisy_orbits(system, now, transient, noise, 1, [seed, 2 * k], step).states[-1, 0]
+        settled = settled if np.isfinite(settled).all() else np.asarray(state, float)
+        made = noisy_orbits(system, settled, returns, noise, 1, [seed, 2 * k + 1], step, impacts=KEPT * returns)
+        now = made.states[-1, 0] if made.held.all() else np.asarray(state, float)
+        kept.append(made.impacts[0])
+    table = np.stack(kept)
+    return ImpactDiagram(made.walls, noise, follow, along, table[..., 0], table[..., 1])

@@ -1,0 +1,201 @@
+"""Lyapunov exponents of return maps, through impacts: how fast neighbouring orbits part, a return and a unit of time."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap
+from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.impacts import Floats, Outcome, Stretches
+
+BATCHES = 32  #: of successive returns, whose means tell the error
+BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lyapunov:
+    """Lyapunov exponents of the orbits of one or more starts; `...` is the shape of the starts without their last axis.
+
+    An orbit that ended has none: its exponents are NaN, `outcome` says why. A return that comes to rest on a wall forgets where
+    it came from: its derivative is zero, and exponents of orbits with such returns are -inf.
+    """
+
+    coordinates: tuple[str, ...]
+    returns: int  #: that were averaged over, after the transient
+    exponents: Floats  #: shape (..., dim), a return, the largest first
+    error: Floats  #: shape (..., dim), their standard errors, by batch means; see `lyapunov`
+    per_time: Floats  #: shape (..., dim), a unit of the system's time; NaN where the map does not know times
+    per_time_error: Floats  #: shape (..., dim)
+    log_det: Floats  #: shape (...), mean of log |det| of the derivative, to which the exponents of an orbit must add up
+    running: Floats  #: shape (32, ..., dim), exponents by the first 1/32, 2/32, ... of the returns: how they converge
+    outcome: NDArray[np.int8]  #: shape (...), values of `Outcome`: of the last return, or of that which ended the orbit
+    final: Floats  #: shape (..., dim), the last states
+
+    @property
+    def defect(self) -> Floats:
+        """How far the sum of the exponents is from the mean of log |det|, shape (...): rounding only. NaN without exponents."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.abs(self.exponents.sum(axis=-1) - self.log_det))
+
+
+def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) -> Lyapunov:
+    """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim), over n returns.
+
+    A frame of tangent vectors is carried through the returns by the map's derivative and made orthonormal after each by modified
+    Gram-Schmidt; the exponents are the means of the logarithms of its stretches. The error is that of 32 batch means, as if
+    their autocorrelation were that of a first-order process with their correlation at lag one, where that is positive:
+    s/sqrt(32) sqrt((1 + rho)/(1 - rho)). It does not see what no batch saw, such as an attractor that is left rarely.
+
+    Args:
+        map: with derivatives, such as an exact system or a composite map.
+        transient: returns made before those that count, with which the frame turns to where it belongs.
+
+    Raises:
+        StateError: the state has not the map's coordinates.
+        NsmapsError: n is below 32, the number of batches, or the transient negative.
+    """
+    start = np.asarray(state, float)
+    dim = len(map.coordinates)
+    if start.ndim == 0 or start.shape[-1] != dim:
+        raise StateError(f"the start has shape {start.shape}; its last axis must hold {', '.join(map.coordinates)}")
+    if n < BATCHES or transient < 0:
+        raise NsmapsError(f"{n} returns after {transient}; accepted: at least {BATCHES}, one a batch, after zero or more")
+    flat = start.reshape(-1, dim)
+    frames = np.tile(np.eye(dim), (len(flat), 1, 1))
+    outcome = np.full(len(flat), Outcome.invalid, np.int8)
+    for part in _stretches(map, flat, frames, transient):
+        flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
+    sums, counts = [], np.diff(np.arange(BATCHES + 1) * n // BATCHES)
+    for count in counts.tolist():
+        total = np.zeros((len(flat), dim + 2))
+        for part in _stretches(map, flat, frames, count):
+            flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
+            table = np.concatenate([part.growth, part.log_det[..., None], part.time[..., None]], axis=-1)
+            total += table.sum(axis=0)
+        sums.append(total)
+    return _summary(map, np.stack(sums), counts, start.shape, outcome, flat)
+
+
+def _stretches(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[Stretches]:
+    """What n returns of states (M, dim) do to frames, in parts of one or many returns."""
+    compiled = map if isinstance(map, CompiledStretches) and len(states) else None
+    block = max(BLOCK // len(states), 1) if compiled else 1
+    for first in range(0, n, block):
+        part = compiled.stretches(states, frames, min(block, n - first)) if compiled else _stretched(map, states, frames)
+        states, frames = part.states, part.frames
+        yield part
+
+
+def _stretched(map: ReturnMap, states: Floats, frames: Floats) -> Stretches:
+    """What one return of each state does to its frame, by modified Gram-Schmidt."""
+    made = map.first_return(states, derivative=True)
+    assert made.derivative is not None
+    columns = made.derivative @ frames
+    growth = np.empty(states.shape)
+    for i in range(states.shape[1]):
+        growth[:, i] = np.linalg.norm(columns[:, :, i], axis=1)
+        columns[:, :, i] /= np.where(growth[:, i] > 0, growth[:, i], 1.0)[:, None]
+        along = np.einsum("mj,mjk->mk", columns[:, :, i], columns[:, :, i + 1 :])
+        columns[:, :, i + 1 :] -= columns[:, :, i : i + 1] * along[:, None, :]
+    lost = (growth == 0).any(axis=1)
+    columns[lost] = np.eye(states.shape[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log_det, growth = np.log(np.abs(np.linalg.det(made.derivative))), np.log(growth)
+    return Stretches(made.image, columns, growth[None], log_det[None], made.time[None], made.outcome[None])
+
+
+def _last(part: Stretches, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:
+    """How the last return of each orbit ended, or that which ended it."""
+    return np.where(np.isnan(before).any(axis=1) & (outcome != Outcome.invalid), outcome, part.outcome[-1]).astype(np.int8)
+
+
+def _summary(
+    map: ReturnMap, sums: Floats, counts: NDArray[np.int64], shape: tuple[int, ...], outcome: NDArray[np.int8], final: Floats
+) -> Lyapunov:
+    """Exponents and errors from the sums over batches, shape (B, M, dim + 2): stretches, log |det|, time."""
+    dim, n, some = shape[-1], int(counts.sum()), shape[:-1]
+    sums = np.where(np.isnan(final).any(axis=1, keepdims=True), np.nan, sums)
+    growth, time = sums[..., :dim], sums[..., dim + 1 :]
+    with np.errstate(invalid="ignore"):
+        means, duration = growth.sum(axis=0) / n, time.sum(axis=0) / n
+        per_time = means / duration
+        error = _error(growth / counts[:, None, None] - means)
+        per_time_error = _error((growth - per_time * time) / counts[:, None, None]) / duration
+        running = growth.cumsum(axis=0) / counts.cumsum()[:, None, None]
+        log_det = sums[..., dim].sum(axis=0) / n
+    means, error, per_time, per_time_error = (x.reshape(shape) for x in (means, error, per_time, per_time_error))
+    running = running.reshape(BATCHES, *shape)
+    return Lyapunov(
+        coordinates=map.coordinates,
+        returns=n,
+        exponents=means,
+        error=error,
+        per_time=per_time,
+        per_time_error=per_time_error,
+        log_det=log_det.reshape(some),
+        running=running,
+        outcome=outcome.reshape(some),
+        final=final.reshape(shape),
+    )
+
+
+def _error(apart: Floats) -> Floats:
+    """The standard error of a mean from its batch means less itself, shape (B, ...), one for each column.
+
+    Of a first-order process, its correlation estimated at lag one; one that is negative counts as none.
+    """
+    square = (apart**2).sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rho = np.where(square > 0, (apart[1:] * apart[:-1]).sum(axis=0) / square, 0.0)
+    rho = np.clip(rho, 0.0, 1 - 1 / len(apart))
+    return np.asarray(np.sqrt(square / (len(apart) * (len(apart) - 1)) * (1 + rho) / (1 - rho)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LyapunovSweep:
+    """Lyapunov exponents over V values of a parameter."""
+
+    values: Floats  #: shape (V,), as given
+    reasons: tuple[str, ...]  #: V texts, why no map could be made; "" where one was
+    at: Lyapunov  #: all arrays with V as their first axis; NaN, and the outcome `invalid`, where there is no map
+
+
+def lyapunov_sweep(
+    map_of: Callable[[float], ReturnMap],
+    values: ArrayLike,
+    state: ArrayLike,
+    n: int,
+    transient: int = 1000,
+    follow: Literal["up", "down"] | None = None,
+) -> LyapunovSweep:
+    """The Lyapunov exponents over the values of a parameter; arguments as of `lyapunov` and of `bifurcation`.
+
+    Raises:
+        StateError, NsmapsError: as `lyapunov`, or there is a map at none of the values.
+    """
+    along, now = np.atleast_1d(np.asarray(values, float)), np.asarray(state, float)
+    if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
+        raise NsmapsError(f"the values have shape {along.shape}; accepted: one or more finite numbers in a row")
+    found: list[Lyapunov | None] = [None] * len(along)
+    reasons = [""] * len(along)
+    for k in np.argsort(-along if follow == "down" else along, kind="stable").tolist():
+        try:
+            map = map_of(float(along[k]))
+        except ValueError as error:
+            reasons[k] = " ".join(str(error).split())
+            continue
+        found[k] = made = lyapunov(map, now, n, transient)
+        if follow:
+            now = np.where(np.isfinite(made.final).all(axis=-1, keepdims=True), made.final, now)
+    known = next((made for made in found if made is not None), None)
+    if known is None:
+        raise NsmapsError(f"there is no map at any of {len(along)} values; at {along[0]:g}: {reasons[0]}")
+    tables: dict[str, Any] = {}
+    for name in (field.name for field in fields(Lyapunov) if isinstance(getattr(known, field.name), np.ndarray)):
+        own = getattr(known, name)
+        blank = np.full_like(own, Outcome.invalid if name == "outcome" else np.nan)
+        tables[name] = np.stack([blank if made is None else getattr(made, name) for made in found])
+    return LyapunovSweep(along, tuple(reasons), replace(known, **tables))

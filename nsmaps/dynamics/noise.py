@@ -1,0 +1,183 @@
+"""Orbits under noise: additive Ornstein-Uhlenbeck forcing between impacts, exact at the points of a grid in time."""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.exact.impacts import Floats, Outcome, decoded
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+CHUNK = 8  #: realisations a task of an executor holds
+STEADY = 1e-9  #: relative change with phase, place and velocity that a constant of the flight may show from rounding
+
+
+class Noise(BaseModel):
+    """An Ornstein-Uhlenbeck process in the long run: d eta = -eta/tau dt + sigma sqrt(2/tau) dB, so that eta ~ N(0, sigma^2)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    sigma: float = Field(ge=0, description="standard deviation of the forcing, in the system's unit of acceleration")
+    tau: float = Field(gt=0, description="correlation time, in the system's time")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoisyOrbits:
+    """R realisations of n returns to the base wall under noise."""
+
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    noise: Noise
+    step: float  #: of the grid in time, in the system's time
+    seed: int | Sequence[int]
+    states: Floats  #: shape (n + 1, R, 2), the starts first; NaN after an orbit's end
+    turns: NDArray[np.int32]  #: shape (n, R, 2), whole turns of the phase on each return
+    codes: NDArray[np.int64]  #: shape (n, R), words as numbers; see `words`
+    outcome: NDArray[np.int8]  #: shape (n, R), values of `Outcome`; that which ended an orbit is repeated
+    time: Floats  #: shape (n, R), of each return
+    eta: Floats  #: shape (n + 1, R), the forcing by noise at each state
+    impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, speed, phase; NaN beyond the last
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The word of each return, shape (n, R); "" after an orbit's end."""
+        return decoded(self.codes, self.walls)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which realisations went on to the end, shape (R,)."""
+        return np.asarray(np.isfinite(self.states[-1]).all(axis=-1))
+
+    def ended(self) -> dict[str, int]:
+        """How many realisations ended before the last return, by outcome."""
+        values, numbers = np.unique(self.outcome[-1:, ~self.held], return_counts=True)
+        return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
+
+
+def noisy_orbits(
+    system: "ImpactSystem",
+    state: ArrayLike,
+    n: int,
+    noise: Noise,
+    realisations: int = 1,
+    seed: int | Sequence[int] = 0,
+    step: float | None = None,
+    parts: int = 1,
+    chatter: float = 1e-6,
+    impacts: int = 0,
+    executor: Executor | None = None,
+) -> NoisyOrbits:
+    """The first n returns of an exact system with noise added to the acceleration of its flights, realised many times.
+
+    The noise, its velocity and its displacement are drawn exactly at the points of a grid in time, by the matrix exponential of
+    z'' = -k z - c z' + eta, whose k and c are those of the system's own flights. Between the points the noise's displacement is
+    a quintic: its error is of order step^(5/2), that of its velocity of order step^(3/2), which is the order of what comes of an
+    impact, path by path. A wall that is met and left again between two points is missed unless the gap has a least value
+    there. A release from rest is where the pressing force of the quintic vanishes: under noise of order step^(1/2) only.
+    Realisation i draws from a Philox generator of its own, of `seed` and i: neither threads nor executors change a digit.
+
+    Args:
+        state: the start, shape (2,), or one for each realisation, shape (R, 2). The noise starts from its long-run law.
+        step: of the grid in time; a hundredth of the period, or a tenth of tau if that is less. At most tau.
+        parts: exact steps that a step is made of: `step=2*h, parts=2` sees every second point of the path of `step=h`.
+        chatter: as of `first_return`; what is left of the noise within the time of the sum is passed over.
+        impacts: how many impacts of each realisation, on any wall, are kept.
+        executor: of concurrent.futures, for the realisations; threads on all cores if omitted.
+
+    Raises:
+        SystemDefinitionError: the system's flights are not of the form z'' = -k z - c z' + f(t).
+        StateError, NsmapsError: arguments that are not accepted.
+    """
+    starts = np.asarray(state, float)
+    if starts.shape not in ((2,), (realisations, 2)) or realisations < 0:
+        raise StateError(f"the start has shape {starts.shape}; accepted: (2,) or ({max(realisations, 0)}, 2)")
+    period = float(system.period())
+    h = min(period / 100, noise.tau / 10) if step is None else float(step)
+    if n < 0 or parts < 1 or impacts < 0 or not 0 < h <= noise.tau or not chatter >= 0:
+        raise NsmapsError(
+            f"{n} returns, a step of {h:g} in {parts} parts, {impacts} impacts, chatter {chatter:g}; accepted: a step "
+            f"above 0 and at most tau = {noise.tau:g}, at least one part, numbers that are not negative"
+        )
+    law = linear_law(system)
+    how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / parts), parts, chatter, n, impacts, seed
+    starts = np.broadcast_to(starts, (realisations, 2))
+    tasks = [(how, starts[k : k + CHUNK], range(k, min(k + CHUNK, realisations))) for k in range(0, realisations, CHUNK)]
+    if len(tasks) < 2:
+        made = [_realised(task) for task in tasks]
+    elif executor is not None:
+        made = list(executor.map(_realised, tasks))
+    else:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            made = list(pool.map(_realised, tasks))
+    tables = [np.concatenate(part) for part in zip(_blank(n, 0, impacts), *made, strict=True)]
+    states, turns, codes, outcome, time, eta = (np.swapaxes(table, 0, 1) for table in tables[:6])
+    names = system.coordinates, system.wall_names
+    return NoisyOrbits(*names, noise, h, seed, states, turns, codes, outcome, time, eta, tables[6])
+
+
+def linear_law(system: "ImpactSystem") -> tuple[float, float]:
+    """The k and c of flights that obey z'' = -k z - c z' + f(t), from the system's own acceleration.
+
+    Raises:
+        SystemDefinitionError: they obey no such law, and noise cannot be added to them by superposition.
+    """
+    kernel, period = system._kernel(), float(system.period())
+    trials = np.random.default_rng(0).uniform([0, -1, -1], [2 * np.pi, 1, 1], (8, 3))
+    pairs = []
+    for phi, z, w in trials.tolist():
+        here = kernel.acceleration(system, phi, z, w)
+        pairs.append([here - kernel.acceleration(system, phi, z + 1, w), here - kernel.acceleration(system, phi, z, w + 1)])
+    constants = np.array(pairs)
+    k, c = constants.mean(axis=0)
+    scale = 1 + np.abs(constants).max() + max(abs(kernel.acceleration(system, *trial)) for trial in trials.tolist())
+    if not np.ptp(constants, axis=0).max() < STEADY * scale:
+        raise SystemDefinitionError(
+            f"the flights of {type(system).__name__} do not obey z'' = -k z - c z' + f(t) with constant k and c (over one period "
+            f"of {period:g} k and c change by {np.ptp(constants, axis=0)}); only to such flights can noise be added"
+        )
+    return tuple(0.0 if abs(x) < STEADY * scale else float(x) for x in (k, c))  # type: ignore[return-value]
+
+
+def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
+    """The law of (n, n', eta) over a step h, n'' = -k n - c n' + eta: transition and a square root of the covariance, (2, 3, 3).
+
+    Both by one matrix exponential (Van Loan 1978), in units of the step, in which nothing cancels however short it is.
+    """
+    from scipy.linalg import expm
+
+    rates = np.array([[0, 1, 0], [-k * h * h, -c * h, 1], [0, 0, -h / noise.tau]])
+    both = np.zeros((6, 6))
+    both[:3, :3], both[3:, 3:], both[2, 5] = -rates, rates.T, 1.0
+    made = expm(both)
+    transition = made[3:, 3:].T
+    root = np.linalg.cholesky(transition @ made[:3, 3:]) * np.sqrt(2 * h / noise.tau) * noise.sigma
+    units = np.array([h * h, h, 1.0])
+    return np.stack([units[:, None] * transition / units, units[:, None] * root])
+
+
+def _blank(n: int, r: int, impacts: int) -> tuple[NDArray[Any], ...]:
+    """Tables of R realisations: states, turns, codes, outcome, time, eta, impacts."""
+    types = np.int32, np.int64, np.int8, np.float64
+    shapes = (r, n, 2), (r, n), (r, n), (r, n)
+    inner = [np.empty(shape, kind) for shape, kind in zip(shapes, types, strict=True)]
+    return np.empty((r, n + 1, 2)), *inner, np.empty((r, n + 1)), np.full((r, impacts, 3), np.nan)
+
+
+def _realised(task: tuple[tuple[Any, ...], Floats, Sequence[int]]) -> tuple[NDArray[Any], ...]:
+    """The tables of some realisations, told by their numbers."""
+    (system, law, step, parts, chatter, n, impacts, seed), starts, numbers = task
+    tables = _blank(n, len(numbers), impacts)
+    tables[0][:, 0] = starts
+    kernel = system._kernel()
+    for i, number in enumerate(numbers):
+        rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
+        kernel.noisy_orbit(system, law, step, parts, chatter, rng, tuple(table[i] for table in tables))
+    return tables

@@ -1,0 +1,185 @@
+"""Lyapunov exponents against closed forms, multipliers, the conserved form of the pair, and plain NumPy."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.dynamics.lyapunov import lyapunov_sweep
+from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.impacts import Angle, Outcome, Returns, Stretches
+
+
+@dataclass(frozen=True)
+class Logistic:
+    """x -> 4 x (1 - x), whose exponent is log 2, beside y -> y/3 + x; x beyond [0, 1] escapes."""
+
+    coordinates: tuple[str, ...] = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        x, y = np.asarray(states, float).T
+        inside = (x >= 0) & (x <= 1)
+        image = np.where(inside[:, None], np.column_stack([4 * x * (1 - x), y / 3 + x]), np.nan)
+        slopes = np.zeros((len(x), 2, 2))
+        slopes[:, 0, 0], slopes[:, 1, 0], slopes[:, 1, 1] = 4 - 8 * x, 1, 1 / 3
+        outcome = np.select([np.isnan(x), ~inside], [Outcome.invalid, Outcome.escaped], Outcome.returned).astype(np.int8)
+        turns, codes, time = np.zeros((len(x), 2), np.int32), np.ones(len(x), int), np.full(len(x), 0.5)
+        return Returns(self.coordinates, ("B",), np.asarray(states), image, turns, codes, outcome, time, slopes)
+
+
+@dataclass(frozen=True)
+class Tent:
+    """Up to 1 over [0, a] and down again over [a, 1]."""
+
+    a: float
+    coordinates: tuple[str, ...] = ("x",)
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float)
+        up, blank = x < self.a, np.zeros(len(x), np.int8)
+        image, slopes = np.where(up, x / self.a, (1 - x) / (1 - self.a)), np.where(up, 1 / self.a, 1 / (self.a - 1))
+        turns = np.zeros(x.shape, np.int32)
+        return Returns(self.coordinates, ("B",), x, image, turns, blank, blank, blank * np.nan, slopes[:, :, None])
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A linear map of any number of coordinates, on a circle so that nothing grows."""
+
+    matrix: np.ndarray
+
+    @property
+    def coordinates(self):
+        return tuple(Angle(f"a{k}") for k in range(len(self.matrix)))
+
+    def first_return(self, states, derivative=False):
+        start = np.asarray(states, float)
+        image, n = (start @ self.matrix.T) % (2 * np.pi), len(start)
+        slopes = np.tile(self.matrix, (n, 1, 1))
+        blank = np.zeros(n, np.int8)
+        return Returns(self.coordinates, ("B",), start, image, 0 * start.astype(np.int32), blank, blank, blank * np.nan, slopes)
+
+
+def test_logistic_map_has_log_2():
+    starts = np.random.default_rng(1).uniform(0.01, 0.99, (200, 2))
+    made = nsmaps.lyapunov(Logistic(), starts, 3200, transient=100)
+    off = made.exponents - [np.log(2), -np.log(3)]
+    assert np.abs(off[:, 1]).max() < 5e-3
+    assert abs(off[:, 0].mean()) < 1e-3
+    assert (np.abs(off[:, 0]) < 4 * made.error[:, 0]).all()
+    assert np.allclose(made.per_time, 2 * made.exponents)
+    assert np.allclose(made.per_time_error, 2 * made.error)
+
+
+def test_the_error_says_how_far_single_orbits_are_off():
+    """The skewed tent stretches by 1/a or 1/(1 - a) with probabilities a and 1 - a, independently: all is known."""
+    a, n = 0.2, 3200
+    made = nsmaps.lyapunov(Tent(a), np.random.default_rng(1).uniform(0.01, 0.99, (200, 1)), n, transient=100)
+    exact = -a * np.log(a) - (1 - a) * np.log(1 - a)
+    spread = np.sqrt(a * (1 - a) / n) * abs(np.log(a / (1 - a)))
+    assert abs(made.exponents.mean() - exact) < 4 * spread / np.sqrt(200)
+    assert made.exponents.std() == pytest.approx(spread, rel=0.2)
+    assert 0.9 < made.error.mean() / spread < 1.3
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_linear_maps_have_the_moduli_of_their_eigenvalues(count):
+    matrix = np.random.default_rng(count).integers(-3, 4, (count, count)) + 4.0 * np.diag(np.arange(count))
+    made = nsmaps.lyapunov(Linear(matrix), np.ones(count), 2000, transient=2000)
+    assert np.allclose(made.exponents, np.sort(np.log(np.abs(np.linalg.eigvals(matrix))))[::-1], atol=5e-3)
+    assert made.exponents.sum() == pytest.approx(np.log(abs(np.linalg.det(matrix))), abs=1e-12)
+    assert np.isnan(made.per_time).all()
+
+
+def test_cycles_have_the_logarithms_of_their_multipliers(pair):
+    fixed = nsmaps.lyapunov(pair(0.35), [0.8, 0.4], 320)
+    assert np.allclose(fixed.exponents, np.log([0.82672902, 0.07559914]), atol=2e-7)
+    assert (fixed.error < 1e-12).all()
+    assert np.allclose(fixed.per_time, fixed.exponents / 2, atol=1e-9)  # one period of the forcing a return
+    assert fixed.running.shape == (32, 2)
+    cycle = nsmaps.lyapunov(pair(0.27), [0.8, 0.4], 6400)
+    own = nsmaps.periodic_orbit(pair(0.27), nsmaps.orbit(pair(0.27), [0.8, 0.4], 3000).final, 4)
+    expected = np.log(np.abs(own.multipliers)) / 4
+    assert np.allclose(cycle.exponents, expected, atol=2e-3)
+    assert (np.abs(cycle.exponents - expected) < 3 * cycle.error + 1e-9).all()
+
+
+@pytest.mark.parametrize("d", [0.35, 0.30, 0.26])
+def test_the_sum_is_log_det_and_what_the_pair_conserves(pair, d):
+    """Flights keep v dv dphi and impacts on either wall shrink it by r^2: an independent sum over the impacts."""
+    system, start, n = pair(d, r=0.45), [0.8, 0.4], 6400
+    made = nsmaps.lyapunov(system, start, n, transient=0)
+    path = nsmaps.orbit(system, start, n)
+    impacts = sum(len(word) - 1 for word in path.words)
+    expected = (2 * impacts * np.log(0.45) + np.log(path.states[0, 0] / path.states[-1, 0])) / n
+    assert made.exponents.sum() == pytest.approx(expected, abs=1e-10)
+    assert made.log_det == pytest.approx(expected, abs=1e-10)
+    assert made.defect < 1e-12
+
+
+def test_chaos_is_told_from_order(pair):
+    made = nsmaps.lyapunov(pair(0.26), [0.8, 0.4], 20_000)
+    frame, path, grown = np.eye(2), nsmaps.orbit(pair(0.26), [0.8, 0.4], 21_000).states, np.zeros(2)
+    for k, step in enumerate(pair(0.26).first_return(path[:-1], derivative=True).derivative):
+        frame, r = np.linalg.qr(step @ frame)
+        grown += np.log(np.abs(np.diag(r))) * (k >= 1000)
+    assert np.allclose(made.exponents, grown / 20_000, atol=1e-8)
+    assert made.exponents[0] > 30 * made.error[0] > 0
+
+
+class Slow:
+    """A system's map without its compiled loop."""
+
+    def __init__(self, system):
+        self.coordinates, self.first_return = system.coordinates, system.first_return
+
+
+def test_the_compiled_loop_is_that_of_single_returns(pair):
+    starts = np.random.default_rng(2).uniform([0.3, 0], [1, 2 * np.pi], (3, 2, 2))
+    quick, slow = (nsmaps.lyapunov(map, starts, 64, 100) for map in (pair(0.30), Slow(pair(0.30))))
+    assert quick.exponents.shape == (3, 2, 2)
+    assert quick.outcome.shape == (3, 2)
+    assert np.allclose(quick.exponents, slow.exponents, atol=1e-9, equal_nan=True)
+    assert np.array_equal(quick.outcome, slow.outcome)
+
+
+def test_orbits_that_end_and_none_at_all_are_data():
+    made = nsmaps.lyapunov(Logistic(), [[0.3, 0.1], [2.0, 0.1], [np.nan, 0.0]], 64, transient=10)
+    assert made.outcome.tolist() == [Outcome.returned, Outcome.escaped, Outcome.invalid]
+    assert np.isfinite(made.exponents).all(axis=-1).tolist() == [True, False, False]
+    assert np.isnan(made.error[1:]).all()
+    assert nsmaps.lyapunov(Logistic(), np.empty((0, 2)), 64).exponents.shape == (0, 2)
+
+
+def test_a_rest_forgets_where_it_came_from(pair):
+    made = nsmaps.lyapunov(pair(0.35), [[0.2, 0.1], [0.8, 0.4]], 64, transient=0)
+    assert nsmaps.orbit(pair(0.35), [0.2, 0.1], 64).outcome.max() == Outcome.stuck
+    assert (made.exponents[0] == -np.inf).all()
+    assert made.log_det[0] == -np.inf
+    assert np.isfinite(made.exponents[1]).all()
+
+
+def test_sweeps_are_loops_over_values(pair):
+    made = lyapunov_sweep(lambda d: pair(0.3).at(d=d), [0.26, -1.0, 0.35], [0.8, 0.4], 640, follow="down")
+    first = nsmaps.lyapunov(pair(0.35), [0.8, 0.4], 640)
+    assert np.array_equal(made.at.exponents[2], first.exponents)
+    assert np.array_equal(made.at.exponents[0], nsmaps.lyapunov(pair(0.26), first.final, 640).exponents)
+    assert np.isnan(made.at.exponents[1]).all()
+    assert "greater than 0" in made.reasons[1]
+    with pytest.raises(NsmapsError, match="no map at any of 1 values"):
+        lyapunov_sweep(lambda d: pair(0.3).at(d=d), [-1.0], [0.8, 0.4], 640)
+
+
+def test_wrong_calls_are_errors(pair):
+    with pytest.raises(StateError, match=r"shape \(3,\)"):
+        nsmaps.lyapunov(pair(0.3), [1, 2, 3], 64)
+    with pytest.raises(NsmapsError, match="10 returns after 1000"):
+        nsmaps.lyapunov(pair(0.3), [0.8, 0.4], 10)
+
+
+def test_stretches_are_data(pair):
+    made = pair(0.3).stretches([[0.8, 0.4]], [np.eye(2)], 5)
+    assert isinstance(made, Stretches)
+    assert made.growth.shape == (5, 1, 2)
+    assert np.allclose(made.frames[0].T @ made.frames[0], np.eye(2))

@@ -1,0 +1,55 @@
+"""Lyapunov exponents, basins and noise show the numbers that they were given."""
+
+import numpy as np
+
+from nsmaps.figures.basins import arrival, basins
+from nsmaps.figures.lyapunov import lyapunov
+from nsmaps.figures.noise import impacts, rates, shares
+
+
+def test_exponents_run_along_the_parameter(result, ax):
+    lyapunov(result, ax)
+    drawn = [line.get_ydata() for line in ax.lines if len(line.get_xdata()) == 3]
+    assert np.array_equal(ax.lines[0].get_xdata(), [0.1, 0.2, 0.3])
+    assert np.array_equal(drawn[0], [np.nan, -1, -1], equal_nan=True)
+    assert np.array_equal(drawn[1], [np.nan, -2, -2], equal_nan=True)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", "Lyapunov exponents, a return")
+    assert {text.get_text() for text in ax.get_legend().get_texts()} == {r"$\lambda_{1}$", r"$\lambda_{2}$"}
+
+
+def test_basins_have_a_colour_each_and_their_share(result, ax):
+    basins(result, ax)
+    made = result.basins
+    kinds = [k for k in (*range(len(made.attractors)), -1, -2) if (made.label == k).any()]
+    mesh = np.asarray(ax.collections[0].get_array())
+    assert np.array_equal(mesh.reshape(made.grid.shape[::-1]).T.ravel(), [kinds.index(k) for k in made.label])
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts[0] == f"{made.attractors[0].label}, period 1: {100 * made.fractions[0]:.3g} %"
+    assert len(texts) == len(kinds)
+    for line, attractor in zip(ax.lines, made.attractors, strict=True):
+        assert np.allclose(line.get_xydata(), attractor.states)
+
+
+def test_arrival_counts_returns(result, ax):
+    arrival(result, ax)
+    mesh = np.asarray(ax.collections[0].get_array())
+    made = result.basins
+    shown = np.where(made.label >= 0, made.arrival, np.nan)
+    assert np.array_equal(np.ma.filled(mesh.astype(float), np.nan).T.ravel(), shown, equal_nan=True)
+
+
+def test_impacts_have_the_sign_of_their_wall(result, ax):
+    impacts(result, ax, "up")
+    by_name = {line.get_label(): line for line in ax.lines}
+    assert sorted(by_name["B, no noise"].get_ydata()) == [0.4, 0.5, 0.6]
+    assert sorted(by_name["T, no noise"].get_ydata()) == [-0.3, -0.2]
+    assert by_name["T, no noise"].get_markerfacecolor() == "none"
+    assert r"B, $\sigma = 0.1$" in by_name
+
+
+def test_shares_and_rates_are_those_of_the_residence(result, ax):
+    shares(result, ax)
+    assert np.allclose(ax.lines[0].get_ydata(), [5 / 6, 5 / 6])
+    ax.clear()
+    rates(result, ax)
+    assert np.allclose([bar.lines[0].get_ydata() for bar in ax.containers], [[3 / 50], [4 / 10]])

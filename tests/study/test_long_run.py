@@ -1,0 +1,59 @@
+"""Lyapunov exponents, basins and noise in studies: as their functions have them, in folders and in numbers."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from nsmaps import Axis, Grid, Noise, basins, lyapunov, noisy_orbits, read_result, run
+from nsmaps.dynamics.basins import boundary
+from nsmaps.dynamics.residence import residence
+
+LONG_RUN = """\
+system: ball
+parameters: {a: 1.5, r: 0.5}
+grid: {v: {from: 0.01, to: 2, points: 12}, phi: {from: 0, to: 2*pi*11/12, points: 12}}
+lyapunov: {parameter: a, from: 1.4, to: 1.5, points: 2, start: {v: 1, phi: 1}, returns: 64, transient: 30}
+basins: {returns: 300, boundary: 1e-3}
+noise:
+  sigma: [0, 0.05]
+  tau: 1
+  start: {v: 1, phi: 1}
+  returns: 40
+  realisations: 3
+  seed: 5
+  modes: {one: [BB]}
+  impacts: {parameter: a, from: 1.45, to: 1.5, points: 2, sigma: 0.05, returns: 5, transient: 5}
+figures: [lyapunov, basins, noise]
+"""
+
+
+def test_a_study_gives_what_the_functions_give() -> None:
+    Path("long.yaml").write_text(LONG_RUN)
+    result = run("long.yaml", out="long")
+    again = read_result("long")
+    system, start = result.system, [1.0, 1.0]
+    grid = Grid(axes={"v": Axis(low=0.01, high=2, points=12), "phi": Axis(low=0, high=2 * np.pi * 11 / 12, points=12)})
+    made = basins(system, grid, returns=300)
+    line = boundary(system, made, 1e-3, 300)
+    exponents = [lyapunov(system.at(a=a), start, 64, 30).exponents for a in (1.4, 1.5)]
+    noisy = noisy_orbits(system, start, 40, Noise(sigma=0.05, tau=1), 3, 5)
+    stay = residence(noisy.words, noisy.time, {"one": ["BB"]})
+    for each in (result, again):
+        assert np.array_equal(each.basins.label, made.label)
+        assert np.array_equal(each.boundary.points, line.points)
+        assert np.array_equal(each.lyapunov.at.exponents, exponents, equal_nan=True)
+        assert np.array_equal(each.noise.stays[1].time, stay.time)
+        assert [(d.follow, d.noise.sigma) for d in each.noise.impacts] == [("down", 0), ("down", 0.05), ("up", 0), ("up", 0.05)]
+    numbers = json.loads(Path("long/result.json").read_text())["numbers"]
+    assert [row["fraction"] for row in numbers["basins"]["attractors"]] == made.fractions[:-2].tolist()
+    assert [row["distance"] for row in numbers["basins"]["attractors"]] == [line.distance(k) for k in range(len(made.attractors))]
+    assert len(made.attractors) > 1
+    assert numbers["noise"][1]["time"] == stay.time.tolist()
+    assert len(numbers["lyapunov"]["exponents"]) == 2
+
+
+def test_sections_that_are_not_named_are_not_computed() -> None:
+    Path("none.yaml").write_text("system: ball\nparameters: {a: 0.2}\n")
+    result = run("none.yaml")
+    assert (result.lyapunov, result.basins, result.boundary, result.noise) == (None, None, None, None)
