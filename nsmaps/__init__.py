@@ -10,6 +10,13 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.compose import ClosedMap as ClosedMap
     from nsmaps.auxiliary.compose import compose as compose
     from nsmaps.auxiliary.compose import iterate as iterate
+    from nsmaps.auxiliary.conley import MorseGraph as MorseGraph
+    from nsmaps.auxiliary.conley import conley_indices as conley_indices
+    from nsmaps.auxiliary.cover import MorseCover as MorseCover
+    from nsmaps.auxiliary.cover import Trap as Trap
+    from nsmaps.auxiliary.cover import closed_box as closed_box
+    from nsmaps.auxiliary.cover import morse_sets as morse_sets
+    from nsmaps.auxiliary.cover import trap as trap
     from nsmaps.auxiliary.cycles import CurveCycles as CurveCycles
     from nsmaps.auxiliary.cycles import TwoCycles as TwoCycles
     from nsmaps.auxiliary.cycles import curve_cycles as curve_cycles
@@ -20,6 +27,10 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.iterate import SecondIterate as SecondIterate
     from nsmaps.auxiliary.iterate import held_iterate as held_iterate
     from nsmaps.auxiliary.iterate import second_iterate as second_iterate
+    from nsmaps.auxiliary.search import CycleSearch as CycleSearch
+    from nsmaps.auxiliary.search import find_cycles as find_cycles
+    from nsmaps.auxiliary.transient import Transient as Transient
+    from nsmaps.auxiliary.transient import transient as transient
     from nsmaps.dynamics.basins import Basins as Basins
     from nsmaps.dynamics.basins import basins as basins
     from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
@@ -73,20 +84,24 @@ if TYPE_CHECKING:
 
 _PUBLIC = {
     "auxiliary.compose": ("ClosedMap", "compose", "iterate"),
+    "auxiliary.conley": ("MorseGraph", "conley_indices"),
+    "auxiliary.cover": ("MorseCover", "Trap", "closed_box", "morse_sets", "trap"),
     "auxiliary.cycles": ("CurveCycles", "TwoCycles", "curve_cycles", "two_cycles"),
     "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
     "auxiliary.iterate": ("HeldIterate", "SecondIterate", "held_iterate", "second_iterate"),
+    "auxiliary.search": ("CycleSearch", "find_cycles"),
+    "auxiliary.transient": ("Transient", "transient"),
     "dynamics.basins": ("Basins", "basins"),
     "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
     "dynamics.lyapunov": ("Lyapunov", "lyapunov"),
     "dynamics.noise": ("Noise", "noisy_orbits"),
-    "exact.parts": ("Along",),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),
     "errors": ("NsmapsError",),
     "exact.family": ("ReturnFamily", "WordFamily"),
     "exact.impacts": ("Angle", "Outcome", "Returns"),
+    "exact.parts": ("Along",),
     "exact.surface": ("Axis", "Grid", "Surface"),
     "exact.system": ("ImpactSystem", "Wall"),
     "export": ("export",),

@@ -279,6 +279,8 @@ def _about(study: "Study", step: str) -> str:
         sweep = study.diagonal.sweep
         over = f" over {sweep.points} values of {sweep.parameter}" if sweep else ""
         return f"{study.diagonal.family} within a factor {study.diagonal.delta:g} of the diagonals{over}"
+    if step in ("morse", "transient") and (section := dict(study)[step]):
+        return f"{section.cells} cells an axis, halved {section.depth} times"
     return f"of the domain {study.second_iterate.domain}" if study.second_iterate else ""
 
 

@@ -28,6 +28,8 @@ NAMES = (
     "envelopes",
     "domain_size",
     "second_iterate",
+    "morse",
+    "transient",
 )
 
 

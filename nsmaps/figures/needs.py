@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 from nsmaps.errors import NsmapsError
 
 if TYPE_CHECKING:
+    from nsmaps.auxiliary.cover import MorseCover
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.auxiliary.transient import Transient
     from nsmaps.dynamics.basins import Basins, Boundary
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.dynamics.lyapunov import LyapunovSweep
@@ -63,6 +65,10 @@ class Drawable(Protocol):
     def domains(self) -> Mapping[str, "AttractingDomain"]: ...
     @property
     def second_iterate(self) -> "SecondIterate | None": ...
+    @property
+    def morse(self) -> "MorseCover | None": ...
+    @property
+    def transient(self) -> "Transient | None": ...
 
 
 def _missing(figure: str, what: str, sections: str) -> NsmapsError:
@@ -158,6 +164,20 @@ def second_iterate_of(result: Drawable, figure: str) -> "SecondIterate":
     if result.second_iterate is None:
         raise _missing(figure, "a second-iterate map", "'second_iterate'")
     return result.second_iterate
+
+
+def morse_of(result: Drawable, figure: str) -> "MorseCover":
+    """The cover, or the error that says what to name."""
+    if result.morse is None:
+        raise _missing(figure, "a cover of what stays in a window", "'morse'")
+    return result.morse
+
+
+def transient_of(result: Drawable, figure: str) -> "Transient":
+    """The transient regions, or the error that says what to name."""
+    if result.transient is None:
+        raise _missing(figure, "transient regions", "'transient'")
+    return result.transient
 
 
 def position(coordinates: Sequence[str], coordinate: str) -> int:

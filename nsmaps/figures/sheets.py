@@ -9,6 +9,7 @@ from nsmaps.figures import (
     domain_size,
     envelopes,
     lyapunov,
+    morse,
     noise,
     orbits,
     partition,
@@ -16,6 +17,7 @@ from nsmaps.figures import (
     second_iterate,
     strips,
     surfaces,
+    transient,
     words,
 )
 from nsmaps.figures.needs import Drawable
@@ -36,4 +38,6 @@ SHEETS: Mapping[str, Callable[[Drawable], tuple[Sheet, ...]]] = {
     "envelopes": envelopes.sheets,
     "domain_size": domain_size.sheets,
     "second_iterate": second_iterate.sheets,
+    "morse": morse.sheets,
+    "transient": transient.sheets,
 }

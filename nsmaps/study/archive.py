@@ -47,6 +47,10 @@ KEPT = (
     "boundary",
     "noise",
     "domains",
+    "morse",
+    "trap",
+    "cycles",
+    "transient",
 )
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")
 

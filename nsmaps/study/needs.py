@@ -23,6 +23,8 @@ FIGURE_NEEDS = {
     "envelopes": ("domains",),
     "domain_size": ("domains",),
     "second_iterate": ("second_iterate",),
+    "morse": ("morse",),
+    "transient": ("transient",),
 }
 
 
@@ -105,6 +107,8 @@ def _needs(study: Study) -> Iterator[tuple[Loc, str, str]]:
         yield ("basins",), "'basins'", "grid"
     if study.second_iterate:
         yield ("second_iterate",), "'second_iterate'", "domains"
+    if study.transient:
+        yield ("transient",), "'transient'", "composite"
     for number, figure in enumerate(study.figures):
         for section in FIGURE_NEEDS[figure]:
             yield ("figures", number), f"the figure {figure!r}", section

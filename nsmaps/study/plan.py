@@ -57,6 +57,7 @@ class Plan:
     long_start: Floats | None  #: of the bifurcation diagram, shape (n,)
     begin: dict[str, Floats]  #: the starts of the sections `lyapunov` and `noise`, each of shape (n,)
     boxes: dict[str, Box]  #: the start boxes of the domains, by name
+    windows: dict[str, Box]  #: of the sections `morse` and `transient`
 
 
 def prepare(study: Study) -> Plan:
@@ -118,6 +119,11 @@ class _Maker:
             long_start=self.start(("bifurcation", "start"), study.bifurcation.start) if study.bifurcation else None,
             begin=self.begin(),
             boxes={d.name: self.box(("domains", k, "box"), d.box) for k, d in enumerate(study.domains)},
+            windows={
+                name: self.box((name, "box"), section.box)
+                for name, section in (("morse", study.morse), ("transient", study.transient))
+                if section is not None
+            },
         )
 
     def begin(self) -> dict[str, Floats]:

@@ -4,8 +4,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from nsmaps.auxiliary.cover import MorseCover, Trap
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
+    from nsmaps.auxiliary.search import CycleSearch
+    from nsmaps.auxiliary.transient import Transient
     from nsmaps.dynamics.basins import Basins, Boundary
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.dynamics.impactdiagram import ImpactDiagram
@@ -82,6 +85,10 @@ class StudyResult:
     noise: NoiseResult | None = None
     domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
     second_iterate: "SecondIterate | None" = None
+    morse: "MorseCover | None" = None  #: what stays in a window, by enclosure of the exact map
+    trap: "Trap | None" = None  #: the closed set about the first minimal component of it
+    cycles: "CycleSearch | None" = None  #: of the window of the transient regions
+    transient: "Transient | None" = None
     verdicts: tuple[Verdict, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)  #: seconds, by what was computed
     versions: dict[str, str] = field(default_factory=dict)

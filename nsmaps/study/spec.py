@@ -35,6 +35,8 @@ FigureName = Literal[
     "envelopes",
     "domain_size",
     "second_iterate",
+    "morse",
+    "transient",
 ]
 
 
@@ -221,6 +223,26 @@ class SecondIterateSection(BaseModel):
     domain: str
 
 
+class MorseSection(BaseModel):
+    """What the exact map does for ever within a window: a cover by cells, halved `depth` times."""
+
+    model_config = SPEC
+    box: Bounds
+    depth: int = Field(4, ge=0, le=12)
+    cells: int = Field(8, ge=1)  #: an axis, of the first level
+    require: tuple[Literal["trapped"], ...] = ()
+
+
+class TransientSection(BaseModel):
+    """Which part of each piece's region the exact map leaves, and takes to the closed set of `morse`, within how many returns."""
+
+    model_config = SPEC
+    box: Bounds
+    depth: int = Field(3, ge=0, le=12)
+    cells: int = Field(32, ge=1)
+    period: int | None = Field(None, ge=1, le=12)  #: cycles up to it are looked for in the window
+
+
 class Study(BaseModel):
     """One study: a system by name, its parameters, and what is to be computed of it.
 
@@ -245,6 +267,8 @@ class Study(BaseModel):
     noise: NoiseSection | None = None
     domains: tuple[DomainSection, ...] = ()
     second_iterate: SecondIterateSection | None = None
+    morse: MorseSection | None = None
+    transient: TransientSection | None = None
     figures: tuple[FigureName, ...] = ()
     require: tuple[Literal["covered", "tolerance"], ...] = ()
     _source: Source = PrivateAttr(default=Source())

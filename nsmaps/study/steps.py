@@ -19,7 +19,7 @@ from nsmaps.reduced.polyfit import compare_orders
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box, Region
 from nsmaps.reduced.speed import speeds
-from nsmaps.study import longsteps
+from nsmaps.study import enclosed, longsteps
 from nsmaps.study.needs import ATTRACTING
 from nsmaps.study.plan import PiecePlan, Plan, printed_at
 from nsmaps.study.result import OrbitPair, StudyResult
@@ -284,6 +284,8 @@ STEPS: dict[str, Step] = {
     "noise": longsteps.noise,
     "domains": _domains,
     "second_iterate": _second_iterate,
+    "morse": enclosed.morse,
+    "transient": enclosed.transient,
 }
 SECTION = {name: "grid" if name == "surfaces" else name for name in STEPS}
 

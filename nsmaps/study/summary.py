@@ -11,6 +11,7 @@ from nsmaps.study.longsummary import long_run
 from nsmaps.study.result import OrbitPair, StudyResult
 
 if TYPE_CHECKING:
+    from nsmaps.auxiliary.cover import MorseCover
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.reduced.parametric import ParametricMap
@@ -55,9 +56,27 @@ def numbers(result: StudyResult) -> dict[str, Any]:
     sections |= long_run(result)
     if result.domains:
         sections["domains"] = {name: _domain(domain) for name, domain in result.domains.items()}
+    sections |= _cells(result)
     if result.second_iterate is not None:
         alpha = [float(value) for value in result.second_iterate.alpha]
         sections["second_iterate"] = {"expr": str(result.second_iterate.expr), "alpha": alpha}
+    return sections
+
+
+def _cells(result: StudyResult) -> dict[str, Any]:
+    """What is known by enclosure: of a window, of cycles, of transient regions."""
+    sections: dict[str, Any] = {}
+    if result.morse is not None:
+        sections["morse"] = _morse(result.morse)
+    if result.cycles is not None:
+        cycles = [[_finite(state) for state in cycle.states] for cycle in result.cycles.cycles]
+        sections["cycles"] = {"coverage": result.cycles.coverage, "states": cycles}
+    if result.transient is not None:
+        rows = [
+            {name: _finite([value])[0] if isinstance(value, float) else value for name, value in asdict(row).items()}
+            for row in result.transient.rows
+        ]
+        sections["transient"] = rows
     return sections
 
 
@@ -112,6 +131,13 @@ def _domain(domain: "AttractingDomain") -> dict[str, Any]:
         "reason": domain.reason,
         "two_cycle": [_finite(pair) for pair in domain.two_cycle],
     }
+
+
+def _morse(cover: "MorseCover") -> dict[str, Any]:
+    """The hulls of the components, which may be reached from which, and which are minimal."""
+    cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
+    edges, minimal = cover.edges.tolist(), list(cover.minimal)
+    return cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}
 
 
 def _parametric(made: "ParametricMap") -> dict[str, Any]:

@@ -19,7 +19,7 @@ _TAIL = 32  # states at the end of an orbit that stand for where it arrived
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, domains."""
-    sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, _orbits, _domains)
+    sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, _orbits, _domains, _morse)
     return tuple(verdict for section in sections for verdict in section(result))
 
 
@@ -122,6 +122,18 @@ def _domains(result: StudyResult) -> Iterator[Verdict]:
         if domain is not None:
             yield _verdict(section, domain, "trapped", domain.trapped, _trapped(domain))
             yield _verdict(section, domain, "settled", domain.settled, _settled(domain))
+
+
+def _morse(result: StudyResult) -> Iterator[Verdict]:
+    section, cover = result.study.morse, result.morse
+    if section is None or cover is None:
+        return
+    held, hull = result.trap, "no orbit stays in the window"
+    if held is not None:
+        hull = f"{held.reason}; their hull {_intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
+    holds = held is not None and held.trapped
+    text = f"{'yes' if holds else 'no'}: {hull if held is None or holds else held.reason}"
+    yield Verdict("morse: trapped", cover.of, holds, "trapped" in section.require, text)
 
 
 def _verdict(section: "DomainSection", domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:

@@ -9,8 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from nsmaps.auxiliary.cells import Cells
+from nsmaps.auxiliary.cover import MorseCover
 from nsmaps.auxiliary.domain import attracting_domain
 from nsmaps.auxiliary.iterate import SecondIterate
+from nsmaps.auxiliary.transient import Transient
 from nsmaps.dynamics.basins import basins
 from nsmaps.dynamics.bifurcation import bifurcation
 from nsmaps.dynamics.impactdiagram import ImpactDiagram
@@ -74,6 +77,19 @@ def strips() -> SimpleNamespace:
         report=SimpleNamespace(degrees={4: 1, 8: 1}),
         tables=SimpleNamespace(leaf=leaf, raster=raster),
     )
+
+
+def covers() -> dict[str, Any]:
+    """Two components with a cell between them, one minimal; a region of which one cell stays, and one around it that is left."""
+    cells = Cells(COORDINATES, np.array([[0.0, 1.0], [0.0, np.pi]]), (4, 4))
+    component, edges = np.array([1, -1, 0, 0]), np.array([[1, 0]])
+    hulls = np.array([cells.hull(np.array(numbers)) for numbers in ([10, 11], [5])])
+    morse = MorseCover("exact map", cells, np.array([5, 6, 10, 11]), component, edges, hulls, np.ones(4, bool), (), True)
+    region = np.repeat([0, 1, 1, -1], 4)
+    left = np.where(np.arange(16) == 5, -1, 1 + np.arange(16) % 3)
+    arrived = np.where(np.arange(16) < 8, -1, np.arange(16) % 4)
+    cycle = SimpleNamespace(states=np.array([[0.3, 1.2]]))
+    return {"morse": morse, "transient": Transient("exact map", cells, ("R1", "R2"), region, left, arrived, (cycle,))}
 
 
 def _gated(value: float) -> Toy:
@@ -146,6 +162,7 @@ def result() -> SimpleNamespace:
         noise=_noisy(),
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
+        **covers(),
     )
 
 

@@ -27,6 +27,8 @@ MISSING = {
     "envelopes": ("domains", {}, "'domains'"),
     "domain_size": ("domains", {}, "'domains'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),
+    "morse": ("morse", None, "'morse'"),
+    "transient": ("transient", None, "'transient'"),
 }
 
 

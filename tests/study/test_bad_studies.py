@@ -11,7 +11,7 @@ from nsmaps.errors import StudyError
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "lyapunov, basins, noise, domains, second_iterate, figures, require"
+    "lyapunov, basins, noise, domains, second_iterate, morse, transient, figures, require"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
@@ -181,7 +181,19 @@ BAD = {
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
         "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, orbits, cobweb, bifurcation, "
-        "lyapunov, basins, noise, envelopes, domain_size, second_iterate, did you mean 'cobweb'?",
+        "lyapunov, basins, noise, envelopes, domain_size, second_iterate, morse, transient, did you mean 'cobweb'?",
+    ),
+    "a window without a coordinate": (
+        "require:",
+        "morse: {box: {v: [0.13, 1]}}\nrequire:",
+        "{v: [0.13",
+        "the coordinate 'phi' is missing; accepted: all of v, phi",
+    ),
+    "a window that is empty": (
+        "require:",
+        "morse: {box: {v: [1, 0.1], phi: [0, 1]}}\nrequire:",
+        "{v: [1",
+        "a box: v from 1.0 to 0.1 is empty; accepted: lower < upper",
     ),
     "bifurcation of no parameter": (
         "require:",

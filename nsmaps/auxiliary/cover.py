@@ -1,0 +1,235 @@
+"""Outer covers of what a map does for ever within a window: cells of its recurrent components, and closed sets around them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsmaps.auxiliary.cellgraph import graph_of, invariant, order_of, recurrent
+from nsmaps.auxiliary.cells import Bools, Cells, Ints, painted, targets_of
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.boxes import BoxMap
+from nsmaps.exact.impacts import Floats
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+MOST_CELLS = 4_000_000  #: of one level
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """What one level of a subdivision cost and left."""
+
+    shape: tuple[int, ...]  #: cells an axis
+    cells: int  #: whose images were enclosed
+    kept: int  #: that walks without end pass
+    arcs: int
+    components: int
+    images_time: float  #: seconds
+    graph_time: float  #: seconds
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MorseCover:
+    """Cells that hold all orbits which stay in a window for ever, forwards and backwards, and their recurrent components.
+
+    Every periodic orbit, every chain-recurrent state of the map in the window lies in a cell of a component, and orbits pass
+    from a component to another only as `edges` says. A component need not hold such an orbit: a cover excludes, it does
+    not find.
+    """
+
+    of: str  #: the map that this is true of, such as "exact map"
+    cells: Cells  #: of the last level
+    numbers: Ints  #: shape (M,), of the cells kept
+    component: Ints  #: shape (M,), the number of each cell's component, the largest is 0; -1 of cells between components
+    edges: Ints  #: shape (E, 2), from a component to another that may be reached from it
+    hulls: Floats  #: shape (K, n, 2), of the components
+    stays: Bools  #: shape (M,), are all images of each cell known to be in the window
+    levels: tuple[Level, ...]
+    finished: bool  #: whether the depth asked for was reached; it is not after an interruption
+
+    @property
+    def boxes(self) -> Floats:
+        """The cells kept, shape (M, n, 2)."""
+        return self.cells.boxes(self.numbers)
+
+    @property
+    def minimal(self) -> tuple[int, ...]:
+        """The components from which no other may be reached: what attracts in the window is in one of them."""
+        return tuple(k for k in range(len(self.hulls)) if k not in self.edges[:, 0])
+
+    @property
+    def share(self) -> float:
+        """Of the window's area, that of the cells in components."""
+        return float((self.component >= 0).sum() / self.cells.size)
+
+    def contains(self, states: ArrayLike) -> Bools:
+        """Which states (N, n) lie in a cell kept."""
+        return np.isin(self.cells.numbers_of(states), self.numbers)
+
+
+def morse_sets(
+    map: BoxMap,
+    window: ArrayLike,
+    depth: int = 5,
+    cells: int | Sequence[int] = 8,
+    *,
+    of: str = "",
+    progress: Callable[[Level], None] | None = None,
+) -> MorseCover:
+    """Cover what a map does for ever within a window, by cells that are halved along every axis `depth` times.
+
+    At each level all cells' images are enclosed in one batch, and an arc leads to every cell that they meet. Cells without a
+    walk that goes on for ever both ways hold no state that stays in the window, and are dropped. What is not known of a
+    cell's images (not bounded) leads everywhere. States that leave the window or have no image are followed no further.
+    Ctrl-C ends with the last finished level.
+
+    Args:
+        map: with `image_boxes`: an exact system, a PolyMap or a composite map.
+        window: shape (n, 2), or a `Box`; an angle of a whole turn is a circle.
+        cells: of the first level, an axis or each axis.
+        of: what to call the map in the result; "exact map" of a system, else "fitted map".
+        progress: called after each level.
+
+    Raises:
+        NsmapsError: a window, depth or number of cells that is none; more cells or arcs than memory is meant for.
+    """
+    if depth < 0:
+        raise NsmapsError(f"the depth is {depth}; accepted: from 0 on")
+    stage, levels = _Stage.first(Cells.over(map.coordinates, window, cells)), list[Level]()
+    finished = False
+    try:
+        for _ in range(depth + 1):
+            stage, level = _next(map, stage, len(levels))
+            levels.append(level)
+            if progress is not None:
+                progress(level)
+        finished = True
+    except KeyboardInterrupt:
+        if not levels:
+            raise
+    return _cover(stage, tuple(levels), of or name_of(map), finished)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stage:
+    """One level's cells, all of which were enclosed, with their graph."""
+
+    cells: Cells
+    numbers: Ints
+    graph: "csr_matrix | None"
+    component: Ints
+    kept: Bools
+    stays: Bools
+
+    @classmethod
+    def first(cls, cells: Cells) -> "_Stage":
+        """Before the first level: all cells, and no graph."""
+        every = np.ones(cells.size, bool)
+        return cls(cells, np.arange(cells.size), None, np.zeros(cells.size, np.int64), every, every)
+
+
+def name_of(map: BoxMap) -> str:
+    """What a result calls a map that nobody named."""
+    from nsmaps.exact.system import ImpactSystem
+
+    return "exact map" if isinstance(map, ImpactSystem) else "fitted map"
+
+
+def _next(map: BoxMap, before: _Stage, number: int) -> tuple[_Stage, Level]:
+    cells, numbers = before.cells, before.numbers
+    if before.graph is not None:
+        cells, numbers = cells.halved(), cells.parts(numbers[before.kept])
+    if len(numbers) > MOST_CELLS:
+        raise NsmapsError(f"level {number} has {len(numbers)} cells; accepted: {MOST_CELLS}; take less depth or a smaller window")
+    start = perf_counter()
+    targets = list(targets_of(map, cells, numbers))
+    middle = perf_counter()
+    graph = graph_of(cells, numbers, targets)
+    component = recurrent(graph)
+    kept = invariant(graph, component)
+    stays = np.concatenate([np.zeros(0, bool), *(found.stays for found in targets)])
+    times = middle - start, perf_counter() - middle
+    level = Level(cells.shape, len(numbers), int(kept.sum()), int(graph.nnz), int(component.max(initial=-1)) + 1, *times)
+    return _Stage(cells, numbers, graph, component, kept, stays), level
+
+
+def _cover(stage: _Stage, levels: tuple[Level, ...], of: str, finished: bool) -> MorseCover:
+    assert stage.graph is not None
+    cells, numbers, component, kept = stage.cells, stage.numbers, stage.component, stage.kept
+    count = levels[-1].components
+    hulls = np.array([cells.hull(numbers[component == k]) for k in range(count)]).reshape(count, len(cells.shape), 2)
+    edges = order_of(stage.graph, component)
+    return MorseCover(of, cells, numbers[kept], component[kept], edges, hulls, stage.stays[kept], levels, finished)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trap:
+    """Cells around a component, closed under the map if `trapped`: whatever starts in them stays in them for ever."""
+
+    of: str
+    cells: Cells
+    numbers: Ints  #: shape (M,), ascending
+    added: int  #: cells beside those of the component
+    trapped: bool  #: do the enclosed images of all cells lie in their union
+    reason: str
+
+    @property
+    def boxes(self) -> Floats:
+        """Shape (M, n, 2)."""
+        return self.cells.boxes(self.numbers)
+
+    @property
+    def hull(self) -> Floats:
+        """Shape (n, 2)."""
+        return self.cells.hull(self.numbers)
+
+    def contains(self, states: ArrayLike) -> Bools:
+        """Which states (N, n) lie in one of the cells."""
+        return np.isin(self.cells.numbers_of(states), self.numbers)
+
+
+def closed_box(map: BoxMap, box: ArrayLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
+    """A box of states as a closed set of cells, such as the start box of an attracting domain: trapped if every image is in it.
+
+    Args:
+        box: shape (n, 2), or a `Box`.
+        cells: into which it is divided, an axis or each axis: enclosures of smaller cells are sharper.
+    """
+    grid = Cells.over(map.coordinates, box, cells)
+    out = sum(int((~found.stays).sum()) for found in targets_of(map, grid, np.arange(grid.size)))
+    said = (
+        f"{out} of {grid.size} cells have images out of the box, unknown or none" if out else "the images of all cells lie in it"
+    )
+    return Trap(of or name_of(map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
+
+
+def trap(map: BoxMap, cover: MorseCover, component: int = 0) -> Trap:
+    """The cells of a component with all that their images meet, and so on until nothing is added: a set closed under the map.
+
+    Not trapped if an image leaves the window, is not known, or may not exist; the cells are then those met so far.
+    """
+    if not 0 <= component < len(cover.hulls):
+        raise NsmapsError(f"component {component} of {len(cover.hulls)}; accepted: 0 to {len(cover.hulls) - 1}")
+    cells = cover.cells
+    inside = np.zeros(cells.size, bool)
+    fresh = cover.numbers[cover.component == component]
+    own, reason = len(fresh), ""
+    while len(fresh) and not reason:
+        inside[fresh] = True
+        met = np.zeros(cells.size, bool)
+        for found in targets_of(map, cells, fresh):
+            lost = int((~found.stays).sum())
+            if lost:
+                reason = f"{lost} of {len(found.stays)} cells next to it have images out of the window, unknown or none"
+                break
+            met |= painted(cells, found)
+        fresh = np.flatnonzero(met & ~inside)
+    numbers = np.flatnonzero(inside)
+    trapped = not reason
+    said = f"the images of {len(numbers)} cells lie in their union, by enclosure"
+    return Trap(cover.of, cells, numbers, len(numbers) - own, trapped, reason or said)

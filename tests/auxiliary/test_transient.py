@@ -1,0 +1,99 @@
+"""Steps until a region is left and a closed set is reached, against orbits of many states and against a closed form."""
+
+import numpy as np
+import pytest
+from boxmaps import Henon, one_each
+
+from nsmaps.auxiliary.cover import morse_sets, trap
+from nsmaps.auxiliary.search import find_cycles
+from nsmaps.auxiliary.transient import transient
+from nsmaps.errors import NsmapsError
+from nsmaps.reduced.region import Box, Where
+
+WINDOW = [[-5.5, 2.5], [-2, 2]]
+REGIONS = {
+    "inner": Box(bounds={"x": (0.5, 2), "y": (-1, 1)}),
+    "below": Where(text="y < -0.5", coordinates=("x", "y")),
+    "rest": Box(bounds={"x": (-6, 6), "y": (-2, 2)}),
+}
+
+
+@pytest.fixture(scope="module")
+def found():
+    map = Henon(0.2)
+    cover = morse_sets(map, WINDOW, 5)
+    cycles = find_cycles(map, WINDOW, 2, 6).cycles
+    return transient(map, REGIONS, WINDOW, 3, 32, target=trap(map, cover, cover.minimal[0]), cycles=cycles)
+
+
+def test_every_state_does_what_is_shown_of_its_cell(found):
+    """10^5 random states followed: each has left its region within the steps of its cell, and arrived within those."""
+    map, rng = Henon(0.2), np.random.default_rng(7)
+    start = rng.uniform(*np.array(WINDOW).T, (100_000, 2))
+    number = found.cells.numbers_of(start)
+    region, left, arrived = found.region[number], found.left[number], found.arrived[number]
+    cover = morse_sets(map, WINDOW, 5)
+    target = trap(map, cover, cover.minimal[0])
+    x = start
+    gone = np.zeros(len(x), bool)
+    for step in range(1, max(left.max(), arrived.max()) + 1):
+        x = np.clip(map.first_return(x).image, -1e50, 1e50)
+        here = found.cells.numbers_of(x)
+        gone |= np.where(here >= 0, found.region[here], -1) != region
+        assert gone[(left >= 0) & (left <= step)].all()
+        assert target.contains(x[(arrived >= 0) & (arrived <= step)]).all()
+    assert (left[region >= 0] != 0).all()
+    assert {1, 2, 3} < set(left.tolist())
+
+
+def test_what_stays_holds_the_fixed_points(found):
+    """The saddle's cell in `below` and the sink's in `inner` never leave; the saddle's never arrives."""
+    for cycle in found.cycles:
+        number = found.cells.numbers_of(cycle.states)[0]
+        assert found.left[number] == -1
+        assert (found.arrived[number] >= 0) == cycle.stable
+    assert [row.periodic for row in found.rows] == [1, 1, 0, 2]
+    assert found.points.shape == (2, 2)
+
+
+def test_the_table_says_shares_steps_and_what_stays(found):
+    rows = {row.region: row for row in found.rows}
+    mask = found.region == 2
+    assert rows["rest"].area == mask.mean()
+    assert rows["rest"].left == pytest.approx((found.left[mask] >= 0).mean())
+    assert rows["rest"].left_steps == found.left[mask].max()
+    assert rows["rest"].stays == (found.left[mask] == -1).sum()
+    assert rows["all"].stays == (found.left[found.region >= 0] == -1).sum()
+    text = found.table()
+    assert text.splitlines()[0].split()[:3] == ["region", "area", "left"]
+    assert "globally attracting" not in text
+    assert f"{rows['rest'].stays} cells" in text
+
+
+class Fall:
+    """x' = 0.45 x: [0.25, 1] is left in one return below 0.5555, in two above."""
+
+    coordinates = ("x",)
+
+    def image_boxes(self, boxes):
+        return one_each(0.45 * boxes, empty=boxes[:, 0, 1] > 1.4)
+
+
+def test_steps_of_a_map_in_closed_form():
+    regions = {"near": Box(bounds={"x": (0.25, 1)}), "far": Box(bounds={"x": (1, 2)})}
+    made = transient(Fall(), regions, [[0, 2]], 2, 16)
+    x = made.cells.centres(np.arange(64))[:, 0]
+    assert set(made.left[(x > 0.63) & (x < 1)]) == {2}
+    assert set(made.left[(x > 0.25) & (x < 0.48)]) == {1}
+    assert set(made.left[(x > 1) & (x < 1.37)]) == {1}
+    assert set(made.left[x > 1.45]) == {-1}
+    assert made.arrived is None
+    assert made.rows[0].texts()[5:7] == ("-", "-")
+
+
+def test_a_target_that_is_not_closed_is_refused():
+    cover = morse_sets(Henon(), [[-1.2, 1.2], [-0.3, 0.3]], 3)
+    held = trap(Henon(), cover)
+    assert not held.trapped
+    with pytest.raises(NsmapsError, match="not closed under the map"):
+        transient(Henon(), REGIONS, WINDOW, target=held)

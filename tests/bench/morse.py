@@ -1,0 +1,69 @@
+"""Boxes in one batch beside CMGDB with a plain Python map called once a box: `python tests/bench/morse.py`, extra `morse`.
+
+The same window, the same cells, in turn in one process; the ratio of times is what counts. CMGDB's boxes are those of its
+default, the hull of the images of a box's corners, which encloses nothing; ours are enclosures.
+"""
+
+from collections.abc import Callable
+from math import pi
+from time import perf_counter
+
+import CMGDB
+import numpy as np
+from nsmaps_vi_pair import VIPair
+
+from nsmaps.auxiliary.cover import morse_sets
+
+WINDOW = np.array([[0.55, 1], [0.05, 1.25]])
+DEPTH = 7  #: 2^7 cells an axis
+TURNS = 3
+
+
+def plain(system: VIPair) -> None:
+    """The Morse graph by a Python map of one state, the exact return by the compiled kernel."""
+
+    def corners(rect: list[float]) -> list[float]:
+        return CMGDB.BoxMap(lambda x: system.first_return([x]).image[0].tolist(), rect)
+
+    low, high = WINDOW.T.tolist()
+    CMGDB.ComputeMorseGraph(CMGDB.Model(2 * DEPTH, 2 * DEPTH, 2 * DEPTH, 10**6, low, high, corners))
+
+
+def one_by_one(system: VIPair) -> None:
+    """The Morse graph by the enclosure, called from Python once a box."""
+
+    def hull(rect: list[float]) -> list[float]:
+        found = system.image_boxes([[rect[0::2], rect[1::2]]]).hulls()[0]
+        return np.nan_to_num(found - [[0], [2 * pi * np.round(found[1, 0] / (2 * pi))]], posinf=9, neginf=-9).T.ravel().tolist()
+
+    low, high = WINDOW.T.tolist()
+    CMGDB.ComputeMorseGraph(CMGDB.Model(2 * DEPTH, 2 * DEPTH, 2 * DEPTH, 10**6, low, high, hull))
+
+
+def enclosed(system: VIPair) -> None:
+    """The same cells all at once by one batch of enclosures."""
+    morse_sets(system, WINDOW, 0, 2**DEPTH)
+
+
+def halved(system: VIPair) -> None:
+    """The same cells at the last of five levels."""
+    morse_sets(system, WINDOW, 4, 2 ** (DEPTH - 4))
+
+
+def main() -> None:
+    """Print the least times of every way, and how many times faster the enclosures are."""
+    system = VIPair(d=0.30, r=0.5, M=0.1245, g=9.8, beta=pi / 3, F=5)
+    ways: tuple[Callable[[VIPair], None], ...] = (plain, one_by_one, enclosed, halved)
+    morse_sets(system, WINDOW, 0, 4)  # compiled before the race
+    times = {way.__name__: np.inf for way in ways}
+    for _ in range(TURNS):
+        for way in ways:
+            start = perf_counter()
+            way(system)
+            times[way.__name__] = min(times[way.__name__], perf_counter() - start)
+    for name, time in times.items():
+        print(f"{name:10s} {time:8.3f} s   {times['plain'] / time:6.1f} x")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+"""The pictures of cells: components of a cover, steps until a region is left."""
+
+import numpy as np
+
+from nsmaps.figures.morse import morse
+from nsmaps.figures.transient import sheets, transient
+
+
+def shown(ax):
+    """The numbers drawn, with -1 where there is none, in the order of cells."""
+    return np.ma.filled(ax.images[0].get_array(), -1).T.ravel()
+
+
+def test_components_have_their_colours_and_cells(result, ax):
+    assert morse(result, ax) is ax
+    cover = result.morse
+    drawn = shown(ax)
+    assert np.flatnonzero(drawn >= 0).tolist() == cover.numbers.tolist()
+    assert (drawn[cover.numbers] == cover.component + 1).all()
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["set 0, minimal", "set 1", "between", "exact orbits"]
+    states = np.concatenate([pair.exact.states[20:] for pair in result.orbits])
+    assert np.array_equal(np.column_stack(ax.lines[0].get_data()), states)
+
+
+def test_what_stays_is_apart_from_what_is_left(result, ax):
+    transient(result, ax)
+    made, drawn = result.transient, shown(ax)
+    assert np.flatnonzero(drawn == 1).tolist() == [5]
+    left = (made.left > 0) & (made.region >= 0)
+    assert (drawn[left] == 1 + made.left[left]).all()
+    assert (drawn[made.region < 0] == -1).all()
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["not shown", "periodic points"]
+    assert np.array_equal(np.column_stack(ax.lines[0].get_data()), made.points)
+
+
+def test_arrival_is_a_second_panel_with_its_target(result, ax):
+    (sheet,) = sheets(result)
+    assert len(sheet.panels) == 2
+    sheet.panels[1](ax)
+    drawn = shown(ax)
+    assert np.flatnonzero(drawn == 0).tolist() == np.flatnonzero(result.transient.arrived == 0).tolist()
+    assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["not shown", "target"]

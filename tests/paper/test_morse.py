@@ -1,0 +1,80 @@
+"""The exact map of the paper's three cases in cells, by enclosure: the attractors, and that corners of boxes are not enough."""
+
+import numpy as np
+import pytest
+
+from nsmaps import load_study, read_result, run
+from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
+from nsmaps.auxiliary.search import find_cycles
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.figures import draw
+
+WINDOW = [[0.55, 1], [0.05, 1.25]]
+START = [0.8, 0.3]
+
+
+@pytest.mark.parametrize(
+    ("d", "depth", "most"), [(0.35, 5, (0.06, 0.12)), (0.30, 5, (0.12, 0.31)), (0.26, 5, (0.14, 0.75))], ids=["FP", "PD", "CD"]
+)
+def test_the_attractor_is_one_minimal_component_in_a_closed_set_of_cells(pair, d, depth, most):
+    """10^5 returns of the exact orbit, once it is there, lie in the component and in the closed set."""
+    map = pair(d)
+    cover = morse_sets(map, WINDOW, depth)
+    assert len(cover.minimal) == 1
+    k = cover.minimal[0]
+    assert (np.ptp(cover.hulls[k], axis=1) <= most).all()
+    held = trap(map, cover, k)
+    assert held.trapped
+    assert (np.ptp(held.hull, axis=1) <= most).all()
+    states = orbit(map, START, 102_000).states[2000:]
+    assert held.contains(states).all()
+    own = cover.numbers[cover.component == k]
+    assert np.isin(cover.cells.numbers_of(states), own).all()
+
+
+def test_corners_miss_part_of_an_image_that_the_enclosure_holds(pair):
+    """v in [0.55, 0.5640625], phi in [0.125, 0.1625]: a state goes 9 sides of a 32 x 32 grid beyond the hull of the corners."""
+    map, box = pair(0.35), np.array([[0.55, 0.5640625], [0.125, 0.1625]])
+    share = np.linspace(0, 1, 41)
+    states = box[:, 0] + np.stack(np.meshgrid(share, share), axis=-1).reshape(-1, 2) * np.ptp(box, axis=1)
+    images = map.first_return(states).image
+    corners = images[np.isin(states[:, 0], box[0]) & np.isin(states[:, 1], box[1])]
+    assert len(corners) == 4
+    missed = np.maximum(corners.min(axis=0) - images.min(axis=0), images.max(axis=0) - corners.max(axis=0))
+    assert missed[1] > 9 * 1.2 / 32
+    boxes = map.image_boxes(box[None]).images[:, None]
+    lifted = [images + np.array([0, 2 * np.pi * turn]) for turn in range(-1, 4)]
+    held = [((boxes[..., 0] <= x) & (x <= boxes[..., 1])).all(axis=2).any(axis=0) for x in lifted]
+    assert np.any(held, axis=0).all()
+
+
+def test_the_start_box_of_case_fp_is_carried_into_itself_by_enclosure(pair):
+    assert closed_box(pair(0.35), [[0.7, 1], [0.2, 1.14]], 32).trapped
+    assert not closed_box(pair(0.35), [[0.7, 1], [0.2, np.pi / 3]], 32).trapped  # the paper's: an image reaches phi = 1.1317
+
+
+def test_the_fixed_points_of_case_fp(pair):
+    """The stable one and two saddles, known in 50 digits, each found in a window of their own."""
+    known = {
+        (0.833385990208561, 0.363611564551622): [[0.75, 0.95], [0.2, 0.6]],
+        (0.281770025375305, 2.91844362963194): [[0.25, 0.32], [2.8, 3.0]],
+        (0.343255510718990, 2.87685171619735): [[0.33, 0.36], [2.86, 2.89]],
+    }
+    for state, window in known.items():
+        found = find_cycles(pair(0.35), window, 1, 3)
+        assert any(cycle.states[0] == pytest.approx(state, abs=1e-10) for cycle in found.cycles)
+        number = found.cells.numbers_of([state])[0]
+        assert number in found.numbers
+
+
+def test_the_study_of_cells_is_written_and_read_and_drawn(tmp_path):
+    result = run(load_study("vi_pair/morse"), tmp_path / "run")
+    assert result.holds
+    (verdict,) = [verdict for verdict in result.verdicts if verdict.name == "morse: trapped"]
+    assert verdict.required
+    assert "certified by enclosure" in verdict.text
+    again = read_result(tmp_path / "run")
+    assert np.array_equal(again.trap.numbers, result.trap.numbers)
+    assert np.array_equal(again.morse.component, result.morse.component)
+    (path,) = draw(again, ["morse"], tmp_path)
+    assert path.stat().st_size > 0
