@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +23,8 @@ class PlainMap(Protocol):
 
 
 AnyMap = ReturnMap | PlainMap
+
+CURVES = 9  #: of a family that are kept
 
 
 def image_function(map: AnyMap, box: Floats) -> Callable[[Floats], Floats]:
@@ -47,64 +49,59 @@ def image_function(map: AnyMap, box: Floats) -> Callable[[Floats], Floats]:
 class Envelope:
     """The auxiliary maps of one coordinate: for each of its values the extreme images over all others in the box.
 
-    Sampled: the extremes are those of a grid that includes the box's ends.
+    Where the family of curves does not cross, which the sign of the derivatives proves, they are two of its curves, in closed
+    form (as xi_U and xi_L of the paper); where it does, they are numbers (as eta_U and eta_L).
     """
 
     coordinate: str
     x: Floats  #: shape (m,), values of the coordinate, both ends of its interval included
     lower: Floats  #: shape (m,), xi_L or eta_L
     upper: Floats  #: shape (m,), xi_U or eta_U
+    family: Floats  #: shape (J, m), some of the curves between: the images with the others held
+    others: Floats  #: shape (J, n), the states at which they are held, along the box's diagonal; NaN the coordinate's own
+    kind: Literal["closed form", "numeric"] = "numeric"
+    status: str = "sampled"  #: how the numbers bound: see `auxiliary_maps`
+    held: Floats | None = None  #: shape (n, 2), of a closed form the others' values on the lower and the upper curve; NaN its own
+    slopes: Floats | None = None  #: shape (n, 2), outer bounds of the derivative by each coordinate over the box, of polynomials
 
 
-def extremes(function: Callable[[Floats], Floats], index: int, x: ArrayLike, box: Floats, samples: int) -> tuple[Floats, Floats]:
-    """The least and largest image of coordinate `index` at each of its values x, shape (m,), over a grid of the others.
+@dataclass(frozen=True, slots=True, eq=False)
+class Extremes:
+    """The worst case of every coordinate over an interval of its own values, eq. WCScobweb."""
 
-    The grid has `samples` points along every other coordinate of the box, shape (n, 2), its ends included; an extreme inside
-    the grid is taken at the vertex of the parabola through its neighbours, which leaves an error of fourth order in the spacing.
-    """
-    axes = [np.linspace(low, high, samples) for low, high in box]
-    axes[index] = np.asarray(x, float)
-    return _over_others(_images(function, axes)[..., index], index)
+    bounds: Floats  #: shape (n, 2), the least of the lower and the largest of the upper map
+    at: Floats  #: shape (n, 2, 2), an interval of the coordinate's values that holds the place of each
 
 
-def envelopes(map: AnyMap, box: ArrayLike, samples: int = 201) -> tuple[Envelope, ...]:
-    """The auxiliary maps of every coordinate on a box, shape (n, 2), from one grid of `samples` points an axis."""
-    array = np.asarray(box, float)
-    axes = [np.linspace(low, high, samples) for low, high in array]
-    images = _images(image_function(map, array), axes)
-    names = map.coordinates
-    return tuple(Envelope(name, axes[i], *_over_others(images[..., i], i)) for i, name in enumerate(names))
+class AuxiliaryMaps(Protocol):
+    """The lower and upper maps of every coordinate on one box, eq. auxv and auxphi."""
+
+    @property
+    def status(self) -> str:
+        """How they bound: outer, enclosed, inflated by an error, sampled."""
+
+    @property
+    def same(self) -> float:
+        """A change of an interval, relative to its size, that counts as none."""
+
+    def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
+        """The lower and upper map of a coordinate at its values x, shape (m,)."""
+
+    def at(self, state: Floats) -> Floats:
+        """The lower and upper map of every coordinate at its value in a state (n,), shape (n, 2)."""
+
+    def worst(self, intervals: Floats) -> Extremes:
+        """The worst case over an interval of each coordinate, shape (n, 2)."""
+
+    def envelopes(self) -> tuple[Envelope, ...]:
+        """The curves of every coordinate at equidistant values."""
 
 
-def _images(function: Callable[[Floats], Floats], axes: list[Floats]) -> Floats:
-    """The images of a tensor grid, shape (len of each axis, n)."""
-    states = np.column_stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")])
-    return function(states).reshape(*(len(axis) for axis in axes), len(axes))
-
-
-def _over_others(values: Floats, index: int) -> tuple[Floats, Floats]:
-    """The least and largest of the values on a grid over all axes but one."""
-    rows = np.moveaxis(values, index, 0)
-    return -_maximum(-rows), _maximum(rows)
-
-
-def _maximum(grid: Floats) -> Floats:
-    """The maximum over all axes but the first, shape (m,), between grid points too: the vertex along each axis."""
-    values = grid.reshape(len(grid), -1)
-    rows = np.arange(len(values))
-    best = np.argmax(values, axis=1)  # of a row with NaN, the NaN
-    top = values[rows, best]
-    total = top.copy()
-    stride = 1
-    for points in reversed(grid.shape[1:]):
-        place = best // stride % points
-        step = np.where((place > 0) & (place < points - 1), stride, 0)
-        total += vertex_gain(values[rows, best - step], top, values[rows, best + step])
-        stride *= points
-    return total
-
-
-def vertex_gain(before: Floats, top: Floats, after: Floats) -> Floats:
-    """By how much the vertex of the parabola through three equidistant values exceeds the middle one, the largest."""
-    bend = 2 * top - before - after
-    return (after - before) ** 2 / (8 * np.where(bend > 0, bend, np.inf))
+def family(function: Callable[[Floats], Floats], index: int, x: Floats, box: Floats) -> tuple[Floats, Floats]:
+    """Curves of one coordinate over its values x, shape (m,), with the others held: `Envelope.family` and `others`."""
+    share = np.linspace(0, 1, CURVES)[:, None]
+    others = box[:, 0] * (1 - share) + box[:, 1] * share
+    states = np.repeat(others[:, None], len(x), axis=1)
+    states[..., index] = x
+    others[:, index] = np.nan
+    return function(states.reshape(-1, len(box)))[:, index].reshape(CURVES, len(x)), others

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,6 +45,7 @@ class BoxImages:
         return hull
 
 
+@runtime_checkable
 class BoxMap(Protocol):
     """A map that encloses the images of boxes, rounding included: exact systems, polynomial maps, composite maps."""
 

@@ -25,6 +25,7 @@ NAMES = (
     "lyapunov",
     "basins",
     "noise",
+    "auxiliary",
     "envelopes",
     "domain_size",
     "second_iterate",

@@ -8,10 +8,10 @@ from matplotlib.ticker import MaxNLocator
 
 from nsmaps.figures.needs import Drawable, domains_of, position
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED, symbol, unit
+from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, RED, symbol, unit
 
 _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale
-_LOOKS = ((BLUE, "-", "o"), (RED, "--", "s"), (GREEN, "-.", "^"), (MAGENTA, ":", "D"))
+_LOOKS = ((BLUE, "-", "o"), (RED, "--", "s"), (GREEN, "-.", "^"), (MAGENTA, ":", "D"), (BLACK, "-", "v"))
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:

@@ -2,7 +2,6 @@
 
 import re
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +15,11 @@ from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import BLUE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
 
 if TYPE_CHECKING:
-    from nsmaps.auxiliary.domain import AttractingDomain, Update
-    from nsmaps.auxiliary.envelope import Envelope
+    from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.auxiliary.update import Update
+
+
+_GENERIC = {True: "generic", False: "generic: no cycle"}  #: by whether it comes to rest; one that does not fills the picture
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -40,8 +42,9 @@ def shown(domain: "AttractingDomain") -> list[int]:
 def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1, domain: str = "") -> Axes:
     """The upper and lower map of one coordinate at one update, by position (eq. auxv, auxphi).
 
-    Dotted: the worst-case steps from the update's box (eq. WCScobweb-v, -phi); thin: the generic cobweb, its last
-    tenth red; yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if it is trapped.
+    Dotted: the worst-case steps from the update's box (eq. WCScobweb-v, -phi); thin: the generic cobweb, its last tenth
+    red, if it comes to rest; yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
+    box is trapped.
     """
     named = domains_of(result, "envelopes")
     chosen = named[domain or next(iter(named))]
@@ -53,12 +56,15 @@ def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1
         ax.axvspan(*worst[-1], color=tint(YELLOW, 0.4), lw=0, zorder=0, label=rf"$\mathcal{{A}}^{{({step.number + 1})}}$")
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
         ax.plot(worst[-1], worst[-1], "*", color="black", mec="white", mew=0.6, ms=13, zorder=7, label=text)
-        ax.plot(*staircase(step.generic[:, i]), color="0.4", lw=0.7, zorder=4, label="generic")
-        ax.plot(*staircase(last_tenth(step.generic[:, i])), color=RED, lw=2.2, zorder=6, label="its last 10 %")
+        generic = step.generic[:, i]
+        rests = abs(generic[-1] - generic[-3]) <= 1e-6 * np.ptp(step.box[i])
+        ax.plot(*staircase(generic if rests else generic[:1]), color="0.4", lw=0.7, zorder=4, label=_GENERIC[rests])
+        if rests:
+            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=2.2, zorder=6, label="its last 10 %")
     ax.fill_between(envelope.x, envelope.lower, envelope.upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
     ax.plot(envelope.x, envelope.upper, color=BLUE, lw=2.2, zorder=3, label="upper map")
     ax.plot(envelope.x, envelope.lower, color=ORANGE, lw=2.2, zorder=3, label="lower map")
-    ax.plot(*_worst_steps(envelope, worst), color="black", lw=1.3, ls=":", zorder=5, label="worst case")
+    ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label="worst case")
     ends = [envelope.x[0], envelope.x[-1], envelope.lower.min(), envelope.upper.max(), worst.min(), worst.max()]
     low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
     margin = 0.03 * (high - low)
@@ -76,14 +82,12 @@ def _update(domain: "AttractingDomain", number: int) -> "Update":
     return domain.updates[number]
 
 
-def _worst_steps(envelope: "Envelope", worst: Floats) -> tuple[Floats, Floats]:
-    """The staircase of intervals: from where a curve is extreme up to its extreme, and across to the diagonal."""
+def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
+    """The staircase of one coordinate's intervals: from where a curve is extreme up to its extreme, across to the diagonal."""
     x: list[float] = []
     y: list[float] = []
-    for (low, high), (lowest, highest) in pairwise(worst):
-        inside = (envelope.x >= low) & (envelope.x <= high)
-        for curve, pick, end in ((envelope.upper, np.argmax, highest), (envelope.lower, np.argmin, lowest)):
-            at = envelope.x[inside][pick(curve[inside])] if inside.any() else low
+    for places, (lowest, highest) in zip(step.at[:, index].mean(axis=2), step.worst[1:, index], strict=True):
+        for at, end in ((places[1], highest), (places[0], lowest)):
             x += [at, at, end, np.nan]
             y += [at, end, end, np.nan]
     return np.array(x), np.array(y)

@@ -28,16 +28,21 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
 def second_iterate(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1) -> Axes:
     """One coordinate two steps on, at one update of the auxiliary maps, by position (eq. auxv2nd, auxphi2nd).
 
-    The lower map of the upper one has the fixed point p, the upper of the lower one q. At the last update the polynomial
-    of eq. seconditerativev is dashed over them, for the coordinate that it is of.
+    The lower map of the upper one has the fixed point p, the upper of the lower one q; where part 2 of the Statement
+    applies, the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). At the last
+    update, where the coordinate's maps are closed forms, the polynomial of eq. seconditerativev is dashed over them.
     """
     polynomial, domain = second_iterate_of(result, "second_iterate"), _domain(result)
     i = position(domain.coordinates, coordinate or domain.coordinates[0])
     name, step = domain.coordinates[i], domain.updates[update]
     x, lower, upper = (getattr(step.envelopes[i], part) for part in ("x", "lower", "upper"))
-    ax.plot(x, _after(x, lower, upper), color=BLUE, lw=2.2, label="lower of upper map")
-    ax.plot(x, _after(x, upper, lower), color=ORANGE, lw=2.2, label="upper of lower map")
-    if str(polynomial.variable) == name and step is domain.updates[-1]:
+    worst = step.part[i] == 2
+    first = _worst(x, lower, upper) if worst else _after(x, lower, upper)
+    second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
+    ax.plot(x, first, color=BLUE, lw=2.2, label="lower of upper map" + ", worst" * worst)
+    ax.plot(x, second, color=ORANGE, lw=2.2, label="upper of lower map" + ", worst" * worst)
+    closed = step.envelopes[i].kind == "closed form"
+    if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
         values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
         ax.plot(x, values, color="black", lw=1.6, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
     if step.trapped:
@@ -61,3 +66,16 @@ def _domain(result: Drawable) -> "AttractingDomain":
 def _after(x: Floats, second: Floats, first: Floats) -> Floats:
     """The second curve of the first, both given at x, shape (m,); NaN where the first leads out of x."""
     return np.asarray(np.interp(first, x, second, left=np.nan, right=np.nan))
+
+
+def _worst(x: Floats, second: Floats, first: Floats, sign: int = 1) -> Floats:
+    """The worst case of the second curve between x and the worst case of the first over [x, its end]; with sign -1 downwards.
+
+    Upwards the interval of x ends at the box's upper end, the first curve is taken at its largest and the second at its least.
+    """
+    turned, least, largest = sign * x[::sign], sign * second[::sign], sign * first[::sign]
+    values = []
+    for k, end in enumerate(np.maximum.accumulate(largest[::-1])[::-1]):  # the largest first image from each x on
+        between = least[k : max(k + 1, int(np.searchsorted(turned, end)))]
+        values.append(min(between.min(), np.interp(max(end, turned[k]), turned, least)))
+    return sign * np.array(values)[::sign]

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from nsmaps.figures import (
+    auxiliary,
     basins,
     bifurcation,
     cobweb,
@@ -35,6 +36,7 @@ SHEETS: Mapping[str, Callable[[Drawable], tuple[Sheet, ...]]] = {
     "lyapunov": lyapunov.sheets,
     "basins": basins.sheets,
     "noise": noise.sheets,
+    "auxiliary": auxiliary.sheets,
     "envelopes": envelopes.sheets,
     "domain_size": domain_size.sheets,
     "second_iterate": second_iterate.sheets,

@@ -124,7 +124,7 @@ class PolyMap:
     def exact_monomials(self, output: str) -> dict[tuple[int, ...], Fraction]:
         """As `monomials`, not rounded: for closed forms that are to agree with the map where plain monomials cancel."""
         i = _index(output, self.coordinates, "monomials")
-        tensor = np.vectorize(Fraction, otypes=[object])(_dense([self.exponents[i]], [self.coefficients[i]])[0])
+        tensor = np.vectorize(Fraction, otypes=[object])(dense([self.exponents[i]], [self.coefficients[i]])[0])
         tensor = _changed(tensor, self.centre, self.scale, _in_powers)
         asked = set(map(tuple, self.exponents[i].tolist()))
         return {key: tensor[key] for key in paper_order(asked | set(_terms(tensor)))}
@@ -153,7 +153,7 @@ class PolyMap:
         return sp.Abs(total) if output in self.absolute else total
 
     def _tensor(self) -> Floats:
-        return _dense(self.exponents, self.coefficients)
+        return dense(self.exponents, self.coefficients)
 
     def _scaled(self, states: ArrayLike) -> Floats:
         return np.asarray((as_states(states, self.coordinates) - self.centre) / self.scale, float)
@@ -180,7 +180,7 @@ def design(exponents: Ints, scaled: Floats) -> Floats:
     return columns
 
 
-def _dense(exponents: Sequence[Ints], coefficients: Sequence[Floats]) -> Floats:
+def dense(exponents: Sequence[Ints], coefficients: Sequence[Floats]) -> Floats:
     """The coefficients of the outputs as one array, shape (outputs, degree + 1 of each coordinate)."""
     shape = np.max([each.max(axis=0) for each in exponents], axis=0) + 1
     tensor = np.zeros((len(exponents), *shape))

@@ -20,10 +20,10 @@ from ruamel.yaml import YAML
 
 from nsmaps.errors import NsmapsError
 from nsmaps.plugins import entry_of, is_file, owner_of
+from nsmaps.study.domains import second_iterate_of
 from nsmaps.study.reader import read_study
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.spec import Study
-from nsmaps.study.steps import second_iterate_of
 from nsmaps.study.summary import numbers
 from nsmaps.study.tree import Arrays, decode, encode
 

@@ -7,7 +7,7 @@ from nsmaps.study.source import Loc
 from nsmaps.study.spec import Study
 
 ATTRACTING = "attracting"  #: the map of a domain that takes the attracting pieces of a partition
-DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals
+DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals; a domain's box around them
 FIGURE_NEEDS = {
     "words": ("grid", "families"),
     "surfaces": ("grid", "families"),
@@ -20,6 +20,7 @@ FIGURE_NEEDS = {
     "lyapunov": ("lyapunov",),
     "basins": ("grid", "basins"),
     "noise": ("noise",),
+    "auxiliary": ("domains",),
     "envelopes": ("domains",),
     "domain_size": ("domains",),
     "second_iterate": ("second_iterate",),
@@ -99,6 +100,9 @@ def _needs(study: Study) -> Iterator[tuple[Loc, str, str]]:
             yield ("composite", number), f"the fit of the piece {piece.name!r}", "families"
         if piece.data == DIAGONAL:
             yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
+    for number, domain in enumerate(study.domains):
+        if domain.box == DIAGONAL:
+            yield ("domains", number, "box"), f"the start box of the domain {domain.name!r}", "diagonal"
     if study.parametric:
         yield ("parametric",), "'parametric'", "composite"
     if study.bifurcation and "composite" in study.bifurcation.of:

@@ -56,7 +56,7 @@ class Plan:
     starts: tuple[Floats, ...]  #: each of shape (n,)
     long_start: Floats | None  #: of the bifurcation diagram, shape (n,)
     begin: dict[str, Floats]  #: the starts of the sections `lyapunov` and `noise`, each of shape (n,)
-    boxes: dict[str, Box]  #: the start boxes of the domains, by name
+    boxes: dict[str, Box]  #: the start boxes of the domains that give one, by name
     windows: dict[str, Box]  #: of the sections `morse` and `transient`
 
 
@@ -118,7 +118,7 @@ class _Maker:
             starts=tuple(self.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(study.orbits)),
             long_start=self.start(("bifurcation", "start"), study.bifurcation.start) if study.bifurcation else None,
             begin=self.begin(),
-            boxes={d.name: self.box(("domains", k, "box"), d.box) for k, d in enumerate(study.domains)},
+            boxes={d.name: self.box(("domains", k, "box"), d.box) for k, d in enumerate(study.domains) if d.box != DIAGONAL},
             windows={
                 name: self.box((name, "box"), section.box)
                 for name, section in (("morse", study.morse), ("transient", study.transient))
@@ -226,7 +226,8 @@ class _Maker:
     def start(self, loc: Loc, start: Mapping[str, float]) -> Floats:
         return np.array(list(self.every_coordinate(loc, start).values()), float)
 
-    def box(self, loc: Loc, bounds: Bounds) -> Box:
+    def box(self, loc: Loc, bounds: Bounds | str) -> Box:
+        assert isinstance(bounds, dict)
         ordered = self.every_coordinate(loc, bounds)
         with self.study.source.located(loc, Box, bounds=""):
             return Box(coordinates=self.system.coordinates, bounds=ordered)

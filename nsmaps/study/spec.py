@@ -32,6 +32,7 @@ FigureName = Literal[
     "lyapunov",
     "basins",
     "noise",
+    "auxiliary",
     "envelopes",
     "domain_size",
     "second_iterate",
@@ -210,7 +211,8 @@ class DomainSection(BaseModel):
     model_config = SPEC
     name: str
     map: str
-    box: Bounds
+    box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
+    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the best that the map allows, if omitted
     updates: int = Field(11, ge=1)
     grow: bool = False  #: start from the smallest box around this one that the map carries into itself
     require: tuple[Literal["trapped", "settled"], ...] = ()

@@ -14,20 +14,17 @@ from nsmaps.reduced.composite import CompositeMap, Piece, build_composite, data_
 from nsmaps.reduced.diagonal import attracting, diagonal_region
 from nsmaps.reduced.misleads import misleads
 from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
-from nsmaps.reduced.partition import PartitionResult, partition
+from nsmaps.reduced.partition import partition
 from nsmaps.reduced.polyfit import compare_orders
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box, Region
+from nsmaps.reduced.region import Region
 from nsmaps.reduced.speed import speeds
 from nsmaps.study import enclosed, longsteps
-from nsmaps.study.needs import ATTRACTING
+from nsmaps.study.domains import domain_of, near_diagonals, second_iterate_of
 from nsmaps.study.plan import PiecePlan, Plan, printed_at
 from nsmaps.study.result import OrbitPair, StudyResult
-from nsmaps.study.spec import DiagonalSection, DomainSection, Study
+from nsmaps.study.spec import DiagonalSection, Study
 
 if TYPE_CHECKING:
-    from nsmaps.auxiliary.domain import AttractingDomain
-    from nsmaps.auxiliary.iterate import SecondIterate
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.impacts import Floats
     from nsmaps.exact.system import ImpactSystem
@@ -139,18 +136,8 @@ def _data(plan: Plan, surfaces: dict[str, Surface], piece: PiecePlan) -> tuple[d
     """The surfaces that a piece is fitted to, and the piece with the region of its data for its own."""
     data: Region = piece.data or piece.region
     if piece.near_diagonals:
-        surfaces, data = _near_diagonals(plan, surfaces[piece.family or ""])
+        surfaces, data = near_diagonals(plan, surfaces[piece.family or ""])
     return surfaces, replace(piece, region=data)
-
-
-def _near_diagonals(plan: Plan, surface: Surface) -> tuple[dict[str, Surface], Box]:
-    """The part of a surface that is near the diagonals at the study's own parameters, and its hull."""
-    assert plan.diagonal is not None
-    near = surface.restricted(attracting(plan.diagonal, surface))
-    if len(near.start) < 2:
-        raise FitError(f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid")
-    hull = np.stack([near.start.min(axis=0), near.start.max(axis=0)], axis=1)
-    return {surface.name: near}, Box.of(surface.coordinates, hull)
 
 
 def _parametric(plan: Plan, result: StudyResult) -> Parts:
@@ -222,52 +209,13 @@ def _domains(plan: Plan, result: StudyResult) -> Parts:
     domains = {}
     for number, section in enumerate(plan.study.domains):
         with plan.study.source.located(("domains", number)):
-            domains[section.name] = _domain(plan, result, section)
+            domains[section.name] = domain_of(plan, result, section)
     return {"domains": domains}
-
-
-def _domain(plan: Plan, result: StudyResult, section: DomainSection) -> "AttractingDomain":
-    from nsmaps.auxiliary.domain import attracting_domain
-
-    pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
-    maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
-    if plan.study.partition is not None:
-        if result.partition is not None:
-            maps[ATTRACTING] = _attracting(result.partition)
-        if section.map not in maps:
-            raise NsmapsError(f"the partition made no piece {section.map!r}; accepted: {', '.join(maps)}")
-    printed = [piece.name for piece in plan.pieces if piece.polynomial]
-    kind = "printed" if section.map in printed else "fitted"
-    of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
-    return attracting_domain(maps[section.map], plan.boxes[section.name].array, section.updates, grow=section.grow, of=of)
-
-
-def _attracting(made: PartitionResult) -> PolyMap | CompositeMap:
-    """The polynomials of the attracting piece, or the composite map of several."""
-    attracting = made.attracting_map
-    return attracting.pieces[0].map if len(attracting.pieces) == 1 else attracting
 
 
 def _second_iterate(plan: Plan, result: StudyResult) -> Parts:
     with plan.study.source.located(("second_iterate",)):
         return {"second_iterate": second_iterate_of(result)}
-
-
-def second_iterate_of(result: StudyResult) -> "SecondIterate":
-    """The second iterate of the first coordinate, between the last bounds of the second (eq. seconditerativev)."""
-    from nsmaps.auxiliary.iterate import second_iterate
-
-    section = result.study.second_iterate
-    assert section is not None
-    assert result.composite is not None
-    piece = next(domain.map for domain in result.study.domains if domain.name == section.domain)
-    attracting = _attracting(result.partition) if result.partition and piece == ATTRACTING else None
-    if isinstance(attracting, CompositeMap):
-        count = len(attracting.pieces)
-        raise NsmapsError(f"the second iterate is of one piece, and {count} are attracting; accepted: a domain of one of them")
-    polymap = attracting or result.composite.piece(piece).map
-    low, high = result.domains[section.domain].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
-    return second_iterate(polymap, float(low), float(high))
 
 
 STEPS: dict[str, Step] = {

@@ -13,6 +13,7 @@ from nsmaps.study.result import OrbitPair, StudyResult
 if TYPE_CHECKING:
     from nsmaps.auxiliary.cover import MorseCover
     from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.auxiliary.twocycle import TwoCycle
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
@@ -130,6 +131,9 @@ def _domain(domain: "AttractingDomain") -> dict[str, Any]:
         "status": domain.status,
         "reason": domain.reason,
         "two_cycle": [_finite(pair) for pair in domain.two_cycle],
+        "part": list(domain.part),
+        "envelopes": [[envelope.kind for envelope in update.envelopes] for update in domain.updates],
+        "cycles": [_cycle(cycle) for cycle in domain.cycles],
     }
 
 
@@ -138,6 +142,12 @@ def _morse(cover: "MorseCover") -> dict[str, Any]:
     cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
     edges, minimal = cover.edges.tolist(), list(cover.minimal)
     return cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}
+
+
+def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
+    """p and q of one coordinate, found twice."""
+    p_and_q = {"iterated": _finite(cycle.iterated), "roots": _finite(cycle.roots), "slope": _finite([cycle.slope])[0]}
+    return {"coordinate": str(cycle.coordinate), **p_and_q, "stable": cycle.stable, "agree": cycle.agree}
 
 
 def _parametric(made: "ParametricMap") -> dict[str, Any]:

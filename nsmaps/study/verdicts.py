@@ -142,7 +142,8 @@ def _verdict(section: "DomainSection", domain: "AttractingDomain", claim: str, h
 
 def _trapped(domain: "AttractingDomain") -> str:
     if domain.trapped:
-        return f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.status})"
+        bound = "no bound: sampled" if domain.status == "sampled" else f"a bound for the {domain.of}: {domain.status}"
+        return f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({bound})"
     return f"no: {domain.reason} ({domain.status})"
 
 
@@ -153,7 +154,8 @@ def _settled(domain: "AttractingDomain") -> str:
         return f"no: {domain.reason} ({domain.status})"
     sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
     box = _intervals(domain.coordinates, domain.boxes[-1])
-    return f"yes: {sizes} after {len(domain.updates)} updates, {box} ({domain.status})"
+    parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
+    return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
 
 
 def _intervals(coordinates: Sequence[str], box: Floats) -> str:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from nsmaps.auxiliary.bounds import envelopes
 from nsmaps.auxiliary.domain import attracting_domain, smallest_box
-from nsmaps.auxiliary.envelope import envelopes
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
 

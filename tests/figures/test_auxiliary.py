@@ -1,16 +1,24 @@
 """The pictures of one coordinate: cobwebs, envelopes, sizes of domains, second iterates."""
 
+from dataclasses import replace
+from fractions import Fraction
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
+from nsmaps.auxiliary.domain import attracting_domain
 from nsmaps.errors import NsmapsError
+from nsmaps.figures.auxiliary import auxiliary
+from nsmaps.figures.auxiliary import sheets as auxiliary_sheets
 from nsmaps.figures.cobweb import cobweb
 from nsmaps.figures.domain_size import domain_size
 from nsmaps.figures.envelopes import envelopes, shown
 from nsmaps.figures.envelopes import sheets as envelope_sheets
 from nsmaps.figures.lines import staircase
 from nsmaps.figures.second_iterate import second_iterate
+from nsmaps.reduced.polymap import PolyMap
 
 
 def by_label(ax):
@@ -55,6 +63,48 @@ def test_worst_case_steps_reach_every_bound(result, ax):
     reached = by_label(ax)["worst case"].get_ydata()
     for bound in result.domains["fitted"].updates[0].worst[1:, 0].ravel():
         assert np.isclose(reached, bound).any()
+
+
+def test_families_lie_between_the_maps_that_bound_them(result, ax):
+    auxiliary(result, ax, "v")
+    envelope = result.domains["fitted"].updates[0].envelopes[0]
+    lines = by_label(ax)
+    assert np.array_equal(lines[r"$\xi_U$"].get_ydata(), envelope.upper)
+    low, high = (lines[rf"$\phi$ = {value:.3g}"].get_ydata() for value in (0.1, 0.8))
+    assert np.allclose(low, 0.95 - 0.15 * 0.1 - 0.2 * envelope.x)  # the coupled map itself, at phi = 0.1 and 0.8
+    assert np.allclose(high, 0.95 - 0.15 * 0.8 - 0.2 * envelope.x)
+    assert (low <= envelope.upper).all()
+    assert (high >= envelope.lower).all()
+    assert ax.get_title() == "fitted map R1, update 1: closed form"
+
+
+def test_the_worst_case_of_a_family_begins_with_its_first_interval(result, ax):
+    auxiliary(result, ax, "phi", steps=True)
+    (span,) = ax.patches
+    assert np.allclose([span.get_x(), span.get_x() + span.get_width()], result.domains["fitted"].updates[0].worst[1, 1])
+    assert r"$\eta_L$" in by_label(ax)
+    sheets = auxiliary_sheets(result)
+    assert [(sheet.name, len(sheet.panels)) for sheet in sheets] == [("auxiliary", 4), ("auxiliary-loose", 4)]
+
+
+def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
+    step = result.domains["fitted"].updates[0]
+    wild = replace(step, generic=np.random.default_rng(0).uniform(0.6, 0.9, (400, 2)))
+    domain = replace(result.domains["fitted"], updates=(wild,))
+    envelopes(SimpleNamespace(domains={"fitted": domain}), ax, "v")
+    assert "generic: no cycle" in by_label(ax)
+    assert "its last 10 %" not in by_label(ax)
+
+
+def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
+    """A hump x' = 0.8 - 3 (x - 0.35)^2: the worst case fixes p = xi_L(q) and q = 0.8, the plain composite does not fix q."""
+    hump = {(0,): Fraction("0.4325"), (1,): Fraction("2.1"), (2,): Fraction(-3)}
+    domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], updates=2)
+    study = SimpleNamespace(second_iterate=SimpleNamespace(domain="hump"))
+    second_iterate(SimpleNamespace(domains={"hump": domain}, study=study, second_iterate=result.second_iterate), ax, "x")
+    p, q = domain.updates[-1].worst[-1, 0]
+    for name, fixed in (("lower of upper map, worst", p), ("upper of lower map, worst", q)):
+        assert np.interp(fixed, *by_label(ax)[name].get_data()) == pytest.approx(fixed, abs=1e-3)
 
 
 def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):

@@ -24,6 +24,7 @@ MISSING = {
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
     "noise": ("noise", None, "'noise'"),
+    "auxiliary": ("domains", {}, "'domains'"),
     "envelopes": ("domains", {}, "'domains'"),
     "domain_size": ("domains", {}, "'domains'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),

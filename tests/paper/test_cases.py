@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.auxiliary.bounds import held_out_error
 from nsmaps.auxiliary.domain import attracting_domain
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.exact.family import WordFamily
@@ -42,7 +43,7 @@ def test_required_verdicts_hold_and_the_composite_map_covers_the_state_space(cas
     assert result.holds
     assert verdict(result, "covered").holds
     assert result.coverage.fraction == 1.0
-    assert {v.of for v in result.verdicts} == {"composite map", "exact map", "fitted map R1+"}
+    assert {v.of for v in result.verdicts} - {"exact map, by fitted map R1+"} == {"composite map", "exact map", "fitted map R1+"}
 
 
 def test_the_pseudocode_alone_leaves_a_hole(case):
@@ -113,6 +114,57 @@ def test_domain_fp_of_the_fitted_map(pair):
     low, high = domain.updates[-1].worst[-1][0]
     assert min(abs(x - high) for x in polynomial.fixed_points()) < 1e-8  # q_v, eq. seconditerativev
     assert low < high
+    assert domain.part == (1, 1)
+    assert [e.kind for e in domain.updates[-1].envelopes] == ["closed form", "closed form"]
+
+
+def test_p_and_q_of_every_fitted_map_are_found_twice(case):
+    """By iteration and as roots of the second-iterate map, to 1e-10; part 1 of the Statement in FP, part 2 in PD and CD."""
+    name, result = case
+    domain = result.domains["fitted"]
+    assert domain.status == "outer"
+    assert domain.part == ((1, 1) if name == "fp" else (2, 2))
+    for cycle in domain.cycles:
+        assert cycle.agree
+        assert cycle.stable
+        assert cycle.iterated == pytest.approx(cycle.roots, abs=1e-10)
+
+
+def test_a_bound_holds_the_attractor_of_the_map_that_it_names(case):
+    """10^5 returns of the exact map, and as many images of the fitted one, in every bound that is claimed for it."""
+    name, result = case
+    exact = orbit(result.system, [0.2, 0.1], 101_000).states[1000:]
+    claimed = {key: domain for key, domain in result.domains.items() if domain.trapped}
+    assert {key for key, domain in claimed.items() if domain.of == "exact map"} == EXACT_BOUNDS[name]
+    for key, domain in claimed.items():
+        assert domain.status == ("enclosed" if domain.of == "exact map" else "outer")
+        if domain.of == "exact map":
+            assert ((exact >= domain.box[:, 0]) & (exact <= domain.box[:, 1])).all(), key
+            continue
+        low, high = domain.boxes[0].T
+        states = np.random.default_rng(1).uniform(low, high, (1000, 2))
+        for step in range(3000):
+            states = result.composite.piece("R1+").map(states)
+            if step >= 2900:
+                assert ((states >= domain.box[:, 0]) & (states <= domain.box[:, 1])).all(), key
+
+
+EXACT_BOUNDS = {"fp": {"exact", "exact found"}, "pd": {"exact"}, "cd": set()}
+
+
+def test_a_bound_of_the_exact_map_by_a_polynomial_and_its_error(pair):
+    """A fit of degree 8 at d = 0.35, moved out by its held-out error, holds what the exact map's own bound holds."""
+    box = [[0.7, 1], [0.2, 1.14]]
+    grid = Grid(axes={"v": Axis(low=0.69, high=1.01, points=100), "phi": Axis(low=0.19, high=1.15, points=100)})
+    fit = Full(degrees={"v": 8, "phi": 8}).fit(BTB.surface(pair(0.35), grid))
+    error = held_out_error(fit, pair(0.35), box)
+    domain = attracting_domain(fit, box, updates=3, error=error)
+    assert (domain.of, domain.status) == ("exact map", "inflated by held-out error")
+    assert domain.trapped
+    exact = ran("fp").domains["exact"].boxes[3]
+    assert ((domain.box[:, 0] <= exact[:, 0]) & (exact[:, 1] <= domain.box[:, 1])).all()
+    states = orbit(pair(0.35), [0.2, 0.1], 101_000).states[1000:]
+    assert ((states >= domain.box[:, 0]) & (states <= domain.box[:, 1])).all()
 
 
 def test_domain_fp_of_the_exact_map():
@@ -131,7 +183,7 @@ def test_domain_fp_of_the_exact_map():
 
 
 def test_domain_fp_of_the_exact_map_shrinks_to_the_fixed_point(pair):
-    domain = attracting_domain(pair(0.35), [[0.7, 1], [0.2, 1.14]], updates=25)
+    domain = attracting_domain(pair(0.35), [[0.7, 1], [0.2, 1.14]], updates=25, bounds="sampled")
     assert domain.trapped
     assert (domain.sizes[-1] < 1e-4).all()
     assert domain.box.mean(axis=1) == pytest.approx([0.83338599, 0.36361156], abs=1e-4)

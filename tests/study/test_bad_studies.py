@@ -181,7 +181,7 @@ BAD = {
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
         "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, orbits, cobweb, bifurcation, "
-        "lyapunov, basins, noise, envelopes, domain_size, second_iterate, morse, transient, did you mean 'cobweb'?",
+        "lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, morse, transient, did you mean 'cobweb'?",
     ),
     "a window without a coordinate": (
         "require:",

@@ -128,6 +128,33 @@ def test_every_verdict_names_its_map_and_its_numbers(whole: StudyResult) -> None
     assert whole.holds == all(verdict.holds for verdict in whole.verdicts if verdict.required)
 
 
+def test_a_domain_says_how_it_bounds_and_for_which_map() -> None:
+    more = """\
+domains:
+  - {name: own, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
+  - {name: with its error, map: all, bounds: inflated, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
+  - {name: on a grid, map: exact, bounds: sampled, box: diagonal, updates: 1}
+"""
+    Path("bounds.yaml").write_text(WHOLE.split("domains:")[0] + more)
+    result = run("bounds.yaml", out="out")
+    own, moved, grid = result.domains.values()
+    assert [(d.of, d.status) for d in (own, moved, grid)] == [
+        ("fitted map all", "outer"),
+        ("exact map, by fitted map all", "inflated by held-out error"),
+        ("exact map", "sampled"),
+    ]
+    width = moved.updates[0].envelopes[0].upper - own.updates[0].envelopes[0].upper
+    states = np.random.default_rng(7).uniform([0.1, 0.2], [0.3, 1], (2000, 2))
+    error = np.abs(result.composite.piece("all").map(states) - result.system.first_return(states).lifted)[:, 0]
+    assert width == pytest.approx(np.full(201, width[0]))
+    assert width[0] >= error.max()
+    near = result.diagonal.values[0][1]
+    assert grid.boxes[0] == pytest.approx(np.column_stack([near.min(axis=0), near.max(axis=0)]))
+    assert read_result("out").domains["own"].updates[0].envelopes[0].kind == own.updates[0].envelopes[0].kind
+    kept = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)["numbers"]["domains"]["own"]
+    assert kept["part"] == list(own.part)
+
+
 def test_what_no_piece_covers_is_said() -> None:
     text = WHOLE.replace("phi: [0, 2*pi]", "phi: [0, 3]").split("domains:")[0] + "require: [covered]\n"
     Path("part.yaml").write_text(text)

@@ -1,0 +1,158 @@
+"""Auxiliary maps that bound: of polynomials by Bernstein form, of any map that encloses the images of boxes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsmaps.auxiliary.bernstein import Polynomials
+from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
+from nsmaps.auxiliary.ranges import Hulls, ranges
+from nsmaps.auxiliary.sampled import Sampled
+from nsmaps.exact.boxes import BoxMap
+from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Bools
+
+SAMPLES = 201  #: values at which an envelope is given
+SIGN = 1e-3  #: gap of the range of a slope, of which the sign is wanted
+TRIFLE = 1e-12  #: of a value, which enclosures need not be finer than
+FINE, DRAWN, COARSE = 1e-12, 1e-9, 1e-5  #: gaps of ranges, relative to them, below which no box is cut; the last of enclosures
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polynomial:
+    """Auxiliary maps of polynomials by ranges over boxes: thin ones for the curves."""
+
+    box: Floats  #: shape (n, 2)
+    status: str
+    hulls: Callable[[Floats], Hulls]
+    error: Floats  #: shape (n,), by which everything is moved out
+    map: PolyMap
+    shift: Floats  #: shape (n,), whole turns by which its images are moved
+    same: float = 1e-12
+
+    def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
+        """See AuxiliaryMaps."""
+        values = np.asarray(x, float)
+        boxes = np.repeat(self.box[None], len(values), axis=0)
+        boxes[:, index] = values[:, None]
+        lower, upper = ranges(self.hulls, boxes, FINE, self._only(index)).bounds[:, index].T
+        return lower - self.error[index], upper + self.error[index]
+
+    def worst(self, intervals: Floats) -> Extremes:
+        """See AuxiliaryMaps."""
+        made = _worst(self.hulls, self.box, intervals, FINE)
+        return Extremes(made.bounds + self.error[:, None] * [-1.0, 1.0], made.at)
+
+    def at(self, state: Floats) -> Floats:
+        """See AuxiliaryMaps."""
+        made = _worst(self.hulls, self.box, np.repeat(state[:, None], 2, axis=1), DRAWN)
+        return made.bounds + self.error[:, None] * [-1.0, 1.0]
+
+    def envelopes(self) -> tuple[Envelope, ...]:
+        """See AuxiliaryMaps."""
+        return tuple(self._envelope(k, np.linspace(self.box[k, 0], self.box[k, 1], SAMPLES)) for k in range(len(self.box)))
+
+    def _envelope(self, index: int, x: Floats) -> Envelope:
+        lower, upper = self.curves(index, x)
+        drawn = family(lambda states: self.map(states) + self.shift, index, x, self.box)
+        name, slopes = self.map.coordinates[index], _slopes(self.map, index, self.box)
+        others = np.arange(len(self.box)) != index
+        rises, falls = slopes[others, 0] >= 0, slopes[others, 1] <= 0
+        if not (rises | falls).all():
+            return Envelope(name, x, lower, upper, *drawn, "numeric", self.status, None, slopes)
+        held = np.full(self.box.shape, np.nan)
+        held[others] = np.where(rises[:, None], self.box[others], self.box[others, ::-1])
+        return Envelope(name, x, lower, upper, *drawn, "closed form", self.status, held, slopes)
+
+    def _only(self, index: int) -> Bools:
+        return (np.arange(len(self.box)) == index)[None, :, None]
+
+
+def of_polynomials(map: PolyMap, error: Floats, status: str, box: Floats) -> Polynomial:
+    """The auxiliary maps of polynomials moved out by an error, shape (n,), angles on the turn nearest to the box's centre."""
+    polynomials, centre = Polynomials.of(map), box.mean(axis=1)
+    turns = TWO_PI * np.round((map(centre[None])[0] - centre) / TWO_PI)
+    shift = np.where(angle_mask(map.coordinates), -turns, 0.0)
+    return Polynomial(box, status, lambda boxes: polynomials.hulls(boxes).moved(shift), error, map, shift)
+
+
+def _slopes(map: PolyMap, index: int, box: Floats) -> Floats:
+    """Outer bounds of the derivatives of one coordinate by the others over a box, shape (n, 2); NaN by its own."""
+    polynomials = Polynomials.of(map)
+    slopes = np.full((len(box), 2), np.nan)
+    for j in range(len(box)):
+        if j != index:
+            slopes[j] = ranges(polynomials.slope(j).hulls, box[None], SIGN).bounds[0, index]
+    if map.coordinates[index] not in map.absolute:
+        return slopes
+    within = replace(polynomials, absolute=(False,) * len(box))
+    low, high = ranges(within.hulls, box[None], SIGN).bounds[0, index]
+    kink = np.where(np.isnan(slopes), np.nan, [-np.inf, np.inf])
+    return slopes if low >= 0 else -slopes[:, ::-1] if high <= 0 else kink
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Enclosed:
+    """Auxiliary maps of a map that encloses the images of boxes, as the exact one does: what bounds is its worst case.
+
+    The curves and the places of the extremes, and what follows from these, are those of samples.
+    """
+
+    map: BoxMap
+    box: Floats  #: shape (n, 2)
+    drawn: Sampled
+    status: str = "enclosed"
+    same: float = COARSE
+
+    @classmethod
+    def of(cls, map: BoxMap, samples: int, box: Floats) -> "Enclosed":
+        """On a box, shape (n, 2)."""
+        return cls(map, box, Sampled.of(cast(AnyMap, map), box, samples))
+
+    def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
+        """See AuxiliaryMaps."""
+        return self.drawn.curves(index, x)
+
+    def at(self, state: Floats) -> Floats:
+        """See AuxiliaryMaps."""
+        return self.drawn.at(state)
+
+    def worst(self, intervals: Floats) -> Extremes:
+        """See AuxiliaryMaps."""
+        hulls = partial(_box_hulls, self.map, self.drawn.function, self.box)
+        return replace(_worst(hulls, self.box, intervals, COARSE), at=self.drawn.worst(intervals).at)
+
+    def envelopes(self) -> tuple[Envelope, ...]:
+        """See AuxiliaryMaps."""
+        return self.drawn.envelopes()
+
+
+def _worst(hulls: Callable[[Floats], Hulls], box: Floats, intervals: Floats, tolerance: float) -> Extremes:
+    """The range of each coordinate over an interval of its own and the others' sides of a box."""
+    k = np.arange(len(box))
+    boxes = np.repeat(box[None], len(k), axis=0)
+    boxes[k, k] = intervals
+    made = ranges(hulls, boxes, tolerance, np.eye(len(k), dtype=bool)[:, :, None])
+    return Extremes(made.bounds[k, k], made.at[k, k, :, k])
+
+
+def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxes: Floats) -> Hulls:
+    """What the enclosure says of boxes (M, n, 2), with angles on the turn nearest to the centre of `box`."""
+    found, angles = map.image_boxes(boxes), angle_mask(map.coordinates)
+    turns = TWO_PI * np.round((found.images.mean(axis=2) - box.mean(axis=1)) / TWO_PI)
+    images = found.images - np.where(angles & np.isfinite(turns), turns, 0.0)[..., None]
+    outer = replace(found, images=images).hulls()
+    outer[found.empty | np.isnan(outer).any(axis=(1, 2))] = [-np.inf, np.inf]
+    values = taken(boxes.mean(axis=2))[..., None]
+    inner = np.where(np.isfinite(values), values, [np.inf, -np.inf])
+    count, n = outer.shape[:2]
+    at = np.broadcast_to(boxes[:, None, None], (count, n, 2, n, 2))
+    side = np.ptp(box, axis=1)
+    bend = np.ptp(boxes, axis=2) / np.where(side > 0, side, 1.0)
+    margin = TRIFLE * np.nan_to_num(np.abs(outer).max(axis=2), posinf=0.0)  # finer than which enclosures are rounding
+    return Hulls(outer, inner, margin, at, bend)

@@ -1,0 +1,105 @@
+"""p and q of each coordinate as roots of the second-iterate map, eq. pvqv_modified, pphiqphi_modified and WCSsecond-CD."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.auxiliary.envelope import AuxiliaryMaps
+from nsmaps.auxiliary.update import Update
+from nsmaps.exact.impacts import Floats
+
+AGREE = 1e-10  #: by how much iteration and roots may differ
+POINTS = 201  #: at which changes of sign are sought, over twice the box
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TwoCycle:
+    """The limit of the worst case of one coordinate, found twice: by iteration, and as a root of the second-iterate map."""
+
+    coordinate: str
+    iterated: Floats  #: shape (2,), p and q where the worst-case iteration rests
+    roots: Floats  #: shape (2,), p and q as roots; NaN where the second-iterate map has none that is near
+    places: tuple[str, str]  #: where the lower map is least and the upper one largest on [p, q]: at p, at q, or inside
+    slope: float  #: largest absolute slope of the second-iterate map at p and q, zero where it is constant
+
+    @property
+    def stable(self) -> bool:
+        """Whether the worst case returns to it."""
+        return self.slope < 1
+
+    @property
+    def agree(self) -> bool:
+        """Whether iteration and roots differ by no more than 1e-10."""
+        return bool(np.abs(self.iterated - self.roots).max() <= AGREE)
+
+
+def two_cycles(maps: AuxiliaryMaps, last: Update) -> tuple[TwoCycle, ...]:
+    """The limits of the worst case of an update, one a coordinate, with the curves of its auxiliary maps."""
+    return tuple(_two_cycle(maps, k, last) for k in range(len(last.box)))
+
+
+def _two_cycle(maps: AuxiliaryMaps, index: int, last: Update) -> TwoCycle:
+    """The equations of p and q follow from where on [p, q] the curves are extreme.
+
+    With the least of the lower map at q and the largest of the upper one at p, p is a root of xi_L(xi_U(p)) = p. An extreme at
+    an end of its own makes that a fixed point, as xi_L(p) = p; one inside is a number.
+    """
+    ends, at = last.worst[-1, index], last.at[-1, index]
+    near = 1e-6 * max(float(np.ptp(ends)), 1e-9)
+    places = _place(at[0], ends, near), _place(at[1], ends, near)
+
+    def lower(x: Floats) -> Floats:
+        return maps.curves(index, x)[0]
+
+    def upper(x: Floats) -> Floats:
+        return maps.curves(index, x)[1]
+
+    reach = last.box[index].mean() + np.array([-1, 1]) * np.ptp(last.box[index])
+    match places:
+        case ("q", "p"):
+            p = _root(lambda x: lower(upper(x)), ends[0], reach)
+            q = float(upper(np.array([p]))[0])
+        case (least, largest):
+            p = _end(lower, least == "p", ends[0], at[0], reach)
+            q = _end(upper, largest == "q", ends[1], at[1], reach)
+            p = float(lower(np.array([q]))[0]) if least == "q" else p
+            q = float(upper(np.array([p]))[0]) if largest == "p" else q
+    return TwoCycle(last.envelopes[index].coordinate, ends, np.array([p, q]), places, _slope(lower, upper, places, p, q))
+
+
+def _place(at: Floats, ends: Floats, near: float) -> str:
+    """Which end of an interval a place is at."""
+    return "p" if at[1] <= ends[0] + near else "q" if at[0] >= ends[1] - near else "inside"
+
+
+def _end(curve: Callable[[Floats], Floats], own: bool, value: float, at: Floats, reach: Floats) -> float:
+    """The fixed point of a curve whose extreme is at its own end, or the extreme of one that is inside."""
+    return _root(curve, value, reach) if own else float(curve(np.array([at.mean()]))[0])
+
+
+def _root(function: Callable[[Floats], Floats], near: float, reach: Floats) -> float:
+    """The fixed point of a function that is nearest to a value, between the ends of `reach`; NaN if there is none."""
+    from scipy.optimize import brentq
+
+    x = np.linspace(reach[0], reach[1], POINTS)
+    over = function(x) - x
+    changes = np.flatnonzero(np.signbit(over[:-1]) != np.signbit(over[1:]))
+    if not len(changes):
+        return np.nan
+    k = changes[np.argmin(np.abs((x[changes] + x[changes + 1]) / 2 - near))]
+    return float(brentq(lambda y: float(function(np.array([y]))[0]) - y, x[k], x[k + 1], xtol=1e-15, rtol=1e-15))
+
+
+def _slope(
+    lower: Callable[[Floats], Floats], upper: Callable[[Floats], Floats], places: tuple[str, str], p: float, q: float
+) -> float:
+    def by_difference(curve: Callable[[Floats], Floats], x: float) -> float:
+        h = max(1e-4 * (q - p), 1e-6 * max(abs(p), abs(q), 1e-3))
+        before, after = curve(np.array([x - h, x + h]))
+        return float(after - before) / (2 * h)
+
+    if places == ("q", "p"):
+        return abs(by_difference(lower, q) * by_difference(upper, p))
+    own = [by_difference(lower, p) ** 2] if places[0] == "p" else []
+    return max([*own, by_difference(upper, q) ** 2] if places[1] == "q" else [*own, 0.0])

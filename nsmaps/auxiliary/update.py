@@ -1,0 +1,109 @@
+"""One update of the auxiliary maps: their worst case and their generic iteration on one box, section 6.2, steps 1 and 2."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from nsmaps.auxiliary.envelope import AuxiliaryMaps, Envelope, Extremes
+from nsmaps.exact.impacts import Floats
+from nsmaps.reduced.region import Bools
+
+MOST_STEPS = 400  # of one update, as in the paper
+SLACK = 1e-5  # of a box's size: what the sampling of envelopes may be off by
+
+Part = Literal[0, 1, 2]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Update:
+    """One update of the auxiliary maps: their envelopes on a box, and both iterations of them."""
+
+    number: int
+    box: Floats  #: shape (n, 2), A^(N)
+    envelopes: tuple[Envelope, ...]  #: one a coordinate
+    worst: Floats  #: shape (K + 1, n, 2), intervals of eq. WCScobweb-v and -phi, the box first
+    at: Floats  #: shape (K, n, 2, 2), where in each interval the lower map is least and the upper one largest
+    conditions: Bools  #: shape (K, n), eq. part1-v and part1-phi at each worst-case iterate
+    generic: Floats  #: shape (L, n), iterates of eq. auxv and auxphi, upper and lower map in turn
+    trapped: bool  #: does one worst-case step carry the box into itself
+    converged: bool  #: did the worst-case intervals come to rest
+
+    @property
+    def part(self) -> tuple[Part, ...]:
+        """Which part of the Statement on bounds applies, by coordinate: 1 where eq. part1 holds at every iterate, else 2.
+
+        Part 2 asks that the intervals come to rest; 0 where neither applies, as for a box that is not trapped. For curves that
+        rise part 1 holds too, though the generic iteration ends elsewhere: see `AttractingDomain.generic_agrees`.
+        """
+        rests: Part = 2 if self.converged else 0
+        return tuple(1 if self.trapped and holds else rests for holds in np.all(self.conditions, axis=0).tolist())
+
+
+def update(maps: AuxiliaryMaps, number: int, box: Floats) -> Update:
+    """The worst-case intervals on a box until they rest, and the generic iterates of a trapped one.
+
+    A start box (number 1) must hold its image, unless that is sampled: then it may be exceeded by what sampling may be off by.
+    Where the start box is trapped by bounds, orbits stay in the common part of every interval and its image, so later boxes are.
+    """
+    worst, places = [box], []
+    size = np.ptp(box, axis=1)[:, None]
+    found: Extremes | None = None
+    trapped = converged = False
+    for step in range(MOST_STEPS):
+        found = _next(maps, found, worst[-1])
+        if step == 0:
+            sampled = maps.status == "sampled"
+            trapped = (number > 1 and not sampled) or is_inside(found.bounds, box, SLACK if sampled else 0.0)
+        worst.append(_common(found.bounds, worst[-1]) if trapped else found.bounds)
+        places.append(found.at)
+        if not trapped:
+            break
+        if np.all(np.abs(worst[-1] - worst[-2]) <= maps.same * size):
+            converged = True
+            break
+    at, intervals = np.array(places), np.array(worst)
+    conditions = left(at, intervals[1:], maps.same * size)
+    generic = _generic(maps, box) if trapped else box.mean(axis=1)[None, :].repeat(2, axis=0)
+    return Update(number, box, maps.envelopes(), intervals, at, conditions, generic, trapped, converged)
+
+
+def is_inside(image: Floats, box: Floats, slack: float = 0.0) -> bool:
+    """Whether an image lies in a box, both (n, 2), but for a share of the box's size; not if anything of it is NaN."""
+    beyond = np.maximum(box[:, 0] - image[:, 0], image[:, 1] - box[:, 1])
+    return bool((beyond <= slack * np.ptp(box, axis=1)).all())
+
+
+def left(at: Floats, intervals: Floats, slack: Floats) -> Bools:
+    """Eq. part1-v and -phi: whether the places of both extremes, shape (K, n, 2, 2), lie outside of the next intervals (K, n, 2).
+
+    At rest the place is an end of the next interval, which counts as outside: it was outside at every step before.
+    """
+    low, high = intervals[:, :, None, 0], intervals[:, :, None, 1]
+    return np.asarray(((at[..., 1] <= low + slack) | (at[..., 0] >= high - slack)).all(axis=2))
+
+
+def _next(maps: AuxiliaryMaps, found: Extremes | None, intervals: Floats) -> Extremes:
+    """The worst case over the next intervals: what was extreme before and is still among them needs no second look."""
+    if found is not None:
+        kept = (found.at[..., 0] >= intervals[:, None, 0]) & (found.at[..., 1] <= intervals[:, None, 1])
+        if kept.all():
+            return found
+    return maps.worst(intervals)
+
+
+def _common(image: Floats, interval: Floats) -> Floats:
+    """The part of the image in the interval: where a box is trapped, orbits stay in both."""
+    return np.stack([np.maximum(image[:, 0], interval[:, 0]), np.minimum(image[:, 1], interval[:, 1])], axis=1)
+
+
+def _generic(maps: AuxiliaryMaps, box: Floats) -> Floats:
+    """The generic iterates of every coordinate from the box's centre: upper and lower map in turn, until a two-cycle."""
+    values = [box.mean(axis=1)]
+    size = np.ptp(box, axis=1)
+    for step in range(MOST_STEPS):
+        side = 1 - step % 2
+        values.append(maps.at(values[-1])[:, side])
+        if step > 2 and side == 0 and np.all(np.abs(values[-1] - values[-3]) <= maps.same * size):
+            break
+    return np.array(values)

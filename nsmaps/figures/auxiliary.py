@@ -1,0 +1,66 @@
+"""The families of curves between the upper and lower map of each coordinate, and their worst case: fig. illauximaps."""
+
+import re
+from functools import partial
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.figures.envelopes import worst_steps
+from nsmaps.figures.lines import diagonal
+from nsmaps.figures.needs import Drawable, domains_of, position
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import BLUE, GREEN, ORANGE, bare, dress, symbol
+
+_GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the others
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """A sheet a domain, the first's named `auxiliary`: the families of all coordinates, below them their worst case."""
+    made = []
+    for k, (name, domain) in enumerate(domains_of(result, "auxiliary").items()):
+        file = "auxiliary-" + re.sub(r"[^\w.+]+", "-", name) if k else "auxiliary"
+        parts = [(steps, coordinate) for steps in (False, True) for coordinate in domain.coordinates]
+        panels = tuple(partial(auxiliary, result, coordinate=c, steps=steps, domain=name) for steps, c in parts)
+        made.append(Sheet(file, panels, len(domain.coordinates), (6.2, 4.3)))
+    return tuple(made)
+
+
+def auxiliary(result: Drawable, ax: Axes, coordinate: str = "", update: int = 0, domain: str = "", steps: bool = False) -> Axes:
+    """The upper and lower map of one coordinate at one update, by position, and the family of curves that they bound.
+
+    With `steps` the worst case in place of the family: green its first interval, dotted its steps (eq. WCScobweb-v, -phi).
+    """
+    named = domains_of(result, "auxiliary")
+    chosen = named[domain or next(iter(named))]
+    i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
+    step, name = chosen.updates[update], chosen.coordinates[i]
+    envelope = step.envelopes[i]
+    others = [k for k in range(len(chosen.coordinates)) if k != i]
+    if not steps:
+        for j, curve in enumerate(envelope.family):
+            grey = f"{np.interp(j, [0, len(envelope.family) - 1], [float(g) for g in _GREYS]):.2f}"
+            held = ", ".join(f"{symbol(chosen.coordinates[k])} = {envelope.others[j, k]:.3g}" for k in others)
+            ax.plot(envelope.x, curve, color=grey, lw=1.2, label=held if j in (0, len(envelope.family) - 1) else None)
+    every = max(1, len(envelope.x) // 16)
+    for curve, colour, letter, first in ((envelope.upper, BLUE, "U", 0), (envelope.lower, ORANGE, "L", every // 2)):
+        (line,) = ax.plot(envelope.x, curve, color=colour, lw=2.4, zorder=4, label=_name(i, letter))
+        line.set(marker="D", markersize=5, markevery=(first, every))
+    diagonal(ax, envelope.x[0], envelope.x[-1])
+    if steps:
+        if step.trapped:
+            ax.axvspan(*step.worst[1, i], color=GREEN, alpha=0.25, lw=0, zorder=0, label=rf"$I_{{1{bare(name)}}}$")
+        ax.plot(*worst_steps(step, i), color="black", lw=1.6, ls=":", zorder=5, label="worst case")
+    ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}")
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    return dress(ax, (name, "k"), (name, "k+1"))
+
+
+def _name(index: int, letter: str) -> str:
+    r"""The upper or lower map as the paper writes it: xi of the first coordinate, eta of the second.
+
+    >>> _name(1, "U"), _name(2, "L")
+    ('$\\eta_U$', 'lower map')
+    """
+    greek = (r"\xi", r"\eta")
+    return f"${greek[index]}_{letter}$" if index < 2 else f"{'upper' if letter == 'U' else 'lower'} map"
