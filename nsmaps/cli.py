@@ -1,4 +1,4 @@
-"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | export DIR`.
+"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | export DIR | new-plugin NAME`.
 
 Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, 130 stopped by Ctrl-C.
 Nothing heavy is imported before a command needs it.
@@ -158,6 +158,19 @@ def figures(
         paths = _draw(read_result(folder), folder, format)
     for path in paths:
         typer.echo(str(path))
+
+
+@app.command()
+def new_plugin(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the system: small letters, digits and _.")],
+    into: Annotated[Path, typer.Option(help="The folder in which the project's own folder is made.", file_okay=False)] = Path(),
+) -> None:
+    """Write a little project for a system of your own: class, study, test and pyproject."""
+    from nsmaps.newplugin import new_plugin
+
+    with _told():
+        folder = new_plugin(name, into)
+    typer.echo(f"written to {folder}; next: pip install -e {folder} && nsmaps run {name}/first")
 
 
 @app.command()

@@ -40,6 +40,10 @@ class ProofError(NsmapsError):
     """A bound that was asked for cannot be derived."""
 
 
+class CheckError(NsmapsError):
+    """A class that is not what it should be, by `nsmaps.testing`: says what is wrong, the values, and what is expected."""
+
+
 def near_match(word: str, known: Iterable[str]) -> str:
     """`, did you mean 'x'?` for the closest of the known words, or nothing.
 

@@ -19,6 +19,7 @@ RANK = {
     "export": 4,
     "plugins": 4,
     "testing": 4,
+    "newplugin": 5,
     "study": 5,
     "figures": 5,
     "bench": 6,

@@ -132,5 +132,7 @@ def test_errors_about_a_file(tmp_path: Path) -> None:
 def test_the_projects_own_plugins_are_registered_as_a_strangers_would_be() -> None:
     lines = (Path(__file__).parents[1] / "pyproject.toml").read_text()
     assert '[project.entry-points."nsmaps.systems"]\nvi_pair = "nsmaps_vi_pair:VIPair"' in lines
-    check = "import sys, nsmaps.plugins as p; p.system_names(); p.study_names(); assert 'nsmaps_vi_pair' not in sys.modules"
+    assert 'bouncing_ball = "nsmaps_bouncing_ball:BouncingBall"\nimpact_oscillator = "nsmaps_impact_oscillator:' in lines
+    check = "import sys, nsmaps.plugins as p; p.system_names(); p.study_names(); "
+    check += "assert not [m for m in sys.modules if m.startswith('nsmaps_')]"
     subprocess.run([sys.executable, "-c", check], check=True)

@@ -30,7 +30,7 @@ def ball_coefficients(p: Any, at: Balls, z: Ball, w: Ball) -> Balls:
 
 
 def ball_bounds(p: Any, at: Balls, z: Ball, w: Ball) -> Balls:
-    """Bounds on |jerk| and |snap| for all s in [0, HORIZON]."""
+    """Bounds on |jerk| and |snap| for all s in [0, horizon]."""
     raise NotImplementedError
 
 

@@ -29,7 +29,7 @@ from nsmaps.exact.flight import (
     settled,
     taylor_root,
 )
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, HORIZON, WIDE, bounds_at, coefficients_at, rebound, start
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, WIDE, bounds_at, coefficients_at, horizon, rebound, start
 from nsmaps.exact.returns import (
     INVALID,
     NO_SPEED,
@@ -104,10 +104,11 @@ def launch(p, t, n, up, chatter):
 def march(p, t, n, up):
     """One step of flights that are not sure yet to meet a wall."""
     z, room_up, room_down = rooms(p, up)
+    longest = horizon(p)
     for k in range(n):
         c, jerk, snap, _ = flight_at(p, z, t, k)
         s = t[S + k] + t[X + k] * INWARD
-        odd = not (t[X + k] > ROUNDING * t[S + k] and s < HORIZON)
+        odd = not (t[X + k] > ROUNDING * t[S + k] and s < longest)
         to_up, gap, error, behind = see(c, up, room_up, room_down, s, t[W + k], jerk)
         surely, x = look(gap[0] + error, behind, gap, jerk, snap)
         write_gap(t, k, gap)

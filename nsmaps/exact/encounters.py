@@ -12,8 +12,8 @@ from numba import njit
 
 from nsmaps.exact.ballflow import ball_motion, ball_places, ball_rate
 from nsmaps.exact.balls import badd, between, bmul, bsub, high, low, size
-from nsmaps.exact.flight import INWARD, SIXTH, closes, first_step, safe_step
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, HORIZON
+from nsmaps.exact.flight import FAR, INWARD, SIXTH, closes, first_step, safe_step
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, horizon
 from nsmaps.exact.returns import NO_SPEED
 from nsmaps.exact.swarm import NOTHING, bent, box_swarm, gap_to, landed, launched, put_swarm, view
 
@@ -94,8 +94,8 @@ def first_impacts(p, up, swarm, table):
         to_up, to_down = gap_to(True, room_up, motion), gap_to(False, room_down, motion)
         if (HAS_UP and high(to_up[0]) < 0.0) or (HAS_DOWN and high(to_down[0]) < 0.0):
             return LANDED, n, by
-        h_up = (away if s == 0.0 and up else clear_for(to_up, jerk, snap)) if HAS_UP else HORIZON
-        h_down = (away if s == 0.0 and not up else clear_for(to_down, jerk, snap)) if HAS_DOWN else HORIZON
+        h_up = (away if s == 0.0 and up else clear_for(to_up, jerk, snap)) if HAS_UP else FAR
+        h_down = (away if s == 0.0 and not up else clear_for(to_down, jerk, snap)) if HAS_DOWN else FAR
         upper = HAS_UP and (not HAS_DOWN or to_up[1][0] < 0.0)
         gap = to_up if upper else to_down
         surely, x = closes(high(gap[0]), high(gap[1]), high(gap[2]), high(gap[3]), jerk, snap)
@@ -112,7 +112,7 @@ def first_impacts(p, up, swarm, table):
             if HAS_DOWN and not h_down > h:
                 n = passed(p, to_down, jerk, s, h, swarm, False, table, n)
         s += h
-        if not s < HORIZON:
+        if not s < horizon(p):
             return GONE, n, by
         if n + 2 > len(table):
             break

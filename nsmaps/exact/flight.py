@@ -8,12 +8,13 @@ import math
 
 from numba import njit
 
-from nsmaps.exact.flow import HAS_DOWN, HAS_UP, HORIZON, bounds_at, coefficients_at, evaluate, start, wall_places
+from nsmaps.exact.flow import HAS_DOWN, HAS_UP, bounds_at, coefficients_at, evaluate, horizon, start, wall_places
 from nsmaps.exact.remainders import wave
 
 # === engine ===
 
 MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall for ever
+FAR = 1e300  # a step beyond any horizon
 ROUNDING = 1e-15  # a few units in the last place
 OUTWARD, INWARD = 1.0 + 1e-12, 1.0 - 1e-12  # what bounds are raised by, and steps shortened by, against rounding
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0  # a product is cheaper than a division
@@ -49,7 +50,7 @@ def first_step(u, b, j, jerk, snap):
     if b < 0.0:
         return 2.0 * u / (root - b * 0.5)
     if jerk == 0.0:
-        return HORIZON
+        return FAR
     far = 3.0 * (b * 0.5 + root) / jerk
     return max(far, 2.0 * j / snap) if snap > 0.0 else far
 
@@ -73,7 +74,7 @@ def safe_step(y, u, b, j, jerk, snap):
     m = min(max(snap * reach * 0.25 - j, 0.0), jerk)
     if not reach < math.inf:  # the wall recedes or will turn before it is met: b > 0, or y and b vanish together
         if jerk == 0.0:
-            return HORIZON
+            return FAR
         root = math.sqrt(max(b * b + 2.0 * jerk * u, 0.0))
         turn = min(u, 0.0) * -2.0 / (b + root) if b + root > 0.0 else 0.0
         if b * b + 2.0 * jerk * u >= 0.0 and y + turn * (u + turn * (b * 0.5 - turn * jerk * SIXTH)) > 0.0:
@@ -190,7 +191,7 @@ def leave(gap, room, jerk, snap):
         far = 1.5 * x
         if surely and (not two or room - far * (u + far * far * jerk * SIXTH) > 0.0):
             return True, x
-    h = safe_step(room, -u, -b, -j, jerk, snap) if two else HORIZON
+    h = safe_step(room, -u, -b, -j, jerk, snap) if two else FAR
     if u > 0.0 and u + h * (b * 0.5 - h * jerk * SIXTH) > 0.0:  # the wall just left stays behind
         return False, h
     return False, min(h, first_step(u, b, j, jerk, snap))
@@ -255,7 +256,7 @@ def flight(p, c, up, w, limits):
     """
     _, room_up, room_down = rooms(p, up)
     jerk, snap, pop = limits[0] * OUTWARD, limits[1] * OUTWARD, limits[3] * OUTWARD
-    to_up, s, undecided, error = up, 0.0, False, 0.0
+    to_up, s, undecided, error, longest = up, 0.0, False, 0.0, horizon(p)
     gap = ahead(up, 0.0, 0.0, (0.0, w, *start(c)))
     if gap[1] == 0.0 and gap[2] < 0.0:
         gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero but for rounding
@@ -271,7 +272,7 @@ def flight(p, c, up, w, limits):
             if gap[2] > 0.0:
                 h += 2.0 * (abs(gap[1]) + math.sqrt(2.0 * gap[2] * error)) / gap[2]
         s += h * INWARD
-        if not s < HORIZON:
+        if not s < longest:
             break
         to_up, gap, error, behind = see(c, up, room_up, room_down, s, w, jerk)
         surely, h = look(gap[0] + error, behind, gap, jerk, snap)

@@ -9,7 +9,6 @@ from typing import Any
 
 Numbers = tuple[float, ...]
 
-HORIZON = 0.0  #: longest flight followed, in the system's time
 HAS_UP = True  #: is there a wall that stops growing displacement
 HAS_DOWN = True  #: is there a wall that stops falling displacement
 BASE_UP = True  #: is the base wall the upper one
@@ -18,6 +17,11 @@ WIDE = True  #: are the functions such that a compiler can compute them for many
 
 def phase_rate(p: Any) -> float:
     """Radians of phase a unit of time."""
+    raise NotImplementedError
+
+
+def horizon(p: Any) -> float:
+    """The longest flight followed, in the system's time."""
     raise NotImplementedError
 
 
@@ -37,7 +41,7 @@ def coefficients_at(p: Any, at: Numbers, z: float, w: float) -> Numbers:
 
 
 def bounds_at(p: Any, at: Numbers, z: float, w: float) -> tuple[float, float, float, float]:
-    """Bounds on the third to the sixth derivative (|jerk|, |snap|, |crackle|, |pop|) for all s in [0, HORIZON]."""
+    """Bounds on the third to the sixth derivative (|jerk|, |snap|, |crackle|, |pop|) for all s in [0, horizon]."""
     raise NotImplementedError
 
 

@@ -121,6 +121,7 @@ def flow_source(system: "ImpactSystem") -> str:
         [
             _walls(f.system, p),
             _function("phase_rate(p)", "Radians of phase a unit of time.", [2 * sp.pi / f.period], p, single=True),
+            _function("horizon(p)", "The longest flight followed.", [f.horizon], p, single=True),
             _function("coefficients_at(p, at, z, w)", "What is free of s.", f.free, state),
             _function("bounds_at(p, at, z, w)", "Bounds on |jerk|, |snap|, |crackle| and |pop|.", f.limits, state),
             _function("evaluate(c, s)", "Displacement, velocity, acceleration, jerk, snap, crackle.", f.sums, named),
@@ -128,18 +129,13 @@ def flow_source(system: "ImpactSystem") -> str:
             _function("tangent_at(p, at, z, w, s)", "By phase and velocity at fixed s.", f.tangent, [*state, "_s = s", *waves]),
         ]
     )
-    constants = f"HORIZON = {_constant(f.horizon)}\nWIDE = {not NARROW.search(functions)}\n"
-    return HEAD.format(name=f.name) + constants + functions
+    return HEAD.format(name=f.name) + f"WIDE = {not NARROW.search(functions)}\n" + functions
 
 
 def in_symbols(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> tuple[Any, dict[str, sp.Symbol]]:
     """A system with symbols for its parameters and the values given for its other fields, and these symbols."""
     symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
     return cls.model_construct(**symbols, **fixed), symbols
-
-
-def _constant(horizon: sp.Expr) -> str:
-    return repr(float(horizon)) if not horizon.free_symbols else "1e300"
 
 
 def _walls(symbolic: Any, p: list[str]) -> str:

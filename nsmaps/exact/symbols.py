@@ -141,11 +141,10 @@ class Flow:
             single = sum(trig) == 1
             key = (exponents[:m], trig.index(1) % n if single else trig)
             amplitudes.setdefault(key, []).append(self.restore(coefficient))
-        size = {S: horizon} | {power[q]: sp.exp(sp.Max(0, q.k) * horizon) for q in self.growths}
         total = sp.S.Zero
         for (exponents, _), coefficients in amplitudes.items():
-            scale = sp.Mul(*(size[g] ** e for g, e in zip(others, exponents, strict=True)))
-            total += scale * _length(coefficients)
+            rate = sp.Add(*(q.k * e for q, e in zip(self.growths, exponents[1:], strict=True)))
+            total += _largest(exponents[0], rate, horizon) * _length(coefficients)
         return total
 
 
@@ -164,6 +163,14 @@ def check_form(expr: sp.Expr) -> None:
         raise SystemDefinitionError(
             f"{sp.sstr(expr)} cannot be followed in time; accepted: powers of t and sin, cos, exp, sinh, cosh of A + k t"
         )
+
+
+def _largest(power: int, rate: sp.Expr, horizon: sp.Expr) -> sp.Expr:
+    """The largest s**power exp(rate s) for s in [0, horizon]: at its maximum, s = -power/rate, if that comes before the end."""
+    if power == 0:
+        return sp.exp(sp.Max(0, rate) * horizon)
+    s = power / sp.Max(-rate, power / horizon)
+    return s**power * sp.exp(rate * s)
 
 
 def _length(parts: list[sp.Expr]) -> sp.Expr:

@@ -164,14 +164,14 @@ def unwrapped(surface: Surface) -> tuple[Floats, Floats]:
     start, lifted = np.array(surface.start, float), np.array(surface.lifted, float)
     for i in np.flatnonzero(angle_mask(surface.coordinates)):
         if len(start) and np.isfinite(lifted[:, i]).all() and np.isfinite(start[:, i]).all():
-            stretch = _stretch(start[:, i])
+            stretch = stretch_of(start[:, i])
             lifted[:, i] += stretch - start[:, i]
             lifted[:, i] -= TWO_PI * np.floor(np.median(lifted[:, i]) / TWO_PI)
             start[:, i] = stretch
     return start, lifted
 
 
-def _stretch(angles: Floats) -> Floats:
+def stretch_of(angles: Floats) -> Floats:
     """The angles, plus whole turns, on the stretch that leaves out the widest gap of the circle; as they are if they fit."""
     wrapped = wrap(angles)
     around = np.sort(wrapped)

@@ -6,10 +6,11 @@ import numpy as np
 
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
-from nsmaps.exact.impacts import Floats, Returns
+from nsmaps.exact.impacts import TWO_PI, Floats, Returns, angle_mask, nearest_turn
 from nsmaps.exact.surface import Grid, Surface
 from nsmaps.reduced.cell import Bools, rounded
 from nsmaps.reduced.diagonal import Diagonal, attracting
+from nsmaps.reduced.polyfit import stretch_of
 
 STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis, returns of their orbits, states at their ends that count
 RASTER = 40  #: cells of the raster that groups states
@@ -21,22 +22,25 @@ def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float,
     """Boxes around what may attract, shape (B, n, 2), and the states in them that say so, shape (M, n).
 
     Candidates are the states near both diagonals where the surfaces are gentle (eq. r1uniond). Those are kept that lie
-    together with states in which orbits stay: ends of orbits of the map from all over the grid.
+    together with states in which orbits stay: ends of orbits of the map from all over the grid. Where the grid goes all around
+    an angle's circle a box may lie across its ends: then its upper bound is beyond them.
 
     Args:
         returns: of the whole grid, in its order.
     """
     box = box_of(grid)
+    circles = angle_mask(returns.coordinates) & (box[:, 1] - box[:, 0] >= TWO_PI)
     stay = ends_of_orbits(map, grid)
     if not len(stay):
         return np.empty((0, *box.shape)), stay
     states = np.concatenate([stay, near_diagonals(returns, grid, delta, slope)])
-    group = _groups(states, box)
+    group = _groups(states, box, circles)
     margin = MARGIN * (box[:, 1] - box[:, 0])
     kept = [states[group == k] for k in np.unique(group[: len(stay)])]
     if len(kept) > MOST_GROUPS:
         kept = [np.concatenate(kept)]
-    return np.array(_united([_around(part, box, margin) for part in kept])), np.concatenate(kept)
+    boxes = np.array(_united([_around(part, box, margin, circles) for part in kept], box, circles))
+    return boxes, np.concatenate([*kept, _beside_cuts(boxes, circles)])
 
 
 def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> Floats:
@@ -68,30 +72,55 @@ def inside(states: Floats, box: Floats) -> Bools:
         return np.asarray(((states >= box[:, 0]) & (states <= box[:, 1])).all(axis=1))
 
 
-def _around(states: Floats, box: Floats, margin: Floats) -> Floats:
+def _around(states: Floats, box: Floats, margin: Floats, circles: Bools) -> Floats:
     """The hull of states (M, n) with a margin, in few digits and no larger than the box, shape (n, 2)."""
-    ends = np.column_stack([states.min(axis=0) - margin, states.max(axis=0) + margin])
-    short = [[rounded(end, 100 * width) for end in pair] for pair, width in zip(ends, margin, strict=True)]
-    return np.column_stack([np.maximum(np.array(short)[:, 0], box[:, 0]), np.minimum(np.array(short)[:, 1], box[:, 1])])
+    x = np.column_stack([stretch_of(column) if circle else column for column, circle in zip(states.T, circles, strict=True)])
+    ends = np.column_stack([x.min(axis=0) - margin, x.max(axis=0) + margin])
+    short = np.array([[rounded(end, 100 * width) for end in pair] for pair, width in zip(ends, margin, strict=True)])
+    return _within(short, box, circles)
 
 
-def _groups(states: Floats, box: Floats) -> np.ndarray:
-    """A number for each state, the same for those whose cells of a raster touch."""
+def _beside_cuts(boxes: Floats, circles: Bools) -> Floats:
+    """The middles of boxes (B, n, 2) on both ends of each circle that they lie across: the parts on either side may attract."""
+    found = [np.empty((0, boxes.shape[1]))]
+    for i in np.flatnonzero(circles):
+        turn = np.floor(boxes[:, i] / TWO_PI)
+        across = boxes[(turn[:, 0] < turn[:, 1]) & (np.ptp(boxes[:, i], axis=1) < TWO_PI)].mean(axis=2)
+        for end in (0.0, np.nextafter(TWO_PI, 0)):
+            found.append(np.where(np.arange(boxes.shape[1]) == i, end, across))
+    return np.concatenate(found)
+
+
+def _within(hull: Floats, box: Floats, circles: Bools) -> Floats:
+    """The part of a hull (n, 2) in the box; on a circle all of it, up to one turn."""
+    inner = np.column_stack([np.maximum(hull[:, 0], box[:, 0]), np.minimum(hull[:, 1], box[:, 1])])
+    whole = hull[:, 1] - hull[:, 0] >= TWO_PI
+    return np.where((circles & ~whole)[:, None], hull, np.where((circles & whole)[:, None], box, inner))
+
+
+def _groups(states: Floats, box: Floats, circles: Bools) -> np.ndarray:
+    """A number for each state, the same for those whose cells of a raster touch, around circles too."""
     from scipy.ndimage import label
 
     place = np.clip(((states - box[:, 0]) / (box[:, 1] - box[:, 0]) * RASTER).astype(int), 0, RASTER - 1)
     raster = np.zeros((RASTER,) * len(box), bool)
     raster[tuple(place.T)] = True
-    return label(raster, np.ones((3,) * len(box)))[0][tuple(place.T)]
+    numbers = label(np.pad(raster, [(0, int(circle)) for circle in circles], mode="wrap"), np.ones((3,) * len(box)))[0]
+    for i in np.flatnonzero(circles):  # the first cells stand once more behind the last ones
+        cells = np.moveaxis(numbers, i, 0)
+        for k in map(tuple, np.argwhere(cells[0])):
+            numbers[numbers == cells[RASTER][k]] = cells[0][k]
+    return numbers[tuple(place.T)]
 
 
-def _united(boxes: Sequence[Floats]) -> list[Floats]:
+def _united(boxes: Sequence[Floats], box: Floats, circles: Bools) -> list[Floats]:
     """The boxes, with those that overlap replaced by their hull until none do."""
     boxes = list(boxes)
     for i, a in enumerate(boxes):
         for j in range(i + 1, len(boxes)):
-            b = boxes[j]
+            middle = boxes[j].mean(axis=1)
+            b = boxes[j] + np.where(circles, nearest_turn(middle, a.mean(axis=1)) - middle, 0.0)[:, None]
             if ((a[:, 0] <= b[:, 1]) & (b[:, 0] <= a[:, 1])).all():
-                hull = np.column_stack([np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 1], b[:, 1])])
-                return _united([hull, *(box for k, box in enumerate(boxes) if k not in (i, j))])
+                hull = _within(np.column_stack([np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 1], b[:, 1])]), box, circles)
+                return _united([hull, *(other for k, other in enumerate(boxes) if k not in (i, j))], box, circles)
     return boxes

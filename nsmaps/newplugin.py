@@ -1,0 +1,44 @@
+"""A little project for a system of one's own: class, study, test and pyproject, from templates that stand beside this file."""
+
+from importlib.resources import files
+from keyword import iskeyword
+from pathlib import Path
+from re import fullmatch
+from string import Template
+
+from nsmaps.errors import NsmapsError
+from nsmaps.plugins import system_names
+
+#: Where each template goes, under the folder of the project.
+FILES = {
+    "pyproject.toml.txt": "pyproject.toml",
+    "README.md.txt": "README.md",
+    "package/__init__.py.txt": "nsmaps_$name/__init__.py",
+    "package/system.py.txt": "nsmaps_$name/system.py",
+    "package/studies/first.yaml.txt": "nsmaps_$name/studies/first.yaml",
+    "tests/test_name.py.txt": "tests/test_$name.py",
+}
+
+
+def new_plugin(name: str, into: Path | str = ".") -> Path:
+    """Write a project for a system of this name to the folder `into`/`name`, which is returned.
+
+    It can be installed as it stands, and its tests pass.
+
+    Raises:
+        NsmapsError: the name is none for a system, or taken, or the folder is there already.
+    """
+    if not fullmatch("[a-z][a-z0-9_]*", name) or iskeyword(name):
+        raise NsmapsError(f"the name {name!r} is none for a system; accepted: small letters, digits and _, as in bouncing_ball")
+    if name in system_names():
+        raise NsmapsError(f"a system {name!r} is installed already; accepted: another name")
+    folder = Path(into, name)
+    if folder.exists():
+        raise NsmapsError(f"{folder} is there already and is not overwritten; accepted: another name, or another folder")
+    told = {"name": name, "cls": "".join(part.capitalize() for part in name.split("_"))}
+    for source, target in FILES.items():
+        file = folder / Template(target).substitute(told)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = (files("nsmaps") / "templates" / source).read_text(encoding="utf-8")
+        file.write_text(Template(text).substitute(told), encoding="utf-8")
+    return folder

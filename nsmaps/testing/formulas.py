@@ -1,0 +1,256 @@
+"""What an impact system's formulas say by themselves, in numbers of 30 digits, without the compiled map."""
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import mpmath as mp
+import sympy as sp
+
+from nsmaps.errors import CheckError
+from nsmaps.exact.generate import check_walls, in_symbols
+from nsmaps.exact.impacts import Floats
+from nsmaps.exact.system import ImpactSystem
+
+Acceleration = Callable[[Any, Any, Any], Any]  #: of time, place and velocity
+
+DIGITS = 30
+NEAR = 1e-9  #: relative, of what is the same: formulas may hold floats
+SHORTER = range(2, 7)  #: shares of a period that are tried as periods
+SLIPS = {"2 pi": 2 * mp.pi, "2": 2, "pi": mp.pi}  #: by which a period is often wrong
+HUGE, FAR = 1e100, 100  #: what no power of time reaches; periods after which it is told whether a flight has gone away
+ROUND = (0.5, 1, 2, 7)  #: speeds at which an impact law is tried, in units of the system's own
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """A system's flight as functions of (t, t0, z, w): time, and time, place and velocity just after the impact."""
+
+    name: str
+    place: Callable[..., Any]
+    velocity: Callable[..., Any]
+    acceleration: Callable[..., Any]
+    period: Any
+    places: tuple[Any, ...]  #: of the walls
+
+    def trials(self) -> Iterator[tuple[Any, Any, Any, Any]]:
+        """A few flights: how long after the impact, and the impact's time, place and velocity."""
+        size = abs(self.acceleration(mp.mpf(0), mp.mpf(0), self.places[0], mp.mpf(0))) * self.period or mp.mpf(1)
+        for k, place in enumerate([*self.places, self.places[0] + size * self.period / 7]):
+            share = mp.mpf(3 * k + 2) / 13
+            yield self.period * (share + mp.mpf(1) / 9), self.period * share, mp.mpf(place), size * (k - mp.mpf(3) / 5)
+
+
+def flight_of(system: ImpactSystem) -> Flight:
+    """The flight of a system, with the values of its parameters put in only where numbers are asked for."""
+    cls = type(system)
+    others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
+    symbolic, symbols = in_symbols(cls, others)
+    t, t0, z, w = arguments = sp.symbols("t t0 z w", real=True)
+    given = sp.sympify(symbolic.displacement(t, SimpleNamespace(t=t0, z=z, w=w)))
+    values = [mp.mpf(value) for value in system.parameters.values()]
+    made = [sp.lambdify((*arguments, *symbols.values()), expr, "mpmath") for expr in (given, given.diff(t), given.diff(t, 2))]
+    place, velocity, acceleration = (lambda *flight, f=f: mp.re(f(*flight, *values)) for f in made)
+    places = tuple(mp.mpf(str(sp.N(wall.at, DIGITS))) for wall in system.walls().values())
+    return Flight(cls.__name__, place, velocity, acceleration, mp.mpf(str(sp.N(system.period(), DIGITS))), places)
+
+
+def check_description(system: ImpactSystem) -> None:
+    """Warn where a reader of `nsmaps systems` would be told nothing."""
+    cls = type(system)
+    if not vars(cls).get("__doc__"):
+        warnings.warn(f"{cls.__name__} has no docstring; say what moves, in which units, by which equation", stacklevel=3)
+    for name, field in cls.model_fields.items():
+        if not field.description:
+            warnings.warn(f"{cls.__name__}.{name} has no description; write it with its unit into `Field`", stacklevel=3)
+
+
+def check_setting(system: ImpactSystem) -> None:
+    """Walls that are walls, in their order, and a period that is one."""
+    name, walls, period = type(system).__name__, system.walls(), sp.sympify(system.period())
+    if not walls:
+        raise CheckError(f"{name} has no walls; one is forgotten: `walls` must return at least the base wall")
+    check_walls(name, walls)
+    places = {wall.side: (letter, sp.sympify(wall.at)) for letter, wall in walls.items()}
+    for letter, at in places.values():
+        if not (at.is_number and at.is_real and at.is_finite):
+            raise CheckError(f"the wall {letter} of {name} is at {at}; expected: a finite place, free of time")
+    if len(places) == 2 and not places[1][1] > places[-1][1]:
+        raise CheckError(
+            f"the walls of {name} leave no room: {places[1][0]}, which stops growing displacement, is at "
+            f"{sp.N(places[1][1], 6)}, and {places[-1][0]}, which stops falling displacement, at {sp.N(places[-1][1], 6)}; "
+            "expected: the first above the "
+            "second, or their `side` the other way round"
+        )
+    if not (period.is_number and period.is_real and period.is_finite and period > 0):
+        raise CheckError(f"the period of {name} is {period}; expected: a positive number")
+
+
+def check_start(flight: Flight) -> None:
+    """A flight starts at the place and with the velocity of its impact."""
+    for _, *hit in flight.trials():
+        for what, value, given in (
+            ("place", flight.place(hit[0], *hit), hit[1]),
+            ("velocity", flight.velocity(hit[0], *hit), hit[2]),
+        ):
+            if not _same(value, given):
+                letter = "z" if what == "place" else "w"
+                slip = ", but with the opposite sign" if _same(value, -given) else ""
+                rate = "" if what == "place" else ", the rate of the displacement,"
+                raise CheckError(
+                    f"a flight of {flight.name} does not start with the {what} that it is given{slip}: just after an impact at "
+                    f"{_hit(hit)} its {what}{rate} is {_short(value)}; expected: hit.{letter} = {_short(given)}. "
+                    "A term has a wrong sign, is missing, or is not zero at hit.t"
+                )
+
+
+def check_period(flight: Flight) -> None:
+    """A flight is the same one period later, and no sooner."""
+
+    def repeats(period: Any) -> bool:
+        return all(_later(flight, trial, period) for trial in flight.trials())
+
+    if not repeats(flight.period):
+        slips = {f"{text} times it": flight.period * by for text, by in SLIPS.items()}
+        slips |= {f"it over {text}": flight.period / by for text, by in SLIPS.items()}
+        fits = [f"{text}, {_short(period)}, would do" for text, period in slips.items() if repeats(period)]
+        raise CheckError(
+            f"the period of {flight.name} is wrong: a flight that starts {_short(flight.period)} later is another one; "
+            f"{fits[0] if fits else 'expected: the period of all that depends on t and hit.t'}"
+        )
+    forced = not repeats(flight.period / mp.sqrt(5))
+    shares = [k for k in SHORTER if repeats(flight.period / k)] if forced else []
+    if shares:
+        raise CheckError(
+            f"the period of {flight.name} is wrong: flights are the same already {_short(flight.period / shares[-1])} later, "
+            f"{shares[-1]} times within the period of {_short(flight.period)}; expected: the shortest period"
+        )
+
+
+def check_restart(flight: Flight) -> None:
+    """A flight goes on as it did when it is started again on its way: nothing but place, velocity and time matters."""
+    for length, *hit in flight.trials():
+        halfway = hit[0] + length / 3
+        again = halfway, flight.place(halfway, *hit), flight.velocity(halfway, *hit)
+        whole, renewed = flight.place(hit[0] + length, *hit), flight.place(hit[0] + length, *again)
+        if not _same(whole, renewed):
+            raise CheckError(
+                f"a flight of {flight.name} does not go on as before when it is started again on its way: after an impact at "
+                f"{_hit(hit)} it is at {_short(whole)} a time {_short(length)} later, and at {_short(renewed)} if started anew "
+                "after a third of it; a term in s = t - hit.t has a wrong sign or factor, or hit.t stands where t should"
+            )
+
+
+def check_equation(flight: Flight, acceleration: Acceleration) -> None:
+    """The flight obeys its equation of motion."""
+    for length, *hit in flight.trials():
+        t = hit[0] + length
+        found, place, velocity = (f(t, *hit) for f in (flight.acceleration, flight.place, flight.velocity))
+        expected = mp.mpf(str(sp.N(acceleration(t, place, velocity), DIGITS)))
+        if not _same(found, expected):
+            slip = ": it has the wrong sign" if _same(found, -expected) else ": a term has a wrong sign or factor, or is missing"
+            raise CheckError(
+                f"the displacement of {flight.name} does not obey its equation of motion{slip}. At t = {_short(t)}, place "
+                f"{_short(place)} and velocity {_short(velocity)} it is accelerated by {_short(found)}; "
+                f"expected: {_short(expected)}"
+            )
+
+
+def check_growth(system: ImpactSystem, flight: Flight) -> None:
+    """Flights grow at most like a power of time, or the horizon is short."""
+    for _, *hit in flight.trials():
+        end = abs(flight.place(hit[0] + int(system.horizon) * flight.period, *hit))
+        if not end < HUGE:
+            raise CheckError(
+                f"the flights of {flight.name} grow without bound: after an impact at {_hit(hit)} one is "
+                f"1e{int(mp.log10(end))} away at the end of the horizon of {int(system.horizon)} periods; a damping or a spring "
+                "has the wrong sign, or is it meant? then a shorter `horizon` of the class is expected"
+            )
+
+
+def check_turns_back(system: ImpactSystem, flight: Flight, states: Floats) -> None:
+    """With one wall, most free flights do not go away from it for ever."""
+    walls = list(system.walls().items())
+    letter, base = walls[0]
+    gone = [state for state in states if _goes_away(system, flight, state)] if len(walls) == 1 else []
+    if 2 * len(gone) > len(states):
+        v, phi = gone[len(gone) // 2]
+        stops, away = ("growing", "falling") if base.side == 1 else ("falling", "growing")
+        raise CheckError(
+            f"{len(gone)} of {len(states)} flights of {flight.name} that leave its wall {letter} go away for ever, such as that "
+            f"after an impact of speed {v:.3g} at phase {phi:.3g}, towards {away} displacement. A force has the wrong sign, the "
+            f"wall has the wrong `side` ({base.side:+d} stops {stops} displacement), or a wall on the other side is forgotten: "
+            f"expected is what turns the ball back to {letter}"
+        )
+
+
+def _goes_away(system: ImpactSystem, flight: Flight, state: Floats) -> bool:
+    """Whether a free flight from the base wall is ever farther from it: at twice a late time, more than half again."""
+    letter, base = next(iter(system.walls().items()))
+    t0 = mp.mpf(state[1]) / (2 * mp.pi) * flight.period
+    hit = t0, flight.places[0], -base.side * mp.mpf(float(system.rebound(float(state[0]), letter)))
+    late, later = (base.side * (flight.places[0] - flight.place(t0 + k * flight.period, *hit)) for k in (FAR, 2 * FAR))
+    return bool(later > 1.5 * late > 0)
+
+
+def check_law(system: ImpactSystem, size: float) -> None:
+    """An impact turns the ball round, and gives it no speed."""
+    for letter in system.wall_names:
+        for speed in (0.0, *(size * share for share in ROUND)):
+            after = float(sp.N(system.rebound(speed, letter)))
+            told = f"{type(system).__name__}.rebound({_short(speed)}, {letter!r}) is {_short(after)}"
+            if not after >= 0:
+                raise CheckError(
+                    f"an impact does not reverse the motion: {told}; expected: the speed just after the impact, at least zero. "
+                    "A speed has no sign: the wall turns the velocity round by itself"
+                )
+            if after > speed * (1 + NEAR):
+                warnings.warn(f"an impact gains energy: {told}, more than the speed just before it", stacklevel=3)
+                break
+
+
+def check_use(system: ImpactSystem) -> None:
+    """Every parameter stands in some formula, unless no other value of it is accepted."""
+    cls = type(system)
+    others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
+    symbolic, symbols = in_symbols(cls, others)
+    t, t0, z, w, v = sp.symbols("t t0 z w v")
+    walls = symbolic.walls()
+    said = [symbolic.period(), symbolic.displacement(t, SimpleNamespace(t=t0, z=z, w=w)), *(wall.at for wall in walls.values())]
+    said += [symbolic.rebound(v, letter) for letter in walls]
+    used = set().union(*(sp.sympify(expr).free_symbols for expr in said))
+    for name, symbol in symbols.items():
+        if symbol not in used and next(neighbours(system, name), None) is not None:
+            raise CheckError(
+                f"the formulas of {cls.__name__} ignore its parameter {name!r}: neither walls, period, displacement nor rebound "
+                "have it in them; is a wall or a force forgotten? expected: a formula that uses it, or no such parameter"
+            )
+
+
+def neighbours(system: ImpactSystem, name: str) -> Iterator[ImpactSystem]:
+    """The system with one parameter a little changed, either way, where that is accepted."""
+    value = getattr(system, name)
+    for step in (0.01, -0.01):
+        try:
+            yield system.at(**{name: value + step * (abs(value) or 1.0)})
+        except ValueError:
+            continue
+
+
+def _later(flight: Flight, trial: tuple[Any, Any, Any, Any], by: Any) -> bool:
+    length, t0, z, w = trial
+    return _same(flight.place(t0 + length, t0, z, w), flight.place(t0 + by + length, t0 + by, z, w))
+
+
+def _same(a: Any, b: Any) -> bool:
+    return bool(abs(a - b) <= NEAR * (1 + abs(a) + abs(b)))
+
+
+def _hit(hit: list[Any]) -> str:
+    return ", ".join(f"hit.{letter} = {_short(value)}" for letter, value in zip("tzw", hit, strict=True))
+
+
+def _short(value: Any) -> str:
+    return f"{float(value):.6g}"

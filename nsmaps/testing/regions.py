@@ -1,0 +1,88 @@
+"""check_region: whether a region is the same set of states in numbers and in symbols."""
+
+import numpy as np
+import sympy as sp
+from numpy.typing import ArrayLike
+
+from nsmaps.errors import CheckError
+from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, as_states
+from nsmaps.reduced.region import Region
+
+TRIALS, SIZES = 2000, (0.01, 0.1, 1.0, 10.0, 100.0)  #: random states of each size that are tried, of both signs
+
+
+def check_region(region: Region, states: ArrayLike | None = None) -> None:
+    """Check that a region's `contains` and `condition` are one set of states, and that no state that is none lies in it.
+
+    Args:
+        states: trial states, shape (N, n), angles in [0, 2 pi), some of them in the region; else random ones of all sizes.
+
+    Raises:
+        CheckError: says what is wrong, at which state, and what is expected.
+    """
+    if not isinstance(region, Region):
+        raise CheckError(f"{region!r} is no region; expected: an object of a class that inherits from nsmaps.Region")
+    name = type(region).__name__
+    trials = _random_states(region) if states is None else as_states(states, region.coordinates)
+    inside = region.contains(trials)
+    if not (isinstance(inside, np.ndarray) and inside.dtype == bool and inside.shape == (len(trials),)):
+        what = f"{inside.dtype} of shape {inside.shape}" if isinstance(inside, np.ndarray) else type(inside).__name__
+        raise CheckError(
+            f"{name}.contains gives {what} for {len(trials)} states; expected: an array of bool, shape ({len(trials)},)"
+        )
+    if not inside.any():
+        raise CheckError(f"none of {len(trials)} trial states lies in {name}; expected: `states` of which some do")
+    _check_one_by_one(region, trials, inside)
+    _check_no_states(region, trials[inside][0])
+    _check_condition(region, trials, inside)
+
+
+def _random_states(region: Region) -> Floats:
+    rng, angles = np.random.default_rng(1), angle_mask(region.coordinates)
+    shape = TRIALS, len(angles)
+    return np.concatenate([np.where(angles, rng.uniform(0, TWO_PI, shape), rng.uniform(-size, size, shape)) for size in SIZES])
+
+
+def _check_one_by_one(region: Region, states: Floats, inside: np.ndarray) -> None:
+    """Each state is judged by itself, whatever else is in the batch."""
+    for k in [*np.flatnonzero(inside)[:10], *np.flatnonzero(~inside)[:10]]:
+        if bool(region.contains(states[k : k + 1])[0]) != inside[k]:
+            raise CheckError(
+                f"{type(region).__name__}.contains says {inside[k]} of {states[k].tolist()} among {len(states)} states and "
+                f"{not inside[k]} of it alone; expected: each state judged by itself"
+            )
+    if len(region.contains(states[:0])):
+        raise CheckError(f"{type(region).__name__}.contains finds states where there are none; expected: an empty array")
+
+
+def _check_no_states(region: Region, state: Floats) -> None:
+    """NaN and infinity lie in no region."""
+    for i, name in enumerate(region.coordinates):
+        for value in (np.nan, np.inf, -np.inf):
+            wrong = np.where(np.arange(len(state)) == i, value, state)
+            if region.contains(wrong[None])[0]:
+                raise CheckError(
+                    f"{type(region).__name__}.contains holds {wrong.tolist()}; expected: no state with {name} = {value}, "
+                    "as a state that is NaN or infinite lies in no region"
+                )
+
+
+def _check_condition(region: Region, states: Floats, inside: np.ndarray) -> None:
+    """The condition in symbols holds of the same states."""
+    name, given = type(region).__name__, region.condition()
+    symbols = [sp.Symbol(str(each), real=True) for each in region.coordinates]
+    if not isinstance(given, sp.logic.boolalg.Boolean):
+        raise CheckError(f"{name}.condition gives {given!r}; expected: a sympy Boolean, such as an inequality")
+    if unknown := given.free_symbols - set(symbols):
+        raise CheckError(
+            f"{name}.condition has the symbols {', '.join(sorted(map(str, unknown)))}; expected: only "
+            f"{', '.join(map(str, symbols))}, each as sp.Symbol(name, real=True)"
+        )
+    holds = np.broadcast_to(sp.lambdify(symbols, given, "numpy")(*states.T), inside.shape)
+    if (holds != inside).any():
+        k = int(np.flatnonzero(holds != inside)[0])
+        raise CheckError(
+            f"{name} is two sets of states: of {int((holds != inside).sum())} of {len(states)} trial states `contains` and "
+            f"`condition` say different things, such as {bool(inside[k])} and {bool(holds[k])} of {states[k].tolist()}; "
+            f"expected: the same of every state with angles in [0, 2 pi). The condition is {sp.sstr(given)}"
+        )

@@ -1,0 +1,132 @@
+"""check_system: whether an impact system is one, by its formulas and by what the compiled map makes of them."""
+
+import mpmath as mp
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsmaps.errors import CheckError
+from nsmaps.exact.impacts import TWO_PI, Floats, Returns, as_states
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.testing.formulas import (
+    DIGITS,
+    Acceleration,
+    Flight,
+    check_description,
+    check_equation,
+    check_growth,
+    check_law,
+    check_period,
+    check_restart,
+    check_setting,
+    check_start,
+    check_turns_back,
+    check_use,
+    flight_of,
+    neighbours,
+)
+
+SPEEDS, PHASES = np.geomspace(1e-3, 30, 12), np.arange(12) / 12 * TWO_PI + 0.1  #: of trial states, in the system's units
+CLOSE = 1e-7  #: of the compiled flight to the formulas, relative
+FOLLOWED, IMPACTS, LOOKS = 6, 4, 40  #: trajectories compared with the formulas, their impacts, places looked at in a flight
+
+
+def check_system(system: ImpactSystem, acceleration: Acceleration | None = None, states: ArrayLike | None = None) -> None:
+    """Check that a system's formulas make a return map; takes seconds, most of them to compile it when it is new.
+
+    Told are: walls that leave no room, or are forgotten so that flights never come back; a period that is wrong; a flight that
+    does not start where and as fast as it should, or not obey its equation; an impact that does not reverse the motion; a
+    parameter that no formula, or no return, depends on; compiled flights that differ from the formulas. Warned of are missing
+    descriptions and an impact that gains energy.
+
+    A formula that is right for another system is not told from what was meant. A force of the wrong sign that lets the ball
+    come back, or one wall of two that nothing else shows to be missing, is found with the equation of motion or not at all.
+
+    Args:
+        system: with parameters at which the base wall is reached.
+        acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), to hold the displacement against.
+        states: trial states, shape (N, 2); else speeds of all sizes, as the forces at the base wall have it, at all phases.
+
+    Raises:
+        CheckError: says what is wrong, with the values, and what is expected.
+        SystemDefinitionError: the formulas have no form that can be compiled.
+    """
+    if not isinstance(system, ImpactSystem):
+        hint = ", with its parameters" if isinstance(system, type) else ""
+        raise CheckError(f"{system!r} is no system; expected: an object of a class that inherits from nsmaps.ImpactSystem{hint}")
+    check_description(system)
+    with mp.workdps(DIGITS):
+        check_setting(system)
+        flight = flight_of(system)
+        check_start(flight)
+        check_period(flight)
+        check_restart(flight)
+        if acceleration is not None:
+            check_equation(flight, acceleration)
+        size = _speed(flight)
+        check_law(system, size)
+        check_growth(system, flight)
+        starts = _trial_states(size) if states is None else as_states(states, system.coordinates)
+        check_turns_back(system, flight, starts)
+        check_use(system)
+        returns = system.first_return(starts)
+        if not returns.valid.any():
+            raise CheckError(
+                f"none of {len(returns)} flights of {flight.name} comes back to its wall {system.wall_names[0]} "
+                f"({returns.counts()}); expected: parameters at which it is reached, or `states` from which it is"
+            )
+        _check_flights(system, flight, starts[returns.valid][:: max(1, int(returns.valid.sum()) // FOLLOWED)])
+    _check_influence(system, returns)
+
+
+def _speed(flight: Flight) -> float:
+    """A speed that the forces at the base wall give within a period; one where there are none."""
+    times = [flight.period * k / 12 for k in range(12)]
+    largest = max(abs(flight.acceleration(t, t, flight.places[0], mp.mpf(0))) for t in times)
+    return float(largest * flight.period) or 1.0
+
+
+def _trial_states(size: float) -> Floats:
+    v, phi = np.meshgrid(size * SPEEDS, PHASES)
+    return np.column_stack([v.ravel(), phi.ravel()])
+
+
+def _check_flights(system: ImpactSystem, flight: Flight, starts: Floats) -> None:
+    """The compiled trajectories are those of the formulas: each impact on its wall, with its speed, and no wall passed before."""
+    walls = list(system.walls().items())
+    for start in starts:
+        hits = system.impacts(start, IMPACTS)
+        for i in np.flatnonzero(hits.mark[1:] == ""):
+            letter, wall = walls[hits.wall[i]]
+            t0 = mp.mpf(hits.phase[i]) / (2 * mp.pi) * flight.period
+            w = -wall.side * mp.mpf(float(system.rebound(float(hits.speed[i]), letter)))
+            impact, length = (t0, flight.places[hits.wall[i]], w), mp.mpf(hits.time[i + 1] - hits.time[i])
+            end, met = walls[hits.wall[i + 1]][1], flight.places[hits.wall[i + 1]]
+            path = [flight.place(t0 + length * k / LOOKS, *impact) for k in range(1, LOOKS + 1)]
+            speed = end.side * flight.velocity(t0 + length, *impact)
+            most = CLOSE * (1 + max(abs(x) for x in (*path, w, speed)))
+            beyond = max(each.side * (x - at) for x in path for (_, each), at in zip(walls, flight.places, strict=True))
+            if abs(path[-1] - met) > most or abs(speed - hits.speed[i + 1]) > most or beyond > most:
+                raise CheckError(
+                    f"the compiled flight of {flight.name} is not that of its formulas: after an impact on {letter} at "
+                    f"phase {hits.phase[i]:.6g} with speed {hits.speed[i]:.6g}, {float(length):.6g} later the formulas give the "
+                    f"place {float(path[-1]):.6g} and the speed {float(speed):.6g}, and pass a wall by "
+                    f"{max(float(beyond), 0):.3g}; expected: the wall at {float(met):.6g} with speed {hits.speed[i + 1]:.6g}"
+                )
+
+
+def _check_influence(system: ImpactSystem, returns: Returns) -> None:
+    """Every parameter changes some return."""
+    for name in type(system).parameter_names():
+        others = [other.first_return(returns.start) for other in neighbours(system, name)]
+        if others and all(_alike(returns, other) for other in others):
+            raise CheckError(
+                f"no return of {type(system).__name__} depends on its parameter {name!r}, which its formulas have: the same "
+                f"from {len(returns)} states, of speeds up to {returns.start[:, 0].max():.3g}, with {name} a hundredth more or "
+                "less. Is a wall forgotten at whose place it stands? expected: an effect, faster `states` that show it, or no "
+                "such parameter"
+            )
+
+
+def _alike(a: Returns, b: Returns) -> bool:
+    same = np.isclose(a.lifted, b.lifted, rtol=1e-9, atol=1e-9, equal_nan=True)
+    return bool(same.all() and (a.codes == b.codes).all())

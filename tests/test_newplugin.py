@@ -1,0 +1,65 @@
+"""A new plugin installs, is found, passes its own tests; a bad name is told and nothing is overwritten."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from nsmaps.errors import NsmapsError
+from nsmaps.newplugin import new_plugin
+
+
+def python(folder: Path, site: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A python that sees what is installed in a folder of its own, beside everything else."""
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(site), *sys.path]), "PYTEST_ADDOPTS": ""}
+    return subprocess.run([sys.executable, *arguments], cwd=folder, env=env, capture_output=True, text=True)
+
+
+def test_it_installs_and_passes_at_once(tmp_path: Path) -> None:
+    project = new_plugin("my_ball", tmp_path)
+    site = tmp_path / "site"
+    pip = ["-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--no-build-isolation", "--target", str(site)]
+    installed = python(tmp_path, site, *pip, str(project))
+    assert installed.returncode == 0, installed.stderr
+    listed = python(tmp_path, site, "-m", "nsmaps", "systems")
+    assert "my_ball: Ball on a table that moves as a sin t" in listed.stdout
+    assert "studies: my_ball/first" in listed.stdout
+    tested = python(project, site, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests")
+    assert tested.returncode == 0, tested.stdout
+    assert "3 passed" in tested.stdout
+    run = python(tmp_path, site, "-m", "nsmaps", "run", "my_ball/first", "--out", str(tmp_path / "run"))
+    assert run.returncode == 0, run.stderr
+    assert {file.name for file in (tmp_path / "run" / "figures").iterdir()} >= {"orbits.png", "domain_size.png"}
+
+
+def test_its_class_serves_from_its_file(tmp_path: Path) -> None:
+    project = new_plugin("other_ball", tmp_path)
+    study = tmp_path / "mine.yaml"
+    study.write_text("system: other_ball/nsmaps_other_ball/system.py:OtherBall\nparameters: {a: 1.2}\n")
+    checked = python(project, tmp_path, "-m", "nsmaps", "check", str(study))
+    assert f"system: {tmp_path}/other_ball/nsmaps_other_ball/system.py:OtherBall (a = 1.2" in checked.stdout, checked.stderr
+
+
+@pytest.mark.parametrize("name", ["", "Ball", "my-ball", "2balls", "class", "../ball", "bäll", "ball "])
+def test_a_name_that_is_none_is_told(name: str, tmp_path: Path) -> None:
+    with pytest.raises(NsmapsError, match="is none for a system; accepted: small letters"):
+        new_plugin(name, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_nothing_is_overwritten_and_no_name_given_twice(tmp_path: Path) -> None:
+    (tmp_path / "my_ball").mkdir()
+    with pytest.raises(NsmapsError, match="my_ball is there already and is not overwritten"):
+        new_plugin("my_ball", tmp_path)
+    with pytest.raises(NsmapsError, match="a system 'vi_pair' is installed already"):
+        new_plugin("vi_pair", tmp_path)
+    told = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "My-Ball")
+    assert told.returncode == 2
+    assert told.stderr.strip() == (
+        "the name 'My-Ball' is none for a system; accepted: small letters, digits and _, as in bouncing_ball"
+    )
+    made = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "a_ball", "--into", "projects")
+    assert made.returncode == 0, made.stderr
+    assert (tmp_path / "projects" / "a_ball" / "pyproject.toml").is_file()

@@ -1,0 +1,197 @@
+"""check_region and check_polyfit pass what is there, and say what is wrong with others."""
+
+from typing import ClassVar
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from nsmaps.errors import CheckError
+from nsmaps.exact.impacts import Angle
+from nsmaps.reduced.polyfit import Full, PolyFit, Separable
+from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.testing import check_polyfit, check_region
+
+NAMES = ("v", Angle("phi"))
+
+
+@pytest.mark.parametrize(
+    "region",
+    [
+        Box(bounds={"v": (0.63, 0.94), "phi": (0.15, 0.45)}).over(NAMES),
+        Box(bounds={"v": (0.6, 0.9), "phi": (-0.4, 0.4)}).over(NAMES),
+        Box(bounds={"v": (0.6, 0.9), "phi": (-1, 6)}).over(NAMES),
+        Where(text="v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55", coordinates=NAMES),
+        Where(text="not (v < 1 or phi != 2) or v**2 < phi", coordinates=NAMES),
+    ],
+)
+def test_regions_that_are_there_pass(region):
+    check_region(region)
+
+
+class Disc(Region):
+    """States near (0.5, 1)."""
+
+    within: float = 0.3
+
+    def contains(self, states):
+        v, phi = np.asarray(states, float).T
+        return (v - 0.5) ** 2 + (phi - 1) ** 2 < self.within**2
+
+    def condition(self):
+        v, phi = sp.symbols("v phi", real=True)
+        return (v - 0.5) ** 2 + (phi - 1) ** 2 < self.within**2
+
+
+class Larger(Disc):
+    """In symbols another disc."""
+
+    def condition(self):
+        v, phi = sp.symbols("v phi", real=True)
+        return (v - 0.5) ** 2 + (phi - 1) ** 2 < 2 * self.within**2
+
+
+class Outside(Disc):
+    """All but a disc, NaN with it."""
+
+    def contains(self, states):
+        return ~Disc.contains(self, states)
+
+
+class Numbers(Disc):
+    """Zeros and ones."""
+
+    def contains(self, states):
+        return Disc.contains(self, states).astype(float)
+
+
+class Crowd(Disc):
+    """Judged by the company."""
+
+    def contains(self, states):
+        return Disc.contains(self, states) & (len(states) != 1)
+
+
+class Complex(Disc):
+    """Symbols that are not real."""
+
+    def condition(self):
+        v, phi = sp.symbols("v phi")
+        return sp.And(v > 0, phi > 0)
+
+
+class Text(Disc):
+    """No condition but its text."""
+
+    def condition(self):
+        return "v > 0"
+
+
+@pytest.mark.parametrize(
+    ("region", "why"),
+    [
+        (Larger, r"Larger is two sets of states: of \d+ of 10000 trial states .* such as False and True of \["),
+        (Outside, r"Outside.contains holds \[nan, .*expected: no state with v = nan"),
+        (Numbers, r"Numbers.contains gives float64 of shape \(10000,\) for 10000 states; expected: an array of bool"),
+        (Crowd, "Crowd.contains says True of .* among 10000 states and False of it alone"),
+        (Complex, r"Complex.condition has the symbols phi, v; expected: only v, phi, each as sp.Symbol\(name, real=True\)"),
+        (Text, "Text.condition gives 'v > 0'; expected: a sympy Boolean"),
+    ],
+)
+def test_a_region_that_is_none(region, why):
+    with pytest.raises(CheckError, match=why):
+        check_region(region(coordinates=NAMES))
+
+
+def test_trial_states_of_a_region_may_be_given():
+    check_region(Disc(coordinates=NAMES))
+    small = Disc(coordinates=NAMES, within=1e-4)
+    with pytest.raises(CheckError, match="none of 10000 trial states lies in Disc; expected: `states` of which some do"):
+        check_region(small)
+    check_region(small, [[0.5, 1.0], [0.6, 1.0]])
+    with pytest.raises(CheckError, match="'v > 0' is no region"):
+        check_region("v > 0")
+
+
+@pytest.mark.parametrize(
+    "fit",
+    [
+        Full(degrees={"v": 3, "phi": 2}),
+        Full(degrees={"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}}, absolute=("v",)),
+        Full(degrees={}),
+        Separable(degrees={"v": 5, "phi": 7}),
+        Separable(degrees={"v": 4, "phi": 3}, along={"v": 0.7, "phi": 1.1}, absolute=("v",)),
+    ],
+)
+def test_fits_that_are_there_pass(fit):
+    check_polyfit(fit, NAMES)
+
+
+def test_a_fit_in_other_coordinates():
+    check_polyfit(Full(degrees={"x": 2, "y": 1, "z": 1}), ("x", "y", "z"))
+
+
+class Even(PolyFit):
+    """Even powers of the first coordinate."""
+
+    def exponents(self, coordinates, output):
+        return np.array([[0, 0], [2, 0], [4, 0]])
+
+    def data(self, surface, output):
+        return np.ones(len(surface.start), bool)
+
+
+class Twice(Even):
+    """One monomial twice."""
+
+    def exponents(self, coordinates, output):
+        return np.array([[0, 0], [1, 0], [1, 0]])
+
+
+class Negative(Even):
+    """A negative power."""
+
+    def exponents(self, coordinates, output):
+        return np.array([[0, 0], [-1, 0]])
+
+
+class Flat(Even):
+    """Powers without their coordinate."""
+
+    def exponents(self, coordinates, output):
+        return np.arange(3)
+
+
+class Nowhere(Even):
+    """No data."""
+
+    def data(self, surface, output):
+        return np.zeros(len(surface.start), bool)
+
+
+class Changing(Even):
+    """Other monomials for the fit than for anyone else."""
+
+    asked: ClassVar[list[int]] = []
+
+    def exponents(self, coordinates, output):
+        self.asked.append(1)
+        return np.array([[0, 0], [2, 0], [4, 0]]) if len(self.asked) <= 2 else np.array([[0, 0], [1, 0]])
+
+
+@pytest.mark.parametrize(
+    ("fit", "why"),
+    [
+        (Twice, r"exponents for v' has the monomial \[1, 0\] 2 times; expected: once"),
+        (Negative, "has int64 down to -1; expected: whole numbers, at least zero"),
+        (Flat, r"is an array of shape \(3,\); expected: a row a monomial, shape \(m, 2\)"),
+        (Nowhere, r"Nowhere.data for v' is bool of shape .*, 0 of them true; expected: which of the surface's"),
+        (Changing, "does not find a polynomial of its own monomials again: .* off where it was fitted"),
+    ],
+)
+def test_a_fit_that_is_none(fit, why):
+    check_polyfit(Even())
+    with pytest.raises(CheckError, match=why):
+        check_polyfit(fit())
+    with pytest.raises(CheckError, match="is no fit"):
+        check_polyfit(fit)

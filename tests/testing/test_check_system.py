@@ -1,0 +1,246 @@
+"""check_system passes what is right, and says of each common mistake what it is."""
+
+import warnings
+
+import pytest
+import sympy as sp
+from nsmaps_bouncing_ball import BouncingBall
+from nsmaps_impact_oscillator import ImpactOscillator
+from nsmaps_vi_pair import VIPair
+from toys import Table
+
+from nsmaps.errors import CheckError
+from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.testing import check_system
+
+BALL = {"Gamma": 1.3, "r": 0.5}
+PAIR = {"d": 0.35, "r": 0.5, "g_bar": 0.2113}
+
+
+def pair_acceleration(t, z, w, g_bar=0.2113):
+    return g_bar + sp.cos(sp.pi * t)
+
+
+@pytest.mark.parametrize(
+    ("system", "acceleration"),
+    [
+        (BouncingBall(**BALL), lambda t, x, u: -1 + 1.3 * sp.sin(t)),
+        (BouncingBall(Gamma=5, r=0), None),
+        (VIPair(**PAIR), pair_acceleration),
+        (ImpactOscillator(zeta=0.05, w=0.81, A=0.7, wall=0.6), lambda t, x, u: 0.7 * sp.cos(0.81 * t) - 0.1 * u - x),
+        (ImpactOscillator(zeta=1, w=1.7, A=3, wall=0.1, damping="critical"), lambda t, x, u: 3 * sp.cos(1.7 * t) - 2 * u - x),
+        (ImpactOscillator(zeta=1.6, w=2.5, A=4, wall=-0.05, damping="over"), lambda t, x, u: 4 * sp.cos(2.5 * t) - 3.2 * u - x),
+        (ImpactOscillator(zeta=0, w=2.2, A=1, wall=0, r=1), None),
+    ],
+    ids=lambda value: repr(value)[:40] if isinstance(value, ImpactSystem) else "",
+)
+def test_what_is_right_passes_without_a_word(system, acceleration):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_system(system, acceleration)
+
+
+class WrongSignOfGravity(BouncingBall):
+    """A ball that falls upwards."""
+
+    def displacement(self, t, hit):
+        return BouncingBall.displacement(self, t, hit) + (t - hit.t) ** 2
+
+
+class WrongSignOfTheTable(BouncingBall):
+    """A table whose velocity is taken off instead of added."""
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        return hit.z + (hit.w - self.Gamma * sp.cos(hit.t)) * s - s**2 / 2 - self.Gamma * (sp.sin(t) - sp.sin(hit.t))
+
+
+class WrongSignOfTheVelocity(BouncingBall):
+    """A ball thrown down by the table."""
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        lift = -hit.w + self.Gamma * sp.cos(hit.t)
+        return hit.z + lift * s - s**2 / 2 - self.Gamma * (sp.sin(t) - sp.sin(hit.t))
+
+
+class WrongSide(BouncingBall):
+    """A table that stops what rises."""
+
+    def walls(self):
+        return {"B": Wall(at=0, side=1)}
+
+
+class WrongSignOfTilt(VIPair):
+    """A capsule tilted the other way: the ball comes back all the same."""
+
+    def displacement(self, t, hit):
+        return VIPair.displacement(self, t, hit) - self.g_bar * (t - hit.t) ** 2
+
+
+class WrongSignOfDamping(ImpactOscillator):
+    """An oscillator that is driven by its own velocity."""
+
+    def _free(self, s, z, w):
+        k = sp.sqrt(1 - self.zeta**2)
+        return sp.exp(self.zeta * s) * (z * sp.cos(k * s) + (w - self.zeta * z) * sp.sin(k * s) / k)
+
+
+class NoReversal(BouncingBall):
+    """An impact law that turns the velocity round, which the wall does already."""
+
+    def rebound(self, speed, wall):
+        return -self.r * speed
+
+
+class NoWall(BouncingBall):
+    """A table that may be left out."""
+
+    walled: bool = True
+
+    def walls(self):
+        return BouncingBall.walls(self) if self.walled else {}
+
+
+class BottomForgotten(VIPair):
+    """The capsule without its bottom."""
+
+    def walls(self):
+        return {"T": Wall(at=-self.d / 2, side=-1)}
+
+
+class TopForgotten(VIPair):
+    """The capsule without its top: the ball comes back by gravity."""
+
+    def walls(self):
+        return {"B": Wall(at=self.d / 2, side=1)}
+
+
+class CeilingForgotten(Table):
+    """A room without its ceiling."""
+
+    def walls(self):
+        return {"F": Wall(at=0, side=-1)}
+
+
+class PeriodOfOne(BouncingBall):
+    """A table whose period is not that of its motion."""
+
+    def period(self):
+        return sp.Integer(1)
+
+
+class PeriodTwice(BouncingBall):
+    """A table whose period is twice that of its motion."""
+
+    def period(self):
+        return 4 * sp.pi
+
+
+class NotTheRate(BouncingBall):
+    """The table's own velocity is forgotten."""
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        return hit.z + hit.w * s - s**2 / 2 - self.Gamma * (sp.sin(t) - sp.sin(hit.t))
+
+
+class Ignored(BouncingBall):
+    """A ball with a drag that no formula has."""
+
+    drag: float = 0.1
+
+
+class OtherPlace(BouncingBall):
+    """A flight that always starts at zero."""
+
+    def displacement(self, t, hit):
+        return BouncingBall.displacement(self, t, hit) - hit.z
+
+
+class Memory(BouncingBall):
+    """A force that grows since the last impact."""
+
+    def displacement(self, t, hit):
+        return BouncingBall.displacement(self, t, hit) - (t - hit.t) ** 3
+
+
+class Crossed(VIPair):
+    """A capsule whose top is below its bottom."""
+
+    def walls(self):
+        return {"B": Wall(at=-self.d / 2, side=1), "T": Wall(at=self.d / 2, side=-1)}
+
+
+class Unwound(BouncingBall):
+    """A period that is none."""
+
+    def period(self):
+        return -2 * sp.pi
+
+
+@pytest.mark.parametrize(
+    ("system", "why"),
+    [
+        (WrongSignOfGravity(**BALL), r"flights .* go away for ever.*growing displacement\. A force has the wrong sign"),
+        (WrongSide(**BALL), r"go away for ever.*falling displacement\..* the wall has the wrong `side` \(\+1 stops growing"),
+        (WrongSignOfTheTable(**BALL), "does not start with the velocity that it is given: .* wrong sign, is missing"),
+        (WrongSignOfTheVelocity(**BALL), "not start with the velocity that it is given, but with the opposite sign"),
+        (NoReversal(**BALL), r"an impact does not reverse the motion: NoReversal.rebound\(.*\) is -"),
+        (NoWall(**BALL, walled=False), "has no walls; one is forgotten"),
+        (BottomForgotten(**PAIR), "go away for ever.*or a wall on the other side is forgotten"),
+        (TopForgotten(**PAIR), "no return .* depends on its parameter 'd', .* Is a wall forgotten"),
+        (CeilingForgotten(height=0.6), "ignore its parameter 'height': .* is a wall or a force forgotten"),
+        (PeriodOfOne(**BALL), r"the period .* is wrong: .*2 pi times it, 6\.28319, would do"),
+        (PeriodTwice(**BALL), r"is wrong: flights are the same already 6\.28319 later, 2 times within the period of 12\.5664"),
+        (NotTheRate(**BALL), "does not start with the velocity .* the rate of the displacement, is .* expected: hit.w"),
+        (Ignored(**BALL), "the formulas of Ignored ignore its parameter 'drag'"),
+        (OtherPlace(**BALL), "does not start with the place that it is given"),
+        (Memory(**BALL), "does not go on as before when it is started again"),
+        (Crossed(**PAIR), "leave no room: B, which stops growing displacement, is at -0.175"),
+        (Unwound(**BALL), r"the period of Unwound is -2\*pi; expected: a positive number"),
+        (ImpactOscillator(zeta=2, w=0.1, A=0.001, wall=50, damping="over"), "none of 144 flights .* comes back"),
+        (BouncingBall, "expected: an object of a class .*, with its parameters"),
+    ],
+    ids=lambda value: type(value).__name__ if isinstance(value, ImpactSystem) else "",
+)
+def test_a_mistake_is_told_in_plain_words(system, why):
+    with (
+        pytest.warns() if isinstance(system, CeilingForgotten | Ignored | NoWall) else warnings.catch_warnings(),
+        pytest.raises(CheckError, match=why),
+    ):
+        check_system(system)
+
+
+def test_growth_of_the_wrong_sign_is_refused():
+    with pytest.raises(CheckError, match=r"grow without bound: .* a damping or a spring has the wrong sign"):
+        check_system(WrongSignOfDamping(zeta=0.2, w=0.81, A=0.7, wall=0.6))
+
+
+def test_a_wrong_sign_that_lets_the_ball_come_back_takes_the_equation():
+    check_system(WrongSignOfTilt(**PAIR))
+    with pytest.raises(CheckError, match="does not obey its equation of motion: a term has a wrong sign or factor"):
+        check_system(WrongSignOfTilt(**PAIR), pair_acceleration)
+    with pytest.raises(CheckError, match="it has the wrong sign"):
+        check_system(VIPair(d=0.35, g_bar=0), lambda t, x, u: -sp.cos(sp.pi * t))
+
+
+@pytest.mark.filterwarnings("ignore:Table")
+def test_an_impact_that_gains_energy_and_what_nobody_described_are_warned_of():
+    class Kicked(BouncingBall):
+        def rebound(self, speed, wall):
+            return self.r * speed + sp.Rational(1, 10)
+
+    gains = r"an impact gains energy: Kicked.rebound\(0, 'B'\) is 0.1"
+    with pytest.warns(UserWarning, match="Kicked has no docstring"), pytest.warns(UserWarning, match=gains):
+        check_system(Kicked(**BALL))
+    with pytest.warns(UserWarning, match="Table.height has no description"):
+        check_system(Table(height=0.6))
+
+
+def test_states_may_be_given():
+    """A ceiling that only fast balls reach."""
+    with pytest.warns(UserWarning, match="no description"):
+        check_system(Table(height=1e5), states=[[1000.0, 0.0], [2.0, 1.0]])
+    with pytest.warns(UserWarning, match="no description"), pytest.raises(CheckError, match=r"'height'.* faster `states`"):
+        check_system(Table(height=1e5))
