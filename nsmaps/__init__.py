@@ -152,8 +152,8 @@ def __dir__() -> list[str]:
 
 
 def show_versions() -> None:
-    """Print the versions of Python, of nsmaps and of what it is built on, for a report."""
-    from nsmaps.study.archive import versions
+    """Print the versions of Python, of nsmaps, of what it is built on and of what it can use, and where it runs, for a report."""
+    from nsmaps.report.environment import environment
 
-    for name, version in versions().items():
-        print(f"{name:12s} {version}")
+    for name, version in environment().items():
+        print(f"{name:16s} {version}")

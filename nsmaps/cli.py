@@ -1,12 +1,12 @@
-"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | export DIR | new-plugin NAME`.
+"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | report DIR |
+export DIR | new-plugin NAME | schema | cite | bench`.
 
 Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, 130 stopped by Ctrl-C.
 Nothing heavy is imported before a command needs it.
 """
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import shlex
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
@@ -14,23 +14,34 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nsmaps.errors import NsmapsError
+from nsmaps import commands
+from nsmaps.terminal import FAILED, STOPPED, examples, piece_table, verdict_table
+from nsmaps.terminal import bar as _bar
+from nsmaps.terminal import told as _told
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from nsmaps.study.result import StudyResult
+    from nsmaps.study.run import Interrupted
     from nsmaps.study.spec import PieceSection, Study
 
-FAILED, BAD, STOPPED = 1, 2, 130
-WIDE = 200  #: columns of a table that goes to a file or a pipe
+
+def _studies(beginning: str) -> list[str]:
+    """The installed studies whose name begins so, for the shell to complete."""
+    from nsmaps import plugins
+
+    return [name for name in plugins.study_names() if name.startswith(beginning)]
+
 
 app = typer.Typer(
     help="Global analysis of non-smooth dynamics: a YAML study in, attracting domains with their verdicts out.",
+    epilog=examples("nsmaps systems", "nsmaps run vi_pair/fp", "nsmaps run --help"),
     no_args_is_help=True,
+    rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
-StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study such as vi_pair/fp.")]
+StudyName = Annotated[
+    str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study such as vi_pair/fp.", autocompletion=_studies)
+]
 
 
 class Format(StrEnum):
@@ -65,7 +76,7 @@ def _options(
     pass
 
 
-@app.command()
+@app.command(epilog=examples("nsmaps systems"))
 def systems() -> None:
     """List the installed systems, their parameters and their studies."""
     import warnings
@@ -87,9 +98,12 @@ def systems() -> None:
         typer.echo("no system is installed; install a package that gives one, or name a file: path/to/mine.py:Class")
 
 
-@app.command()
+@app.command(epilog=examples("nsmaps check vi_pair/fp", "nsmaps check mine.yaml"))
 def check(study: StudyName) -> None:
-    """Read a study and say what a run of it would compute, without computing it."""
+    """Read a study and say what a run of it would compute, without computing it.
+
+    What is wrong is told a line each, with file, line, column, what is accepted and a near match; the exit code is then 2.
+    """
     from nsmaps.study.reader import load_study
     from nsmaps.study.steps import steps_of
 
@@ -105,7 +119,9 @@ def check(study: StudyName) -> None:
     typer.echo(f"  required: {', '.join(_required(read)) or 'no verdict'}")
 
 
-@app.command()
+@app.command(
+    epilog=examples("nsmaps run vi_pair/fp", "nsmaps run mine.yaml --out results", "nsmaps run mine.yaml --out results --resume")
+)
 def run(
     study: StudyName,
     out: Annotated[
@@ -113,8 +129,15 @@ def run(
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.html.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with a run of the same study that was stopped.")] = False,
 ) -> None:
-    """Compute what a study names, write it to a folder, and end with a table of verdicts."""
+    """Compute what a study names, write it to a folder, and end with a table of verdicts.
+
+    The folder holds report.html, which shows all of it in a browser, and the numbers and arrays for programs. Ctrl-C keeps
+    the steps that are finished. The exit code is 0 if every required verdict holds, 1 if one fails, 2 if the study cannot be
+    read, 130 after Ctrl-C.
+    """
     with _told(), _bar(quiet) as progress:
         progress("imports", 0, 1)
         begun = perf_counter()
@@ -126,27 +149,27 @@ def run(
         seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:
-            result = compute(read, folder, progress)
+            result = compute(read, folder, progress, resume)
         except Interrupted as stopped:
-            done = ", ".join(stopped.result.timings) or "nothing"
-            typer.echo(f"stopped; {folder} keeps what was finished: {done}", err=True)
+            _say_stopped(stopped, study, folder)
             raise typer.Exit(STOPPED) from None
-        if read.figures and not no_figures:
-            progress("figures", 0, 1)
-            begun = perf_counter()
-            _draw(result, folder, Format.png)
-            seconds["figures"] = perf_counter() - begun
+        for what, asked in (("figures", _named(result) and not no_figures), ("report", not no_report)):
+            if asked:
+                progress(what, 0, 1)
+                begun = perf_counter()
+                _draw(result, folder, Format.png) if what == "figures" else _report(result, folder)
+                seconds[what] = perf_counter() - begun
     if not quiet:
-        _pieces(result)
-        _table(result)
+        piece_table(result)
+        verdict_table(result)
         spent = {"imports": 0.0, **result.timings, **seconds}
         typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in spent.items())}")
-        typer.echo(f"written to {folder}")
+        typer.echo(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
     if not result.holds:
         raise typer.Exit(FAILED)
 
 
-@app.command()
+@app.command(epilog=examples("nsmaps figures runs/vi_pair/fp --format pdf"))
 def figures(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")],
     format: Annotated[Format, typer.Option(help="The file format.")] = Format.png,
@@ -160,34 +183,7 @@ def figures(
         typer.echo(str(path))
 
 
-@app.command()
-def new_plugin(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the system: small letters, digits and _.")],
-    into: Annotated[Path, typer.Option(help="The folder in which the project's own folder is made.", file_okay=False)] = Path(),
-) -> None:
-    """Write a little project for a system of your own: class, study, test and pyproject."""
-    from nsmaps.newplugin import new_plugin
-
-    with _told():
-        folder = new_plugin(name, into)
-    typer.echo(f"written to {folder}; next: pip install -e {folder} && nsmaps run {name}/first")
-
-
-@app.command()
-def export(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")],
-    to: Annotated[str, typer.Option(metavar="FORMAT", help="latex, python, c, julia, matlab or json.")],
-    out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/export", file_okay=False)] = None,
-) -> None:
-    """Write the maps and closed forms of a run in another language."""
-    import nsmaps
-
-    with _told():
-        files = nsmaps.export(nsmaps.read_result(folder), to, place := out or folder / "export")
-    typer.echo("\n".join(str(place / name) for name in files))
-
-
-@app.command()
+@app.command(epilog=examples("nsmaps bench --returns 2000"))
 def bench(
     returns: Annotated[int, typer.Option(help="First returns to ask of each program.")] = 10_000,
     out: Annotated[Path | None, typer.Option(help="A folder for bench.md and bench.png.")] = None,
@@ -208,69 +204,25 @@ def bench(
 def _draw(result: "StudyResult", folder: Path, format: Format) -> list[Path]:
     from nsmaps.figures import draw
 
-    return draw(result, result.study.figures, folder / "figures", formats=(format.value,))
+    return draw(result, _named(result), folder / "figures", formats=(format.value,))
 
 
-@contextmanager
-def _told(fatal: bool = True) -> Iterator[None]:
-    """An error of nsmaps is printed without a traceback, and ends the program if it is fatal; so does Ctrl-C."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        typer.echo("stopped; nothing more was written", err=True)
-        raise typer.Exit(STOPPED) from None
-    except (NsmapsError, OSError) as error:
-        typer.echo(str(error), err=True)
-        if fatal:
-            raise typer.Exit(BAD) from None
+def _named(result: "StudyResult") -> list[str]:
+    """The figures that the study names, and that of speed and error wherever both were measured."""
+    return [*result.study.figures, *(["speed_error"] if result.speed else [])]
 
 
-@contextmanager
-def _bar(quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
-    """A progress bar on standard error while it is a terminal; elsewhere nothing at all."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+def _report(result: "StudyResult", folder: Path) -> None:
+    from nsmaps.report.page import write_report
 
-    console = _console(stderr=True)
-    columns = (TextColumn("{task.description:14s}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
-        task = bar.add_task("", total=1)
-        yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
+    write_report(result, folder)
 
 
-def _console(stderr: bool = False) -> "Console":
-    from rich.console import Console
-
-    console = Console(stderr=stderr, highlight=False)
-    return console if console.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
-
-
-def _table(result: "StudyResult") -> None:
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table("verdict", "of", "required", "holds", "because", box=box.SIMPLE, title=result.study.title or None)
-    for verdict in result.verdicts:
-        colour = "green" if verdict.holds else "red" if verdict.required else "yellow"
-        holds, _, because = verdict.text.partition(": ")
-        required = "yes" if verdict.required else ""
-        table.add_row(escape(verdict.name), verdict.of, required, f"[{colour}]{holds}[/]", escape(because))
-    _console().print(table)
-
-
-def _pieces(result: "StudyResult") -> None:
-    """The regions that a partition ended with, if there is one."""
-    from rich import box
-    from rich.table import Table
-
-    if result.partition is None:
-        return
-    table = Table("region", "role", "word", "share", "order", "terms", "largest error", "", box=box.SIMPLE, title="Partition")
-    for row in result.partition.table():
-        error = " ".join(f"{value:.2g}" for value in row.max_error)
-        share = f"{100 * row.share:.3g} %"
-        table.add_row(row.name, row.role, row.word, share, row.order, str(row.terms), error, row.became.partition(":")[0])
-    _console().print(table)
+def _say_stopped(stopped: "Interrupted", study: str, folder: Path) -> None:
+    """What a stopped run kept, and how to go on with it."""
+    done = ", ".join(stopped.result.timings) or "nothing"
+    again = shlex.join(["nsmaps", "run", study, "--out", str(folder), "--resume"])
+    typer.echo(f"stopped; {folder} keeps what was finished: {done}\nto go on: {again}", err=True)
 
 
 def _about(study: "Study", step: str) -> str:
@@ -313,3 +265,6 @@ def _first_sentence(text: str | None) -> str:
 
 def _short(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+commands.add_to(app)

@@ -163,3 +163,18 @@ def test_blocks_are_found_and_failures_are_seen(tmp_path: Path) -> None:
     with pytest.raises(ZeroDivisionError) as told:
         run_python(Block("python", "1 / 0\n", 6), tmp_path / "page.md", {})
     assert told.traceback[-1].lineno == 6
+
+
+def test_every_command_and_option_is_told() -> None:
+    from typer.main import get_command
+
+    from nsmaps.cli import app
+
+    page = (DOCS / "cli.md").read_text()
+    sections = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))
+    for name, command in get_command(app).commands.items():
+        told = sections[f"nsmaps {name}"]
+        assert [option for part in command.params for option in part.opts if option[0] == "-" and option not in told] == []
+    assert {heading for heading in sections if heading.startswith("nsmaps ")} == {
+        f"nsmaps {name}" for name in get_command(app).commands
+    }

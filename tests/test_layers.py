@@ -22,8 +22,11 @@ RANK = {
     "newplugin": 5,
     "study": 5,
     "figures": 5,
+    "report": 5.5,
     "bench": 6,
     "__init__": 6,
+    "terminal": 6,
+    "commands": 6.5,
     "cli": 7,
     "__main__": 8,
 }

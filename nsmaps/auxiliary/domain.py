@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,9 @@ from nsmaps.auxiliary.update import Part, Update, update
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 from nsmaps.exact.system import ImpactSystem
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 REST = 1e-10  # largest move of a bound in an update, relative to the start box, after which there are no more
 
@@ -48,6 +52,25 @@ class AttractingDomain:
     def sizes(self) -> Floats:
         """The sides of the boxes, shape (U + 1, n)."""
         return self.boxes[:, :, 1] - self.boxes[:, :, 0]
+
+    def to_xarray(self) -> "Dataset":
+        """The boxes and the auxiliary maps of every update as an xarray dataset. NsmapsError without xarray.
+
+        Dimensions `update` (0 is the start box), `made` (the updates, by number), `coordinate`, `end`, `sample`.
+        """
+        from nsmaps.exact.data import EACH, dataset
+
+        rows = {
+            "box": ("update coordinate end", self.boxes, EACH, "the box after each update"),
+            "two_cycle": ("coordinate end", self.two_cycle, EACH, "p and q of each coordinate; NaN if not trapped"),
+        }
+        texts = {"x": "where the auxiliary maps are", "lower": "the lower auxiliary map", "upper": "the upper auxiliary map"}
+        for name, text in texts.items():
+            drawn = np.array([[getattr(envelope, name) for envelope in update.envelopes] for update in self.updates])
+            rows[name] = ("made coordinate sample", drawn, EACH, text)
+        along = {"update": np.arange(len(self.boxes)), "made": [update.number for update in self.updates], "end": ["low", "high"]}
+        about = {"of": self.of, "trapped": self.trapped, "settled": self.settled, "status": self.status, "reason": self.reason}
+        return dataset(self.coordinates, rows, along, **about)
 
 
 def attracting_domain(

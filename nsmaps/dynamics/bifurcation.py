@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,9 @@ from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, decoded
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,6 +52,20 @@ class Bifurcation:
     def held(self) -> NDArray[np.bool_]:
         """Which orbits went on to the end, shape (V, S)."""
         return np.asarray(np.isfinite(self.states[:, :, -1]).all(axis=-1))
+
+    def to_xarray(self) -> "Dataset":
+        """An xarray dataset with dimensions `value`, `start`, `return`, `coordinate`. NsmapsError without xarray."""
+        from nsmaps.exact.data import EACH, NONE, OUTCOMES, TURNS, dataset
+
+        rows = {
+            "state": ("value start return coordinate", self.states, EACH, "the states kept; angles in [0, 2 pi)"),
+            "turns": ("value start return coordinate", self.turns, TURNS, "whole turns on the return to each state"),
+            "word": ("value start return", self.words, NONE, "impact word of the return to each state"),
+            "motion": ("value start", self.labels, NONE, "name of the motion, such as 1:1/2T"),
+            "period": ("value start", self.period, "returns", "least number after which states and words repeat; 0: none found"),
+            "outcome": ("value start", self.outcome, NONE, OUTCOMES),
+        }
+        return dataset(self.coordinates, rows, {"value": self.values}, walls=self.walls)
 
 
 def bifurcation(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import Floats, Outcome, Returns, decoded
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 BLOCK = 100_000  #: returns of a compiled orbit between calls of `progress`: a fraction of a second
 MANY = 1000  #: states for which a call costs next to nothing beside their returns, on all cores
@@ -35,6 +38,24 @@ class Orbit:
     def final(self) -> Floats:
         """The last states, shape (..., dim)."""
         return self.states[-1]
+
+    def to_xarray(self) -> "Dataset":
+        """The orbits as an xarray dataset with dimensions `step`, those of the starts (`start0`, ...), `coordinate`.
+
+        A return has the number of the step that it leads to: the first is 1. NsmapsError without xarray.
+        """
+        from nsmaps.exact.data import EACH, NONE, OUTCOMES, TURNS, dataset
+
+        dims = " ".join(["step", *(f"start{k}" for k in range(self.states.ndim - 2))])
+        each = dims.replace("step", "return")
+        rows = {
+            "state": (f"{dims} coordinate", self.states, EACH, "the start and its images; NaN after an end"),
+            "turns": (f"{each} coordinate", self.turns, TURNS, "whole turns that an angle made on each return"),
+            "word": (each, self.words, NONE, "impact word of each return"),
+            "outcome": (each, self.outcome, NONE, OUTCOMES),
+        }
+        steps = np.arange(len(self.states))
+        return dataset(self.coordinates, rows, {"step": steps, "return": steps[1:]}, walls=self.walls)
 
 
 def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], None] | None = None, **how: Any) -> Orbit:

@@ -6,11 +6,15 @@ A point that fails is data: its `Outcome` says why and its image is NaN.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nsmaps.errors import StateError
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 Floats = NDArray[np.float64]
 TWO_PI = 2 * np.pi
@@ -209,6 +213,26 @@ class Returns:
         """How many returns ended in which outcome, by name."""
         values, numbers = np.unique(self.outcome, return_counts=True)
         return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
+
+    def to_xarray(self) -> "Dataset":
+        """The returns as an xarray dataset with dimensions `state`, `coordinate`, `by`. NsmapsError without xarray."""
+        from nsmaps.exact.data import EACH, NONE, OUTCOMES, TIME, TURNS, dataset
+
+        rows = {
+            "start": ("state coordinate", self.start, EACH, "where the return starts"),
+            "image": ("state coordinate", self.image, EACH, "where it arrives; angles in [0, 2 pi)"),
+            "turns": ("state coordinate", self.turns, TURNS, "whole turns of an angle from start to image"),
+            "word": ("state", self.words, NONE, "impact word"),
+            "outcome": ("state", self.outcome, NONE, OUTCOMES),
+            "time": ("state", self.time, TIME, "from start to image"),
+        }
+        if self.derivative is not None:
+            rows["derivative"] = ("state coordinate by", self.derivative, EACH, "d image / d start; its unit is that over `by`'s")
+        if self.margin is not None:
+            rows["clearance"] = ("state", self.margin.clearance, NONE, "least gap to a wall at a turning point")
+            rows["slowest"] = ("state", self.margin.slowest, NONE, "least impact speed on the way")
+        by = {} if self.derivative is None else {"by": map(str, self.coordinates)}
+        return dataset(self.coordinates, rows, by, walls=self.walls, fitted=self.fitted)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ import math
 from numba import njit
 
 from nsmaps.exact.flight import bounds, coefficients
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, HORIZON, phase_rate, rebound, start, wall_places
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, horizon, phase_rate, rebound, start, wall_places
 from nsmaps.exact.returns import (
     INVALID,
     LOST,
@@ -183,7 +183,7 @@ def begin(p, ball, count, sigma, normal, states, eta):
 def noisy_orbit(p, law, step, normals, chatter, ball, count, hits, states, turns, codes, outcome, time, eta):
     """On through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns."""
     h, period = law[2], TWO_PI / phase_rate(p)
-    longest = min(HORIZON, LONGEST_FLIGHT * period)
+    longest = min(horizon(p), LONGEST_FLIGHT * period)
     rest = longest if law[3] > 0.0 else 1.000001 * period + 2.0 * h
     for k in range(len(normals)):
         if count[FATE] != UNDER_WAY or count[MADE] == len(codes):

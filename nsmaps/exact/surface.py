@@ -16,6 +16,8 @@ from nsmaps.exact.impacts import Floats, Returns
 from nsmaps.exact.parts import Arrays, in_parts
 
 if TYPE_CHECKING:
+    from xarray import Dataset
+
     from nsmaps.exact.family import ReturnFamily
     from nsmaps.exact.system import ImpactSystem
 
@@ -109,6 +111,24 @@ class Surface:
         out = np.full(self.grid.size, np.nan)
         out[self.member] = values
         return out.reshape(self.grid.shape)
+
+    def to_xarray(self) -> "Dataset":
+        """The surface as an xarray dataset on the grid, a dimension a coordinate, NaN where the family has no state.
+
+        Raises NsmapsError without xarray.
+        """
+        from nsmaps.exact.data import EACH, TIME, dataset
+
+        axes = {str(name): axis.values() for name, axis in self.grid.axes.items()}
+        image = np.stack([self.on_grid(values) for values in self.image.T], axis=-1)
+        lifted = np.stack([self.on_grid(values) for values in self.lifted.T], axis=-1)
+        dims = " ".join(axes)
+        rows = {
+            "image": (f"{dims} coordinate", image, EACH, "where the return arrives; angles in [0, 2 pi)"),
+            "lifted": (f"{dims} coordinate", lifted, EACH, "the same with angles continued from the start"),
+            "time": (dims, self.on_grid(self.returns.time), TIME, "from start to image"),
+        }
+        return dataset(self.coordinates, rows, axes, family=self.name)
 
 
 def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamily"]) -> dict[str, Surface]:

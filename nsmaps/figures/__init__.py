@@ -19,6 +19,7 @@ NAMES = (
     "projections",
     "partition",
     "strips",
+    "speed_error",
     "orbits",
     "cobweb",
     "bifurcation",

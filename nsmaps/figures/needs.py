@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite import CompositeMap
     from nsmaps.reduced.diagonal import DiagonalRegion
     from nsmaps.reduced.partition import PartitionResult
+    from nsmaps.reduced.speed import Speed
     from nsmaps.reduced.strips import Strips
 
 
@@ -47,6 +48,8 @@ class Drawable(Protocol):
     def partition(self) -> "PartitionResult | None": ...
     @property
     def accurate(self) -> "AccurateResult | None": ...
+    @property
+    def speed(self) -> "Speed | None": ...
     @property
     def system(self) -> "ImpactSystem": ...
     @property
@@ -114,6 +117,13 @@ def strips_of(result: Drawable, figure: str) -> "Strips":
     if result.accurate is None:
         raise _missing(figure, "strips", "a 'partition' of kind accurate")
     return result.accurate.strips
+
+
+def speed_of(result: Drawable, figure: str) -> "Speed":
+    """The speeds of both maps, or the error that says what to name."""
+    if result.speed is None:
+        raise _missing(figure, "the speed of a map beside the exact one", "'partition'")
+    return result.speed
 
 
 def orbits_of(result: Drawable, figure: str) -> Sequence[Pair]:

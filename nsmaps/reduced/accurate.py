@@ -1,5 +1,6 @@
 """The accurate face of the general algorithm: a map of strips over a grid's box, judged at states that it never saw."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -31,8 +32,10 @@ class AccurateResult:
         return StripMap(system, self.strips)
 
 
-def accurate(system: "ImpactSystem", grid: Grid, tolerance: float) -> AccurateResult:
-    """The map of strips of a system over a grid's box.
+def accurate(
+    system: "ImpactSystem", grid: Grid, tolerance: float, progress: Callable[[int, int], None] = lambda done, waiting: None
+) -> AccurateResult:
+    """The map of strips of a system over a grid's box; `progress` as of `strip_map`.
 
     Raises:
         FitError: the box or the tolerance are none, or the coordinates are not an impact speed and a phase.
@@ -40,5 +43,5 @@ def accurate(system: "ImpactSystem", grid: Grid, tolerance: float) -> AccurateRe
     if angle_mask(system.coordinates).tolist() != [False, True]:
         raise FitError(f"the coordinates are {', '.join(system.coordinates)}; accepted: an impact speed and a phase")
     speeds, phases = ((axis.low, axis.high) for axis in (grid.axes[name] for name in system.coordinates))
-    made = strip_map(system, speeds, phases, tolerance)
+    made = strip_map(system, speeds, phases, tolerance, progress=progress)
     return AccurateResult(made.strips, *held_out(made))

@@ -83,14 +83,15 @@ def resolved(study: Study) -> str:
 def write(result: StudyResult, folder: Path) -> None:
     """Write a result's files to a folder, which is made if it is not there."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "result.json").unlink(missing_ok=True)
+    for name in ("result.json", "report.html"):  # which would speak of an earlier run
+        (folder / name).unlink(missing_ok=True)
     arrays: Arrays = {}
     objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
     packed = BytesIO()
     np.savez(packed, allow_pickle=False, **arrays)
-    _replace(folder / "study.yaml", resolved(result.study).encode())
-    _replace(folder / "arrays.npz", packed.getvalue())
-    _replace(folder / "result.json", json.dumps(_record(result) | {"objects": objects}, indent=1).encode())
+    replace_file(folder / "study.yaml", resolved(result.study).encode())
+    replace_file(folder / "arrays.npz", packed.getvalue())
+    replace_file(folder / "result.json", json.dumps(_record(result) | {"objects": objects}, indent=1).encode())
 
 
 def _record(result: StudyResult) -> dict[str, Any]:
@@ -109,7 +110,7 @@ def _record(result: StudyResult) -> dict[str, Any]:
     }
 
 
-def _replace(path: Path, content: bytes) -> None:
+def replace_file(path: Path, content: bytes) -> None:
     """Write a file beside its place and move it there at once."""
     handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
@@ -131,19 +132,37 @@ def read_result(folder: str | os.PathLike[str]) -> StudyResult:
     if not (place / "result.json").is_file():
         raise NsmapsError(f"{place} holds no result.json; accepted: a folder that `nsmaps run` wrote")
     record = json.loads((place / "result.json").read_text(encoding="utf-8"))
-    if record.get("format") != FORMAT:
-        raise NsmapsError(f"{place / 'result.json'} has format {record.get('format')!r}; accepted: {FORMAT}")
+    _check_format(place, record)
     study = read_study(place / "study.yaml", record["study"])
     with np.load(place / "arrays.npz", allow_pickle=False) as arrays:
         loaded = {name: arrays[name] for name in arrays.files}
-    result = StudyResult(
-        study,
-        study.system_object(),
-        verdicts=tuple(Verdict(**verdict) for verdict in record["verdicts"]),
-        timings=record["timings"],
-        versions=record["versions"],
-        finished=record["finished"],
-        **{name: decode(value, loaded) for name, value in record["objects"].items()},
-    )
-    again = study.second_iterate is not None and result.finished
+    try:
+        result = StudyResult(
+            study,
+            study.system_object(),
+            verdicts=tuple(Verdict(**verdict) for verdict in record["verdicts"]),
+            timings=record["timings"],
+            versions=record["versions"],
+            finished=record["finished"],
+            **{name: decode(value, loaded) for name, value in record["objects"].items()},
+        )
+    except (TypeError, KeyError) as error:
+        raise NsmapsError(
+            f"{place} is of format {FORMAT}, but not as this nsmaps reads it: {error}; {_writer(record)}"
+        ) from error
+    again = "second_iterate" in result.timings
     return replace(result, second_iterate=second_iterate_of(result)) if again else result
+
+
+def _check_format(place: Path, record: dict[str, Any]) -> None:
+    """An error unless a record is of the format that is read here."""
+    found = record.get("format")
+    if found != FORMAT:
+        newer = isinstance(found, int) and found > FORMAT
+        what = "a newer nsmaps reads it" if newer else "no nsmaps that was released wrote it; run the study again"
+        raise NsmapsError(f"{place / 'result.json'} has format {found!r}; accepted: {FORMAT}; {what}; {_writer(record)}")
+
+
+def _writer(record: dict[str, Any]) -> str:
+    """Which version wrote a record, as it says."""
+    return f"written by nsmaps {record.get('versions', {}).get('nsmaps', 'of an unknown version')}"

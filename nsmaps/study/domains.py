@@ -1,5 +1,6 @@
 """The attracting domains of a study: of which map, from which box, bounded how; and the second iterate of one of them."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.impacts import Floats
 
 
-def domain_of(plan: Plan, result: StudyResult, section: DomainSection) -> "AttractingDomain":
+def domain_of(plan: Plan, result: StudyResult, section: DomainSection, progress: Callable[[int], None]) -> "AttractingDomain":
     """The attracting domain that a section asks for, of the map that it names."""
     pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
     maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
@@ -35,7 +36,7 @@ def domain_of(plan: Plan, result: StudyResult, section: DomainSection) -> "Attra
     printed = [piece.name for piece in plan.pieces if piece.polynomial]
     kind = "printed" if section.map in printed else "fitted"
     of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
-    return _bounded(plan, section, maps[section.map], _start_box(plan, result, section), of)
+    return _bounded(plan, section, maps[section.map], _start_box(plan, result, section), of, progress)
 
 
 def near_diagonals(plan: Plan, surface: Surface) -> tuple[dict[str, Surface], Box]:
@@ -59,13 +60,20 @@ def _start_box(plan: Plan, result: StudyResult, section: DomainSection) -> "tupl
     return box.array, start[np.argmin(np.abs((image - start) / np.ptp(box.array, axis=1)).max(axis=1))]
 
 
-def _bounded(plan: Plan, section: DomainSection, map: Any, start: "tuple[Floats, Floats | None]", of: str) -> "AttractingDomain":
+def _bounded(
+    plan: Plan,
+    section: DomainSection,
+    map: Any,
+    start: "tuple[Floats, Floats | None]",
+    of: str,
+    progress: Callable[[int], None],
+) -> "AttractingDomain":
     """The domain; one whose bounds are inflated by the error of its map is for the exact map."""
     from nsmaps.auxiliary.bounds import held_out_error
     from nsmaps.auxiliary.domain import attracting_domain
 
     box, around = start
-    how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around}
+    how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around, "progress": progress}
     if section.bounds == "inflated" and isinstance(map, PolyMap):
         how |= {"error": held_out_error(map, plan.system, box), "of": f"exact map, by {of}"}
     return attracting_domain(map, box, section.updates, **how)

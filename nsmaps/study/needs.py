@@ -14,6 +14,7 @@ FIGURE_NEEDS = {
     "projections": ("grid", "families"),
     "partition": ("grid", "partition"),
     "strips": ("grid", "partition"),
+    "speed_error": ("grid", "partition"),
     "orbits": ("orbits",),
     "cobweb": ("grid", "families", "composite", "orbits"),
     "bifurcation": ("bifurcation",),

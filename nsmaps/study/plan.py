@@ -1,6 +1,6 @@
 """A study made ready: its system, grid, regions and fits as objects, or an error at the line that is wrong."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
@@ -58,6 +58,11 @@ class Plan:
     begin: dict[str, Floats]  #: the starts of the sections `lyapunov` and `noise`, each of shape (n,)
     boxes: dict[str, Box]  #: the start boxes of the domains that give one, by name
     windows: dict[str, Box]  #: of the sections `morse` and `transient`
+    told: Callable[[float], None] = lambda share: None  #: called with the share of the step that is done, by steps that know it
+
+    def part(self, number: int, of: int, units: int) -> Callable[[int], None]:
+        """A `progress` for one of some equal parts of a step, to be called with how many of its units are done."""
+        return lambda done: self.told((number + done / units) / of)
 
 
 def prepare(study: Study) -> Plan:

@@ -1,9 +1,12 @@
 """What a study's run answers."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from xarray import DataTree
+
     from nsmaps.auxiliary.cover import MorseCover, Trap
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.iterate import SecondIterate
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.dynamics.residence import Residence
     from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.exact.data import HasDataset
     from nsmaps.exact.impacts import Floats, Returns
     from nsmaps.exact.surface import Surface
     from nsmaps.exact.system import ImpactSystem
@@ -108,3 +112,26 @@ class StudyResult:
     def holds(self) -> bool:
         """Whether every required verdict holds."""
         return all(verdict.holds for verdict in self.verdicts if verdict.required)
+
+    def to_xarray(self) -> "DataTree":
+        """Everything that has arrays as an xarray tree: returns, surfaces/FAMILY, orbits/I/exact, domains/DOMAIN and so on.
+
+        A slash in a name is written as a bar. Raises NsmapsError without xarray.
+        """
+        from nsmaps.exact.data import tree
+
+        orbits = {
+            f"orbits/{k}/{of}": getattr(pair, of)
+            for k, pair in enumerate(self.orbits)
+            for of in ("exact", "composite")
+            if getattr(pair, of) is not None
+        }
+        rooms: dict[str, Mapping[str, HasDataset]] = {
+            "surfaces": self.surfaces,
+            "bifurcation": self.bifurcation,
+            "domains": self.domains,
+        }
+        named = {f"{room}/{name.replace('/', '|')}": part for room, parts in rooms.items() for name, part in parts.items()}
+        first: dict[str, HasDataset] = {} if self.returns is None else {"returns": self.returns}
+        about = {"study": self.study.name, "title": self.study.title, "system": self.study.system}
+        return tree({**first, **named, **orbits}, **about, **self.system.parameters)

@@ -6,15 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
-from nsmaps.study.archive import versions_of, write
-from nsmaps.study.plan import prepare
+from nsmaps.errors import NsmapsError
+from nsmaps.study.archive import read_result, versions_of, write
+from nsmaps.study.plan import Plan, prepare
 from nsmaps.study.reader import load_study
 from nsmaps.study.result import StudyResult
 from nsmaps.study.spec import Study
 from nsmaps.study.steps import STEPS, steps_of
 from nsmaps.study.verdicts import verdicts
 
-Progress = Callable[[str, int, int], None]  #: what is being computed, how many steps are done, of how many
+Progress = Callable[
+    [str, float, int], None
+]  #: what is being computed, how many steps are done and which share of it, of how many
+ALMOST = 0.999  #: the largest share of a step that is told before it is done
 
 
 class Interrupted(KeyboardInterrupt):
@@ -29,23 +33,27 @@ def run(
     study: Study | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     progress: Progress = lambda what, done, total: None,
+    resume: bool = False,
 ) -> StudyResult:
     """Compute what a study names, and write it to the folder `out`, if one is given.
 
-    Raises StudyError for a study that cannot be run, in which case nothing is written; Interrupted on Ctrl-C, when what
-    is finished has been written.
+    With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again.
+
+    Raises StudyError for a study that cannot be run, in which case nothing is written; NsmapsError for a folder to be resumed
+    that holds something else; Interrupted on Ctrl-C, when what is finished has been written.
     """
     study = study if isinstance(study, Study) else load_study(study)
     plan = prepare(study)
     folder = None if out is None else Path(out)
     result = StudyResult(study, plan.system, versions=versions_of(study.system))
+    if resume and folder and (folder / "result.json").is_file():
+        result = _kept(result, folder)
     names = steps_of(study)
     try:
         for done, name in enumerate(names):
             progress(name, done, len(names))
-            begun = perf_counter()
-            parts = STEPS[name](plan, result)
-            result = replace(result, **parts, timings={**result.timings, name: perf_counter() - begun})
+            if name not in result.timings:
+                result = _with_step(replace(plan, told=_share(progress, name, done, len(names))), result, name)
         progress("done", len(names), len(names))
         result = replace(result, verdicts=verdicts(result), finished=True)
     except KeyboardInterrupt:
@@ -56,3 +64,27 @@ def run(
     if folder:
         write(result, folder)
     return result
+
+
+def _share(progress: Progress, name: str, done: int, total: int) -> Callable[[float], None]:
+    """What a step tells of itself, told as part of the run."""
+    return lambda share: progress(name, done + min(share, ALMOST), total)
+
+
+def _with_step(plan: Plan, result: StudyResult, name: str) -> StudyResult:
+    """The result with what one step computes, and its time."""
+    begun = perf_counter()
+    parts = STEPS[name](plan, result)
+    return replace(result, **parts, timings={**result.timings, name: perf_counter() - begun})
+
+
+def _kept(new: StudyResult, folder: Path) -> StudyResult:
+    """The result in a folder, if it is one of the same study by the same versions."""
+    kept = read_result(folder)
+    for what, same in (("study", kept.study == new.study), ("versions", kept.versions == new.versions)):
+        if not same:
+            raise NsmapsError(
+                f"{folder} holds a run of {kept.study.name!r} with another {what} than {new.study.name!r} now; accepted: "
+                "the same study, system and versions, or a run from the beginning"
+            )
+    return kept

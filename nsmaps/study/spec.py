@@ -26,6 +26,7 @@ FigureName = Literal[
     "projections",
     "partition",
     "strips",
+    "speed_error",
     "orbits",
     "cobweb",
     "bifurcation",

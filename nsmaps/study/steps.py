@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.polyfit import FitReport
 
 Parts = dict[str, Any]
+Counted = Callable[[int], None]  #: called with how many units of a part are done
 Step = Callable[[Plan, StudyResult], Parts]
 
 
@@ -78,8 +79,11 @@ def _swept(plan: Plan, section: DiagonalSection) -> list[tuple[float, Surface]]:
     if section.sweep is None:
         return [(float("nan"), family.surface(plan.system, grid))]
     values = np.linspace(section.sweep.low, section.sweep.high, section.sweep.points)
-    steps = sweep(plan.system, section.sweep.parameter, values, grid, [family])
-    return [(value, found[section.family]) for value, found in steps]
+    swept = []
+    for done, (value, found) in enumerate(sweep(plan.system, section.sweep.parameter, values, grid, [family]), 1):
+        swept.append((value, found[section.family]))
+        plan.told(done / section.sweep.points)
+    return swept
 
 
 def _composite(plan: Plan, result: StudyResult) -> Parts:
@@ -114,12 +118,11 @@ def _partition(plan: Plan, result: StudyResult) -> Parts:
     with plan.study.source.located(("partition",)):
         box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
         if spec.kind == "accurate":
-            strips = accurate(plan.system, grid, spec.tolerance)
+            strips = accurate(plan.system, grid, spec.tolerance, lambda leaves, waiting: plan.told(leaves / (leaves + waiting)))
             return {"accurate": strips, "speed": speeds(plan.system, strips.map(plan.system), box)}
-        made = partition(plan.system, grid, spec)
-    composite = made.composite
-    speed = speeds(plan.system, composite, box)
-    return {"partition": made, "composite": composite, "speed": speed, **_judged(plan, result, composite)}
+        made = partition(plan.system, grid, spec, lambda pieces, most: plan.told(pieces / most))
+    speed = speeds(plan.system, made.composite, box)
+    return {"partition": made, "composite": made.composite, "speed": speed, **_judged(plan, result, made.composite)}
 
 
 def _piece(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
@@ -147,13 +150,14 @@ def _parametric(plan: Plan, result: StudyResult) -> Parts:
     ends = (section.low, section.high)
     nodes = chebyshev_nodes(*ends, section.nodes or 2 * section.order + 1)
     with plan.study.source.located(("parametric",)):
-        at_nodes = {value: composite for value, composite, _ in _refits(plan, section.parameter, nodes)}
+        first, then = plan.part(0, 2, len(nodes)), plan.part(1, 2, len(nodes) + 1)
+        at_nodes = {value: composite for value, composite, _ in _refits(plan, section.parameter, nodes, first)}
         made = parametric_map(at_nodes, section.parameter, *ends, section.order)
-        held = _refits(plan, section.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]))
+        held = _refits(plan, section.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), then)
         return {"parametric": replace(made, report=report_on(made, held) if held[0][2] else None)}
 
 
-def _refits(plan: Plan, parameter: str, values: "Floats") -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
+def _refits(plan: Plan, parameter: str, values: "Floats", told: Counted) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
     """The composite map at each value of a parameter, with the exact data that its fitted pieces were fitted to."""
     made = []
     for value in values.tolist():
@@ -161,6 +165,7 @@ def _refits(plan: Plan, parameter: str, values: "Floats") -> list[tuple[float, C
             made.append((value, *_refit(plan, plan.system.at(**{parameter: value}))))
         except NsmapsError as error:
             raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
+        told(len(made))
     return made
 
 
@@ -176,10 +181,11 @@ def _orbits(plan: Plan, result: StudyResult) -> Parts:
     """The orbits of every start under the exact map and under the composite map."""
     from nsmaps.dynamics.orbit import orbit
 
-    pairs = []
-    for section, start in zip(plan.study.orbits, plan.starts, strict=True):
-        reduced = orbit(result.reduced, start, section.returns) if result.reduced else None
-        pairs.append(OrbitPair(start, orbit(plan.system, start, section.returns), reduced))
+    pairs, count = [], 2 * len(plan.starts)
+    for k, (section, start) in enumerate(zip(plan.study.orbits, plan.starts, strict=True)):
+        first, then = (plan.part(half, count, section.returns) for half in (2 * k, 2 * k + 1))
+        reduced = orbit(result.reduced, start, section.returns, first) if result.reduced else None
+        pairs.append(OrbitPair(start, orbit(plan.system, start, section.returns, then), reduced))
     return {"orbits": tuple(pairs)}
 
 
@@ -201,7 +207,10 @@ def _bifurcation(plan: Plan, result: StudyResult) -> Parts:
         "composite": lambda value: _refit(plan, system_at(value))[0],
     }
     with plan.study.source.located(("bifurcation",)):
-        return {"bifurcation": {of: bifurcation(maps[of], values, plan.long_start, *how) for of in section.of}}
+        parts = {of: plan.part(k, len(section.of), section.points) for k, of in enumerate(section.of)}
+        return {
+            "bifurcation": {of: bifurcation(maps[of], values, plan.long_start, *how, progress=told) for of, told in parts.items()}
+        }
 
 
 def _domains(plan: Plan, result: StudyResult) -> Parts:
@@ -209,7 +218,8 @@ def _domains(plan: Plan, result: StudyResult) -> Parts:
     domains = {}
     for number, section in enumerate(plan.study.domains):
         with plan.study.source.located(("domains", number)):
-            domains[section.name] = domain_of(plan, result, section)
+            told = plan.part(number, len(plan.study.domains), section.updates)
+            domains[section.name] = domain_of(plan, result, section, told)
     return {"domains": domains}
 
 

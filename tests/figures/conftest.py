@@ -27,6 +27,7 @@ from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.diagonal import Diagonal, diagonal_region
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box, Where
+from nsmaps.reduced.speed import Speed
 
 COORDINATES = ("v", Angle("phi"))
 WALLS = ("B", "T")
@@ -145,6 +146,7 @@ def result() -> SimpleNamespace:
             lyapunov=SimpleNamespace(parameter="d"),
             noise=SimpleNamespace(impacts=SimpleNamespace(parameter="d")),
             second_iterate=SimpleNamespace(domain="fitted"),
+            partition=SimpleNamespace(tolerance=1e-3),
         ),
         surfaces=surfaces,
         diagonal=diagonal_region(Diagonal(delta=1.2), [(0.0, surfaces["BTB"])]),
@@ -152,7 +154,8 @@ def result() -> SimpleNamespace:
         partition=SimpleNamespace(
             composite=composite, attracting=("R1",), table=lambda: [SimpleNamespace(name="R1.1"), SimpleNamespace(name="R2.3")]
         ),
-        accurate=SimpleNamespace(strips=strips()),
+        accurate=SimpleNamespace(strips=strips(), uniform=SimpleNamespace(largest=2e-4), beside=SimpleNamespace(largest=5e-4)),
+        speed=Speed(exact=100.0, composite=20.0),
         system=Toy(),
         orbits=orbits,
         bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, transient=0)},

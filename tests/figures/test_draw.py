@@ -18,6 +18,7 @@ MISSING = {
     "projections": ("surfaces", {}, "'grid' and 'families'"),
     "partition": ("partition", None, "'partition'"),
     "strips": ("accurate", None, "a 'partition' of kind accurate"),
+    "speed_error": ("speed", None, "'partition'"),
     "orbits": ("orbits", (), "'orbits'"),
     "cobweb": ("composite", None, "'composite'"),
     "bifurcation": ("bifurcation", {}, "'bifurcation'"),

@@ -180,8 +180,9 @@ BAD = {
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, orbits, cobweb, bifurcation, "
-        "lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, morse, transient, did you mean 'cobweb'?",
+        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, speed_error, orbits, cobweb, "
+        "bifurcation, lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, morse, transient, did you "
+        "mean 'cobweb'?",
     ),
     "a window without a coordinate": (
         "require:",

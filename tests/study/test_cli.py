@@ -54,7 +54,7 @@ def test_run_writes_under_runs_and_ends_with_the_verdicts() -> None:
     assert answer.exit_code == 0, answer.output
     assert (Path("runs/ball/drop") / "result.json").is_file()
     lines = answer.stdout.splitlines()
-    assert lines[-1] == "written to runs/ball/drop"
+    assert lines[-1] == "written to runs/ball/drop; to be read: runs/ball/drop/report.html"
     words = ["covered", "composite", "map", "yes", "yes", "every", "state", "of", "the", "grid", "lies", "in", "a", "piece"]
     (covered,) = [line for line in lines if line.split()[:1] == ["covered"]]
     assert covered.split() == words
@@ -128,6 +128,12 @@ def test_ctrl_c_says_what_was_kept(good: str) -> None:
     command = [sys.executable, "-c", watch]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 128 + signal.SIGINT
-    assert done.stderr == "stopped; out keeps what was finished: system, surfaces, composite\n"
+    assert done.stderr == (
+        "stopped; out keeps what was finished: system, surfaces, composite\nto go on: nsmaps run s.yaml --out out --resume\n"
+    )
     assert Path("out/result.json").is_file()
     assert "Traceback" not in done.stdout
+    Path("s.yaml").write_text(good)
+    refused = nsmaps("run", "s.yaml", "--out", "out", "--resume")
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("out holds a run of 's' with another study than 's' now; accepted: the same study")

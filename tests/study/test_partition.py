@@ -78,7 +78,8 @@ def test_check_and_run_print_it(study: Path) -> None:
     answer = CliRunner().invoke(app, ["run", str(study), "--out", "out"])
     assert answer.exit_code == 0, answer.output
     assert "attracting" in answer.stdout
-    assert {path.name for path in Path("out/figures").iterdir()} == {"words.png", "partition.png", "cobweb.png"}
+    drawn = {path.stem for path in Path("out/figures").iterdir()}
+    assert drawn == {"words", "partition", "cobweb", "speed_error"}, "the last without being named"
 
 
 @pytest.mark.parametrize(

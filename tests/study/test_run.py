@@ -51,7 +51,7 @@ def test_only_what_is_named_is_computed() -> None:
     Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
     steps: list[str] = []
     result = run("small.yaml", progress=lambda what, done, total: steps.append(what))
-    assert steps == ["system", "orbits", "done"]
+    assert list(dict.fromkeys(steps)) == ["system", "orbits", "done"]
     assert list(result.timings) == ["system", "orbits"]
     assert (result.surfaces, result.composite, result.domain, result.diagonal) == ({}, None, None, None)
     assert result.orbits[0].composite is None

@@ -1,0 +1,73 @@
+"""What each figure shows, in words: for a reader, and for one who cannot see it."""
+
+CAPTIONS: dict[str, tuple[str, str]] = {
+    "words": (
+        "The plane of states coloured by impact word",
+        "The impact word of the first return from every state of the grid, and the pieces of the composite map if there is one.",
+    ),
+    "surfaces": (
+        "Surfaces of the images over the plane of states",
+        "The return surfaces: each coordinate of the image over the starts, by family of words.",
+    ),
+    "projections": (
+        "Images against starts, one coordinate a panel, with the diagonals",
+        "The return surfaces seen along one coordinate, in the phase planes; where they meet the diagonal, a coordinate returns.",
+    ),
+    "partition": ("The plane of states divided into the pieces of the composite map", "The regions that the algorithm found."),
+    "strips": (
+        "Strips of the plane of states between grazing curves",
+        "The leaves of the accurate map by degree, and the grazing curves between them.",
+    ),
+    "speed_error": (
+        "Error of the reduced map against its time a state, beside the time of the exact map",
+        "Error against speed: processor time for the return of one state, and largest error at held-out states.",
+    ),
+    "orbits": (
+        "Orbits of the exact and of the composite map in the plane of states",
+        "Orbits from the starts of the study: of the exact map, and of the composite map where there is one.",
+    ),
+    "cobweb": (
+        "Cobweb diagrams of the orbits over the projected surfaces",
+        "Cobwebs: the orbits in the phase planes, over the pieces of the composite map.",
+    ),
+    "bifurcation": (
+        "States of the attractors against the parameter, coloured by word",
+        "The attractors over the parameter, by impact word, with the names of the motions.",
+    ),
+    "lyapunov": (
+        "Lyapunov exponents against the parameter with bands of two standard errors",
+        "The Lyapunov exponents over the parameter, a return and a unit of time, with bands of two standard errors.",
+    ),
+    "basins": (
+        "The plane of states coloured by the attractor reached, and by the number of returns to it",
+        "Basins of attraction over the grid: where each state ends up, and after how many returns.",
+    ),
+    "noise": (
+        "Impacts under noise against the parameter, and shares and rates of the motions against the size of the noise",
+        "Under noise: impacts over the parameter (fig. comp_stoch), shares of motions, and rates of changes between them.",
+    ),
+    "auxiliary": (
+        "Families of curves of the map between their upper and lower envelopes",
+        "Families of curves between the auxiliary maps, and the worst case that bounds the attracting domain.",
+    ),
+    "morse": (
+        "Cells of the window coloured by recurrent component, with states of an orbit",
+        "The cells that hold all that stays in the window, by recurrent component, and states of the attractor.",
+    ),
+    "transient": (
+        "Cells of the regions coloured by the number of returns after which they are left",
+        "After how many returns all states of a cell have left its region, by enclosure; the cells that stay, and cycles there.",
+    ),
+    "envelopes": (
+        "Upper and lower auxiliary maps with the cobwebs between them",
+        "Auxiliary maps of each coordinate with the worst-case and the generic cobweb: what bounds the attracting domain.",
+    ),
+    "domain_size": (
+        "Width of the attracting domain after each update, one coordinate a panel",
+        "How the attracting domain shrinks: its width after each update of the auxiliary maps.",
+    ),
+    "second_iterate": (
+        "Second iterate of the first coordinate with its fixed points",
+        "The second iterate of the auxiliary maps; its fixed points bound the first coordinate.",
+    ),
+}  #: by figure: the text in place of the picture, and the caption below it

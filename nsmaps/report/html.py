@@ -1,0 +1,87 @@
+"""HTML as a tree, so that every text is escaped and every element closed; plain data as tables."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+from xml.etree.ElementTree import Element
+
+EXACT = 1e15  #: below which a float that is whole is written so
+LONGEST = 300  #: letters of a text that are shown
+LONG = 40  #: letters from which the text of a cell is broken into lines
+SEVERAL = 4  #: rows of a list that are shown; of a longer one, such as the boxes of all updates, its length and its last
+
+
+def tag(name: str, /, *children: "Element | str", **attributes: str) -> Element:
+    """An element; `class_` is written class, `data_label` data-label."""
+    made = Element(name, {key.rstrip("_").replace("_", "-"): value for key, value in attributes.items()})
+    for child in children:
+        if isinstance(child, Element):
+            made.append(child)
+        elif len(made):
+            made[-1].tail = (made[-1].tail or "") + child
+        else:
+            made.text = (made.text or "") + child
+    return made
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence["Element | str"]], **attributes: str) -> Element:
+    """A table with a head, whose first column names the rows, in a box of its own that scrolls where the page is narrow."""
+    body = []
+    for first, *rest in rows:
+        cells = [tag("td", cell, data_label=label) for label, cell in zip(head[1:], rest, strict=True)]
+        for cell in cells:
+            if len(cell.text or "") > LONG:
+                cell.set("class", "long")
+        body.append(tag("tr", tag("th", first, scope="row"), *cells))
+    top = tag("thead", tag("tr", *(tag("th", label, scope="col") for label in head)))
+    return tag("div", tag("table", top, tag("tbody", *body), **attributes), class_="scroll", tabindex="0")
+
+
+def told(value: Any) -> str:
+    """A plain value as a reader likes it: four digits, lists in brackets, long ones by their last entry."""
+    if value is None or value == []:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.0f}" if value.is_integer() and abs(value) < EXACT else f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        if len(value) > SEVERAL:
+            return f"{len(value)} rows, the last {told(value[-1])}"
+        return f"[{', '.join(told(item) for item in value)}]"
+    text = str(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ... ({len(text)} letters, whole in result.json)"
+
+
+def tables(data: Any, level: int = 3, name: str = "") -> list[Element]:
+    """Nested plain data as tables under headings: what has one set of keys is one table."""
+    heading = [tag(f"h{min(level, 6)}", name.replace("_", " "))] if name else []
+    if rows := _rows(data):
+        columns = list(rows[0][1])
+        return [
+            *heading,
+            table(
+                ["", *(str(key).replace("_", " ") for key in columns)],
+                [[first, *(told(row[key]) for key in columns)] for first, row in rows],
+            ),
+        ]
+    if not isinstance(data, Mapping):
+        return [*heading, tag("p", told(data))]
+    plain = {key: value for key, value in data.items() if not _nested(value)}
+    made = [table(["", "value"], [[str(key).replace("_", " "), told(value)] for key, value in plain.items()])] if plain else []
+    for key, value in data.items():
+        if key not in plain:
+            made += tables(value, level + 1, str(key))
+    return [*heading, *made]
+
+
+def _rows(data: Any) -> list[tuple[str, Mapping[str, Any]]]:
+    """The rows of one table, named; none where the data are not rows of plain values under the same keys."""
+    named = data.items() if isinstance(data, Mapping) else enumerate(data, 1) if isinstance(data, list) else ()
+    pairs = [(str(name), row) for name, row in named]
+    rows = [(name, row) for name, row in pairs if isinstance(row, Mapping)]
+    same = len(rows) == len(pairs) and len({tuple(row) for _, row in rows}) == 1
+    return rows if same and not any(_nested(value) for _, row in rows for value in row.values()) else []
+
+
+def _nested(value: Any) -> bool:
+    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))

@@ -1,0 +1,148 @@
+"""The page of a run: verdicts first, then what was asked, figures, numbers, timings, versions, how to cite."""
+
+import struct
+from base64 import b64encode
+from importlib.resources import files
+from pathlib import Path
+from xml.etree.ElementTree import Element, tostring
+
+from nsmaps.figures.captions import CAPTIONS
+from nsmaps.report.cite import citation, run_citation
+from nsmaps.report.html import table, tables, tag, told
+from nsmaps.study.archive import replace_file
+from nsmaps.study.result import StudyResult, Verdict
+from nsmaps.study.summary import numbers
+
+FILE = "report.html"
+WIDE = 1600  #: pixels from which a figure scrolls sideways on a narrow page instead of shrinking to it: more than one panel
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"  #: a browser that keeps to it asks nobody for anything
+
+
+def write_report(result: StudyResult, folder: Path) -> Path:
+    """Write report.html into the folder of a run, from its result and the figures that were drawn there.
+
+    Raises OSError when a file of the folder cannot be read, or the report cannot be written.
+    """
+    page = "<!DOCTYPE html>\n" + tostring(_page(result, folder), encoding="unicode", method="html")
+    replace_file(folder / FILE, page.encode())
+    return folder / FILE
+
+
+def _page(result: StudyResult, folder: Path) -> Element:
+    title = result.study.title or result.study.name
+    sections = {
+        "Verdicts": _verdicts(result),
+        "What was asked": _asked(result, folder),
+        "Figures": _figures(result, folder),
+        "Numbers": [part for name, data in numbers(result).items() for part in tables(data, 3, name.capitalize())],
+        "Timings": _timings(result),
+        "Versions": [table(["what", "version"], [[name, version] for name, version in result.versions.items()])],
+        "How to cite": _cite(result, folder),
+    }
+    links = [tag("li", tag("a", name, href=f"#{_anchor(name)}")) for name in sections]
+    body = [tag("section", tag("h2", name), *parts, id=_anchor(name)) for name, parts in sections.items()]
+    head = tag(
+        "head",
+        tag("meta", charset="utf-8"),
+        tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
+        tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        tag("title", f"{title} (nsmaps)"),
+        tag("style", files("nsmaps.report").joinpath("style.css").read_text(encoding="utf-8")),
+    )
+    header = tag(
+        "header", tag("h1", title), _about(result), _summary(result), tag("nav", tag("ul", *links), aria_label="Sections")
+    )
+    end = tag("footer", tag("p", f"Made by nsmaps {result.versions.get('nsmaps', '')} from the folder of the run alone."))
+    return tag("html", head, tag("body", header, tag("main", *body), end), lang="en")
+
+
+def _anchor(name: str) -> str:
+    return name.lower().replace(" ", "-")
+
+
+def _about(result: StudyResult) -> Element:
+    given = ", ".join(f"{name} = {told(value)}" for name, value in result.system.parameters.items())
+    seconds = sum(result.timings.values())
+    return tag("p", f"Study {result.study.name} of the system {result.study.system} ({given}), {seconds:.1f} s", class_="soft")
+
+
+def _summary(result: StudyResult) -> Element:
+    """One sentence on the verdicts, before anything else."""
+    required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
+    failed = [verdict.name for verdict in required if not verdict.holds]
+    if failed:
+        text = (
+            f"{len(failed)} of {len(required)} required verdicts {'fail' if len(failed) > 1 else 'fails'}: {'; '.join(failed)}."
+        )
+    elif required:
+        text = f"All {len(required)} required verdicts hold." if len(required) > 1 else "The one required verdict holds."
+    else:
+        text = "The study requires no verdict."
+    if others:
+        text += f" Of {len(others)} that are not required, {sum(verdict.holds for verdict in others)} hold."
+    if not result.finished:
+        text = f"Unfinished: the run was stopped, and this is what it had computed. {text}"
+    return tag("p", text, class_=f"summary {'no' if failed or not result.finished else 'yes'}", role="status")
+
+
+def _verdicts(result: StudyResult) -> list[Element]:
+    if not result.verdicts:
+        return [tag("p", "This study makes no claim.")]
+    head = ["claim", "of", "holds", "required", "because"]
+    made = table(head, [_verdict(verdict) for verdict in result.verdicts], class_="verdicts")
+    for cell in made.iter("td"):
+        if not (cell.text or len(cell)):
+            cell.set("class", "empty")
+    note = "A claim speaks of one map: the exact map, or a map put in its place. Required ones decide the exit code of the run."
+    return [tag("p", note, class_="soft"), made]
+
+
+def _verdict(verdict: Verdict) -> list[Element | str]:
+    kind = "yes" if verdict.holds else "no" if verdict.required else "unrequired"
+    holds = tag("span", "✓ yes" if verdict.holds else "✗ no", class_=f"holds {kind}")
+    return [verdict.name, verdict.of, holds, "yes" if verdict.required else "", verdict.text.partition(": ")[2]]
+
+
+def _asked(result: StudyResult, folder: Path) -> list[Element]:
+    note = "The study as it was run, with every number worked out. It is study.yaml in the run's folder, and can be run again."
+    return [tag("p", note, class_="soft"), tag("pre", tag("code", (folder / "study.yaml").read_text(encoding="utf-8")))]
+
+
+def _figures(result: StudyResult, folder: Path) -> list[Element]:
+    named = dict.fromkeys([*result.study.figures, *(["speed_error"] if result.speed else [])])
+    found = sorted((folder / "figures").glob("*.png"))
+    made = [
+        _figure(path, name, path.stem.removeprefix(name).strip("-"))
+        for name in named
+        for path in found
+        if path.stem == name or path.stem.startswith(f"{name}-")
+    ]
+    return made or [
+        tag("p", "None was drawn. nsmaps figures DIR draws those that the study names, and nsmaps report DIR adds them.")
+    ]
+
+
+def _figure(path: Path, name: str, of: str) -> Element:
+    """A figure within the page, with its size, so that the page does not move while it is read."""
+    content = path.read_bytes()
+    width, height = struct.unpack(">II", content[16:24])  # of the header chunk, with which every PNG begins
+    alt, caption = CAPTIONS[name]
+    source = f"data:image/png;base64,{b64encode(content).decode()}"
+    text = f"{alt}{f', of {of}' if of else ''}"
+    image = tag("img", src=source, alt=text, width=str(width), height=str(height))
+    box = tag("div", image, class_="scroll", tabindex="0")
+    label = tag("figcaption", tag("b", f"{name.replace('_', ' ')}{f' ({of})' if of else ''}. "), caption)
+    return tag("figure", box, label, class_=("wide" if width > WIDE else "narrow") + (" tall" if height > width else ""))
+
+
+def _timings(result: StudyResult) -> list[Element]:
+    total = sum(result.timings.values())
+    rows = [[name.replace("_", " "), f"{spent:.2f}", f"{100 * spent / total:.0f} %"] for name, spent in result.timings.items()]
+    note = "Seconds of wall-clock time by step; the first, of the system, compiles the map or fetches it from the cache."
+    return [tag("p", note, class_="soft"), table(["step", "seconds", "share"], [*rows, ["all", f"{total:.2f}", ""]])]
+
+
+def _cite(result: StudyResult, folder: Path) -> list[Element]:
+    run = run_citation(result.study.name, result.study.title, result.versions, folder)
+    text = f"{citation(result.versions.get('nsmaps', ''))}\n{run}"
+    return [tag("p", "The software, the paper whose method it implements, and this run."), tag("pre", tag("code", text))]

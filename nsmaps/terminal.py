@@ -1,0 +1,115 @@
+"""What commands share: how they end, how they show progress, and the tables that they print.
+
+Escape codes go to a terminal only, and colours not where NO_COLOR is set; what goes to a file or a pipe is plain text.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import typer
+
+from nsmaps.errors import NsmapsError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from nsmaps.study.result import StudyResult
+
+FAILED, BAD, STOPPED = 1, 2, 130  #: exit codes: a required verdict fails, something cannot be read, Ctrl-C
+WIDE = 200  #: columns of a table that goes to a file or a pipe
+
+
+def examples(*lines: str) -> str:
+    """Commands to be tried, in Markdown, below a command's help."""
+    return "Examples:\n\n" + "  \n".join(f"$ {line}" for line in lines)
+
+
+@contextmanager
+def told(fatal: bool = True) -> Iterator[None]:
+    """An error of nsmaps is printed without a traceback, and ends the program if it is fatal; so does Ctrl-C."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo("stopped; nothing more was written", err=True)
+        raise typer.Exit(STOPPED) from None
+    except (NsmapsError, OSError) as error:
+        typer.echo(str(error), err=True)
+        if fatal:
+            raise typer.Exit(BAD) from None
+
+
+@contextmanager
+def bar(quiet: bool) -> Iterator[Callable[[str, float, int], None]]:
+    """A progress bar on standard error while it is a terminal; elsewhere nothing at all.
+
+    The time left is that of the step: the share of it that is done tells nothing about the steps that follow.
+    """
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    screen = console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[left]}"))
+    with Progress(*columns, console=screen, transient=True, disable=quiet or not screen.is_terminal) as shown:
+        task = shown.add_task("", total=None, left="")
+        step, since = "", perf_counter()
+
+        def progress(what: str, done: float, total: int) -> None:
+            nonlocal step, since
+            if what != step:
+                step, since = what, perf_counter()
+            share = done - int(done)
+            left = f"{clock((perf_counter() - since) * (1 - share) / share)} left of {what}" if share else ""
+            number = min(int(done) + 1, total)
+            shown.update(task, description=f"{what} ({number} of {total})", completed=done, total=total, left=left)
+
+        yield progress
+
+
+def clock(seconds: float) -> str:
+    """A time as minutes and seconds, with hours where it has any.
+
+    >>> clock(7.2), clock(3725)
+    ('0:08', '1:02:05')
+    """
+    whole = -int(-seconds // 1)
+    hours, minutes = divmod(whole // 60, 60)
+    return f"{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"{minutes}:{whole % 60:02d}"
+
+
+def console(stderr: bool = False) -> "Console":
+    """A console as wide as the terminal, or wide enough for a table in a file."""
+    from rich.console import Console
+
+    made = Console(stderr=stderr, highlight=False)
+    return made if made.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
+
+
+def verdict_table(result: "StudyResult") -> None:
+    """Print every verdict."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("verdict", "of", "required", "holds", "because", box=box.SIMPLE, title=escape(result.study.title) or None)
+    for verdict in result.verdicts:
+        colour = "green" if verdict.holds else "red" if verdict.required else "yellow"
+        holds, _, because = verdict.text.partition(": ")
+        required = "yes" if verdict.required else ""
+        table.add_row(escape(verdict.name), escape(verdict.of), required, f"[{colour}]{holds}[/]", escape(because))
+    console().print(table)
+
+
+def piece_table(result: "StudyResult") -> None:
+    """Print the regions that a partition ended with, if there is one."""
+    from rich import box
+    from rich.table import Table
+
+    if result.partition is None:
+        return
+    table = Table("region", "role", "word", "share", "order", "terms", "largest error", "", box=box.SIMPLE, title="Partition")
+    for row in result.partition.table():
+        error = " ".join(f"{value:.2g}" for value in row.max_error)
+        share = f"{100 * row.share:.3g} %"
+        table.add_row(row.name, row.role, row.word, share, row.order, str(row.terms), error, row.became.partition(":")[0])
+    console().print(table)

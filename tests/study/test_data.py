@@ -1,0 +1,107 @@
+"""Results as xarray: names, dimensions, units, and that nothing is lost on the way through a file."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsmaps
+
+xarray = pytest.importorskip("xarray")
+ANGLE = "rad"
+
+
+@pytest.fixture(scope="module")
+def system() -> nsmaps.ImpactSystem:
+    """The pair of case FP."""
+    return nsmaps.load_system("vi_pair", d=0.35, r=0.5, g_bar=0.21132751903147873)
+
+
+STATES = np.array([[0.43, 0.26], [0.2, 0.1], [np.nan, 1.0]])
+
+
+def test_returns(system: nsmaps.ImpactSystem) -> None:
+    made = system.first_return(STATES, derivative=True)
+    data = made.to_xarray()
+    assert data.image.dims == ("state", "coordinate")
+    assert data.derivative.dims == ("state", "coordinate", "by")
+    assert data.coordinate.values.tolist() == data.by.values.tolist() == ["v", "phi"]
+    assert data.unit.values.tolist() == ["1", ANGLE]
+    assert np.array_equal(data.image.sel(coordinate="phi"), made.image[:, 1], equal_nan=True)
+    assert np.array_equal(data.derivative.sel(coordinate="v", by="phi"), made.derivative[:, 0, 1], equal_nan=True)
+    assert data.word.values.tolist() == made.words.tolist()
+    assert data.outcome.values.tolist() == [0, 0, 6]
+    assert data.outcome.attrs["long_name"].startswith("0 returned; 1 stuck; ")
+    assert data.attrs == {"walls": "B T", "fitted": 0}
+    assert all({"units", "long_name"} <= set(array.attrs) for array in data.data_vars.values())
+
+
+def test_a_surface_stands_on_its_grid(system: nsmaps.ImpactSystem) -> None:
+    grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.1, high=1, points=7), "phi": nsmaps.Axis(low=0, high=3, points=5)})
+    from nsmaps.exact.surface import surfaces
+
+    surface = surfaces(system, grid, [nsmaps.WordFamily(name="BTB", words=("BTB",))])["BTB"]
+    data = surface.to_xarray()
+    assert dict(data.image.sizes) == {"v": 7, "phi": 5, "coordinate": 2}
+    for v in data.v.values:
+        for phi in data.phi.values:
+            row = (surface.start == (v, phi)).all(axis=1)
+            there = data.image.sel(v=v, phi=phi).values
+            assert np.array_equal(there, surface.image[row][0]) if row.any() else np.isnan(there).all()
+    assert 0 < len(surface.start) < grid.size
+
+
+def test_orbits_of_one_start_and_of_several(system: nsmaps.ImpactSystem) -> None:
+    one = nsmaps.orbit(system, [0.2, 0.1], 4)
+    several = nsmaps.orbit(system, [[0.2, 0.1], [0.43, 0.26], [0.8, 0.3]], 4)
+    data, more = one.to_xarray(), several.to_xarray()
+    assert dict(data.sizes) == {"step": 5, "coordinate": 2, "return": 4}
+    assert dict(more.state.sizes) == {"step": 5, "start0": 3, "coordinate": 2}
+    assert np.array_equal(data.state.sel(step=4), one.final)
+    assert np.array_equal(more.state.isel(start0=0), data.state)
+    assert data.word.sel({"return": 1}) == one.words[0]
+
+
+def test_a_bifurcation_diagram(system: nsmaps.ImpactSystem) -> None:
+    made = nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], returns=6, transient=50)
+    data = made.to_xarray()
+    assert dict(data.state.sizes) == {"value": 2, "start": 1, "return": 6, "coordinate": 2}
+    assert data.motion.sel(value=0.35).values.tolist() == made.labels[1].tolist()
+
+
+def test_an_attracting_domain(system: nsmaps.ImpactSystem) -> None:
+    made = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], 3, samples=31)
+    data = made.to_xarray()
+    assert dict(data.sizes) == {"update": 4, "made": 3, "coordinate": 2, "end": 2, "sample": 31}
+    assert data.box.sel(update=3, coordinate="phi", end="high") == made.box[1, 1]
+    assert np.array_equal(data.upper.sel(made=2, coordinate="v"), made.updates[1].envelopes[0].upper)
+    assert (data.attrs["trapped"], data.attrs["of"]) == (1, "exact map")
+
+
+def test_a_whole_result_comes_back_from_netcdf(good: str) -> None:
+    pytest.importorskip("h5netcdf")
+    pytest.importorskip("h5py")
+    Path("s.yaml").write_text(good.replace("low: [BB]", '"low/all": [BB]').replace("family: low", "family: low/all"))
+    result = nsmaps.run("s.yaml")
+    tree = result.to_xarray()
+    assert {"/returns", "/surfaces/low|all", "/orbits/0/exact", "/orbits/0/composite", "/domains/exact"} <= set(tree.groups)
+    assert tree.attrs == {"study": "s", "title": "The ball", "system": "ball", "a": 0.2, "r": 0.5}
+    tree.to_netcdf("all.nc", engine="h5netcdf")
+    with xarray.open_datatree("all.nc", engine="h5netcdf") as again:
+        assert again.identical(tree)
+        assert np.array_equal(again["returns"]["image"], result.returns.image, equal_nan=True)
+
+
+def test_without_xarray_the_error_says_what_to_install() -> None:
+    program = (
+        "import sys; sys.modules['xarray'] = None\n"
+        "import nsmaps\n"
+        "try:\n"
+        "    nsmaps.load_system('vi_pair', d=0.35, g_bar=0.2).first_return([[0.2, 0.1]]).to_xarray()\n"
+        "except nsmaps.NsmapsError as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "xarray is not installed; accepted: pip install 'nsmaps[data]'\n"

@@ -1,0 +1,252 @@
+"""The page of a run: whole, closed, escaped, asking nobody for anything; and how to cite."""
+
+import re
+import shutil
+import subprocess
+from base64 import b64encode
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree.ElementTree import tostring
+
+import pytest
+from ruamel.yaml import YAML
+from typer.testing import CliRunner
+
+import nsmaps
+from nsmaps.cli import app
+from nsmaps.report.cite import citation, run_citation
+from nsmaps.report.html import tables, tag, told
+from nsmaps.study.run import Interrupted
+
+ROOT = Path(__file__).parents[2]
+VOID = {"meta", "img", "br"}
+ADDRESSES = ("src", "href", "srcset", "action", "data", "poster")
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+HOSTILE = """<script>alert("1")</script> & 'co'"""
+
+
+class Page(HTMLParser):
+    """What a page holds; tags that do not close in order are an error."""
+
+    def __init__(self, text: str) -> None:
+        HTMLParser.__init__(self)
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str]]] = []
+        self.text = ""
+        self.feed(text)
+        self.close()
+        assert self.open == [], "every tag is closed"
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, {key: value or "" for key, value in attrs}))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+    def of(self, name: str) -> list[dict[str, str]]:
+        """The attributes of every tag of this name."""
+        return [attributes for tag, attributes in self.tags if tag == name]
+
+
+def ran(study: str, *more: str) -> Path:
+    """The folder of a run by the command line."""
+    Path("s.yaml").write_text(study)
+    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out", *more])
+    assert answer.exit_code in (0, 1), answer.output
+    return Path("out")
+
+
+def page_of(folder: Path) -> Page:
+    return Page((folder / "report.html").read_text(encoding="utf-8"))
+
+
+def test_a_run_leaves_one_closed_page_that_asks_nobody(good: str) -> None:
+    folder = ran(good + "figures: [words, orbits, domain_size]\n")
+    page = page_of(folder)
+    links = {attributes["href"].removeprefix("#") for attributes in page.of("a")}
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert links == set(ids)
+    assert len(ids) == len(set(ids)) == 7
+    addresses = [attributes[key] for _, attributes in page.tags for key in ADDRESSES if key in attributes]
+    assert all(address.startswith(("#", "data:image/png;base64,")) for address in addresses)
+    assert page.of("link") == page.of("script") == page.of("iframe") == []
+    source = (folder / "report.html").read_text()
+    assert "url(" not in source
+    assert "@import" not in source
+    assert page.of("html") == [{"lang": "en"}]
+    assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in page.of("meta")
+
+
+def test_every_figure_is_within_with_a_text_in_its_place(good: str) -> None:
+    folder = ran(good + "figures: [words, orbits, domain_size]\n")
+    images = page_of(folder).of("img")
+    drawn = sorted((folder / "figures").glob("*.png"))
+    assert len(images) == len(drawn) == 3
+    inside = {image["src"].partition(",")[2] for image in images}
+    assert inside == {b64encode(path.read_bytes()).decode() for path in drawn}
+    assert all(len(image["alt"]) > 20 and int(image["width"]) > 100 for image in images)
+
+
+def test_verdicts_come_first_and_all_of_them(good: str) -> None:
+    folder = ran(good)
+    page, result = page_of(folder), nsmaps.read_result(folder)
+    assert len(result.verdicts) == 6
+    for verdict in result.verdicts:
+        assert verdict.name in page.text
+        assert verdict.text.partition(": ")[2] in page.text
+    headings = re.findall(r"<h2>(.*?)</h2>", (folder / "report.html").read_text())
+    assert headings == ["Verdicts", "What was asked", "Figures", "Numbers", "Timings", "Versions", "How to cite"]
+    held = sum(verdict.holds for verdict in result.verdicts[1:])
+    assert f"The one required verdict holds. Of 5 that are not required, {held} hold." in page.text
+    assert (folder / "study.yaml").read_text() in page.text
+    for name, seconds in result.timings.items():
+        assert f"{name}{seconds:.2f}" in page.text.replace("\n", "")
+    assert all(f"{name}{version}" in page.text for name, version in result.versions.items())
+    assert "@article{bao2025computer," in page.text
+
+
+def test_a_required_verdict_that_fails_is_said_in_the_first_sentence(good: str) -> None:
+    folder = ran(good.replace("where: v > 0.2,", "where: v > 0.3,"))
+    assert "1 of 1 required verdicts fails: covered." in page_of(folder).text
+
+
+def test_hostile_names_are_text(good: str) -> None:
+    study = YAML(typ="safe").load(good)
+    study["title"] = HOSTILE
+    study["families"] = {HOSTILE: ["BB"]}
+    study["composite"][0] |= {"name": HOSTILE, "family": HOSTILE}
+    study["domains"][0]["name"] = HOSTILE
+    Path("made.yaml").unlink(missing_ok=True)
+    YAML().dump(study, Path("made.yaml"))
+    folder = ran(Path("made.yaml").read_text() + "figures: [envelopes]\n")
+    page = page_of(folder)
+    assert page.of("script") == []
+    assert HOSTILE in page.text
+    assert f"domain {HOSTILE}: trapped" in page.text
+    assert page.text.count(HOSTILE) >= 5
+    assert "<script" not in (folder / "report.html").read_text()
+
+
+def test_without_a_report_none_is_left_of_an_earlier_run(good: str) -> None:
+    assert (ran(good) / "report.html").is_file()
+    assert not (ran(good, "--no-report") / "report.html").exists()
+
+
+def test_report_makes_it_again_with_the_figures_that_are_there(good: str) -> None:
+    folder = ran(good + "figures: [orbits]\n", "--no-figures")
+    assert page_of(folder).of("img") == []
+    assert "None was drawn." in page_of(folder).text
+    assert CliRunner().invoke(app, ["figures", "out"]).exit_code == 0
+    (folder / "figures" / "cobweb.png").write_bytes(b"of an earlier run")
+    answer = CliRunner().invoke(app, ["report", "out"])
+    assert (answer.exit_code, answer.stdout) == (0, "out/report.html\n")
+    assert len(page_of(folder).of("img")) == 1
+    assert CliRunner().invoke(app, ["report", "nowhere"]).exit_code == 2
+
+
+def test_an_unfinished_run_is_said_to_be_one(good: str) -> None:
+    def stop(what: str, done: float, total: int) -> None:
+        if what == "orbits":
+            raise KeyboardInterrupt
+
+    Path("s.yaml").write_text(good)
+    with pytest.raises(Interrupted):
+        nsmaps.run("s.yaml", out="out", progress=stop)
+    assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
+    text = page_of(Path("out")).text
+    assert "Unfinished: the run was stopped, and this is what it had computed. The one required verdict holds." in text
+
+
+def test_a_run_with_a_speed_has_its_figure_without_naming_it() -> None:
+    stored = ROOT / "tests" / "data" / "run-format-2" / "partition"
+    folder = shutil.copytree(stored, "out")
+    answer = CliRunner().invoke(app, ["figures", "out"])
+    assert answer.stdout.split() == ["out/figures/speed_error.png"]
+    assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
+    (image,) = page_of(Path(folder)).of("img")
+    assert image["alt"].startswith("Error of the reduced map against its time")
+
+
+def test_plain_data_become_tables() -> None:
+    made = tables(
+        {"states": 4, "none": None, "fits": {"R1": {"r2": 0.123456}, "R2": {"r2": 1.0}}, "log": [{"a": True}]}, name="of"
+    )
+    text = [tostring(part, encoding="unicode", method="html") for part in made]
+    page = Page("".join(text))
+    assert [page.text.count(part) for part in ("states4", "none–", "R10.1235", "R21", "1yes")] == [1, 1, 1, 1, 1]
+    assert told([[0.0, 1.0]] * 12) == "12 rows, the last [0, 1]"
+    assert tostring(tag("a", "x<", tag("b"), " & y", href='"')) == b'<a href="&quot;">x&lt;<b /> &amp; y</a>'
+
+
+@pytest.fixture(scope="module")
+def cff() -> dict:
+    """What the citation file says."""
+    return YAML(typ="safe").load((ROOT / "CITATION.cff").read_text())
+
+
+def test_bibtex_says_what_the_citation_file_says(cff: dict) -> None:
+    paper = cff["preferred-citation"]
+    text = citation(cff["version"])
+    entries = dict(re.findall(r"^@(\w+)\{\w+,\n(.*?)^\}", text, re.MULTILINE | re.DOTALL))
+    fields = {kind: dict(re.findall(r"^  (\w+) = \{(.*)\},$", body, re.MULTILINE)) for kind, body in entries.items()}
+    authors = " and ".join(f"{author['family-names']}, {author['given-names']}" for author in paper["authors"])
+    said = {key: fields["article"][key] for key in ("author", "title", "journal", "volume", "year")}
+    assert said == {
+        "author": authors,
+        "title": paper["title"],
+        "journal": paper["journal"],
+        "volume": str(paper["volume"]),
+        "year": str(paper["year"]),
+    }
+    assert fields["article"]["pages"].startswith(str(paper["start"]))
+    assert (fields["software"]["version"], fields["software"]["author"]) == (cff["version"], f"{{{cff['authors'][0]['name']}}}")
+
+
+def test_a_run_is_cited_by_its_study_and_what_it_computed(good: str) -> None:
+    folder = ran(good.replace("title: The ball", "title: 100 % of {this} & that_one"))
+    answer = CliRunner().invoke(app, ["cite", "out"])
+    assert answer.exit_code == 0
+    assert r"title = {100 \% of \{this\} \& that\_one}" in answer.stdout
+    assert answer.stdout.count("@") == 3
+    before = run_citation("s", "", {}, folder)
+    (folder / "arrays.npz").write_bytes(b"other")
+    assert run_citation("s", "", {}, folder) != before
+    assert CliRunner().invoke(app, ["cite"]).stdout.count("@") == 2
+    assert CliRunner().invoke(app, ["cite", "nowhere"]).exit_code == 2
+
+
+def browse(*arguments: str) -> str:
+    """What a headless browser prints."""
+    assert BROWSER
+    command = [BROWSER, "--headless=new", "--no-sandbox", "--disable-gpu", "--allow-file-access-from-files", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+@pytest.mark.parametrize("width", [390, 1200])
+def test_a_browser_lays_the_page_out_within_its_width(good: str, width: int) -> None:
+    folder = ran(good + "figures: [words, orbits, domain_size]\n")
+    measure = (
+        "const page = document.querySelector('iframe').contentDocument;"
+        "const seen = [...page.images].every(image => image.complete && image.naturalWidth > 0 && image.width > 100);"
+        "const {scrollWidth, clientWidth} = page.documentElement;"
+        "document.body.append(`beyond ${scrollWidth - clientWidth} images ${page.images.length} ${seen}`)"
+    )
+    frame = f'<iframe src="report.html" width="{width}" height="800" style="border:0" onload="{measure}"></iframe>'
+    Path(folder, "frame.html").write_text(f"<!DOCTYPE html><body>{frame}</body>")
+    seen = browse("--virtual-time-budget=10000", "--dump-dom", (folder / "frame.html").resolve().as_uri())
+    assert "beyond 0 images 3 true" in seen
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+def test_a_browser_prints_the_page(good: str) -> None:
+    folder = ran(good + "figures: [orbits]\n")
+    browse("--no-pdf-header-footer", "--print-to-pdf=page.pdf", (folder / "report.html").resolve().as_uri())
+    printed = Path("page.pdf").read_bytes()
+    assert printed.startswith(b"%PDF")
+    assert printed.count(b"/Type /Page\n") + printed.count(b"/Type /Page ") >= 2

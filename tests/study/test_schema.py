@@ -1,0 +1,67 @@
+"""The JSON Schema of studies: what editors check and complete by."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from make_schema import SCHEMA, text
+from ruamel.yaml import YAML
+
+from nsmaps.study.archive import resolved
+from nsmaps.study.reader import load_study
+
+ROOT = Path(__file__).parents[2]
+STUDIES = sorted(ROOT.glob("plugins/*/studies/*.yaml"))
+MODELINE = re.compile(r"# yaml-language-server: \$schema=(\S+)\n")
+
+
+def complaints(study: str) -> list[str]:
+    """Where a text is no study, by the schema alone."""
+    jsonschema = pytest.importorskip("jsonschema")
+    made = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text()))
+    return sorted({error.json_path for error in made.iter_errors(YAML(typ="safe").load(study))})
+
+
+def test_the_file_is_that_of_the_grammar_and_its_reference() -> None:
+    assert SCHEMA.read_text(encoding="utf-8") == text(), "run python tests/make_schema.py"
+    pytest.importorskip("jsonschema").Draft202012Validator.check_schema(json.loads(text()))
+
+
+def test_every_key_says_what_it_means() -> None:
+    made = json.loads(SCHEMA.read_text())
+    parts: dict[str, dict[str, Any]] = {"": made, **made["$defs"]}
+    rows = {f"{name}.{key}": row for name, part in parts.items() for key, row in part.get("properties", {}).items()}
+    assert [key for key, row in rows.items() if "description" not in row] == []
+    assert made["properties"]["system"]["description"].startswith("an installed system, or `path/to/mine.py:Class`")
+    assert made["$defs"]["DomainSection"]["properties"]["updates"]["description"] == (
+        "most updates N (whole number >= 1; default: 11)"
+    )
+
+
+@pytest.mark.parametrize("file", STUDIES, ids=lambda file: file.stem)
+def test_shipped_studies_are_valid_and_name_the_schema(file: Path) -> None:
+    source = file.read_text()
+    assert complaints(source) == []
+    named = MODELINE.match(source)
+    assert named, "the first line is the modeline of editors"
+    assert (file.parent / named[1]).resolve() == SCHEMA
+    assert complaints(resolved(load_study(file))) == [], "a run's study.yaml is valid too"
+
+
+@pytest.mark.parametrize(
+    ("bad", "where"),
+    [
+        ("orbit: []", "$"),
+        ("grid: {v: {from: 0, to: 1}}", "$.grid.v"),
+        ("orbits: [{start: {v: 1}, returns: many}]", "$.orbits[0].returns"),
+        ("figures: [word]", "$.figures[0]"),
+        ("domains: [{name: d, map: exact, box: {v: [0, 1, 2]}}]", "$.domains[0].box.v"),
+        ("require: [covering]", "$.require[0]"),
+    ],
+)
+def test_what_is_wrong_is_seen_where_it_is(bad: str, where: str) -> None:
+    assert complaints("system: vi_pair\n") == []
+    assert complaints(f"system: vi_pair\n{bad}\n") == [where]
+    assert complaints(bad)[0] == "$", "no system"

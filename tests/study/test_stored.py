@@ -1,0 +1,78 @@
+"""Run folders that were written when their format was new: every later version reads them.
+
+A change that breaks one of these tests raises FORMAT and comes with a function that brings the older format to the newer;
+the folders stay as they are, and the new format gets folders of its own. Their arrays were compressed, to be small.
+"""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.errors import NsmapsError
+from nsmaps.study.archive import FORMAT
+
+STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}"
+
+
+@pytest.mark.parametrize("name", ["run", "partition", "accurate"])
+def test_a_stored_run_is_read_and_says_what_it_said(name: str) -> None:
+    result = nsmaps.read_result(STORED / name)
+    record = json.loads((STORED / name / "result.json").read_text())
+    assert result.finished
+    assert [verdict.text for verdict in result.verdicts] == [verdict["text"] for verdict in record["verdicts"]]
+    assert list(result.timings) == list(record["timings"])
+    with np.load(STORED / name / "arrays.npz", allow_pickle=False) as arrays:
+        assert np.array_equal(result.returns.image, arrays["returns/image"], equal_nan=True)
+
+
+def test_maps_of_a_stored_run_are_maps() -> None:
+    result = nsmaps.read_result(STORED / "run")
+    numbers = json.loads((STORED / "run" / "result.json").read_text())["numbers"]
+    start = result.orbits[0].start
+    again = nsmaps.orbit(result.composite, start, 6)
+    assert again.final == pytest.approx(numbers["orbits"][0]["composite"], abs=1e-12)
+    assert result.parametric.at(0.35).first_return([start]).valid.all()
+    assert str(result.second_iterate.expr) == numbers["second_iterate"]["expr"]
+    assert set(result.bifurcation) == {"exact", "composite"}
+    parts = nsmaps.read_result(STORED / "partition")
+    assert nsmaps.orbit(parts.composite, [0.8, 0.3], 5).states.shape == (6, 2)
+    strips = nsmaps.read_result(STORED / "accurate")
+    state = [[0.9, 0.35]]
+    exact = strips.system.first_return(state).image
+    assert strips.reduced.first_return(state).image == pytest.approx(exact, abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("found", "says"), [(FORMAT + 1, "a newer nsmaps reads it"), (1, "run the study again"), (None, "run the study again")]
+)
+def test_another_format_says_what_to_do(found: int | None, says: str) -> None:
+    folder = shutil.copytree(STORED / "run", "other")
+    file = Path(folder, "result.json")
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"format": found}))
+    with pytest.raises(NsmapsError, match=rf"has format {found}; accepted: {FORMAT}; .*{says}; written by nsmaps 0\.1\.0"):
+        nsmaps.read_result(folder)
+
+
+def test_a_record_that_does_not_fit_its_format_is_an_error_of_nsmaps() -> None:
+    folder = shutil.copytree(STORED / "run", "other")
+    file = Path(folder, "result.json")
+    record = json.loads(file.read_text())
+    record["objects"]["tomorrow"] = None
+    file.write_text(json.dumps(record))
+    with pytest.raises(NsmapsError, match=r"not as this nsmaps reads it: .*tomorrow.*; written by nsmaps 0\.1\.0"):
+        nsmaps.read_result(folder)
+
+
+def test_show_versions_tells_where_it_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NSMAPS_CACHE_DIR", str(Path("kernels").resolve()))
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    nsmaps.show_versions()
+    told = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert told["kernels"] == str(Path("kernels").resolve())
+    assert "OMP_NUM_THREADS=3" in told["threads"]
+    assert {"python", "platform", "nsmaps", "numpy", "numba", "xarray", "heyoka", "cores"} <= set(told)
+    assert int(told["cores"]) >= 1

@@ -1,0 +1,154 @@
+"""What a newcomer meets: help, completion, colours, progress, and plain text wherever nobody looks on."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from nsmaps.cli import app
+from nsmaps.terminal import clock
+
+CODES = re.compile(r"\x1b")
+COLOURS = re.compile(r"\x1b\[(?:\d+;)*(?:3[0-7]|9[0-7]|38;[\d;]+)(?:;\d+)*m")
+COMMANDS = sorted(get_command(app).commands)
+HELP = ["--help"], *([name, "--help"] for name in COMMANDS)
+
+
+def environment(**more: str) -> dict[str, str]:
+    """This process's own, with its path, and without what would speak for or against colours."""
+    kept = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "FORCE_COLOR", "TERM", "COLUMNS", "CI")}
+    return {**kept, "PYTHONPATH": os.pathsep.join(sys.path), "TERM": "xterm-256color", **more}
+
+
+def program(*arguments: str, **more: str) -> "subprocess.CompletedProcess[str]":
+    """The program in a process of its own, its output in pipes."""
+    command = [sys.executable, "-m", "nsmaps", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, env=environment(**more), check=False)
+
+
+def on_terminal(*arguments: str, stop_at: str = "\0", **more: str) -> tuple[int, str]:
+    """The exit code and all that the program writes to a terminal, on which Ctrl-C is pressed once a text appears."""
+    pty = pytest.importorskip("pty")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "nsmaps", *arguments]
+    running = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment(**more))
+    os.close(theirs)
+    written, pressed = "", False
+    with suppress(OSError), os.fdopen(ours, "rb", buffering=0) as screen:  # which ends in an error on Linux
+        while part := screen.read(65536):
+            written += part.decode(errors="replace")
+            if stop_at in written and not pressed:
+                running.send_signal(signal.SIGINT)
+                pressed = True
+    return running.wait(), written
+
+
+@pytest.fixture
+def slow(good: str) -> str:
+    """A study whose orbits take a while, as a file."""
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 1000"))
+    return "s.yaml"
+
+
+def test_times_are_told_as_a_clock() -> None:
+    assert [clock(seconds) for seconds in (0, 7.2, 59.9, 61, 3725)] == ["0:00", "0:08", "1:00", "1:01", "1:02:05"]
+
+
+def test_help_teaches_by_examples_that_name_the_command() -> None:
+    for name, command in get_command(app).commands.items():
+        assert f"$ nsmaps {name}" in command.epilog, f"nsmaps {name} --help shows no example"
+        assert command.help, f"nsmaps {name} --help says nothing"
+        silent = [option.opts for option in command.params if not option.help]
+        assert silent == [], f"nsmaps {name}: options without a word"
+
+
+def test_examples_of_help_are_accepted() -> None:
+    for command in get_command(app).commands.values():
+        for line in re.findall(r"^\$ nsmaps ([^|>\n]*)", command.epilog, re.MULTILINE):
+            name, *given = line.split()
+            get_command(app).commands[name].make_context(name, [word for word in given if word != "--help"])
+
+
+@pytest.mark.parametrize("given", HELP, ids=lambda given: given[0])
+def test_piped_help_has_no_escape_codes(given: list[str]) -> None:
+    done = program(*given)
+    assert done.returncode == 0
+    assert not CODES.search(done.stdout + done.stderr)
+
+
+def test_a_piped_run_has_no_escape_codes_and_no_progress(slow: str) -> None:
+    done = program("run", slow, "--no-figures")
+    assert done.returncode == 0
+    assert not CODES.search(done.stdout)
+    assert done.stderr == ""
+
+
+def test_a_terminal_sees_progress_with_time_left_and_colours(slow: str) -> None:
+    code, written = on_terminal("run", slow, "--no-figures")
+    assert code == 0
+    assert "orbits (4 of 5)" in written
+    assert re.search(r"0:\d\d left of orbits", written)
+    assert COLOURS.search(written)
+    assert "written to runs/s; to be read: runs/s/report.html" in re.sub(r"\s+", " ", written)
+
+
+def test_no_color_is_obeyed_on_a_terminal(slow: str) -> None:
+    code, written = on_terminal("run", slow, "--no-figures", NO_COLOR="1")
+    assert code == 0
+    assert "orbits (4 of 5)" in written
+    assert not COLOURS.search(written)
+    assert not COLOURS.search(on_terminal("run", "--help", NO_COLOR="1")[1])
+    assert COLOURS.search(on_terminal("run", "--help")[1]), "where it is not set there are colours"
+
+
+def test_quiet_is_quiet_on_a_terminal(slow: str) -> None:
+    assert on_terminal("run", slow, "--no-figures", "--quiet") == (0, "")
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(slow: str) -> None:
+    from nsmaps import read_result
+
+    text = Path(slow).read_text()
+    Path(slow).write_text(text.replace("returns: 1000", "returns: 20000000"))
+    code, written = on_terminal("run", slow, "--out", "out", stop_at="left of orbits")
+    assert code == 130
+    assert "to go on: nsmaps run s.yaml --out out --resume" in written
+    kept = read_result("out")
+    assert not kept.finished
+    assert "orbits" not in kept.timings
+    assert program("report", "out").returncode == 0
+    assert "Unfinished: the run was stopped" in Path("out/report.html").read_text()
+
+
+def complete(line: str) -> list[str]:
+    """What the shell is offered at the end of a line."""
+    words = line.split(" ")
+    asked = {"_NSMAPS_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
+    return program(**asked).stdout.split()
+
+
+def test_the_shell_completes_commands_options_and_studies() -> None:
+    assert complete("nsmaps sc") == ["schema"]
+    assert complete("nsmaps run --res") == ["--resume"]
+    assert complete("nsmaps run ball/") == ["ball/drop"]
+    assert "--install-completion" in program("--help").stdout
+
+
+def test_a_command_that_is_not_there_has_a_near_match() -> None:
+    done = program("chekc")
+    assert done.returncode == 2
+    assert "check" in done.stderr
+
+
+def test_check_says_where_and_what_was_meant() -> None:
+    Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbit: []\n")
+    done = program("check", "s.yaml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("s.yaml:3:1: unknown key 'orbit'; accepted: name, title, system")
+    assert done.stderr.endswith("did you mean 'orbits'?\n")
