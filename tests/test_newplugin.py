@@ -17,6 +17,7 @@ def python(folder: Path, site: Path, *arguments: str) -> subprocess.CompletedPro
     return subprocess.run([sys.executable, *arguments], cwd=folder, env=env, capture_output=True, text=True)
 
 
+@pytest.mark.thorough
 def test_it_installs_and_passes_at_once(tmp_path: Path) -> None:
     project = new_plugin("my_ball", tmp_path)
     site = tmp_path / "site"

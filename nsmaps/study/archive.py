@@ -27,7 +27,7 @@ from nsmaps.study.spec import Study
 from nsmaps.study.summary import numbers
 from nsmaps.study.tree import Arrays, decode, encode
 
-FORMAT = 2
+FORMAT = 3
 KEPT = (
     "returns",
     "surfaces",

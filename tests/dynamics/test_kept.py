@@ -13,6 +13,7 @@ MULTIPLIERS = [-0.82672902, -0.07559914]
 AROUND = (0.55, 1.0), (0.0, 1.5)  #: holds the attractors for d in [0.26, 0.35]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("tolerance", "off"), [(1e-3, 1e-3), (1e-4, 2e-5)])
 def test_doubling_of_strips(pair, tolerance, off):
     def of(d):
@@ -40,6 +41,7 @@ def attractor(map):
     return made.states.reshape(-1, 2)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("d", "most"), [(0.26, 2e-3), (0.27, 1e-4), (0.30, 1e-4), (0.35, 1e-4)])
 def test_attractor_of_strips(pair, d, most):
     strips = strip_map(pair(d), *AROUND, 1e-4)

@@ -42,7 +42,7 @@ def test_the_oscillators_diagram_is_chaotic_at_the_graze():
     assert set(made.labels[made.values < 0.3469, 0]) == {"1:0/C"}
 
 
-@pytest.fixture(scope="module", params=["bouncing_ball", "impact_oscillator"])
+@pytest.fixture(scope="module", params=["bouncing_ball", pytest.param("impact_oscillator", marks=pytest.mark.thorough)])
 def by_itself(request):
     """What the general algorithm makes of a system."""
     return nsmaps.run(f"{request.param}/auto")

@@ -160,7 +160,7 @@ def test_states_that_never_return_are_left_uncovered_and_counted():
     assert any(row.became == "left uncovered: nothing returns (escaped)" for row in result.log)
 
 
-@pytest.mark.parametrize("top", [np.pi, TWO_PI])
+@pytest.mark.parametrize("top", [np.pi, pytest.param(TWO_PI, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("d", [0.35, 0.3, 0.26])
 def test_the_vibro_impact_pair_arrives_where_the_exact_map_does(pair: Callable, d, top):
     system = pair(d)
@@ -180,6 +180,7 @@ def test_the_vibro_impact_pair_arrives_where_the_exact_map_does(pair: Callable, 
     assert (result.attracting_map.piece_of(ends.reshape(-1, 2)).reshape(32, 200) >= 0).any(axis=0).mean() > 0.98
 
 
+@pytest.mark.thorough
 def test_one_tolerance_everywhere_makes_transient_pieces_accurate_too(pair: Callable):
     system, over = pair(0.3), grid((0.0033, 1), (0, np.pi), 100)
     x = np.random.default_rng(6).uniform([0.0033, 0], [1, np.pi], (20_000, 2))

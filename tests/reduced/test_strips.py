@@ -34,6 +34,7 @@ def test_tolerance_is_kept_everywhere(pair, d, tolerance):
     assert uniform.by_exact_map < 1e-4 * uniform.points
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("d", [0.35, 0.26])
 def test_tolerance_is_kept_on_the_circle(pair, d):
     made = strip_map(pair(d), *WIDE, 1e-8)

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from nsmaps import Axis, Grid, Noise, basins, lyapunov, noisy_orbits, read_result, run
 from nsmaps.dynamics.basins import boundary
@@ -28,6 +29,7 @@ figures: [lyapunov, basins, noise]
 """
 
 
+@pytest.mark.thorough
 def test_a_study_gives_what_the_functions_give() -> None:
     Path("long.yaml").write_text(LONG_RUN)
     result = run("long.yaml", out="long")

@@ -57,7 +57,7 @@ def test_shipped_studies_are_valid_and_name_the_schema(file: Path) -> None:
         ("grid: {v: {from: 0, to: 1}}", "$.grid.v"),
         ("orbits: [{start: {v: 1}, returns: many}]", "$.orbits[0].returns"),
         ("figures: [word]", "$.figures[0]"),
-        ("domains: [{name: d, map: exact, box: {v: [0, 1, 2]}}]", "$.domains[0].box.v"),
+        ("morse: {box: {v: [0, 1, 2]}}", "$.morse.box.v"),
         ("require: [covering]", "$.require[0]"),
     ],
 )

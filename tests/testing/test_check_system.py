@@ -217,6 +217,7 @@ def test_growth_of_the_wrong_sign_is_refused():
         check_system(WrongSignOfDamping(zeta=0.2, w=0.81, A=0.7, wall=0.6))
 
 
+@pytest.mark.thorough
 def test_a_wrong_sign_that_lets_the_ball_come_back_takes_the_equation():
     check_system(WrongSignOfTilt(**PAIR))
     with pytest.raises(CheckError, match="does not obey its equation of motion: a term has a wrong sign or factor"):
@@ -225,6 +226,7 @@ def test_a_wrong_sign_that_lets_the_ball_come_back_takes_the_equation():
         check_system(VIPair(d=0.35, g_bar=0), lambda t, x, u: -sp.cos(sp.pi * t))
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore:Table")
 def test_an_impact_that_gains_energy_and_what_nobody_described_are_warned_of():
     class Kicked(BouncingBall):
