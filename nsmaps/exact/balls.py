@@ -86,8 +86,9 @@ def between(least, most):
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def bmeet(a, b):
-    """A ball that holds what is in both."""
-    return between(max(low(a), low(b)), min(high(a), high(b)))
+    """A ball that holds what is in both; of the second nothing need be known."""
+    least, most = low(b), high(b)
+    return between(least if least > low(a) else low(a), most if most < high(a) else high(a))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

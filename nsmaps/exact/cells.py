@@ -12,7 +12,7 @@ from nsmaps.exact.balls import badd, between, high, low, reduced, size
 from nsmaps.exact.encounters import GONE, LANDED, first_impacts
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP
 from nsmaps.exact.returns import spell
-from nsmaps.exact.swarm import ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm, slopes
+from nsmaps.exact.swarm import ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm
 
 # === engine ===
 
@@ -75,7 +75,7 @@ def cell_images(p, v, phi, tables):
             smooth = smooth and hits[k, SMOOTH] > 0.0
             swarm = get_swarm(hits, k)
             if on_base:
-                v, phi = swarm[5], swarm[6]
+                v, phi = swarm[6], swarm[7]
                 m = add_image(codes, images, m, more, max(low(v), 0.0), high(v), low(phi), high(phi))
             else:
                 names[waiting, 0], names[waiting, 1] = more, next_power
@@ -91,8 +91,7 @@ def sharpened(p, cell, tables, most):
     A component whose derivatives have no zero in the cell is least and greatest at corners.
     """
     _, _, hits, codes, images = tables
-    _, _, one, h, r, v, phi = get_swarm(hits, 0)
-    d = slopes(one, h, r)
+    _, _, one, d, _, r, v, phi = get_swarm(hits, 0)
     code, ends, loose = codes[0], images[0].copy(), False
     for row in range(2):
         a, b = d[2 * row], d[2 * row + 1]

@@ -59,7 +59,7 @@ def passed(p, gap, jerk, s, h, swarm, upper, table, n):
     if least > 1e-13 * (abs(low(y)) + h * size(u)) or low(rate) >= 0.0:
         return n
     (omega,) = ball_rate(p)
-    phi = badd(swarm[6], bmul(omega, badd((s, 0.0), all_h)))
+    phi = badd(swarm[7], bmul(omega, badd((s, 0.0), all_h)))
     put_swarm(table, n, upper, box_swarm(between(max(-high(rate), 0.0), max(-low(rate), 0.0)), phi), False)
     return n + 1
 
@@ -86,10 +86,10 @@ def first_impacts(p, up, swarm, table):
     motion = NOTHING, flight[4], a, j
     own = gap_to(up, NOTHING, motion)
     u = max(low(own[1]), 0.0)
-    if low(own[2]) <= 0.0 and (u <= NO_SPEED or (up == BASE_UP and low(swarm[5]) <= CHATTERED)):
-        return RESTED, 0, swarm[4]
+    if low(own[2]) <= 0.0 and (u <= NO_SPEED or (up == BASE_UP and low(swarm[6]) <= CHATTERED)):
+        return RESTED, 0, swarm[5]
     away = first_step(u, low(own[2]), low(own[3]), jerk, snap) * INWARD
-    s, n, by = 0.0, 0, swarm[4]
+    s, n, by = 0.0, 0, swarm[5]
     for _ in range(MOST_LEAPS):
         to_up, to_down = gap_to(True, room_up, motion), gap_to(False, room_down, motion)
         if (HAS_UP and high(to_up[0]) < 0.0) or (HAS_DOWN and high(to_down[0]) < 0.0):

@@ -1,9 +1,10 @@
 """Sets of states that fly together, and the impacts of a set on a wall that all of it meets.
 
 A *swarm* is a set of impacts on one wall that depends on x, |x_k| <= r_k, in balls: for x = 0 its centre c and derivative
-D, for all x the second derivative H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi) is in
-c + D x + H x x/2. The gap to a wall at time s is that of the centre and, by the mean value theorem, its derivative over the
-set times x. Like `flight.py`, this file is copied behind what is generated.
+d, for all x the derivative D and the second one H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi) is in
+c + d x + H x x/2 and in c + D x, and D in d + H x. Next to a graze H grows as the third power of 1/rate, D as the first, and
+the box does not grow: what is narrow there is the last, elsewhere the first, and all that is known is met. The gap to a wall
+at time s is that of the centre and, by the mean value theorem, its derivative over the set times x, within that of the box. Like `flight.py`, this file is copied behind what is generated.
 """
 
 from numba import njit
@@ -24,14 +25,15 @@ from nsmaps.exact.flight import OUTWARD
 # === engine ===
 
 NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
-UPPER, SMOOTH, ROW = 30, 31, 32  # columns of a table of swarms
+UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of swarms
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def box_swarm(v, phi):
     """The swarm that fills a box."""
     flat = NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING
-    return (v[0], 0.0), (phi[0], 0.0), (ONE, NOTHING, NOTHING, ONE), flat, (v[1], phi[1]), v, phi
+    unit = ONE, NOTHING, NOTHING, ONE
+    return (v[0], 0.0), (phi[0], 0.0), unit, unit, flat, (v[1], phi[1]), v, phi
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -47,13 +49,13 @@ def widened(c, r):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def slopes(d, h, r):
-    """The first derivative over a swarm, from that of the centre and the second."""
+def slopes(known, d, h, r):
+    """What is known of the first derivative over a swarm, within that of the centre and the second."""
     return (
-        widened(d[0], spread(h[0], h[1], r)),
-        widened(d[1], spread(h[1], h[2], r)),
-        widened(d[2], spread(h[3], h[4], r)),
-        widened(d[3], spread(h[4], h[5], r)),
+        bmeet(known[0], widened(d[0], spread(h[0], h[1], r))),
+        bmeet(known[1], widened(d[1], spread(h[1], h[2], r))),
+        bmeet(known[2], widened(d[2], spread(h[3], h[4], r))),
+        bmeet(known[3], widened(d[3], spread(h[4], h[5], r))),
     )
 
 
@@ -67,7 +69,7 @@ def launch_of(p, up, v):
 @njit(cache=True, nogil=True, error_model="numpy")
 def launched(p, up, swarm):
     """What of the flights of a swarm does not depend on time, and bounds on |jerk| and |snap|."""
-    v, phi, d, h, r, box_v, box_phi = swarm
+    v, phi, _, d, _, r, box_v, box_phi = swarm
     top, bottom = ball_places(p)
     z = top if up else bottom
     w, slope, _ = launch_of(p, up, box_v)
@@ -75,7 +77,6 @@ def launched(p, up, swarm):
     at = bangle(box_phi)
     one, whole = ball_coefficients(p, bangle(phi), z, centre), ball_coefficients(p, at, z, w)
     limits = ball_bounds(p, at, z, w)
-    d = slopes(d, h, r)
     by_x = d[2], d[3], bmul(slope, d[0]), bmul(slope, d[1])
     return (one, whole, at, z, w, by_x, r), high(limits[0]) * OUTWARD, high(limits[1]) * OUTWARD
 
@@ -97,10 +98,10 @@ def by_start(p, flight, s):
 def view(p, flight, s):
     """Displacement and its rates over a swarm at time s, those of its centre, and its spread by x_1 and by x_2."""
     d, v, a, j = ball_motion(flight[0], (s, 0.0))
-    _, _, all_a, all_j = ball_motion(flight[1], (s, 0.0))
+    all_d, all_v, all_a, all_j = ball_motion(flight[1], (s, 0.0))
     d_1, d_2, v_1, v_2 = by_start(p, flight, (s, 0.0))
     r = flight[6]
-    motion = widened(d, spread(d_1, d_2, r)), widened(v, spread(v_1, v_2, r)), all_a, all_j
+    motion = bmeet(all_d, widened(d, spread(d_1, d_2, r))), bmeet(all_v, widened(v, spread(v_1, v_2, r))), all_a, all_j
     return motion, (d, v, a, j), (size(d_1) * r[0], size(d_2) * r[1])
 
 
@@ -179,13 +180,11 @@ def impact_bend(tangent, bends, motion, y_k, y_m, y_km, rates_k, rates_m):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bends_over(p, up, flight, swarm, s, motion):
+def bends_over(p, up, flight, swarm, s, motion, times, fixed):
     """The second derivatives of velocity and time at impacts at times s: by x_1 twice, by both, by x_2 twice."""
     _, _, at, z, w, y, _ = flight
-    _, _, d, h, r, box_v, _ = swarm
-    d = slopes(d, h, r)
+    _, _, _, d, h, _, box_v, _ = swarm
     _, law, law_bend = launch_of(p, up, box_v)
-    times, _, fixed = impact_slopes(p, at, z, w, s, motion[0], motion[1], y)
     tangent, bends = ball_tangent(p, at, z, w, s), ball_bends(p, at, z, w, s)
     y_1, y_2 = (y[0], y[2]), (y[1], y[3])
     rates_1 = times[0], fixed[0], badd(bmul(bends[6], y_1[0]), bmul(bends[7], y_1[1]))
@@ -200,16 +199,23 @@ def bends_over(p, up, flight, swarm, s, motion):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def reach_of(d_1, d_2, h_11, h_12, h_22, r):
+def reach_of(d, h, r):
     """The radius of d x + h x x/2."""
-    bend = size(h_11) * r[0] * r[0] + 2.0 * size(h_12) * r[0] * r[1] + size(h_22) * r[1] * r[1]
-    return (spread(d_1, d_2, r) + 0.5 * bend) * GROW
+    bend = size(h[0]) * r[0] * r[0] + 2.0 * size(h[1]) * r[0] * r[1] + size(h[2]) * r[1] * r[1]
+    return (spread(d[0], d[1], r) + 0.5 * bend) * GROW
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def impact_law(upper, v_x, d, omega, s_x):
+    """The derivatives of speed and phase of impacts by x, from those of velocity and time."""
+    phi_1, phi_2 = badd(d[2], bmul(omega, s_x[0])), badd(d[3], bmul(omega, s_x[1]))
+    return (v_x[0], v_x[1], phi_1, phi_2) if upper else (bneg(v_x[0]), bneg(v_x[1]), phi_1, phi_2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def landed(p, up, flight, swarm, upper, room, s, tau, jerk):
     """The impacts of a swarm that surely meets a wall once, without a turn, at s + tau: (is no rate near zero, the swarm)."""
-    v, phi, d, h, r, _, box_phi = swarm
+    v, phi, d, all_x, h, r, _, box_phi = swarm
     motion, centre, _ = view(p, flight, s)
     tau, gap_rate, gap_bend = crossing(gap_to(upper, room, motion), jerk, tau)
     y, u, _, _ = gap_to(upper, room, centre)
@@ -220,36 +226,43 @@ def landed(p, up, flight, swarm, upper, room, s, tau, jerk):
     w, law, _ = launch_of(p, up, v)
     y_x = d[2], d[3], bmul(law, d[0]), bmul(law, d[1])
     s_x, v_x, _ = impact_slopes(p, bangle(phi), flight[3], w, near, rate, a, y_x)
+    d = impact_law(upper, v_x, d, omega, s_x)
     _, _, all_a, all_j = ball_motion(flight[1], whole)
     all_rate = bneg(gap_rate) if upper else gap_rate
-    v_xx, s_xx = bends_over(p, up, flight, swarm, whole, (all_rate, all_a, all_j))
-    d = v_x[0], v_x[1], badd(d[2], bmul(omega, s_x[0])), badd(d[3], bmul(omega, s_x[1]))
+    s_x, v_x, fixed = impact_slopes(p, flight[2], flight[3], flight[4], whole, all_rate, all_a, flight[5])
+    v_xx, s_xx = bends_over(p, up, flight, swarm, whole, (all_rate, all_a, all_j), s_x, fixed)
     phi_xx = badd(h[3], bmul(omega, s_xx[0])), badd(h[4], bmul(omega, s_xx[1])), badd(h[5], bmul(omega, s_xx[2]))
     if not upper:
-        rate, d, v_xx = bneg(rate), (bneg(d[0]), bneg(d[1]), d[2], d[3]), (bneg(v_xx[0]), bneg(v_xx[1]), bneg(v_xx[2]))
-    phase = badd(phi, bmul(omega, near))
-    all_v = bmeet(bneg(gap_rate), widened(rate, reach_of(d[0], d[1], v_xx[0], v_xx[1], v_xx[2], r)))
-    reach = reach_of(d[2], d[3], phi_xx[0], phi_xx[1], phi_xx[2], r)
-    all_phi = bmeet(badd(box_phi, bmul(omega, whole)), widened(phase, reach))
+        rate, v_xx = bneg(rate), (bneg(v_xx[0]), bneg(v_xx[1]), bneg(v_xx[2]))
     h = v_xx[0], v_xx[1], v_xx[2], phi_xx[0], phi_xx[1], phi_xx[2]
-    return high(gap_rate) < 0.0, (rate, phase, d, h, r, all_v, all_phi)
+    all_x = slopes(impact_law(upper, v_x, all_x, omega, s_x), d, h, r)
+    phase = badd(phi, bmul(omega, near))
+    all_v = bmeet(bmeet(bneg(gap_rate), widened(rate, spread(all_x[0], all_x[1], r))), widened(rate, reach_of(d[:2], h[:3], r)))
+    all_phi = bmeet(badd(box_phi, bmul(omega, whole)), widened(phase, spread(all_x[2], all_x[3], r)))
+    all_phi = bmeet(all_phi, widened(phase, reach_of(d[2:], h[3:], r)))
+    return high(gap_rate) < 0.0, (rate, phase, d, all_x, h, r, all_v, all_phi)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def put_swarm(table, n, upper, swarm, smooth):
     """Write a swarm into row n of a table."""
-    v, phi, d, h, r, box_v, box_phi = swarm
+    v, phi, d, all_x, h, r, box_v, box_phi = swarm
     k = 0
-    for each in (v, phi, d[0], d[1], d[2], d[3], h[0], h[1], h[2], h[3], h[4], h[5], r, box_v, box_phi):
+    for each in (v, phi, *d, *all_x, *h, r, box_v, box_phi):
         table[n, k], table[n, k + 1] = each
         k += 2
     table[n, UPPER], table[n, SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def four(t, k):
+    """Four balls from place k of a row."""
+    return (t[k], t[k + 1]), (t[k + 2], t[k + 3]), (t[k + 4], t[k + 5]), (t[k + 6], t[k + 7])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def get_swarm(t, n):
     """The swarm in row n of a table."""
     t = t[n]
-    d = (t[4], t[5]), (t[6], t[7]), (t[8], t[9]), (t[10], t[11])
-    h = (t[12], t[13]), (t[14], t[15]), (t[16], t[17]), (t[18], t[19]), (t[20], t[21]), (t[22], t[23])
-    return (t[0], t[1]), (t[2], t[3]), d, h, (t[24], t[25]), (t[26], t[27]), (t[28], t[29])
+    h = *four(t, 20), (t[28], t[29]), (t[30], t[31])
+    return (t[0], t[1]), (t[2], t[3]), four(t, 4), four(t, 12), h, (t[32], t[33]), (t[34], t[35]), (t[36], t[37])
