@@ -17,12 +17,12 @@ from nsmaps.exact.swarm import ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swa
 # === engine ===
 
 MOST_IMAGES = 16  #: words of one box told apart
-MOST_CELLS = 10  #: cells of a box and their halves, to narrow its images
+MOST_CELLS = 16  #: cells of a box and their halves, to narrow its images
 ALL_CELLS = 32  #: the same, to bound them
 MOST_PARTS = 64  #: swarms of one cell that fly on at a time
 MOST_FLIGHTS = 64  #: of the swarms of one cell
 MOST_HITS = 48  #: of one flight of a swarm
-LOOSE, SLACK = 1.1, 1.5  #: how much wider than linear an image may be before corners are looked at, before a cell is cut
+LOOSE, SLACK = 1.1, 1.25  #: how much wider than linear an image may be before corners are looked at, before a cell is cut
 SMALL = 1e-9  #: half sides that are not cut
 
 
