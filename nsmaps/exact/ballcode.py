@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from nsmaps.errors import ProofError
-from nsmaps.exact.generate import DECORATOR, PHI, UP, Formulas, V, W, formulas_of, impact_law, shared_parts
+from nsmaps.exact.generate import PHI, UP, Formulas, V, W, formulas_of, impact_law, shared_parts
 from nsmaps.exact.symbols import Flow
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ WAVES = {
     sp.log: "blog({0})",
     sp.Abs: "babs({0})",
 }
+DECORATOR = '@njit(error_model="numpy", no_cpython_wrapper=True)'  #: as `INNER` of `swarm.py`
 CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin"}
 
 
@@ -79,7 +80,7 @@ def _power(base: sp.Expr, power: sp.Expr) -> str:
 def _function(head: str, doc: str, exprs: list[sp.Expr], unpack: list[str]) -> str:
     """The source of one jitted function that returns balls of the expressions."""
     shared, results = shared_parts(exprs)
-    lines = [DECORATOR.replace(", forceinline=True", ""), f"def {head}:", f'    """{doc}"""', *(f"    {line}" for line in unpack)]
+    lines = [DECORATOR, f"def {head}:", f'    """{doc}"""', *(f"    {line}" for line in unpack)]
     lines += [f"    {name} = {ball_code(value)}" for name, value in shared]
     return "\n".join([*lines, f"    return ({', '.join(map(ball_code, results))},)"]) + "\n"
 

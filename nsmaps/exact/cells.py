@@ -12,7 +12,7 @@ from nsmaps.exact.balls import badd, between, high, low, reduced, size
 from nsmaps.exact.encounters import GONE, LANDED, first_impacts
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP
 from nsmaps.exact.returns import spell
-from nsmaps.exact.swarm import ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm
+from nsmaps.exact.swarm import INNER, ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm
 
 # === engine ===
 
@@ -26,7 +26,7 @@ LOOSE, SLACK = 1.1, 1.25  #: how much wider than linear an image may be before c
 SMALL = 1e-9  #: half sides that are not cut
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
     """Unite an image with those of its word; returns how many there are then."""
     k = 0
@@ -44,7 +44,7 @@ def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
     return n
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def cell_images(p, v, phi, tables):
     """The images of one cell, into the tables: (how many, are all bounded, may some state have none, are all smooth, spread).
 
@@ -84,7 +84,7 @@ def cell_images(p, v, phi, tables):
     return m, bounded and waiting == 0 and all_finite(images, m), empty or waiting > 0, smooth, by
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def sharpened(p, cell, tables, most):
     """Make the one image of a cell as narrow as the map is monotone on it: (is it still loose, its spread by each coordinate).
 
@@ -111,11 +111,12 @@ def sharpened(p, cell, tables, most):
             else:
                 loose = True
     codes[0] = code
-    images[0] = ends
+    for k in range(4):
+        images[0, k] = ends[k]
     return loose, ((size(d[0]) + size(d[2])) * r[0], (size(d[1]) + size(d[3])) * r[1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def all_finite(images, n):
     """Are the first n images boxes."""
     for k in range(n):
@@ -125,16 +126,17 @@ def all_finite(images, n):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def cut(cells, k, last, first):
     """Add the halves of cell k behind the last."""
     c = 0 if first else 2
     middle = 0.5 * (cells[k, c] + cells[k, c + 1])
-    cells[last], cells[last + 1] = cells[k], cells[k]
+    for i in range(4):
+        cells[last, i] = cells[last + 1, i] = cells[k, i]
     cells[last, c + 1], cells[last + 1, c] = middle, middle
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def box_images(p, cells, tables, codes, images):
     """The images of the box in the first cell, cut where that helps: (how many, are all bounded, may some state have none)."""
     m, last, empty, k = 0, 1, False, 0
@@ -172,7 +174,7 @@ def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
     )
     for i in range(len(boxes)):
         _, turns = reduced((0.5 * (boxes[i, 1, 0] + boxes[i, 1, 1]), 0.0))
-        cells[0, 0], cells[0, 1] = boxes[i, 0]
+        cells[0, 0], cells[0, 1] = boxes[i, 0, 0], boxes[i, 0, 1]
         cells[0, 2] = low(badd((boxes[i, 1, 0], 0.0), (-turns[0], turns[1])))
         cells[0, 3] = high(badd((boxes[i, 1, 1], 0.0), (-turns[0], turns[1])))
         numbers[i], bounded[i], empty[i] = box_images(p, cells, tables, codes[i], found)

@@ -15,7 +15,7 @@ from nsmaps.exact.balls import badd, between, bmul, bsub, high, low, size
 from nsmaps.exact.flight import FAR, INWARD, SIXTH, closes, first_step, safe_step
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, horizon
 from nsmaps.exact.returns import NO_SPEED
-from nsmaps.exact.swarm import NOTHING, bent, box_swarm, gap_to, landed, launched, put_swarm, view
+from nsmaps.exact.swarm import INNER, NOTHING, bent, box_swarm, gap_to, landed, launched, put_swarm, view
 
 # === engine ===
 
@@ -25,21 +25,21 @@ CHATTERED = 1e-12  # impacts on the base wall up to this speed are summed up by 
 LANDED, RESTED, GONE, SPENT = 0, 1, 2, 3  # how the flight of a swarm ended; all but the first: perhaps of some states only
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def clear_for(gap, jerk, snap):
     """For how long the gap surely stays open, for all states."""
     y = low(gap[0])
     return safe_step(y, low(gap[1]), low(gap[2]), low(gap[3]), jerk, snap) * INWARD if y > 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def passing(gap):
     """About how long a swarm takes to pass a wall."""
     y, u, b, _ = gap
     return 4.0 * y[1] / (abs(u[0]) + math.sqrt(u[0] * u[0] + 4.0 * y[1] * abs(b[0])) + NO_SPEED)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def cubic_root(gap, h, x):
     """About when the gap of the centre closes, near h, within +-x; only the tightness of what follows rests on it."""
     y, u, b, j = gap[0][0], gap[1][0], gap[2][0], gap[3][0]
@@ -49,7 +49,7 @@ def cubic_root(gap, h, x):
     return h if abs(h) <= x else start
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def passed(p, gap, jerk, s, h, swarm, upper, table, n):
     """Put the impacts that there may be between s and s + h into row n of a table; returns how many rows there are then."""
     y, u, b, _ = gap
@@ -64,7 +64,7 @@ def passed(p, gap, jerk, s, h, swarm, upper, table, n):
     return n + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def touchdown(p, up, flight, swarm, upper, room, gap, s, x, jerk, table, n):
     """Put the impacts of a swarm that surely meets a wall within 1.25 x into row n of a table, if no rate is near zero then."""
     root = s + cubic_root(gap, x, 1.25 * x)
@@ -76,7 +76,7 @@ def touchdown(p, up, flight, swarm, upper, room, gap, s, x, jerk, table, n):
     return steep
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def first_impacts(p, up, swarm, table):
     """All that may be the first impacts of a swarm, put into a table: (how its flight ended, rows, spread by x)."""
     flight, jerk, snap = launched(p, up, swarm)

@@ -24,11 +24,12 @@ from nsmaps.exact.flight import OUTWARD
 
 # === engine ===
 
+INNER = {"error_model": "numpy", "no_cpython_wrapper": True}  # of what only compiled functions call: built in half the time
 NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
 UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of swarms
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def box_swarm(v, phi):
     """The swarm that fills a box."""
     flat = NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING
@@ -36,19 +37,19 @@ def box_swarm(v, phi):
     return (v[0], 0.0), (phi[0], 0.0), unit, unit, flat, (v[1], phi[1]), v, phi
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def spread(a, b, r):
     """The radius of a x_1 + b x_2."""
     return (size(a) * r[0] + size(b) * r[1]) * GROW
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def widened(c, r):
     """A ball with a greater radius."""
     return c[0], (c[1] + r) * GROW
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def slopes(known, d, h, r):
     """What is known of the first derivative over a swarm, within that of the centre and the second."""
     return (
@@ -59,14 +60,14 @@ def slopes(known, d, h, r):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def launch_of(p, up, v):
     """The velocity after impacts of speeds v, and its first and second derivative by v."""
     u, slope, bend = ball_rebound(p, up, v)
     return (bneg(u), bneg(slope), bneg(bend)) if up else (u, slope, bend)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def launched(p, up, swarm):
     """What of the flights of a swarm does not depend on time, and bounds on |jerk| and |snap|."""
     v, phi, _, d, _, r, box_v, box_phi = swarm
@@ -81,7 +82,7 @@ def launched(p, up, swarm):
     return (one, whole, at, z, w, by_x, r), high(limits[0]) * OUTWARD, high(limits[1]) * OUTWARD
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def by_start(p, flight, s):
     """The derivatives of displacement and velocity by x at times s."""
     _, _, at, z, w, (phi_1, phi_2, w_1, w_2), _ = flight
@@ -94,7 +95,7 @@ def by_start(p, flight, s):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def view(p, flight, s):
     """Displacement and its rates over a swarm at time s, those of its centre, and its spread by x_1 and by x_2."""
     d, v, a, j = ball_motion(flight[0], (s, 0.0))
@@ -105,7 +106,7 @@ def view(p, flight, s):
     return motion, (d, v, a, j), (size(d_1) * r[0], size(d_2) * r[1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def gap_to(upper, room, motion):
     """The gap to a wall and its rates, in balls."""
     d, v, a, j = motion
@@ -114,26 +115,26 @@ def gap_to(upper, room, motion):
     return badd(room, d), v, a, j
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def bent(b, jerk, tau):
     """The second rate within times tau."""
     return widened(b, jerk * size(tau))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def mean_rate(u, b, tau):
     """The rate from 0 to tau, on average: by Taylor's theorem with the second rate b of some time between."""
     return badd(u, bmul(b, (0.5 * tau[0], 0.5 * tau[1])))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def after(gap, jerk, h):
     """The gap a time h later or, where that is negative, before."""
     y, u, b, _ = gap
     return badd(y, bmul((h, 0.0), mean_rate(u, bent(b, jerk, (h, 0.0)), (h, 0.0))))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def crossing(gap, jerk, tau):
     """When, within tau, gaps close that all do so there, once: (the times, the rates then, the second rates until then)."""
     y, u, b, _ = gap
@@ -146,7 +147,7 @@ def crossing(gap, jerk, tau):
     return tau, badd(u, bmul(b, tau)), b
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def twice(f, a, b):
     """The form f applied to two vectors."""
     return badd(
@@ -154,7 +155,7 @@ def twice(f, a, b):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def impact_slopes(p, at, z, w, s, rate, a, y):
     """By the implicit function theorem, at impacts at times s: time, velocity and velocity at fixed s by x (two of each)."""
     d_phi, d_w, v_phi, v_w = ball_tangent(p, at, z, w, s)
@@ -165,7 +166,7 @@ def impact_slopes(p, at, z, w, s, rate, a, y):
     return (s_1, s_2), (badd(v_1, bmul(a, s_1)), badd(v_2, bmul(a, s_2))), (v_1, v_2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def impact_bend(tangent, bends, motion, y_k, y_m, y_km, rates_k, rates_m):
     """As `impact_slopes`, once more by x_k and x_m: of time and of velocity. `rates` are the slopes of time and at fixed s."""
     rate, a, j = motion
@@ -179,7 +180,7 @@ def impact_bend(tangent, bends, motion, y_k, y_m, y_km, rates_k, rates_m):
     return s_km, v_km
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def bends_over(p, up, flight, swarm, s, motion, times, fixed):
     """The second derivatives of velocity and time at impacts at times s: by x_1 twice, by both, by x_2 twice."""
     _, _, at, z, w, y, _ = flight
@@ -198,21 +199,21 @@ def bends_over(p, up, flight, swarm, s, motion, times, fixed):
     return (v_11, v_12, v_22), (s_11, s_12, s_22)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def reach_of(d, h, r):
     """The radius of d x + h x x/2."""
     bend = size(h[0]) * r[0] * r[0] + 2.0 * size(h[1]) * r[0] * r[1] + size(h[2]) * r[1] * r[1]
     return (spread(d[0], d[1], r) + 0.5 * bend) * GROW
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def impact_law(upper, v_x, d, omega, s_x):
     """The derivatives of speed and phase of impacts by x, from those of velocity and time."""
     phi_1, phi_2 = badd(d[2], bmul(omega, s_x[0])), badd(d[3], bmul(omega, s_x[1]))
     return (v_x[0], v_x[1], phi_1, phi_2) if upper else (bneg(v_x[0]), bneg(v_x[1]), phi_1, phi_2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def landed(p, up, flight, swarm, upper, room, s, tau, jerk):
     """The impacts of a swarm that surely meets a wall once, without a turn, at s + tau: (is no rate near zero, the swarm)."""
     v, phi, d, all_x, h, r, _, box_phi = swarm
@@ -243,7 +244,7 @@ def landed(p, up, flight, swarm, upper, room, s, tau, jerk):
     return high(gap_rate) < 0.0, (rate, phase, d, all_x, h, r, all_v, all_phi)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def put_swarm(table, n, upper, swarm, smooth):
     """Write a swarm into row n of a table."""
     v, phi, d, all_x, h, r, box_v, box_phi = swarm
@@ -254,13 +255,13 @@ def put_swarm(table, n, upper, swarm, smooth):
     table[n, UPPER], table[n, SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**INNER, forceinline=True)
 def four(t, k):
     """Four balls from place k of a row."""
     return (t[k], t[k + 1]), (t[k + 2], t[k + 3]), (t[k + 4], t[k + 5]), (t[k + 6], t[k + 7])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def get_swarm(t, n):
     """The swarm in row n of a table."""
     t = t[n]
