@@ -19,7 +19,7 @@ WAVES = {
     sp.log: "blog({0})",
     sp.Abs: "babs({0})",
 }
-DECORATOR = '@njit(error_model="numpy", no_cpython_wrapper=True)'  #: as `INNER` of `swarm.py`
+DECORATOR = '@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)'  #: as `INNER` of `swarm.py`
 CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin"}
 
 

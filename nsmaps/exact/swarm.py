@@ -24,7 +24,7 @@ from nsmaps.exact.flight import OUTWARD
 
 # === engine ===
 
-INNER = {"error_model": "numpy", "no_cpython_wrapper": True}  # of what only compiled functions call: built in half the time
+INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of what only compiled functions call: built in half the time
 NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
 UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of swarms
 
