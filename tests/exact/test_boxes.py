@@ -142,6 +142,26 @@ def test_images_are_narrow_away_from_grazes(pair, d):
     assert np.quantile(wider, 0.99, axis=0).max() < 1.3
 
 
+def test_a_box_beside_a_graze_has_a_narrow_image(pair):
+    """Its states meet T slowly, where derivatives of the second order are huge: those of the first, and the box, know more."""
+    found = pair(0.35).image_boxes([[[0.6407470703125, 0.640966796875], [0.2017578125, 0.20234375]]])
+    assert found.words.tolist() == ["BTB"]
+    assert (np.ptp(found.images[0], axis=1) < [0.3, 0.8]).all()
+
+
+@pytest.mark.parametrize(("d", "most"), [(0.35, 1.5), (0.30, 1.1), (0.26, 1.1)])
+def test_images_along_grazes_are_little_larger_than_those_of_2000_states(pair, d, most):
+    """In all, of boxes of a grid of 2^8 x 2^8 on the curves in the window and up to three boxes from there."""
+    system, rng = pair(d), np.random.default_rng(7)
+    sides = (WINDOW[:, 1] - WINDOW[:, 0]) / 256
+    curves = system.grazing_curves({"v": tuple(WINDOW[0]), "phi": tuple(WINDOW[1])})
+    points = np.concatenate([curve.points[::7] for curve in curves])
+    boxes = boxes_around(np.concatenate([points + shift * sides for shift in np.ndindex(7, 7)]) - 3 * sides, sides)
+    inner = system.first_return(states_in(boxes, rng, 2000).reshape(-1, 2)).lifted.reshape(len(boxes), -1, 2)
+    areas = np.ptp(system.image_boxes(boxes).hulls(), axis=-1).prod(axis=1)
+    assert areas.sum() < most * np.ptp(inner, axis=1).prod(axis=1).sum()
+
+
 @pytest.mark.parametrize("d", [0.35, 0.30, 0.26])
 def test_an_orbit_stays_in_the_images_of_its_boxes(pair, d):
     """10^5 returns of the attractor, over a grid of 64 x 64 boxes of the window."""
