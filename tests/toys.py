@@ -28,6 +28,20 @@ class BouncingBall(ImpactSystem):
         return hit.z + lift * s - s**2 / 2 - self.a * (sp.sin(t) - sp.sin(hit.t))
 
 
+class DraggedBall(BouncingBall):
+    """The same in air, with a drag in proportion to the speed, bouncing the less the faster it is."""
+
+    drag: float = Field(0.3, gt=0)
+
+    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
+        s, k = t - hit.t, self.drag
+        lift = hit.w + self.a * sp.cos(hit.t)
+        return hit.z + (lift + 1 / k) * (1 - sp.exp(-k * s)) / k - s / k - self.a * (sp.sin(t) - sp.sin(hit.t))
+
+    def rebound(self, speed: Any, wall: str) -> Any:
+        return self.r * speed / (1 + speed / 5)
+
+
 class Oscillator(ImpactSystem):
     """x'' + 2 zeta x' + x = cos(w t) with walls at +gap and -gap, by the closed form of its damping regime."""
 

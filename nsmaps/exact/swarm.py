@@ -2,9 +2,10 @@
 
 A *swarm* is a set of impacts on one wall that depends on x, |x_k| <= r_k, in balls: for x = 0 its centre c and derivative
 d, for all x the derivative D and the second one H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi) is in
-c + d x + H x x/2 and in c + D x, and D in d + H x. Next to a graze H grows as the third power of 1/rate, D as the first, and
-the box does not grow: what is narrow there is the last, elsewhere the first, and all that is known is met. The gap to a wall
-at time s is that of the centre and, by the mean value theorem, its derivative over the set times x, within that of the box. Like `flight.py`, this file is copied behind what is generated.
+c + D x and in c + d x + H x x/2, and D in d + H x. All that is known is met: next to a graze H grows as the third power of
+1/rate, D as the first, and the box does not grow; elsewhere H is what makes the image narrow. The gap to a wall at time s is
+that of the box and, by the mean value theorem, that of the centre and its derivative over the set times x. Like `flight.py`,
+this file is copied behind what is generated.
 """
 
 from numba import njit
@@ -24,7 +25,8 @@ from nsmaps.exact.flight import OUTWARD
 
 # === engine ===
 
-INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of what only compiled functions call: built in half the time
+# Of what only compiled functions call: without wrappers and a cache of its own the kernel is built in half the time.
+INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
 UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of swarms
 

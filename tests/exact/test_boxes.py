@@ -1,5 +1,6 @@
 """Images of boxes against exact returns of their states, references in 50 digits, and the arithmetic against mpmath."""
 
+import os
 from types import SimpleNamespace
 
 import mpmath as mp
@@ -8,18 +9,17 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toys import BouncingBall, Oscillator, Table
+from toys import BouncingBall, DraggedBall, Oscillator, Table
 
 from nsmaps.errors import ProofError, StateError
 from nsmaps.exact import balls
 from nsmaps.exact.ballcode import ball_code
+from nsmaps.exact.system import ImpactSystem
 
-TOYS = [
-    BouncingBall(a=1.0),
-    BouncingBall(a=3.0, r=0.8),
-    Table(height=1.0),
-    Oscillator(zeta=1, w=0.8, gap=0.3, damping="critical"),
-]
+#: What the VI pair has not: one wall, terms that decay, a law of rebound that is not linear. CI adds what has them one by one.
+TOYS: list[ImpactSystem] = [DraggedBall(a=1.0), DraggedBall(a=3.0, r=0.8)]
+if os.environ.get("CI"):
+    TOYS += [BouncingBall(a=3.0), Table(height=1.0), Oscillator(zeta=1, w=0.8, gap=0.3, damping="critical")]
 WINDOW = np.array([[0.55, 1.0], [0.05, 1.25]])
 
 
