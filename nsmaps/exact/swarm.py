@@ -209,7 +209,7 @@ def reach_of(d, h, r):
 
 
 @njit(**INNER, forceinline=True)
-def impact_law(upper, v_x, d, omega, s_x):
+def impact_derivative(upper, v_x, d, omega, s_x):
     """The derivatives of speed and phase of impacts by x, from those of velocity and time."""
     phi_1, phi_2 = badd(d[2], bmul(omega, s_x[0])), badd(d[3], bmul(omega, s_x[1]))
     return (v_x[0], v_x[1], phi_1, phi_2) if upper else (bneg(v_x[0]), bneg(v_x[1]), phi_1, phi_2)
@@ -229,7 +229,7 @@ def landed(p, up, flight, swarm, upper, room, s, tau, jerk):
     w, law, _ = launch_of(p, up, v)
     y_x = d[2], d[3], bmul(law, d[0]), bmul(law, d[1])
     s_x, v_x, _ = impact_slopes(p, bangle(phi), flight[3], w, near, rate, a, y_x)
-    d = impact_law(upper, v_x, d, omega, s_x)
+    d = impact_derivative(upper, v_x, d, omega, s_x)
     _, _, all_a, all_j = ball_motion(flight[1], whole)
     all_rate = bneg(gap_rate) if upper else gap_rate
     s_x, v_x, fixed = impact_slopes(p, flight[2], flight[3], flight[4], whole, all_rate, all_a, flight[5])
@@ -238,7 +238,7 @@ def landed(p, up, flight, swarm, upper, room, s, tau, jerk):
     if not upper:
         rate, v_xx = bneg(rate), (bneg(v_xx[0]), bneg(v_xx[1]), bneg(v_xx[2]))
     h = v_xx[0], v_xx[1], v_xx[2], phi_xx[0], phi_xx[1], phi_xx[2]
-    all_x = slopes(impact_law(upper, v_x, all_x, omega, s_x), d, h, r)
+    all_x = slopes(impact_derivative(upper, v_x, all_x, omega, s_x), d, h, r)
     phase = badd(phi, bmul(omega, near))
     all_v = bmeet(bmeet(bneg(gap_rate), widened(rate, spread(all_x[0], all_x[1], r))), widened(rate, reach_of(d[:2], h[:3], r)))
     all_phi = bmeet(badd(box_phi, bmul(omega, whole)), widened(phase, spread(all_x[2], all_x[3], r)))
