@@ -32,6 +32,22 @@ def test_the_attractor_is_one_minimal_component_in_a_closed_set_of_cells(pair, d
     assert np.isin(cover.cells.numbers_of(states), own).all()
 
 
+@pytest.mark.parametrize(("d", "cells", "most"), [(0.35, 24, (0.06, 0.12)), (0.26, 32, (0.14, 0.75))], ids=["FP", "CD"])
+def test_what_stays_in_the_window_is_one_component(pair, d, cells, most):
+    """At d = 0.30 it is not: the unstable fixed point inside of the two-cycle is a Morse set of its own."""
+    cover = morse_sets(pair(d), WINDOW, 2, cells)
+    assert len(cover.hulls) == 1
+    assert (np.ptp(cover.hulls[0], axis=1) <= most).all()
+
+
+def test_the_unstable_fixed_point_of_case_pd_is_a_morse_set_of_its_own(pair):
+    cover = morse_sets(pair(0.30), WINDOW, 4)
+    point = np.array([0.776278, 0.266398])
+    inside = ((cover.hulls[..., 0] <= point) & (point <= cover.hulls[..., 1])).all(axis=1)
+    assert any(inside[k] and k not in cover.minimal for k in range(len(inside)))
+    assert (np.ptp(cover.hulls[cover.minimal[0]], axis=1) <= (0.12, 0.31)).all()
+
+
 def test_corners_miss_part_of_an_image_that_the_enclosure_holds(pair):
     """v in [0.55, 0.5640625], phi in [0.125, 0.1625]: a state goes 9 sides of a 32 x 32 grid beyond the hull of the corners."""
     map, box = pair(0.35), np.array([[0.55, 0.5640625], [0.125, 0.1625]])
