@@ -15,7 +15,7 @@ from nsmaps.exact import balls
 from nsmaps.exact.ballcode import ball_code
 from nsmaps.exact.system import ImpactSystem
 
-#: What the VI pair has not: one wall, terms that decay, a law of rebound that is not linear; then those that have them one by one.
+#: What the VI pair has not: one wall, terms that decay, a law of rebound that is not linear; then what has them one by one.
 ONE_BY_ONE: list[ImpactSystem] = [BouncingBall(a=3.0), Table(height=1.0), Oscillator(zeta=1, w=0.8, gap=0.3, damping="critical")]
 TOYS = [DraggedBall(a=1.0), DraggedBall(a=3.0, r=0.8), *(pytest.param(toy, marks=pytest.mark.thorough) for toy in ONE_BY_ONE)]
 WINDOW = np.array([[0.55, 1.0], [0.05, 1.25]])

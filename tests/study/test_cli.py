@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -126,7 +127,8 @@ def test_ctrl_c_says_what_was_kept(good: str) -> None:
         "main()\n"
     )
     command = [sys.executable, "-c", watch]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # also behind a shell that ignores it
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False, preexec_fn=heard)
     assert done.returncode == 128 + signal.SIGINT
     assert done.stderr == (
         "stopped; out keeps what was finished: system, surfaces, composite\nto go on: nsmaps run s.yaml --out out --resume\n"

@@ -26,6 +26,11 @@ def environment(**more: str) -> dict[str, str]:
     return {**kept, "PYTHONPATH": os.pathsep.join(sys.path), "TERM": "xterm-256color", **more}
 
 
+def interruptible() -> None:
+    """Ctrl-C reaches a program also where these tests run behind a shell that ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def program(*arguments: str, **more: str) -> "subprocess.CompletedProcess[str]":
     """The program in a process of its own, its output in pipes."""
     command = [sys.executable, "-m", "nsmaps", *arguments]
@@ -37,7 +42,9 @@ def on_terminal(*arguments: str, stop_at: str = "\0", **more: str) -> tuple[int,
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()
     command = [sys.executable, "-m", "nsmaps", *arguments]
-    running = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment(**more))
+    running = subprocess.Popen(
+        command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment(**more), preexec_fn=interruptible
+    )
     os.close(theirs)
     written, pressed = "", False
     with suppress(OSError), os.fdopen(ours, "rb", buffering=0) as screen:  # which ends in an error on Linux
