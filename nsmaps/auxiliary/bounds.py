@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike
 
 from nsmaps.auxiliary.bounded import Enclosed, of_polynomials
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_function
+from nsmaps.auxiliary.fittedboxes import box_map
 from nsmaps.auxiliary.sampled import Sampled
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import Floats, angle_mask, nearest_turn
+from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.polymap import PolyMap
 
 How = Literal["outer", "inflated", "enclosed", "sampled"]
@@ -34,9 +36,9 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
 
     Args:
         how: `outer`: a polynomial map's own, by Bernstein form, rounding included. `inflated`: the same, moved out by `error`,
-            for the map that it stands for. `enclosed`: of any map with `image_boxes`. `sampled`: on grids of `samples` points
-            an axis, of any map, and no bound. None is `outer` or `inflated` of a polynomial map, `enclosed` where a map has
-            `image_boxes`, and else `sampled`.
+            for the map that it stands for. `enclosed`: of composite maps, and of any map with `image_boxes`. `sampled`: on
+            grids of `samples` points an axis, of any map, and no bound. None is `outer` or `inflated` of a polynomial map,
+            `enclosed` where that can be, and else `sampled`.
 
     Raises:
         NsmapsError: the map cannot be bounded so, or `inflated` is without an error, or an error without it.
@@ -44,7 +46,7 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
     best: How = "sampled"
     if isinstance(map, PolyMap):
         best = "inflated" if error is not None else "outer"
-    elif isinstance(map, BoxMap):
+    elif isinstance(map, BoxMap | CompositeMap):
         best = "enclosed"
     chosen = how or best
     if (chosen == "inflated") != (error is not None):
@@ -54,10 +56,10 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
         values = np.zeros(len(map.coordinates)) if error is None else error.values
         status = "outer" if error is None else f"inflated by {error.how} error"
         return partial(of_polynomials, map, values, status)
-    if chosen == "enclosed" and isinstance(map, BoxMap):
-        return partial(Enclosed.of, map, samples)
+    if chosen == "enclosed" and isinstance(map, BoxMap | CompositeMap):
+        return partial(Enclosed.of, box_map(map), samples)
     if chosen != "sampled":
-        accepted = "outer and inflated of a polynomial map, enclosed of a map with image_boxes, sampled of any"
+        accepted = "outer and inflated of a polynomial map, enclosed of a composite map or one with image_boxes, sampled of any"
         raise NsmapsError(f"bounds are {chosen}, of a {type(map).__name__}; accepted: {accepted}")
     return lambda box: Sampled.of(map, box, samples)
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from nsmaps.auxiliary.cells import Cells, Ints
 from nsmaps.auxiliary.cover import name_of
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
@@ -22,7 +23,7 @@ class MorseGraph:
     indices: tuple[tuple[str, ...], ...]  #: of each set, in each dimension of homology: invariant factors, "0" of the trivial
 
 
-def conley_indices(map: BoxMap, window: ArrayLike, depth: int = 5, *, of: str = "") -> MorseGraph:
+def conley_indices(map: BoxMap | Fitted, window: ArrayLike, depth: int = 5, *, of: str = "") -> MorseGraph:
     """The Morse graph with Conley indices of a map in a window of 2^depth cells an axis.
 
     CMGDB takes one image box of a cell: the hull of the images by all words, so that its sets may be larger than those of
@@ -37,10 +38,12 @@ def conley_indices(map: BoxMap, window: ArrayLike, depth: int = 5, *, of: str = 
         raise NsmapsError("Conley indices are computed by CMGDB, which is not installed; accepted: the extra 'morse'") from error
     cells = Cells.over(map.coordinates, window, 1)
     low, high = cells.window.T
+    enclosing = box_map(map)
 
     def images(rects: ArrayLike) -> Floats:
         sides = np.asarray(rects, float).reshape(-1, 2, len(low)).transpose(0, 2, 1)
-        return _in_window(cells, map.image_boxes(np.ascontiguousarray(sides)).hulls()).transpose(0, 2, 1).reshape(len(sides), -1)
+        hulls = _in_window(cells, enclosing.image_boxes(np.ascontiguousarray(sides)).hulls())
+        return hulls.transpose(0, 2, 1).reshape(len(sides), -1)
 
     parts = len(low) * depth
     model = CMGDB.Model(

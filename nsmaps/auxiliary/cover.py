@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from nsmaps.auxiliary.cellgraph import graph_of, invariant, order_of, recurrent
 from nsmaps.auxiliary.cells import Bools, Cells, Ints, painted, targets_of
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import Floats
@@ -73,7 +74,7 @@ class MorseCover:
 
 
 def morse_sets(
-    map: BoxMap,
+    map: BoxMap | Fitted,
     window: ArrayLike,
     depth: int = 5,
     cells: int | Sequence[int] = 8,
@@ -89,7 +90,7 @@ def morse_sets(
     Ctrl-C ends with the last finished level.
 
     Args:
-        map: with `image_boxes`: an exact system, a PolyMap or a composite map.
+        map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         window: shape (n, 2), or a `Box`; an angle of a whole turn is a circle.
         cells: of the first level, an axis or each axis.
         of: what to call the map in the result; "exact map" of a system, else "fitted map".
@@ -100,11 +101,12 @@ def morse_sets(
     """
     if depth < 0:
         raise NsmapsError(f"the depth is {depth}; accepted: from 0 on")
+    enclosing = box_map(map)
     stage, levels = _Stage.first(Cells.over(map.coordinates, window, cells)), list[Level]()
     finished = False
     try:
         for _ in range(depth + 1):
-            stage, level = _next(map, stage, len(levels))
+            stage, level = _next(enclosing, stage, len(levels))
             levels.append(level)
             if progress is not None:
                 progress(level)
@@ -133,7 +135,7 @@ class _Stage:
         return cls(cells, np.arange(cells.size), None, np.zeros(cells.size, np.int64), every, every)
 
 
-def name_of(map: BoxMap) -> str:
+def name_of(map: BoxMap | Fitted) -> str:
     """What a result calls a map that nobody named."""
     from nsmaps.exact.system import ImpactSystem
 
@@ -193,7 +195,7 @@ class Trap:
         return np.isin(self.cells.numbers_of(states), self.numbers)
 
 
-def closed_box(map: BoxMap, box: ArrayLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
+def closed_box(map: BoxMap | Fitted, box: ArrayLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
     """A box of states as a closed set of cells, such as the start box of an attracting domain: trapped if every image is in it.
 
     Args:
@@ -201,28 +203,28 @@ def closed_box(map: BoxMap, box: ArrayLike, cells: int | Sequence[int] = 32, *, 
         cells: into which it is divided, an axis or each axis: enclosures of smaller cells are sharper.
     """
     grid = Cells.over(map.coordinates, box, cells)
-    out = sum(int((~found.stays).sum()) for found in targets_of(map, grid, np.arange(grid.size)))
+    out = sum(int((~found.stays).sum()) for found in targets_of(box_map(map), grid, np.arange(grid.size)))
     said = (
         f"{out} of {grid.size} cells have images out of the box, unknown or none" if out else "the images of all cells lie in it"
     )
     return Trap(of or name_of(map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
 
 
-def trap(map: BoxMap, cover: MorseCover, component: int = 0) -> Trap:
+def trap(map: BoxMap | Fitted, cover: MorseCover, component: int = 0) -> Trap:
     """The cells of a component with all that their images meet, and so on until nothing is added: a set closed under the map.
 
     Not trapped if an image leaves the window, is not known, or may not exist; the cells are then those met so far.
     """
     if not 0 <= component < len(cover.hulls):
         raise NsmapsError(f"component {component} of {len(cover.hulls)}; accepted: 0 to {len(cover.hulls) - 1}")
-    cells = cover.cells
+    enclosing, cells = box_map(map), cover.cells
     inside = np.zeros(cells.size, bool)
     fresh = cover.numbers[cover.component == component]
     own, reason = len(fresh), ""
     while len(fresh) and not reason:
         inside[fresh] = True
         met = np.zeros(cells.size, bool)
-        for found in targets_of(map, cells, fresh):
+        for found in targets_of(enclosing, cells, fresh):
             lost = int((~found.stays).sum())
             if lost:
                 reason = f"{lost} of {len(found.stays)} cells next to it have images out of the window, unknown or none"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsmaps.auxiliary.cells import Bools, Ints
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map
 from nsmaps.exact.boxes import BoxImages, BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
 
@@ -18,7 +19,7 @@ class FullAuxiliaryMap:
     What is true of all orbits of M_A is true of the map's, for these are among them.
     """
 
-    map: BoxMap
+    map: BoxMap | Fitted
     boxes: Floats  #: shape (R, n, 2), the boxes A_n; of those that hold a state each counts
 
     @property
@@ -28,14 +29,14 @@ class FullAuxiliaryMap:
 
     def image_boxes(self, boxes: Floats) -> BoxImages:
         """Outer images of boxes of shape (N, n, 2)."""
-        inside = np.zeros(len(boxes), bool)
+        map, inside = box_map(self.map), np.zeros(len(boxes), bool)
         parts = []
         for region in self.boxes:
             cut, meets, within = self._cut(boxes, region)
             inside |= within
-            parts.append(self._products(cut[meets], region, np.flatnonzero(meets)))
+            parts.append(self._products(map, cut[meets], region, np.flatnonzero(meets)))
         others = np.flatnonzero(~inside)
-        plain = self.map.image_boxes(boxes[others])
+        plain = map.image_boxes(boxes[others])
         parts.append((others[plain.source], plain.images, plain.words, others[~plain.bounded], others[plain.empty]))
         source, images, words, unknown, empty = (np.concatenate(part) for part in zip(*parts, strict=True))
         order = np.argsort(source, kind="stable")
@@ -51,13 +52,13 @@ class FullAuxiliaryMap:
         within = ((low == near[:, :, 0]) & (high == near[:, :, 1])).all(axis=1)
         return np.stack([low, high], axis=2), (low <= high).all(axis=1), within
 
-    def _products(self, cut: Floats, region: Floats, source: Ints) -> tuple[Ints, Floats, np.ndarray, Ints, Ints]:
+    def _products(self, map: BoxMap, cut: Floats, region: Floats, source: Ints) -> tuple[Ints, Floats, np.ndarray, Ints, Ints]:
         """The products of each coordinate's images, over its own interval and all of the region in the others."""
         images, unknown, empty = np.empty_like(cut), np.zeros(len(cut), bool), np.zeros(len(cut), bool)
         for k in range(len(region)):
             slabs = np.repeat(region[None], len(cut), axis=0)
             slabs[:, k] = cut[:, k]
-            found = self.map.image_boxes(slabs)
+            found = map.image_boxes(slabs)
             images[:, k] = found.hulls()[:, k]
             unknown |= ~found.bounded
             empty |= found.empty

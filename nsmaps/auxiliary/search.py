@@ -11,6 +11,7 @@ from nsmaps.auxiliary.cellgraph import graph_of, recurrent
 from nsmaps.auxiliary.cells import Bools, Cells, Ints, targets_of
 from nsmaps.auxiliary.closedwalks import on_closed_walks
 from nsmaps.auxiliary.cover import MOST_CELLS, name_of
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map
 from nsmaps.dynamics.motion import differences
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -72,7 +73,7 @@ class CycleSearch:
 
 
 def find_cycles(
-    map: Searchable,
+    map: Searchable | Fitted,
     window: ArrayLike,
     period: int = 1,
     depth: int = 6,
@@ -96,6 +97,7 @@ def find_cycles(
     """
     if period < 1 or depth < 0:
         raise NsmapsError(f"period is {period} and depth is {depth}; accepted: at least 1 and 0")
+    of, map = of or name_of(map), box_map(map)
     grid = Cells.over(map.coordinates, window, cells)
     numbers = np.arange(grid.size)
     may, walks = np.ones((grid.size, period), bool), tuple[Ints, ...]()
@@ -111,7 +113,7 @@ def find_cycles(
     guesses = [grid.centres(numbers[walk.ravel()]).reshape(*walk.shape, len(grid.shape)) for walk in walks]
     cycles = _cycles(map, grid, guesses)
     known = _beside(grid, numbers, np.concatenate([np.empty((0, len(grid.shape))), *(cycle.states for cycle in cycles)]))
-    return CycleSearch(of or name_of(map), period, grid, numbers, may, known, cycles, sum(len(walk) for walk in walks))
+    return CycleSearch(of, period, grid, numbers, may, known, cycles, sum(len(walk) for walk in walks))
 
 
 def _not_excluded(graph: "csr_matrix", numbers: Ints, period: int) -> tuple[Ints, Bools, tuple[Ints, ...]]:

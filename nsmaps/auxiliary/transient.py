@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nsmaps.auxiliary.cells import Bools, Cells, Ints, Targets, counted, joined, targets_of
 from nsmaps.auxiliary.cover import MOST_CELLS, Trap, name_of
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxImages, BoxMap
@@ -94,7 +95,7 @@ class Transient:
 
 
 def transient(
-    map: BoxMap,
+    map: BoxMap | Fitted,
     regions: CompositeMap | Mapping[str, Region],
     window: ArrayLike,
     depth: int = 4,
@@ -116,7 +117,7 @@ def transient(
     enclosure could not tell from it.
 
     Args:
-        map: with `image_boxes`: the one that all this is true of.
+        map: the one that all this is true of: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         regions: the pieces of a composite map, or regions by name; of those that hold a state the first counts.
         window: shape (n, 2), or a `Box`.
         depth, cells: as for `morse_sets`.
@@ -137,7 +138,7 @@ def transient(
     goals = [region != k for k in range(len(names))]
     if target is not None:
         goals.append(_within(finest, target))
-    steps = _solved(map, grids, goals, [k < len(names) for k in range(len(goals))], progress)
+    steps = _solved(box_map(map), grids, goals, [k < len(names) for k in range(len(goals))], progress)
     left = np.full(finest.size, NEVER)
     for k in range(len(names)):
         left[region == k] = steps[k][region == k]

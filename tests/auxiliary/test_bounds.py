@@ -197,8 +197,11 @@ def test_bounds_that_a_map_has_not(map, how, error, text):
         auxiliary_maps(map, how, error)
 
 
-def test_a_map_of_pieces_is_sampled():
+def test_a_map_of_pieces_is_enclosed():
     pieces = CompositeMap(("x", "y"), ("B",), (Piece("all", Box.of(("x", "y"), [[-2, 2], [-2, 2]]), PAIR, "BB"),))
-    domain = attracting_domain(pieces, ROOM, updates=2)
-    assert domain.status == "sampled"
-    assert domain.box == pytest.approx(attracting_domain(PAIR, ROOM, updates=2).box, abs=1e-9)
+    domain, outer = attracting_domain(pieces, ROOM, updates=2), attracting_domain(PAIR, ROOM, updates=2)
+    inner = attracting_domain(pieces, ROOM, updates=2, bounds="sampled")
+    assert (domain.status, inner.status, domain.trapped) == ("enclosed", "sampled", outer.trapped)
+    assert domain.box == pytest.approx(outer.box, abs=1e-4)
+    assert (domain.box[:, 0] <= inner.box[:, 0]).all()
+    assert (domain.box[:, 1] >= inner.box[:, 1]).all()

@@ -1,0 +1,235 @@
+"""Images of boxes under polynomials and composite maps hold those of random states and corners: no state is missed."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nsmaps import load_study, run
+from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
+from nsmaps.auxiliary.fittedboxes import FittedBoxes, box_map
+from nsmaps.auxiliary.fullmap import FullAuxiliaryMap
+from nsmaps.auxiliary.search import find_cycles
+from nsmaps.auxiliary.transient import transient
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle, Outcome, nearest_turn
+from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Box, Region, Where
+
+NAMES = ("v", Angle("phi"))
+
+
+def polymap(names, degree, seed, centre=0.5, scale=1.0, absolute=()):
+    """A map of random coefficients, fitted about one centre."""
+    rng, n = np.random.default_rng(seed), len(names)
+    exponents = np.array(list(product(range(degree + 1), repeat=n)))
+    sizes = 0.8 ** exponents.sum(axis=1)
+    coefficients = tuple(rng.normal(size=len(exponents)) * sizes for _ in names)
+    middle = np.full(n, float(centre))
+    domain = np.stack([middle - scale, middle + scale], axis=1)
+    return PolyMap(tuple(names), (exponents,) * n, coefficients, middle, np.full(n, float(scale)), domain, absolute)
+
+
+def where(text):
+    return Where(coordinates=NAMES, text=text)
+
+
+def box(v, phi):
+    return Box.of(NAMES, [v, phi])
+
+
+def random_boxes(window, count, seed):
+    """Boxes of all sizes about random states."""
+    rng, window = np.random.default_rng(seed), np.array(window, float)
+    middle = rng.uniform(*window.T, (count, len(window)))
+    half = np.ptp(window, axis=1) * 10 ** rng.uniform(-5, -0.6, (count, 1)) * rng.uniform(0.1, 1, (count, len(window)))
+    return np.stack([middle - half, middle + half], axis=2)
+
+
+def assert_held(map, boxes, seed=0):
+    """Images of 200 random states and the corners of each box lie in its image boxes, or in none and it is called empty."""
+    made = box_map(map).image_boxes(boxes)
+    assert (np.diff(made.source) >= 0).all()
+    assert made.bounded.all()
+    rng, (count, n) = np.random.default_rng(seed), boxes.shape[:2]
+    corners = np.array([[box[k, side[k]] for k in range(n)] for box in boxes for side in product((0, 1), repeat=n)])
+    inside = boxes[:, None, :, 0] + rng.random((count, 200, n)) * np.ptp(boxes, axis=2)[:, None]
+    inside = np.clip(inside, boxes[:, None, :, 0], boxes[:, None, :, 1])
+    states = np.concatenate([inside, corners.reshape(count, -1, n)], axis=1)
+    returns = map.first_return(states.reshape(-1, n))
+    image, gone = returns.image.reshape(states.shape), (returns.outcome != Outcome.returned).reshape(count, -1)
+    words = returns.words.reshape(count, -1)
+    assert not (gone.any(axis=1) & ~made.empty).any()
+    angles = np.array([isinstance(name, Angle) for name in map.coordinates])
+    for k in range(count):
+        rows = made.source == k
+        images, x = made.images[rows][:, None], image[k][~gone[k]]
+        x = np.where(angles, nearest_turn(x, images.mean(axis=3)), x)
+        slack = np.where(angles, 1e-14, 0.0)  # of moving an image by whole turns, in this test
+        wide = angles & (np.ptp(images, axis=3) >= 2 * np.pi)
+        held = ((images[..., 0] - slack <= x) & (x <= images[..., 1] + slack) | wide).all(axis=2)
+        assert held.any(axis=0).all(), (boxes[k], x[~held.any(axis=0)])
+        assert set(words[k][~gone[k]]) <= set(made.words[rows])
+    return made
+
+
+@pytest.mark.parametrize("names", [("x",), NAMES, ("x", "y", Angle("t"))], ids="123")
+def test_polynomials_in_one_to_three_coordinates(names):
+    map, window = polymap(names, 4, 1), [[-0.5, 1.5]] * len(names)
+    made = assert_held(FittedBoxes.of(map), random_boxes(window, 150, 2))
+    assert not made.empty.any()
+    thin = random_boxes(window, 150, 3) * 0 + 0.3
+    thin = thin + np.array([0.0, 1e-9])
+    sides = np.ptp(box_map(map).image_boxes(thin).images, axis=2)
+    slopes = np.abs(map.derivative(thin[:1].mean(axis=2))[0]).sum(axis=1)
+    assert (sides <= 1e-9 * slopes * 1.01 + 1e-12).all()  # tight: the image of a thin box is as wide as the slopes say
+
+
+def test_a_polynomial_by_its_own_formula():
+    """x -> |x^2 - 1/4| over [0, 1] is [0, 3/4]."""
+    map = PolyMap.of_monomials(("x",), {"x": {(2,): 1, (0,): -0.25}}, [[0, 1]], ("x",))
+    (image,) = box_map(map).image_boxes(np.array([[[0.0, 1.0]]])).images
+    assert image[0, 0] == 0
+    assert image[0, 1] == pytest.approx(0.75, abs=1e-12)
+
+
+SEAMS = {
+    "where": [
+        ("high", where("v > 0.6 - 0.5*phi and v > 0.55"), "BTB"),
+        ("low", where("v <= 0.6 - 0.5*phi"), "BB"),
+        ("rest", where("v > 0.6 - 0.5*phi and v <= 0.55"), "BTBB"),
+    ],
+    "boxes": [("a", box((0, 0.5), (-0.2, 3)), "BB"), ("b", box((0.5, 1), (-0.2, 3)), "BTB"), ("c", box((0, 1), (3, 6.5)), "B")],
+    "turns": [("a", box((0, 1), (5.5, 7)), "BB"), ("b", box((0.2, 0.7), (-9, -7)), "BTB"), ("c", where("sin(phi) > v"), "")],
+    "waves": [("a", where("cos(3*phi)**2 < v and not v**0.5 > exp(-phi)"), "BB"), ("b", where("log(v) < 1/(phi - 3)"), "BTB")],
+    "gaps": [("a", where("0.3 < v < 0.4 or phi == 1"), "BB"), ("b", box((0.4, 0.8), (1, 2)), "BTB")],
+}
+
+
+def composite(pieces):
+    """Random maps, each fitted on a turn of its own; of the first piece with an absolute value."""
+    absolute = [("v",), (), ()]
+    maps = [polymap(NAMES, 3, k, centre, 1.5, absolute[k]) for k, centre in zip(range(3), (0.5, 7.0, -4.0), strict=True)]
+    return CompositeMap(NAMES, ("B", "T"), tuple(Piece(n, r, m, w) for (n, r, w), m in zip(pieces, maps, strict=False)))
+
+
+@pytest.mark.parametrize("name", SEAMS)
+def test_pieces_with_seams(name):
+    map = composite(SEAMS[name])
+    boxes = random_boxes([[0, 1], [-3, 9]], 400, 5)
+    made = assert_held(map, boxes)
+    assert (np.bincount(made.source, minlength=len(boxes)) > 1).any()
+    if name == "where":  # the three cover the plane, also along the lines that they share
+        assert not made.empty.any()
+
+
+def test_regions_that_share_a_border_leave_no_gap():
+    map = composite(SEAMS["boxes"])
+    made = box_map(map).image_boxes(np.array([[[0.4, 0.6], [1, 2]], [[0.4, 0.6], [2.9, 3.1]], [[0.9, 1.1], [1, 2]]]))
+    assert made.empty.tolist() == [False, False, True]
+    assert [made.words[made.source == k].tolist() for k in range(2)] == [["BB", "BTB"], ["BB", "BTB", "B"]]
+
+
+def test_the_first_piece_that_surely_holds_a_box_is_the_last_asked():
+    pieces = [("a", box((0, 1), (0, 1)), "BB"), ("b", where("v >= 0"), "BTB")]
+    made = box_map(composite(pieces)).image_boxes(np.array([[[0.2, 0.3], [0.2, 0.3]], [[0.2, 0.3], [0.9, 1.2]]]))
+    assert made.words.tolist() == ["BB", "BB", "BTB"]
+
+
+def test_resets_keep_the_turn_and_restrict_to_the_region():
+    map = CompositeMap(NAMES, (), (Piece("reset", box((0, 1), (-1, 1)), PolyMap.reset(NAMES, {"v": 0.25})),))
+    made = assert_held(map, np.array([[[0.2, 0.3], [12.4, 12.8]], [[0.2, 0.3], [-1.5, -0.5]]]))
+    assert made.source.tolist() == [0, 0, 1]  # the first on both sides of a whole turn
+    assert made.hulls() == pytest.approx(np.array([[[0.25, 0.25], [12.4, 12.8]], [[0.25, 0.25], [-1.0, -0.5]]]))
+    assert made.empty.tolist() == [False, True]
+
+
+def test_overflow_is_not_bounded():
+    map = PolyMap.of_monomials(("x",), {"x": {(3,): 1}}, [[0, 1]])
+    made = box_map(map).image_boxes(np.array([[[1e200, 1e201]], [[0.0, 1.0]]]))
+    assert made.bounded.tolist() == [False, True]
+    assert made.empty.tolist() == [True, False]
+    assert np.isinf(made.images[0]).all()
+
+
+class Half(Region):
+    """A region of which only its states are known."""
+
+    def contains(self, states):
+        return np.asarray(states)[:, 0] > 0.5
+
+    def condition(self):
+        raise NotImplementedError
+
+
+def test_a_region_of_ones_own_may_hold_anything():
+    map = composite([("half", Half(coordinates=NAMES), "BB"), ("b", where("v <= 0.7"), "BTB")])
+    made = assert_held(map, random_boxes([[0, 0.69], [0, 3]], 30, 1))
+    assert set(made.words) == {"BB", "BTB"}
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(st.sampled_from(["v < 0.5", "phi >= v + 1", "v == 0.25", "2*v != phi", "0.2 < v <= phi/4"]), min_size=1, max_size=3),
+    st.lists(st.sampled_from(["and", "or", "and not", "or not"]), min_size=2, max_size=2),
+    st.tuples(*[st.sampled_from([0.0, 0.2, 0.25, 0.5, 1.0])] * 2, *[st.sampled_from([0.0, 0.5, 1.0, 1.25])] * 2),
+)
+def test_whatever_the_condition(parts, joints, ends):
+    text = parts[0] + "".join(f" {joint} ({part})" for joint, part in zip(joints, parts[1:], strict=False))
+    v, phi = sorted(ends[:2]), sorted(ends[2:])
+    map = composite([("a", where(text), "BB"), ("b", where("v > 0.5"), "BTB")])
+    assert_held(map, np.array([[v, phi]]))
+
+
+SETTING = "vi_pair/fp vi_pair/paper vi_pair/auto"
+
+
+@pytest.fixture(scope="module")
+def studied():
+    """The composite maps of three studies, from coarser grids."""
+    made = {}
+    for name in SETTING.split():
+        study = load_study(name)
+        grid = {axis: ends.model_copy(update={"points": 100}) for axis, ends in study.grid.items()}
+        bare = {"grid": grid, "orbits": (), "domains": (), "diagonal": study.diagonal, "second_iterate": None, "figures": ()}
+        made[name] = run(study.model_copy(update=bare)).composite
+    return made
+
+
+@pytest.mark.parametrize("name", SETTING.split())
+def test_composite_maps_of_studies(studied, name):
+    made = assert_held(studied[name], random_boxes([[0.02, 1.05], [0, 2 * np.pi]], 300, 4))
+    if name == "vi_pair/fp":  # its pieces cover all states
+        assert not made.empty.any()
+
+
+CONTRACTION = {"v": {(1, 0): 0.4, (0, 1): 0.1, (0, 0): 0.5}, "phi": {(0, 1): -0.5, (1, 0): 0.1, (0, 0): 0.3}}
+
+
+def test_what_takes_box_maps_takes_fitted_maps():
+    """v' = 0.4 v + 0.1 phi + 0.5, phi' = 0.1 v - 0.5 phi + 0.3: one fixed point, v = 0.48/0.89, phi = ..., solved here."""
+    map = PolyMap.of_monomials(NAMES, CONTRACTION, [[0, 1.5], [-0.5, 1]])
+    fixed = np.linalg.solve(np.eye(2) - [[0.4, 0.1], [0.1, -0.5]], [0.5, 0.3])
+    window = [[0.2, 1.3], [-0.3, 0.8]]
+    cover = morse_sets(map, window, 3)
+    assert cover.of == "fitted map"
+    assert cover.contains(fixed[None]).all()
+    held = trap(map, cover)
+    assert held.trapped
+    assert closed_box(map, window).trapped
+    found = find_cycles(map, window, 1, 3)
+    assert found.cycles[0].states[0] == pytest.approx(fixed, abs=1e-12)
+    regions = {"far": Box.of(NAMES, [[0.2, 0.4], [-0.3, 0.8]])}
+    made = transient(map, regions, window, 2, 16, target=held, cycles=found.cycles)
+    assert made.rows[0].left == 1.0
+    boxes = np.array([[[0.6, 1.0], [0.1, 0.4]]])
+    full = FullAuxiliaryMap(map, boxes)
+    assert morse_sets(full, window, 3).contains(fixed[None]).all()
+
+
+def test_a_map_without_boxes_is_refused():
+    with pytest.raises(NsmapsError, match="encloses no images of boxes"):
+        box_map(object())
