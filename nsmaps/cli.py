@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps import commands
-from nsmaps.terminal import FAILED, STOPPED, examples, piece_table, verdict_table
+from nsmaps.terminal import FAILED, STOPPED, examples, piece_table, transient_table, verdict_table
 from nsmaps.terminal import bar as _bar
 from nsmaps.terminal import told as _told
 
@@ -161,6 +161,7 @@ def run(
                 seconds[what] = perf_counter() - begun
     if not quiet:
         piece_table(result)
+        transient_table(result)
         verdict_table(result)
         spent = {"imports": 0.0, **result.timings, **seconds}
         typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in spent.items())}")

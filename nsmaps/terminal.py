@@ -100,6 +100,14 @@ def verdict_table(result: "StudyResult") -> None:
     console().print(table)
 
 
+def transient_table(result: "StudyResult") -> None:
+    """Print what is left of each region, and how complete the search for cycles is, if the study asks for it."""
+    if result.transient is not None:
+        typer.echo(f"Transient regions of the {result.transient.of}, by enclosure\n\n{result.transient.table()}\n")
+    if result.cycles is not None:
+        typer.echo(f"{result.cycles.coverage}\n")
+
+
 def piece_table(result: "StudyResult") -> None:
     """Print the regions that a partition ended with, if there is one."""
     from rich import box

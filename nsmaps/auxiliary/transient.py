@@ -17,6 +17,7 @@ from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.region import Region
 
 Progress = Callable[[int, int], None]
+COARSE = "no cell lies wholly in the closed set: smaller cells are needed to show that anything arrives"
 NEVER = -1  #: steps of a cell of which it is not shown
 
 
@@ -27,16 +28,17 @@ class TransientRow:
     region: str
     area: float  #: share of the window
     left: float  #: is left within `left_steps` returns, whatever the state
-    left_steps: int
+    left_steps: int | None  #: None if no cell is
     stays: int  #: cells of which that is not shown
     arrives: float  #: is in the target after `arrives_steps` returns at the latest; NaN without a target
-    arrives_steps: int
+    arrives_steps: int | None  #: None if no cell is
     periodic: int  #: periodic points found in cells of which it is not shown that they are left
+    points: tuple[tuple[float, ...], ...]  #: these points
 
     def texts(self) -> tuple[str, ...]:
         """What the row says, in the order of its fields; a dash where there is nothing to say."""
         left, arrives = (f"{share:.2%}" if share == share else "-" for share in (self.left, self.arrives))
-        within = [f"{steps}" if steps > 0 else "-" for steps in (self.left_steps, self.arrives_steps)]
+        within = [f"{steps}" if steps else "-" for steps in (self.left_steps, self.arrives_steps)]
         area, stays, periodic = f"{self.area:.2%}", f"{self.stays} cells", f"{self.periodic} points"
         return self.region, area, left, within[0], stays, arrives, within[1], periodic
 
@@ -59,6 +61,11 @@ class Transient:
         return np.concatenate([np.empty((0, len(self.cells.shape))), *(cycle.states for cycle in self.cycles)])
 
     @property
+    def boxes(self) -> Floats:
+        """The cells of regions of which it is not shown that they are left, shape (M, n, 2)."""
+        return self.cells.boxes(np.flatnonzero((self.region >= 0) & (self.left == NEVER)))
+
+    @property
     def rows(self) -> tuple[TransientRow, ...]:
         """One row a region, and one of all together."""
         names = dict(enumerate(self.regions))
@@ -69,19 +76,21 @@ class Transient:
         stays = mask & (self.left == NEVER)
         arrived = np.full(mask.sum(), NEVER) if self.arrived is None else self.arrived[mask]
         numbers = self.cells.numbers_of(self.points)
+        points = self.points[(numbers >= 0) & stays[numbers]]
         return TransientRow(
             region=name,
             area=float(mask.mean()),
             left=1 - float(stays.sum() / mask.sum()),
-            left_steps=int(self.left[mask].max()),
+            left_steps=_most(self.left[mask]),
             stays=int(stays.sum()),
             arrives=float("nan") if self.arrived is None else float((arrived >= 0).mean()),
-            arrives_steps=int(arrived.max()),
-            periodic=int(stays[numbers[numbers >= 0]].sum()),
+            arrives_steps=_most(arrived),
+            periodic=len(points),
+            points=tuple(map(tuple, points.tolist())),
         )
 
     def table(self) -> str:
-        """The rows as text."""
+        """The rows as text, and below them the periodic points found in cells that stay."""
         head = ("region", "area", "left", "within", "stays", "arrives", "within", "periodic")
         lines = [row.texts() for row in self.rows]
         widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
@@ -91,7 +100,18 @@ class Transient:
             )
             for line in (head, *lines)
         ]
-        return "\n".join(text)
+        held = [f"stays in {row.region}: periodic point ({_listed(point)})" for row in self.rows[:-1] for point in row.points]
+        none = self.arrived is not None and not (self.arrived == 0).any()
+        return "\n".join([*text, *held, *([COARSE] if none else [])])
+
+
+def _most(steps: Ints) -> int | None:
+    most = int(steps.max())
+    return None if most == NEVER else most
+
+
+def _listed(point: tuple[float, ...]) -> str:
+    return ", ".join(f"{x:.12f}" for x in point)
 
 
 def transient(

@@ -43,11 +43,13 @@ def transient(result: Drawable, ax: Axes, arrives: bool = False) -> Axes:
     _borders(ax, made.cells.window, made.region.reshape(made.cells.shape))
     points = made.points
     ax.plot(*points.T, "x", ms=6, mew=1.4, color="k", label="periodic points")
-    scale = ScalarMappable(BoundaryNorm(np.arange(most + 1) + 0.5, most), ListedColormap(blues))
-    bar = ax.figure.colorbar(scale, ax=ax, ticks=np.arange(1, most + 1))
-    bar.set_label(f"returns until {'arrived' if arrives else 'left'}" + (f" ({most}: or more)" if steps.max() > most else ""))
+    if steps.max() > 0:
+        scale = ScalarMappable(BoundaryNorm(np.arange(most + 1) + 0.5, most), ListedColormap(blues))
+        bar = ax.figure.colorbar(scale, ax=ax, ticks=np.arange(1, most + 1))
+        more = f" ({most}: or more)" if steps.max() > most else ""
+        bar.set_label(f"returns until {'arrived' if arrives else 'left'}" + more)
     patches = [Patch(color=greens[1], label="not shown"), Patch(color=greens[0], label="target")]
-    handles: list[Artist] = [*patches[: 1 + arrives], *(ax.lines if len(points) else ())]
+    handles: list[Artist] = [*patches[: 1 + (arrives and bool((number == 0).any()))], *(ax.lines if len(points) else ())]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
     ax.set(xlim=made.cells.window[0], ylim=made.cells.window[1])
     return dress(ax, (made.cells.coordinates[0], "k"), (made.cells.coordinates[1], "k"))
