@@ -144,8 +144,9 @@ def _worst(hulls: Callable[[Floats], Hulls], box: Floats, intervals: Floats, tol
 def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxes: Floats) -> Hulls:
     """What the enclosure says of boxes (M, n, 2), with angles on the turn nearest to the centre of `box`."""
     found, angles = map.image_boxes(boxes), angle_mask(map.coordinates)
-    turns = TWO_PI * np.round((found.images.mean(axis=2) - box.mean(axis=1)) / TWO_PI)
-    images = found.images - np.where(angles & np.isfinite(turns), turns, 0.0)[..., None]
+    known = np.where(np.isfinite(found.images), found.images, 0.0)  # what has no end is on every turn
+    turns = TWO_PI * np.round((known.mean(axis=2) - box.mean(axis=1)) / TWO_PI)
+    images = found.images - np.where(angles, turns, 0.0)[..., None]
     outer = replace(found, images=images).hulls()
     outer[found.empty | np.isnan(outer).any(axis=(1, 2))] = [-np.inf, np.inf]
     values = taken(boxes.mean(axis=2))[..., None]
