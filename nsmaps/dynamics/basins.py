@@ -1,7 +1,9 @@
 """Basins of attraction: where each start of a grid ends up, after how many returns, and what lies between the basins."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,11 +12,16 @@ from nsmaps.dynamics.attractor import Attractor, find_attractors, on_circle
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, as_states
+from nsmaps.exact.parts import Arrays, in_parts
 from nsmaps.exact.surface import Grid
 
 UNRESOLVED, ENDED = -1, -2
 SAMPLE = 100  #: starts that are followed to find attractors, at a time
+ENDS = "label", "arrival", "outcome", "stuck"
+CHUNK = 5000  #: starts in a part
 ROUNDS = 10  #: of looking for attractors among the starts that came to none
+
+Ends = tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int8], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +106,8 @@ def basins(
     tolerance: float = 1e-6,
     longest: int = 32,
     progress: Callable[[int], None] | None = None,
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
 ) -> Basins:
     """Which attractor each start comes to, and after how many returns.
 
@@ -112,7 +121,8 @@ def basins(
         attractors: the only ones that count, such as those of another run.
         returns: made before an orbit that has not arrived is given up, and to let go of transients when attractors are found.
         longest: period, in returns, of an attractor that is told from one without period.
-        progress: called with the number of starts that are done, after each return.
+        progress: called with the number of starts that are done, after each return; after each part, of parts.
+        executor, keep: of `nsmaps.exact.parts.in_parts`, whose parts are starts, 5000 each. Attractors are found here.
 
     Raises:
         StateError, NsmapsError: the grid has not the map's coordinates; other arguments that are not accepted.
@@ -122,16 +132,16 @@ def basins(
     if isinstance(grid, Grid) and tuple(grid.axes) != tuple(map.coordinates):
         raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; accepted: {', '.join(map.coordinates)}, in this order")
     start = as_states(grid.states() if isinstance(grid, Grid) else grid, map.coordinates)
-    known = list(attractors or ())
-    label, arrival, outcome, stuck = follow(map, start, known, returns if attractors else 0, progress)
-    for _ in range(0 if attractors else ROUNDS):
+    known, far = list(attractors or ()), _Far(map, executor, keep, progress)
+    label, arrival, outcome, stuck = far(start, known, returns if attractors else 0, "given")
+    for number in range(0 if attractors else ROUNDS):
         rest = np.flatnonzero(label == UNRESOLVED)
         sample = start[rest[np.unique(np.linspace(0, len(rest) - 1, min(SAMPLE, len(rest))).astype(int))]]
         found = find_attractors(map, sample, returns, tolerance, longest, known)
         if not found and known:
             break
         known += found
-        label[rest], arrival[rest], outcome[rest], stuck[rest] = follow(map, start[rest], known, returns, progress)
+        label[rest], arrival[rest], outcome[rest], stuck[rest] = far(start[rest], known, returns, f"round-{number}")
         if not found:
             break
     if attractors is None:
@@ -142,13 +152,38 @@ def basins(
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Far:
+    """How starts are followed: here at once, or in parts in an executor or kept in a folder."""
+
+    map: ReturnMap
+    executor: Executor | None
+    keep: str | Path | None
+    progress: Callable[[int], None] | None
+
+    def __call__(self, start: Floats, attractors: Sequence[Attractor], returns: int, name: str) -> Ends:
+        if (self.executor is None and self.keep is None) or not attractors:
+            return follow(self.map, start, attractors, returns, self.progress)
+        progress, cuts = self.progress, np.split(start, range(CHUNK, len(start), CHUNK))
+        told = None if progress is None else lambda part: progress(part * len(start) // len(cuts))
+        parts = [(self.map, cut, tuple(attractors), returns) for cut in cuts]
+        made = in_parts(_followed, parts, self.executor, None if self.keep is None else Path(self.keep) / name, told)
+        label, arrival, outcome, stuck = (np.concatenate([part[end] for part in made]) for end in ENDS)
+        return label, arrival, outcome, stuck
+
+
+def _followed(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int) -> Arrays:
+    """What `follow` finds, by name."""
+    return dict(zip(ENDS, follow(map, start, attractors, returns), strict=True))
+
+
 def follow(
     map: ReturnMap,
     start: Floats,
     attractors: Sequence[Attractor],
     returns: int,
     progress: Callable[[int], None] | None = None,
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int8], NDArray[np.bool_]]:
+) -> Ends:
     """Label, arrival, outcome and stuck of each start, shape (N, n), as of `Basins`."""
     n = len(start)
     label, arrival = np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32)

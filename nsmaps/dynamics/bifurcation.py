@@ -1,7 +1,9 @@
 """Bifurcation diagrams: what a return map does in the long run over the values of a parameter (figs. bifexact, bifapprox)."""
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -12,9 +14,13 @@ from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, decoded
+from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+PART = 100_000  #: returns that a part of a diagram makes at least: many times what sending and keeping it costs
+Block = tuple[NDArray[np.int64], slice, Arrays]  #: numbers of values, starts, and what `_attractors` found there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,6 +83,8 @@ def bifurcation(
     follow: Literal["up", "down", "both"] | None = None,
     tolerance: float = 1e-6,
     progress: Callable[[int], None] | None = None,
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
 ) -> Bifurcation:
     """The attractors over the values of a parameter, as in remark num_bif.
 
@@ -91,7 +99,9 @@ def bifurcation(
             orbit that ended starts again from where the last value left it. With "both" there are 2 S orbits, those through
             growing values first. Without it every value has the starts given.
         tolerance: within which each coordinate must repeat to be periodic, in its units.
-        progress: called with the number of values done, after each.
+        progress: called with the number of values done, after each; after each part, of parts.
+        executor, keep: of `nsmaps.exact.parts.in_parts`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts
+            are values, as many as make 100,000 returns; with `follow` each start goes by itself through so many at a time.
 
     Raises:
         StateError: the starts have not the map's coordinates.
@@ -101,24 +111,99 @@ def bifurcation(
     _check(along, returns, transient, follow)
     if follow == "both":
         ways: tuple[Literal["up", "down"], ...] = ("up", "down")
-        return _beside(*(bifurcation(map_of, along, now, returns, transient, way, tolerance, progress) for way in ways))
+        how = returns, transient
+        folders = [None if keep is None else Path(keep) / way for way in ways]
+        made = [
+            bifurcation(map_of, along, now, *how, way, tolerance, progress, executor, folder)
+            for way, folder in zip(ways, folders, strict=True)
+        ]
+        return _beside(*made)
     order = np.argsort(-along if follow == "down" else along, kind="stable")
-    runs: dict[int, Orbit] = {}
-    reasons = [""] * len(along)
-    for done, k in enumerate(order.tolist(), 1):
+    if executor is None and keep is None:
+        found = _attractors(map_of, along[order], now, returns, transient, bool(follow), progress)
+        return _diagram(along, len(now), [(order, slice(None), found)], tolerance)
+    sweep = _Sweep(map_of, along, order, returns, transient, executor, keep, progress)
+    return _diagram(along, len(now), sweep.followed(now) if follow else sweep.apart(now), tolerance)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sweep:
+    """A diagram in parts, in an executor or kept in a folder."""
+
+    map_of: Callable[[float], ReturnMap]
+    values: Floats
+    order: NDArray[np.int64]  #: in which the values are taken
+    returns: int
+    transient: int
+    executor: Executor | None
+    keep: str | Path | None
+    progress: Callable[[int], None] | None
+
+    def apart(self, starts: Floats) -> list[Block]:
+        """Every start at every value: parts are values."""
+        cuts = self._cuts(len(starts))
+        parts = [(self.map_of, self.values[cut], starts, self.returns, self.transient, False) for cut in cuts]
+        told = self._told(0, len(self.order), len(cuts))
+        return [
+            (cut, slice(None), part) for cut, part in zip(cuts, in_parts(_attractors, parts, *self._where(), told), strict=True)
+        ]
+
+    def followed(self, starts: Floats) -> list[Block]:
+        """Each start through the values: parts are starts, links of their chains one after the other."""
+        blocks: list[Block] = []
+        done = 0
+        for cut in self._cuts(1):
+            parts = [(self.map_of, self.values[cut], start[None], self.returns, self.transient, True) for start in starts]
+            told = self._told(done, len(cut), len(starts))
+            links = in_parts(_attractors, parts, *self._where(f"from-{done:06d}"), told)
+            blocks += [(cut, slice(s, s + 1), link) for s, link in enumerate(links)]
+            starts, done = np.concatenate([link["last"] for link in links]), done + len(cut)
+        return blocks
+
+    def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
+        """The numbers of the values, in their order, of each part or link."""
+        each = -(-PART // ((self.returns + self.transient) * starts))
+        return [self.order[k : k + each] for k in range(0, len(self.order), each)]
+
+    def _where(self, link: str = "") -> tuple[Executor | None, Path | None]:
+        return self.executor, None if self.keep is None else Path(self.keep) / link
+
+    def _told(self, done: int, values: int, parts: int) -> Callable[[int], None] | None:
+        """What parts done tell as values done."""
+        progress = self.progress
+        return None if progress is None else lambda part: progress(done + part * values // parts)
+
+
+def _attractors(
+    map_of: Callable[[float], ReturnMap],
+    values: Floats,
+    starts: Floats,
+    returns: int,
+    transient: int,
+    follow: bool,
+    progress: Callable[[int], None] | None = None,
+) -> Arrays:
+    """What starts (S, n) come to at values, in this order, and the last states: arrays of a `Bifurcation`, where a map is."""
+    runs: list[Orbit] = []
+    reasons = [""] * len(values)
+    for k, value in enumerate(values.tolist()):
         try:
-            map = map_of(float(along[k]))
+            map = map_of(value)
         except ValueError as error:
             reasons[k] = " ".join(str(error).split())
         else:
-            runs[k] = _attractor(map, now, transient, returns)
+            runs.append(_attractor(map, starts, transient, returns))
             if follow:
-                now = np.where(np.isfinite(runs[k].final).all(axis=-1, keepdims=True), runs[k].final, now)
+                starts = np.where(np.isfinite(runs[-1].final).all(axis=-1, keepdims=True), runs[-1].final, starts)
         if progress is not None:
-            progress(done)
+            progress(k + 1)
+    about = {"last": starts, "reasons": np.array(reasons, str)}
     if not runs:
-        raise NsmapsError(f"there is no map at any of {len(along)} values; at {along[0]:g}: {reasons[0]}")
-    return _diagram(along, runs, tuple(reasons), tolerance)
+        return about
+    tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in ("turns", "codes")}
+    tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
+    tables["outcome"] = np.stack([run.outcome[-1] for run in runs])
+    return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls)}
 
 
 def _attractor(map: ReturnMap, states: Floats, transient: int, returns: int) -> Orbit:
@@ -133,18 +218,24 @@ def _attractor(map: ReturnMap, states: Floats, transient: int, returns: int) -> 
     return kept
 
 
-def _diagram(values: Floats, runs: dict[int, Orbit], reasons: tuple[str, ...], tolerance: float) -> Bifurcation:
-    """The orbits kept at some of the values as one table over all of them."""
-    some = next(iter(runs.values()))
-    returns, starts, dim = some.turns.shape
-    shape = len(values), starts, returns
-    states, turns = np.full((*shape, dim), np.nan), np.zeros((*shape, dim), np.int32)
-    codes, outcome = np.zeros(shape, np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
-    for k, run in runs.items():
-        states[k], turns[k], codes[k] = (np.swapaxes(part, 0, 1) for part in (run.states[1:], run.turns, run.codes))
-        outcome[k] = run.outcome[-1]
-    period = periods(states, codes, some.coordinates, tolerance)
-    return Bifurcation(some.coordinates, some.walls, values, states, turns, codes, outcome, reasons, period)
+def _diagram(values: Floats, starts: int, blocks: list[Block], tolerance: float) -> Bifurcation:
+    """What was found at some of the values as one table over all of them."""
+    reasons = np.full(len(values), "", object)
+    for cut, _, part in blocks:
+        reasons[cut] = part["reasons"]
+    some = next((part for *_, part in blocks if "states" in part), None)
+    if some is None:
+        raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
+    shape = len(values), starts, *some["states"].shape[2:]
+    states, turns = np.full(shape, np.nan), np.zeros(shape, np.int32)
+    codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
+    tables = {"states": states, "turns": turns, "codes": codes, "outcome": outcome}
+    for cut, own, part in blocks:
+        for name in tables if "states" in part else ():
+            tables[name][cut[part["reasons"] == ""], own] = part[name]
+    coordinates, walls = names_among(some)
+    period = periods(states, codes, coordinates, tolerance)
+    return Bifurcation(coordinates, walls, values, states, turns, codes, outcome, tuple(reasons.tolist()), period)
 
 
 def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:

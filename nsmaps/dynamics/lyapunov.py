@@ -1,8 +1,10 @@
 """Lyapunov exponents of return maps, through impacts: how fast neighbouring orbits part, a return and a unit of time."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
-from typing import Any, Literal
+from concurrent.futures import Executor
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.impacts import Floats, Outcome, Stretches
+from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
 
 BATCHES = 32  #: of successive returns, whose means tell the error
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
@@ -154,6 +157,9 @@ def _error(apart: Floats) -> Floats:
     return np.asarray(np.sqrt(square / (len(apart) * (len(apart) - 1)) * (1 + rho) / (1 - rho)))
 
 
+TABLES = tuple(field.name for field in fields(Lyapunov) if field.name not in ("coordinates", "returns"))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LyapunovSweep:
     """Lyapunov exponents over V values of a parameter."""
@@ -170,8 +176,12 @@ def lyapunov_sweep(
     n: int,
     transient: int = 1000,
     follow: Literal["up", "down"] | None = None,
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
 ) -> LyapunovSweep:
     """The Lyapunov exponents over the values of a parameter; arguments as of `lyapunov` and of `bifurcation`.
+
+    Every value is a part of `nsmaps.exact.parts.in_parts`; with `follow` all of them are one.
 
     Raises:
         StateError, NsmapsError: as `lyapunov`, or there is a map at none of the values.
@@ -179,23 +189,46 @@ def lyapunov_sweep(
     along, now = np.atleast_1d(np.asarray(values, float)), np.asarray(state, float)
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
         raise NsmapsError(f"the values have shape {along.shape}; accepted: one or more finite numbers in a row")
-    found: list[Lyapunov | None] = [None] * len(along)
-    reasons = [""] * len(along)
-    for k in np.argsort(-along if follow == "down" else along, kind="stable").tolist():
+    order = np.argsort(-along if follow == "down" else along, kind="stable")
+    cuts = [order] if follow else np.split(order, len(order))
+    parts = [(map_of, along[cut], now, n, transient, bool(follow)) for cut in cuts]
+    made = in_parts(_exponents, parts, executor, keep)
+    reasons = np.full(len(along), "", object)
+    for cut, part in zip(cuts, made, strict=True):
+        reasons[cut] = part["reasons"]
+    known = next((part for part in made if "exponents" in part), None)
+    if known is None:
+        raise NsmapsError(f"there is no map at any of {len(along)} values; at {along[0]:g}: {reasons[0]}")
+    tables: Arrays = {}
+    for name in TABLES:
+        own = known[name]
+        tables[name] = np.full((len(along), *own.shape[1:]), Outcome.invalid if name == "outcome" else np.nan, own.dtype)
+        for cut, part in zip(cuts, made, strict=True):
+            if name in part:
+                tables[name][cut[part["reasons"] == ""]] = part[name]
+    return LyapunovSweep(along, tuple(reasons.tolist()), Lyapunov(names_among(known)[0], n, **tables))
+
+
+def _exponents(
+    map_of: Callable[[float], ReturnMap], values: Floats, state: Floats, n: int, transient: int, follow: bool
+) -> Arrays:
+    """The arrays of `lyapunov` at values, taken in this order, where there are maps."""
+    found: list[Lyapunov] = []
+    reasons = [""] * len(values)
+    for k, value in enumerate(values.tolist()):
         try:
-            map = map_of(float(along[k]))
+            map = map_of(value)
         except ValueError as error:
             reasons[k] = " ".join(str(error).split())
             continue
-        found[k] = made = lyapunov(map, now, n, transient)
+        found.append(lyapunov(map, state, n, transient))
         if follow:
-            now = np.where(np.isfinite(made.final).all(axis=-1, keepdims=True), made.final, now)
-    known = next((made for made in found if made is not None), None)
-    if known is None:
-        raise NsmapsError(f"there is no map at any of {len(along)} values; at {along[0]:g}: {reasons[0]}")
-    tables: dict[str, Any] = {}
-    for name in (field.name for field in fields(Lyapunov) if isinstance(getattr(known, field.name), np.ndarray)):
-        own = getattr(known, name)
-        blank = np.full_like(own, Outcome.invalid if name == "outcome" else np.nan)
-        tables[name] = np.stack([blank if made is None else getattr(made, name) for made in found])
-    return LyapunovSweep(along, tuple(reasons), replace(known, **tables))
+            state = np.where(np.isfinite(found[-1].final).all(axis=-1, keepdims=True), found[-1].final, state)
+    about = {"reasons": np.array(reasons, str)}
+    if not found:
+        return about
+    return {
+        **about,
+        **names_as_arrays(found[0].coordinates),
+        **{name: np.stack([getattr(made, name) for made in found]) for name in TABLES},
+    }

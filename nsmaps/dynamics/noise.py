@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.impacts import Floats, Outcome, decoded
+from nsmaps.exact.parts import Arrays, in_parts
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -74,6 +76,7 @@ def noisy_orbits(
     chatter: float = 1e-6,
     impacts: int = 0,
     executor: Executor | None = None,
+    keep: str | Path | None = None,
 ) -> NoisyOrbits:
     """The first n returns of an exact system with noise added to the acceleration of its flights, realised many times.
 
@@ -90,7 +93,7 @@ def noisy_orbits(
         parts: exact steps that a step is made of: `step=2*h, parts=2` sees every second point of the path of `step=h`.
         chatter: as of `first_return`; what is left of the noise within the time of the sum is passed over.
         impacts: how many impacts of each realisation, on any wall, are kept.
-        executor: of concurrent.futures, for the realisations; threads on all cores if omitted.
+        executor, keep: of `nsmaps.exact.parts.in_parts`, whose parts are realisations, 8 each; threads on all cores if omitted.
 
     Raises:
         SystemDefinitionError: the system's flights are not of the form z'' = -k z - c z' + f(t).
@@ -110,17 +113,14 @@ def noisy_orbits(
     how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / parts), parts, chatter, n, impacts, seed
     starts = np.broadcast_to(starts, (realisations, 2))
     tasks = [(how, starts[k : k + CHUNK], range(k, min(k + CHUNK, realisations))) for k in range(0, realisations, CHUNK)]
-    if len(tasks) < 2:
-        made = [_realised(task) for task in tasks]
-    elif executor is not None:
-        made = list(executor.map(_realised, tasks))
-    else:
+    if executor is None and len(tasks) > 1:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            made = list(pool.map(_realised, tasks))
-    tables = [np.concatenate(part) for part in zip(_blank(n, 0, impacts), *made, strict=True)]
-    states, turns, codes, outcome, time, eta = (np.swapaxes(table, 0, 1) for table in tables[:6])
-    names = system.coordinates, system.wall_names
-    return NoisyOrbits(*names, noise, h, seed, states, turns, codes, outcome, time, eta, tables[6])
+            made = in_parts(_realised, tasks, pool, keep)
+    else:
+        made = in_parts(_realised, tasks, executor, keep)
+    tables = {name: np.concatenate([none, *(part[name] for part in made)]) for name, none in _blank(n, 0, impacts).items()}
+    along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
+    return NoisyOrbits(system.coordinates, system.wall_names, noise, h, seed, **along)
 
 
 def linear_law(system: "ImpactSystem") -> tuple[float, float]:
@@ -163,21 +163,26 @@ def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
     return np.stack([units[:, None] * transition / units, units[:, None] * root])
 
 
-def _blank(n: int, r: int, impacts: int) -> tuple[NDArray[Any], ...]:
-    """Tables of R realisations: states, turns, codes, outcome, time, eta, impacts."""
-    types = np.int32, np.int64, np.int8, np.float64
-    shapes = (r, n, 2), (r, n), (r, n), (r, n)
-    inner = [np.empty(shape, kind) for shape, kind in zip(shapes, types, strict=True)]
-    return np.empty((r, n + 1, 2)), *inner, np.empty((r, n + 1)), np.full((r, impacts, 3), np.nan)
+def _blank(n: int, r: int, impacts: int) -> Arrays:
+    """Tables of R realisations, in the order in which the compiled loop takes them."""
+    return {
+        "states": np.empty((r, n + 1, 2)),
+        "turns": np.empty((r, n, 2), np.int32),
+        "codes": np.empty((r, n), np.int64),
+        "outcome": np.empty((r, n), np.int8),
+        "time": np.empty((r, n)),
+        "eta": np.empty((r, n + 1)),
+        "impacts": np.full((r, impacts, 3), np.nan),
+    }
 
 
-def _realised(task: tuple[tuple[Any, ...], Floats, Sequence[int]]) -> tuple[NDArray[Any], ...]:
+def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> Arrays:
     """The tables of some realisations, told by their numbers."""
-    (system, law, step, parts, chatter, n, impacts, seed), starts, numbers = task
+    system, law, step, parts, chatter, n, impacts, seed = how
     tables = _blank(n, len(numbers), impacts)
-    tables[0][:, 0] = starts
+    tables["states"][:, 0] = starts
     kernel = system._kernel()
     for i, number in enumerate(numbers):
         rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
-        kernel.noisy_orbit(system, law, step, parts, chatter, rng, tuple(table[i] for table in tables))
+        kernel.noisy_orbit(system, law, step, parts, chatter, rng, tuple(table[i] for table in tables.values()))
     return tables

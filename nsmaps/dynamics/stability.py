@@ -1,8 +1,10 @@
 """Stability diagrams: which motion attracts over two parameters, and the curves on which it changes."""
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +16,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
+from nsmaps.exact.parts import Arrays, in_parts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +55,8 @@ def stability_diagram(
     follow: Literal["up", "down"] | None = "down",
     tolerance: float = 1e-6,
     progress: Callable[[int], None] | None = None,
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
 ) -> StabilityDiagram:
     """The motions that attract over two parameters: a bifurcation diagram along one for each value of the other.
 
@@ -65,27 +70,34 @@ def stability_diagram(
         longest: period looked for, in returns.
         transient, follow, tolerance: as in `bifurcation`.
         progress: called with the number of rows done, after each.
+        executor, keep: of `nsmaps.exact.parts.in_parts`, whose parts are the rows; `map_of` may then be such as
+            `nsmaps.Along(system, "d", "r")`.
 
     Raises:
         NsmapsError, StateError: as `bifurcation`, where no row can be made.
     """
     rows, columns = np.atleast_1d(np.asarray(across, float)), np.atleast_1d(np.asarray(along, float))
-    period = np.full((len(rows), len(columns)), -1)
-    labels = np.full(period.shape, "", object)
-    reasons = [""] * len(rows)
-    for k, value in enumerate(rows.tolist()):
-        try:
-            made = bifurcation(_at(map_of, value), columns, start, 2 * longest, transient, follow, tolerance)
-        except NsmapsError as error:
-            reasons[k] = str(error)
-        else:
-            period[k] = np.where(made.held[:, 0], made.period[:, 0], -1)
-            labels[k] = made.labels[:, 0]
-        if progress is not None:
-            progress(k + 1)
+    parts = [(map_of, columns, value, np.asarray(start, float), longest, transient, follow, tolerance) for value in rows.tolist()]
+    made = in_parts(_row, parts, executor, keep, progress)
+    reasons = tuple(str(row["reason"]) for row in made)
     if all(reasons):
         raise NsmapsError(f"there is no row of {len(rows)}: {reasons[0] if reasons else 'no value across'}")
-    return StabilityDiagram(columns, rows, period, labels.astype(str), tuple(reasons))
+    return StabilityDiagram(
+        columns, rows, np.stack([row["period"] for row in made]), np.stack([row["labels"] for row in made]), reasons
+    )
+
+
+def _row(
+    map_of: Callable[[float, float], ReturnMap], columns: Floats, value: float, start: Floats, longest: int, *how: Any
+) -> Arrays:
+    """Periods and labels over the columns at one value of the other parameter, or why there are none."""
+    try:
+        made = bifurcation(_at(map_of, value), columns, start, 2 * longest, *how)
+    except NsmapsError as error:
+        period, labels = np.full(len(columns), -1), np.full(len(columns), "")
+        return {"period": period, "labels": labels, "reason": np.array(str(error))}
+    period = np.where(made.held[:, 0], made.period[:, 0], -1)
+    return {"period": period, "labels": made.labels[:, 0], "reason": np.array("")}
 
 
 def event_curve(

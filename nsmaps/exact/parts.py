@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle, angle_mask
 from nsmaps.exact.system import ImpactSystem
 
 Arrays = dict[str, NDArray[Any]]
@@ -22,14 +23,29 @@ LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: what dask 
 
 @dataclass(frozen=True, slots=True)
 class Along:
-    """A system along one of its parameters: a `map_of` of sweeps that other processes can be sent."""
+    """A system along one or two of its parameters: a `map_of` of sweeps that other processes can be sent."""
 
     system: ImpactSystem
     parameter: str
+    second: str | None = None
 
-    def __call__(self, value: float) -> ImpactSystem:
-        """The system with this value of the parameter."""
-        return self.system.at(**{self.parameter: float(value)})
+    def __call__(self, *values: float) -> ImpactSystem:
+        """The system with this value of each parameter."""
+        names = [name for name in (self.parameter, self.second) if name is not None]
+        if len(values) != len(names):
+            raise TypeError(f"{len(values)} values of {' and '.join(names)}; accepted: {len(names)}")
+        return self.system.at(**{name: float(value) for name, value in zip(names, values, strict=True)})
+
+
+def names_as_arrays(coordinates: Sequence[str], walls: Sequence[str] = ()) -> Arrays:
+    """Names among the arrays of a part; see `names_among`."""
+    return {"coordinates": np.array(coordinates, str), "angles": angle_mask(coordinates), "walls": np.array(walls, str)}
+
+
+def names_among(arrays: Arrays) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The coordinates, with their angles, and the walls that `names_as_arrays` has put there."""
+    named = zip(arrays["coordinates"].tolist(), arrays["angles"], strict=True)
+    return tuple(Angle(name) if angle else name for name, angle in named), tuple(arrays["walls"].tolist())
 
 
 def in_parts(

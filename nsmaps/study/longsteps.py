@@ -1,15 +1,17 @@
 """The steps of a study's run that ask about the long run of the exact map."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from nsmaps.exact.parts import Along
 from nsmaps.study.plan import Plan
 from nsmaps.study.result import NoiseResult, StudyResult
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.impactdiagram import ImpactDiagram
-    from nsmaps.exact.system import ImpactSystem
+
+DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
 
 
 def lyapunov(plan: Plan, result: StudyResult) -> dict[str, Any]:
@@ -19,13 +21,9 @@ def lyapunov(plan: Plan, result: StudyResult) -> dict[str, Any]:
     section = plan.study.lyapunov
     assert section is not None
     values = np.linspace(section.low, section.high, section.points)
-
-    def system_at(value: float) -> "ImpactSystem":
-        return plan.system.at(**{section.parameter: value})
-
-    how = section.returns, section.transient, section.follow
+    along, how = Along(plan.system, section.parameter), (section.returns, section.transient, section.follow)
     with plan.study.source.located(("lyapunov",)):
-        return {"lyapunov": lyapunov_sweep(system_at, values, plan.begin["lyapunov"], *how)}
+        return {"lyapunov": lyapunov_sweep(along, values, plan.begin["lyapunov"], *how, keep=plan.keep)}
 
 
 def basins(plan: Plan, result: StudyResult) -> dict[str, Any]:
@@ -36,7 +34,8 @@ def basins(plan: Plan, result: StudyResult) -> dict[str, Any]:
     assert section is not None
     assert plan.grid is not None
     with plan.study.source.located(("basins",)):
-        made = basins(plan.system, plan.grid, returns=section.returns, tolerance=section.tolerance, longest=section.longest)
+        how = None, section.returns, section.tolerance, section.longest
+        made = basins(plan.system, plan.grid, *how, keep=plan.keep)
         line = None if section.boundary is None else boundary(plan.system, made, section.boundary, section.returns)
     return {"basins": made, "boundary": line}
 
@@ -50,10 +49,10 @@ def noise(plan: Plan, result: StudyResult) -> dict[str, Any]:
     assert section is not None
     stays, ended = [], []
     with plan.study.source.located(("noise",)):
-        for sigma in section.sigma:
+        for number, sigma in enumerate(section.sigma):
             noise = Noise(sigma=sigma, tau=section.tau)
             how = section.returns, noise, section.realisations, section.seed, section.step
-            made = noisy_orbits(plan.system, plan.begin["noise"], *how)
+            made = noisy_orbits(plan.system, plan.begin["noise"], *how, keep=plan.kept(f"sigma-{number}"))
             stays.append(residence(made.words, made.time, section.modes, section.hold))
             ended.append(made.ended())
         return {"noise": NoiseResult(section.sigma, tuple(stays), tuple(ended), _impacts(plan))}
@@ -72,10 +71,9 @@ def _impacts(plan: Plan) -> "tuple[ImpactDiagram, ...]":
     values = np.linspace(section.low, section.high, section.points)
     sizes = Noise(sigma=0.0, tau=noise.tau), Noise(sigma=section.sigma, tau=noise.tau)
     how = section.returns, section.transient, noise.seed, noise.step
-
-    def system_at(value: float) -> "ImpactSystem":
-        return plan.system.at(**{section.parameter: value})
-
+    along, start = Along(plan.system, section.parameter), plan.begin["noise"]
     return tuple(
-        impact_diagram(system_at, values, plan.begin["noise"], size, follow, *how) for follow in ("down", "up") for size in sizes
+        impact_diagram(along, values, start, size, follow, *how, keep=plan.kept("impacts", follow, str(number)))
+        for follow in DOWN_AND_UP
+        for number, size in enumerate(sizes)
     )

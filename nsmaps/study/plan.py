@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -59,6 +60,11 @@ class Plan:
     boxes: dict[str, Box]  #: the start boxes of the domains that give one, by name
     windows: dict[str, Box]  #: of the sections `morse` and `transient`
     told: Callable[[float], None] = lambda share: None  #: called with the share of the step that is done, by steps that know it
+    keep: Path | None = None  #: a folder for finished parts of the step, by steps that have parts; None without a run folder
+
+    def kept(self, *names: str) -> Path | None:
+        """The folder for the parts of one of some computations of a step."""
+        return self.keep and self.keep.joinpath(*names)
 
     def part(self, number: int, of: int, units: int) -> Callable[[int], None]:
         """A `progress` for one of some equal parts of a step, to be called with how many of its units are done."""

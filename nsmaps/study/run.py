@@ -1,7 +1,9 @@
 """From a study to its result: only what it names is computed, each step from those before it."""
 
 import os
+import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -18,6 +20,7 @@ from nsmaps.study.verdicts import verdicts
 Progress = Callable[
     [str, float, int], None
 ]  #: what is being computed, how many steps are done and which share of it, of how many
+PARTS = "parts"  #: the folder of a run's folder with what is finished of steps that are not
 ALMOST = 0.999  #: the largest share of a step that is told before it is done
 
 
@@ -37,7 +40,8 @@ def run(
 ) -> StudyResult:
     """Compute what a study names, and write it to the folder `out`, if one is given.
 
-    With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again.
+    With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again, and of
+    the step that it stopped in the finished parts: those of diagrams, exponents, basins and noise of the exact map.
 
     Raises StudyError for a study that cannot be run, in which case nothing is written; NsmapsError for a folder to be resumed
     that holds something else; Interrupted on Ctrl-C, when what is finished has been written.
@@ -48,22 +52,34 @@ def run(
     result = StudyResult(study, plan.system, versions=versions_of(study.system))
     if resume and folder and (folder / "result.json").is_file():
         result = _kept(result, folder)
+    elif folder and not resume:
+        shutil.rmtree(folder / PARTS, ignore_errors=True)
     names = steps_of(study)
     try:
         for done, name in enumerate(names):
             progress(name, done, len(names))
             if name not in result.timings:
-                result = _with_step(replace(plan, told=_share(progress, name, done, len(names))), result, name)
+                keep = folder and folder / PARTS / name
+                result = _with_step(replace(plan, told=_share(progress, name, done, len(names)), keep=keep), result, name)
         progress("done", len(names), len(names))
         result = replace(result, verdicts=verdicts(result), finished=True)
     except KeyboardInterrupt:
         result = replace(result, verdicts=verdicts(result))
         if folder:
-            write(result, folder)
+            _write(result, folder)
         raise Interrupted(result, folder) from None
     if folder:
-        write(result, folder)
+        _write(result, folder)
     return result
+
+
+def _write(result: StudyResult, folder: Path) -> None:
+    """Write a result, and only then let go of the parts of its steps."""
+    write(result, folder)
+    for name in result.timings:
+        shutil.rmtree(folder / PARTS / name, ignore_errors=True)
+    with suppress(OSError):  # not there, or with parts of a step that was stopped
+        (folder / PARTS).rmdir()
 
 
 def _share(progress: Progress, name: str, done: int, total: int) -> Callable[[float], None]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from nsmaps.errors import FitError, NsmapsError
 from nsmaps.exact.family import WordFamily
 from nsmaps.exact.impacts import LONGER
+from nsmaps.exact.parts import Along
 from nsmaps.exact.surface import Surface, surfaces, surfaces_among, sweep
 from nsmaps.reduced.composite import CompositeMap, Piece, build_composite, data_of
 from nsmaps.reduced.diagonal import attracting, diagonal_region
@@ -199,18 +201,18 @@ def _bifurcation(plan: Plan, result: StudyResult) -> Parts:
     values = np.linspace(section.low, section.high, section.points)
     how = section.returns, section.transient, section.follow
 
-    def system_at(value: float) -> "ImpactSystem":
-        return plan.system.at(**{section.parameter: value})
-
-    maps: dict[str, Callable[[float], ReturnMap]] = {
-        "exact": system_at,
-        "composite": lambda value: _refit(plan, system_at(value))[0],
+    system_at = Along(plan.system, section.parameter)
+    maps: dict[str, tuple[Callable[[float], ReturnMap], Path | None]] = {
+        "exact": (system_at, plan.keep),
+        "composite": (lambda value: _refit(plan, system_at(value))[0], None),
     }
     with plan.study.source.located(("bifurcation",)):
-        parts = {of: plan.part(k, len(section.of), section.points) for k, of in enumerate(section.of)}
-        return {
-            "bifurcation": {of: bifurcation(maps[of], values, plan.long_start, *how, progress=told) for of, told in parts.items()}
-        }
+        made = {}
+        for k, of in enumerate(section.of):
+            map_of, keep = maps[of]
+            told = plan.part(k, len(section.of), section.points)
+            made[of] = bifurcation(map_of, values, plan.long_start, *how, progress=told, keep=keep)
+        return {"bifurcation": made}
 
 
 def _domains(plan: Plan, result: StudyResult) -> Parts:

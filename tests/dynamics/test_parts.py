@@ -1,0 +1,141 @@
+"""Sweeps in parts: in two processes and out of folders the numbers are those of one process, and nothing is computed twice."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass, fields, is_dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.dynamics import basins, bifurcation
+from nsmaps.dynamics.basins import find_attractors
+from nsmaps.dynamics.impactdiagram import impact_diagram
+from nsmaps.dynamics.lyapunov import lyapunov_sweep
+from nsmaps.dynamics.stability import stability_diagram
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Returns
+
+PAIR = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
+BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
+ALONG = nsmaps.Along(PAIR, "d")
+VALUES = [0.30, 0.26, -1.0, 0.35, 0.28]  # at -1 there is no map
+STARTS = [[0.8, 0.4], [0.7, 0.3], [0.2, 3.0]]
+NOISE = nsmaps.Noise(sigma=0.03, tau=0.5)
+DIAGRAM = partial(nsmaps.bifurcation, ALONG, VALUES, STARTS, 20, 100)
+SWEEPS: dict[str, Callable[..., Any]] = {
+    **{f"bifurcation {way}": partial(DIAGRAM, follow=way) for way in (None, "up", "down", "both")},
+    "stability": partial(stability_diagram, nsmaps.Along(PAIR, "d", "r"), [0.26, 0.3, 0.35], [0.4, 1.5, 0.6], [0.8, 0.4], 8, 100),
+    "lyapunov": partial(lyapunov_sweep, ALONG, VALUES, [0.8, 0.4], 64, 50),
+    "lyapunov up": partial(lyapunov_sweep, ALONG, VALUES, [0.8, 0.4], 64, 50, follow="up"),
+    "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), returns=300),
+    "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, 20, seed=4, impacts=5),
+    "impacts": partial(impact_diagram, ALONG, [0.3, 0.35], [0.8, 0.4], NOISE, "up", 5, 10),
+}
+
+
+@pytest.fixture(scope="module")
+def two() -> Iterator[Executor]:
+    """Two processes."""
+    with ProcessPoolExecutor(2) as executor:
+        yield executor
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts of two values or fewer, and of thirty starts."""
+    monkeypatch.setattr(bifurcation, "PART", 200)
+    monkeypatch.setattr(basins, "CHUNK", 30)
+
+
+def numbers(result: Any) -> list[Any]:
+    """Everything a result holds, arrays as bytes, so that NaN is NaN and types count."""
+    if is_dataclass(result):
+        return [numbers(getattr(result, field.name)) for field in fields(result)]
+    if isinstance(result, tuple):
+        return [type(result), *map(numbers, result)]
+    return [type(result), (result.dtype, result.shape, result.tobytes()) if isinstance(result, np.ndarray) else result]
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_two_processes_and_a_folder_have_the_numbers_of_one(name: str, two: Executor, tmp_path: Path) -> None:
+    here = numbers(SWEEPS[name]())
+    assert numbers(SWEEPS[name](executor=two, keep=tmp_path)) == here
+    files = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.npz")}
+    assert len(files) == {"lyapunov up": 1, "impacts": 1}.get(name, len(files))
+    assert len(files) > 1 or name in ("lyapunov up", "impacts")
+    assert numbers(SWEEPS[name](keep=tmp_path)) == here
+    assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.npz")} == files, "nothing is written again"
+
+
+@dataclass(frozen=True)
+class Noted:
+    """x -> a x (1 - x), and a note of each value at which the map was made."""
+
+    note: Path
+
+    def __call__(self, a: float) -> "Logistic":
+        with self.note.open("a") as stream:
+            stream.write(f"{a}\n")
+        return Logistic(a)
+
+
+@dataclass(frozen=True)
+class Logistic:
+    """x -> a x (1 - x)."""
+
+    a: float
+    coordinates: tuple[str, ...] = ("x",)
+
+    def first_return(self, states: Any, derivative: bool = False) -> Returns:
+        """One step, the word always BB."""
+        x = np.asarray(states, float)
+        n = len(x)
+        none = np.zeros((n, 1), np.int32), np.full(n, 6), np.zeros(n, np.int8), np.full(n, np.nan)
+        return Returns(self.coordinates, ("B",), x, self.a * x * (1 - x), *none)
+
+
+@pytest.mark.parametrize("follow", [None, "up"])
+def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: Any) -> None:
+    """Parts are two values of two starts apart, or four values of one start followed."""
+    values, starts = [2.8, 3.2, 3.5, 3.55, 3.0, 3.84, 2.9], [[0.3], [0.4]]
+    run = partial(nsmaps.bifurcation, Noted(tmp_path / "note"), values, starts, 20, 30, follow)
+    whole = run()
+    (tmp_path / "note").unlink()
+
+    def stop(done: int) -> None:
+        if done >= 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(keep=tmp_path / "kept", progress=stop)
+    before = (tmp_path / "note").read_text().split()
+    told: list[int] = []
+    again = run(keep=tmp_path / "kept", progress=told.append)
+    after = (tmp_path / "note").read_text().split()[len(before) :]
+    once = sorted(map(str, values)) if follow is None else sorted(map(str, values * 2))
+    assert sorted(before + after) == once, "each value of each part once"
+    assert before
+    assert after
+    assert told == sorted(told)
+    assert told[-1] == 7
+    assert numbers(again) == numbers(whole)
+    with pytest.raises(NsmapsError, match="parts of other work"):
+        nsmaps.bifurcation(Noted(tmp_path / "note"), values, starts, 20, 31, follow, keep=tmp_path / "kept")
+
+
+def test_labels_do_not_depend_on_chunks() -> None:
+    """They are those of each start alone."""
+    starts = np.random.default_rng(1).uniform([0.1, 0], [1, 6], (35, 2))
+    known = find_attractors(BISTABLE, starts[:20], 300)
+    alone = [nsmaps.basins(BISTABLE, start[None], known, 300).label.item() for start in starts]
+    with ThreadPoolExecutor(1) as executor:
+        assert nsmaps.basins(BISTABLE, starts, known, 300, executor=executor).label.tolist() == alone
+
+
+def test_two_parameters_need_two_values() -> None:
+    with pytest.raises(TypeError, match=r"1 values of d and r; accepted: 2"):
+        nsmaps.Along(PAIR, "d", "r")(0.3)
