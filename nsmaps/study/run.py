@@ -43,7 +43,7 @@ def run(
     With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again, and of
     the step that it stopped in the finished parts: those of diagrams, exponents, basins and noise of the exact map.
 
-    Raises StudyError for a study that cannot be run, in which case nothing is written; NsmapsError for a folder to be resumed
+    Raises StudyError for a study that cannot be run, in which case no result is written; NsmapsError for a folder to be resumed
     that holds something else; Interrupted on Ctrl-C, when what is finished has been written.
     """
     study = study if isinstance(study, Study) else load_study(study)

@@ -1,12 +1,16 @@
 """Progress within steps, and a run that goes on where it was stopped."""
 
+import shutil
+from functools import wraps
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from nsmaps import read_result, run
+from nsmaps.dynamics import bifurcation, noise
 from nsmaps.errors import NsmapsError
+from nsmaps.exact import parts
 from nsmaps.study import steps
 from nsmaps.study.run import Interrupted
 
@@ -69,3 +73,70 @@ def test_only_the_same_study_goes_on(good: str) -> None:
 def test_a_folder_that_is_not_there_begins() -> None:
     Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
     assert run("s.yaml", out="new", resume=True).finished
+
+
+LONG = """\
+system: ball
+parameters: {a: 0.2}
+bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, transient: 16}
+noise:
+  {sigma: [0.01, 0.02], tau: 0.5, start: {v: 0.3, phi: 1}, returns: 3, realisations: 20, modes: {ones: [BB]}}
+"""
+
+
+@pytest.mark.parametrize("follow", [None, "up"])
+def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
+    text = LONG if follow is None else LONG.replace("transient: 16", f"transient: 16, follow: {follow}")
+    Path("s.yaml").write_text(text)
+    monkeypatch.setattr(bifurcation, "PART", 40)  # two values
+    whole = run("s.yaml")
+    assert not Path("parts").exists(), "without a folder nothing is kept"
+
+    def stop(what: str, done: float, total: int) -> None:
+        if what == "bifurcation" and done >= 1 + 4 / 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted):
+        run("s.yaml", out="out", progress=stop)
+    assert len(list(Path("out/parts/bifurcation").rglob("part-*.npz"))) == 2
+    made: list[float] = []
+    attractor = bifurcation._attractor
+    monkeypatch.setattr(bifurcation, "_attractor", lambda map, *given: (made.append(map.a), attractor(map, *given))[1])
+    again = run("s.yaml", out="out", resume=True)
+    assert np.allclose(made, np.linspace(0.2, 0.4, 7)[4:])
+    assert np.array_equal(again.bifurcation["exact"].states, whole.bifurcation["exact"].states, equal_nan=True)
+    assert not Path("out/parts").exists()
+
+
+def test_noise_goes_on_at_its_finished_parts_and_a_fresh_run_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("s.yaml").write_text(LONG)
+    whole = run("s.yaml")
+    made: list[range] = []
+    realised, written = noise._realised, parts._Folder.write
+
+    @wraps(realised)
+    def noted(how: tuple, starts: np.ndarray, numbers: range) -> dict:
+        made.append(numbers)
+        return realised(how, starts, numbers)
+
+    def stop(folder: parts._Folder, number: int, arrays: parts.Arrays) -> None:
+        written(folder, number, arrays)
+        if len(list(Path("out/parts/noise").rglob("part-*.npz"))) == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(noise, "_realised", noted)
+    monkeypatch.setattr(parts._Folder, "write", stop)
+    with pytest.raises(Interrupted):
+        run("s.yaml", out="out")
+    assert "bifurcation" in read_result("out").timings
+    assert not Path("out/parts/bifurcation").exists(), "it is in the result"
+    shutil.copytree("out", "other")
+    made.clear()
+    monkeypatch.setattr(parts._Folder, "write", written)
+    again = run("s.yaml", out="out", resume=True)
+    assert len(made) == 2, "of six"
+    assert again.noise.stays[1].time.tolist() == whole.noise.stays[1].time.tolist()
+    assert not Path("out/parts").exists()
+    made.clear()
+    run("s.yaml", out="other")
+    assert len(made) == 6, "from the beginning"
