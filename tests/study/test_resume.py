@@ -93,7 +93,7 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
     assert not Path("parts").exists(), "without a folder nothing is kept"
 
     def stop(what: str, done: float, total: int) -> None:
-        if what == "bifurcation" and done >= 1 + 4 / 7:
+        if what == "bifurcation" and done >= 1 + 3 / 7:  # two of four parts
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted):
