@@ -1,5 +1,7 @@
 """Sweeps in parts: in two processes and out of folders the numbers are those of one process, and nothing is computed twice."""
 
+import os
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, fields, is_dataclass
@@ -134,6 +136,25 @@ def test_labels_do_not_depend_on_chunks() -> None:
     alone = [nsmaps.basins(BISTABLE, start[None], known, 300).label.item() for start in starts]
     with ThreadPoolExecutor(1) as executor:
         assert nsmaps.basins(BISTABLE, starts, known, 300, executor=executor).label.tolist() == alone
+
+
+def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
+    """Two worker processes, of which one is killed after the second part."""
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    workers = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True)
+    with workers as cluster, distributed.Client(cluster) as client:
+        pid, other = client.run(os.getpid).values()
+        told: list[int] = []
+
+        def kill_one(done: int) -> None:
+            told.append(done)
+            if len(told) == 2:
+                os.kill(pid, signal.SIGKILL)
+
+        there = DIAGRAM(progress=kill_one, executor=client.get_executor(pure=False), keep=tmp_path)
+        assert len({pid, other, os.getpid()}) == 3
+    assert told == [1, 2, 3, 4, 5]
+    assert numbers(there) == numbers(DIAGRAM())
 
 
 def test_two_parameters_need_two_values() -> None:
