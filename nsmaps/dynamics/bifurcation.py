@@ -119,7 +119,7 @@ def bifurcation(
         ]
         return _beside(*made)
     order = np.argsort(-along if follow == "down" else along, kind="stable")
-    if executor is None and keep is None:
+    if (executor is None and keep is None) or not len(now):
         found = _attractors(map_of, along[order], now, returns, transient, bool(follow), progress)
         return _diagram(along, len(now), [(order, slice(None), found)], tolerance)
     sweep = _Sweep(map_of, along, order, returns, transient, executor, keep, progress)

@@ -157,7 +157,7 @@ def _error(apart: Floats) -> Floats:
     return np.asarray(np.sqrt(square / (len(apart) * (len(apart) - 1)) * (1 + rho) / (1 - rho)))
 
 
-TABLES = tuple(field.name for field in fields(Lyapunov) if field.name not in ("coordinates", "returns"))
+TABLES = tuple(field.name for field in fields(Lyapunov) if field.name not in ("coordinates", "returns"))  #: its arrays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
