@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.twocycle import TwoCycle
     from nsmaps.dynamics.bifurcation import Bifurcation
+    from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
@@ -43,9 +44,7 @@ def numbers(result: StudyResult) -> dict[str, Any]:
     if result.partition is not None:
         sections["partition"] = _partition(result.partition)
     if result.accurate is not None:
-        made = result.accurate
-        errors = {"uniform": asdict(made.uniform), "beside": asdict(made.beside)}
-        sections["partition"] = {"met": made.met, **errors, "report": asdict(made.strips.report)}
+        sections["partition"] = _accurate(result.accurate)
     if result.misleads is not None:
         sections["misleads"] = {name: _finite([value])[0] for name, value in asdict(result.misleads).items()}
     if result.speed is not None:
@@ -62,6 +61,12 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         alpha = [float(value) for value in result.second_iterate.alpha]
         sections["second_iterate"] = {"expr": str(result.second_iterate.expr), "alpha": alpha}
     return sections
+
+
+def _accurate(made: "AccurateResult") -> dict[str, Any]:
+    """Whether the strips meet their tolerance, and their errors at held-out states."""
+    errors = {"uniform": asdict(made.uniform), "beside": asdict(made.beside)}
+    return {"met": made.met, **errors, "report": asdict(made.strips.report)}
 
 
 def _cells(result: StudyResult) -> dict[str, Any]:
