@@ -36,7 +36,7 @@ class TwoCycles:
     equations: tuple[Any, ...]  #: of f(x) - y and then of f(y) - x, to be zero, in the unknowns
     points: Floats  #: shape (C, 2, n), x and y of each cycle found, the lesser first coordinate first
     multipliers: NDArray[np.complex128]  #: shape (C, n), of the second iterate, the largest first
-    residual: Floats  #: shape (C,), the largest of |f(x) - y| and |f(y) - x|
+    residual: Floats  #: shape (C,), the largest of `|f(x) - y|` and `|f(y) - x|`
 
 
 def curve_cycles(iterate: "SecondIterate") -> CurveCycles:

@@ -32,14 +32,14 @@ class Lyapunov:
     error: Floats  #: shape (..., dim), their standard errors, by batch means; see `lyapunov`
     per_time: Floats  #: shape (..., dim), a unit of the system's time; NaN where the map does not know times
     per_time_error: Floats  #: shape (..., dim)
-    log_det: Floats  #: shape (...), mean of log |det| of the derivative, to which the exponents of an orbit must add up
+    log_det: Floats  #: shape (...), mean of `log |det|` of the derivative, to which the exponents of an orbit must add up
     running: Floats  #: shape (32, ..., dim), exponents by the first 1/32, 2/32, ... of the returns: how they converge
     outcome: NDArray[np.int8]  #: shape (...), values of `Outcome`: of the last return, or of that which ended the orbit
     final: Floats  #: shape (..., dim), the last states
 
     @property
     def defect(self) -> Floats:
-        """How far the sum of the exponents is from the mean of log |det|, shape (...): rounding only. NaN without exponents."""
+        """How far the sum of the exponents is from the mean of `log |det|`, shape (...): rounding only. NaN without exponents."""
         with np.errstate(invalid="ignore"):
             return np.asarray(np.abs(self.exponents.sum(axis=-1) - self.log_det))
 
@@ -118,7 +118,7 @@ def _last(part: Stretches, before: Floats, outcome: NDArray[np.int8]) -> NDArray
 def _summary(
     map: ReturnMap, sums: Floats, counts: NDArray[np.int64], shape: tuple[int, ...], outcome: NDArray[np.int8], final: Floats
 ) -> Lyapunov:
-    """Exponents and errors from the sums over batches, shape (B, M, dim + 2): stretches, log |det|, time."""
+    """Exponents and errors from the sums over batches, shape (B, M, dim + 2): stretches, `log |det|`, time."""
     dim, n, some = shape[-1], int(counts.sum()), shape[:-1]
     sums = np.where(np.isnan(final).any(axis=1, keepdims=True), np.nan, sums)
     growth, time = sums[..., :dim], sums[..., dim + 1 :]
