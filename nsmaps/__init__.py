@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.cycles import two_cycles as two_cycles
     from nsmaps.auxiliary.domain import AttractingDomain as AttractingDomain
     from nsmaps.auxiliary.domain import attracting_domain as attracting_domain
+    from nsmaps.auxiliary.fittedboxes import box_map as box_map
+    from nsmaps.auxiliary.fullmap import FullAuxiliaryMap as FullAuxiliaryMap
     from nsmaps.auxiliary.iterate import HeldIterate as HeldIterate
     from nsmaps.auxiliary.iterate import SecondIterate as SecondIterate
     from nsmaps.auxiliary.iterate import held_iterate as held_iterate
@@ -33,10 +35,19 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.transient import transient as transient
     from nsmaps.dynamics.basins import Basins as Basins
     from nsmaps.dynamics.basins import basins as basins
+    from nsmaps.dynamics.basins import boundary as boundary
     from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
+    from nsmaps.dynamics.branch import Branch as Branch
+    from nsmaps.dynamics.branch import cascade as cascade
+    from nsmaps.dynamics.branch import continue_branch as continue_branch
+    from nsmaps.dynamics.branch import doubled_branch as doubled_branch
+    from nsmaps.dynamics.coexistence import coexistence as coexistence
+    from nsmaps.dynamics.distance import hausdorff as hausdorff
+    from nsmaps.dynamics.iterated import Iterated as Iterated
     from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
     from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
+    from nsmaps.dynamics.lyapunov import lyapunov_sweep as lyapunov_sweep
     from nsmaps.dynamics.noise import Noise as Noise
     from nsmaps.dynamics.noise import noisy_orbits as noisy_orbits
     from nsmaps.dynamics.orbit import Orbit as Orbit
@@ -44,6 +55,9 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
     from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
     from nsmaps.dynamics.returnmap import ReturnMap as ReturnMap
+    from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
+    from nsmaps.dynamics.stability import event_curve as event_curve
+    from nsmaps.dynamics.stability import stability_diagram as stability_diagram
     from nsmaps.errors import NsmapsError as NsmapsError
     from nsmaps.exact.family import ReturnFamily as ReturnFamily
     from nsmaps.exact.family import WordFamily as WordFamily
@@ -88,16 +102,24 @@ _PUBLIC = {
     "auxiliary.cover": ("MorseCover", "Trap", "closed_box", "morse_sets", "trap"),
     "auxiliary.cycles": ("CurveCycles", "TwoCycles", "curve_cycles", "two_cycles"),
     "auxiliary.domain": ("AttractingDomain", "attracting_domain"),
+    "auxiliary.fittedboxes": ("box_map",),
+    "auxiliary.fullmap": ("FullAuxiliaryMap",),
     "auxiliary.iterate": ("HeldIterate", "SecondIterate", "held_iterate", "second_iterate"),
     "auxiliary.search": ("CycleSearch", "find_cycles"),
     "auxiliary.transient": ("Transient", "transient"),
-    "dynamics.basins": ("Basins", "basins"),
+    "dynamics.basins": ("boundary", "Basins", "basins"),
     "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
-    "dynamics.lyapunov": ("Lyapunov", "lyapunov"),
+    "dynamics.branch": ("Branch", "cascade", "continue_branch", "doubled_branch"),
+    "dynamics.coexistence": ("coexistence",),
+    "dynamics.distance": ("hausdorff",),
+    "dynamics.iterated": ("Iterated",),
+    "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "lyapunov"),
     "dynamics.noise": ("Noise", "noisy_orbits"),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),
+    "dynamics.search": ("periodic_orbits",),
+    "dynamics.stability": ("event_curve", "stability_diagram"),
     "errors": ("NsmapsError",),
     "exact.family": ("ReturnFamily", "WordFamily"),
     "exact.impacts": ("Angle", "Outcome", "Returns"),

@@ -12,7 +12,7 @@ from nsmaps import StudyResult, load_study, read_result, run
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
 from nsmaps.plugins import study_files
-from nsmaps.study.archive import resolved
+from nsmaps.study.archive import FORMAT, resolved
 from nsmaps.study.run import Interrupted
 
 WHOLE = """\
@@ -177,7 +177,7 @@ def test_a_study_as_resolved_reads_back_as_itself(whole: StudyResult) -> None:
 def test_the_folder_of_a_run(whole: StudyResult) -> None:
     assert {path.name for path in Path("out").iterdir()} == {"study.yaml", "result.json", "arrays.npz"}
     record = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)
-    assert record["format"] == 2
+    assert record["format"] == FORMAT
     assert record["system"]["parameters"] == {"a": 0.2, "r": 0.8}
     assert record["versions"]["system"] == "balls 1.0"
     assert {"python", "numpy", "numba"} <= set(record["versions"])
@@ -295,7 +295,7 @@ def test_a_folder_that_holds_no_result(whole: StudyResult) -> None:
     with pytest.raises(NsmapsError, match=r"nowhere holds no result.json"):
         read_result("nowhere")
     Path("out/result.json").write_text('{"format": 99}')
-    with pytest.raises(NsmapsError, match="has format 99; accepted: 2"):
+    with pytest.raises(NsmapsError, match=f"has format 99; accepted: {FORMAT}"):
         read_result("out")
 
 
