@@ -11,7 +11,7 @@ import numpy as np
 
 from nsmaps.dynamics.motion import differences
 from nsmaps.dynamics.periodic import PeriodicOrbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.exact.impacts import Floats, Outcome, Returns, angle_mask, wrap
 from nsmaps.exact.system import ImpactSystem
 
@@ -122,11 +122,7 @@ class Curve:
 
     def missing(self, value: float) -> str:
         """Why there is no map at a value of the parameter, or nothing."""
-        try:
-            self.map_of(value)
-        except ValueError as error:
-            return " ".join(str(error).split())
-        return ""
+        return map_or_reason(self.map_of, value)[1]
 
     def outcomes(self, states: Floats, value: float) -> str:
         """What becomes of states at a value of the parameter, in words."""

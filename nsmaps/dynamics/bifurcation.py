@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.returnmap import ReturnMap, carried, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, decoded
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
@@ -187,14 +187,10 @@ def _attractors(
     runs: list[Orbit] = []
     reasons = [""] * len(values)
     for k, value in enumerate(values.tolist()):
-        try:
-            map = map_of(value)
-        except ValueError as error:
-            reasons[k] = " ".join(str(error).split())
-        else:
+        map, reasons[k] = map_or_reason(map_of, value)
+        if map is not None:
             runs.append(_attractor(map, starts, transient, returns))
-            if follow:
-                starts = np.where(np.isfinite(runs[-1].final).all(axis=-1, keepdims=True), runs[-1].final, starts)
+            starts = carried(runs[-1].final, starts) if follow else starts
         if progress is not None:
             progress(k + 1)
     about = {"last": starts, "reasons": np.array(reasons, str)}

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap
+from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap, carried, map_or_reason
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.impacts import Floats, Outcome, Stretches
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
@@ -216,14 +216,10 @@ def _exponents(
     found: list[Lyapunov] = []
     reasons = [""] * len(values)
     for k, value in enumerate(values.tolist()):
-        try:
-            map = map_of(value)
-        except ValueError as error:
-            reasons[k] = " ".join(str(error).split())
-            continue
-        found.append(lyapunov(map, state, n, transient))
-        if follow:
-            state = np.where(np.isfinite(found[-1].final).all(axis=-1, keepdims=True), found[-1].final, state)
+        map, reasons[k] = map_or_reason(map_of, value)
+        if map is not None:
+            found.append(lyapunov(map, state, n, transient))
+            state = carried(found[-1].final, state) if follow else state
     about = {"reasons": np.array(reasons, str)}
     if not found:
         return about

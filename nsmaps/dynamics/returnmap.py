@@ -1,10 +1,12 @@
 """The one interface of every return map: exact systems and composite maps satisfy it."""
 
+from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from nsmaps.exact.impacts import Returns, Stretches
+from nsmaps.exact.impacts import Floats, Returns, Stretches
 
 
 @runtime_checkable
@@ -36,3 +38,16 @@ class CompiledStretches(Protocol):
 
     def stretches(self, states: ArrayLike, frames: ArrayLike, n: int) -> Stretches:
         """What the first n returns of each of M states do to frames, shape (M, dim, dim)."""
+
+
+def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[ReturnMap | None, str]:
+    """The map at values of parameters, or why there is none, in one line: a `map_of` says so by a ValueError."""
+    try:
+        return map_of(*values), ""
+    except ValueError as error:
+        return None, " ".join(str(error).split())
+
+
+def carried(final: Floats, before: Floats) -> Floats:
+    """The states (..., n) from which orbits go on at the next value: their last ones, or the ones before of those that ended."""
+    return np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, before)

@@ -9,30 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError, near_match
+from nsmaps.names import FIGURES as NAMES
 
 if TYPE_CHECKING:
     from nsmaps.figures.needs import Drawable
-
-NAMES = (
-    "words",
-    "surfaces",
-    "projections",
-    "partition",
-    "strips",
-    "speed_error",
-    "orbits",
-    "cobweb",
-    "bifurcation",
-    "lyapunov",
-    "basins",
-    "noise",
-    "auxiliary",
-    "envelopes",
-    "domain_size",
-    "second_iterate",
-    "morse",
-    "transient",
-)
 
 
 def draw(

@@ -1,7 +1,7 @@
 """What a figure asks of a result, and the errors that say what a study must name to have it."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from nsmaps.errors import NsmapsError
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.speed import Speed
     from nsmaps.reduced.strips import Strips
+
+T = TypeVar("T")
 
 
 class Pair(Protocol):
@@ -74,19 +76,21 @@ class Drawable(Protocol):
     def transient(self) -> "Transient | None": ...
 
 
-def _missing(figure: str, what: str, sections: str) -> NsmapsError:
-    return NsmapsError(
-        f"the figure {figure!r} shows {what}, and the result has none; name {sections} in the study, "
-        f"or leave {figure!r} out of its figures"
-    )
+def _there(part: T | None, figure: str, what: str, sections: str) -> T:
+    """A part of a result, or the error that says what to name."""
+    if not part:
+        raise NsmapsError(
+            f"the figure {figure!r} shows {what}, and the result has none; name {sections} in the study, "
+            f"or leave {figure!r} out of its figures"
+        )
+    return part
 
 
 def surfaces_of(result: Drawable, figure: str) -> Mapping[str, "Surface"]:
     """The surfaces by family, of two coordinates, or the error that says what to name."""
-    if not result.surfaces:
-        raise _missing(figure, "return surfaces", "'grid' and 'families'")
-    two(next(iter(result.surfaces.values())).coordinates, figure)
-    return result.surfaces
+    surfaces = _there(result.surfaces, figure, "return surfaces", "'grid' and 'families'")
+    two(next(iter(surfaces.values())).coordinates, figure)
+    return surfaces
 
 
 def two(coordinates: Sequence[str], figure: str) -> None:
@@ -100,94 +104,70 @@ def two(coordinates: Sequence[str], figure: str) -> None:
 
 def composite_of(result: Drawable, figure: str) -> "CompositeMap":
     """The composite map, or the error that says what to name."""
-    if result.composite is None:
-        raise _missing(figure, "a composite map", "'composite'")
-    return result.composite
+    return _there(result.composite, figure, "a composite map", "'composite'")
 
 
 def partition_of(result: Drawable, figure: str) -> "PartitionResult":
     """The partition, or the error that says what to name."""
-    if result.partition is None:
-        raise _missing(figure, "a partition", "'partition'")
-    return result.partition
+    return _there(result.partition, figure, "a partition", "'partition'")
 
 
 def strips_of(result: Drawable, figure: str) -> "Strips":
     """The strips, or the error that says what to name."""
-    if result.accurate is None:
-        raise _missing(figure, "strips", "a 'partition' of kind accurate")
-    return result.accurate.strips
+    return _there(result.accurate, figure, "strips", "a 'partition' of kind accurate").strips
 
 
 def speed_of(result: Drawable, figure: str) -> "Speed":
     """The speeds of both maps, or the error that says what to name."""
-    if result.speed is None:
-        raise _missing(figure, "the speed of a map beside the exact one", "'partition'")
-    return result.speed
+    return _there(result.speed, figure, "the speed of a map beside the exact one", "'partition'")
 
 
 def orbits_of(result: Drawable, figure: str) -> Sequence[Pair]:
     """The pairs of orbits, or the error that says what to name."""
-    if not result.orbits:
-        raise _missing(figure, "orbits", "'orbits'")
-    return result.orbits
+    return _there(result.orbits, figure, "orbits", "'orbits'")
 
 
 def bifurcation_of(result: Drawable, figure: str) -> Mapping[str, "Bifurcation"]:
     """The bifurcation diagrams by map, or the error that says what to name."""
-    if not result.bifurcation:
-        raise _missing(figure, "bifurcation diagrams", "'bifurcation'")
-    return result.bifurcation
+    return _there(result.bifurcation, figure, "bifurcation diagrams", "'bifurcation'")
 
 
 def lyapunov_of(result: Drawable, figure: str) -> "LyapunovSweep":
     """The Lyapunov exponents, or the error that says what to name."""
-    if result.lyapunov is None:
-        raise _missing(figure, "Lyapunov exponents", "'lyapunov'")
-    return result.lyapunov
+    return _there(result.lyapunov, figure, "Lyapunov exponents", "'lyapunov'")
 
 
 def basins_of(result: Drawable, figure: str) -> "Basins":
     """The basins over a grid, or the error that says what to name."""
-    if result.basins is None or result.basins.grid is None:
-        raise _missing(figure, "basins over a grid", "'basins'")
-    two(result.basins.coordinates, figure)
-    return result.basins
+    made = _there(result.basins, figure, "basins over a grid", "'basins'")
+    _there(made.grid, figure, "basins over a grid", "'basins'")
+    two(made.coordinates, figure)
+    return made
 
 
 def noise_of(result: Drawable, figure: str) -> Any:
     """What noise does, or the error that says what to name."""
-    if result.noise is None:
-        raise _missing(figure, "orbits under noise", "'noise'")
-    return result.noise
+    return _there(result.noise, figure, "orbits under noise", "'noise'")
 
 
 def domains_of(result: Drawable, figure: str) -> Mapping[str, "AttractingDomain"]:
     """The attracting domains by name, or the error that says what to name."""
-    if not result.domains:
-        raise _missing(figure, "attracting domains", "'domains'")
-    return result.domains
+    return _there(result.domains, figure, "attracting domains", "'domains'")
 
 
 def second_iterate_of(result: Drawable, figure: str) -> "SecondIterate":
     """The second iterate, or the error that says what to name."""
-    if result.second_iterate is None:
-        raise _missing(figure, "a second-iterate map", "'second_iterate'")
-    return result.second_iterate
+    return _there(result.second_iterate, figure, "a second-iterate map", "'second_iterate'")
 
 
 def morse_of(result: Drawable, figure: str) -> "MorseCover":
     """The cover, or the error that says what to name."""
-    if result.morse is None:
-        raise _missing(figure, "a cover of what stays in a window", "'morse'")
-    return result.morse
+    return _there(result.morse, figure, "a cover of what stays in a window", "'morse'")
 
 
 def transient_of(result: Drawable, figure: str) -> "Transient":
     """The transient regions, or the error that says what to name."""
-    if result.transient is None:
-        raise _missing(figure, "transient regions", "'transient'")
-    return result.transient
+    return _there(result.transient, figure, "transient regions", "'transient'")
 
 
 def position(coordinates: Sequence[str], coordinate: str) -> int:

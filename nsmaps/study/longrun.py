@@ -2,27 +2,10 @@
 
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.reduced.condition import Number
-
-SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
-
-
-class Range(BaseModel):
-    """Equally spaced values of a parameter, both ends included."""
-
-    model_config = SPEC
-    parameter: str
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
-    points: int = Field(ge=2)
-
-    @model_validator(mode="after")
-    def _in_order(self) -> Self:
-        if not self.low < self.high:
-            raise ValueError(f"from {self.low:g} to {self.high:g} is empty; accepted: 'from' below 'to'")
-        return self
+from nsmaps.study.ranges import SPEC, Range
 
 
 class LyapunovSection(Range):

@@ -19,8 +19,9 @@ from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.printed import PrintedMap
 from nsmaps.reduced.region import Box, Region, Where
 from nsmaps.study.needs import DIAGONAL, check_names, check_needs
+from nsmaps.study.ranges import Span
 from nsmaps.study.source import Loc
-from nsmaps.study.spec import Bounds, FitSection, PieceSection, Span, Study
+from nsmaps.study.spec import Bounds, FitSection, PieceSection, Study
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem

@@ -4,42 +4,23 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, PrivateAttr, Tag, model_validator
+from pydantic import AfterValidator, BaseModel, Discriminator, Field, PrivateAttr, Tag, model_validator
 
 from nsmaps.errors import NsmapsError
+from nsmaps.names import FigureName
 from nsmaps.plugins import load_system
 from nsmaps.reduced.condition import Number, read_number
 from nsmaps.reduced.partition import Partition
 from nsmaps.reduced.polyfit import Degree
 from nsmaps.reduced.printed import PrintedMap
 from nsmaps.study.longrun import BasinsSection, LyapunovSection, NoiseSection
+from nsmaps.study.ranges import SPEC, Range, Span, in_order
 from nsmaps.study.source import Source
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 Bounds = dict[str, tuple[Number, Number]]
-FigureName = Literal[
-    "words",
-    "surfaces",
-    "projections",
-    "partition",
-    "strips",
-    "speed_error",
-    "orbits",
-    "cobweb",
-    "bifurcation",
-    "lyapunov",
-    "basins",
-    "noise",
-    "auxiliary",
-    "envelopes",
-    "domain_size",
-    "second_iterate",
-    "morse",
-    "transient",
-]
 
 
 def _scalar(value: object) -> object:
@@ -74,21 +55,6 @@ def _one_of(given: dict[str, object], where: str) -> None:
     if len(named) != 1:
         keys = " or ".join(repr(name) for name in given)
         raise ValueError(f"{where} has {' and '.join(map(repr, named)) or 'neither'}; accepted: exactly one of {keys}")
-
-
-class Span(BaseModel):
-    """Equally spaced values of one coordinate or parameter, both ends included."""
-
-    model_config = SPEC
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
-    points: int = Field(ge=2)
-
-    @model_validator(mode="after")
-    def _in_order(self) -> Self:
-        if not self.low < self.high:
-            raise ValueError(f"from {self.low:g} to {self.high:g} is empty; accepted: 'from' below 'to'")
-        return self
 
 
 class Sweep(BaseModel):
@@ -165,11 +131,10 @@ class ParametricSection(BaseModel):
     order: int = Field(4, ge=0, le=20)
     nodes: int | None = Field(None, ge=1, le=100)  #: twice the order and one if omitted
     require: tuple[Literal["follows"], ...] = ()
+    _in_order = model_validator(mode="after")(in_order)
 
     @model_validator(mode="after")
     def _enough(self) -> Self:
-        if not self.low < self.high:
-            raise ValueError(f"from {self.low:g} to {self.high:g} is empty; accepted: 'from' below 'to'")
         if self.nodes is not None and self.nodes <= self.order:
             raise ValueError(f"{self.nodes} nodes for order {self.order}; accepted: more nodes than the order")
         return self
@@ -183,14 +148,9 @@ class OrbitSection(BaseModel):
     returns: int = Field(ge=1)
 
 
-class BifurcationSection(BaseModel):
+class BifurcationSection(Range):
     """What maps do in the long run over a parameter: of the `exact` map, of the `composite` map refitted at each value."""
 
-    model_config = SPEC
-    parameter: str
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
-    points: int = Field(ge=2)
     start: dict[str, Number]
     transient: int = Field(2000, ge=0)
     returns: int = Field(60, ge=1)  #: kept, after those of the transient
@@ -198,9 +158,7 @@ class BifurcationSection(BaseModel):
     of: tuple[Literal["exact", "composite"], ...] = ("exact",)
 
     @model_validator(mode="after")
-    def _in_order(self) -> Self:
-        if not self.low < self.high:
-            raise ValueError(f"from {self.low:g} to {self.high:g} is empty; accepted: 'from' below 'to'")
+    def _of_some(self) -> Self:
         if not self.of:
             raise ValueError("'of' names no map; accepted: 'exact', 'composite' or both")
         return self

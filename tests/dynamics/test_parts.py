@@ -143,6 +143,7 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     workers = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True)
     with workers as cluster, distributed.Client(cluster) as client:
+        client.wait_for_workers(2)
         pid, other = client.run(os.getpid).values()
         told: list[int] = []
 

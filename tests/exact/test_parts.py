@@ -5,32 +5,16 @@ import pickle
 import signal
 import subprocess
 import sys
-import textwrap
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from ball import BALL
 
 import nsmaps
 from nsmaps.exact.parts import Along, Arrays, in_parts
 from nsmaps.exact.surface import sweep
-
-MINE = textwrap.dedent("""
-    import sympy as sp
-    from nsmaps import ImpactSystem, Wall
-
-    class Ball(ImpactSystem):
-        a: float = 0.9
-        r: float = 0.6
-        def walls(self):
-            return {"B": Wall(at=0, side=-1)}
-        def period(self):
-            return 2 * sp.pi
-        def displacement(self, t, hit):
-            s = t - hit.t
-            return hit.z + (hit.w + self.a * sp.cos(hit.t)) * s - s**2 / 2 - self.a * (sp.sin(t) - sp.sin(hit.t))
-""")
 
 
 def square(x: float, note: str = "") -> Arrays:
@@ -111,8 +95,8 @@ def test_what_cannot_be_sent_or_told_says_so(tmp_path: Path) -> None:
 
 def test_a_system_of_a_file_reaches_a_fresh_process(tmp_path: Path) -> None:
     """Its module has a name that no other process could import."""
-    (tmp_path / "mine.py").write_text(MINE)
-    map_of = Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball"), "a")
+    (tmp_path / "mine.py").write_text(BALL)
+    map_of = Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a")
     with (tmp_path / "sent").open("wb") as stream:
         pickle.dump((map_of, [0.9, 1.1]), stream)
     code = (
@@ -125,11 +109,11 @@ def test_a_system_of_a_file_reaches_a_fresh_process(tmp_path: Path) -> None:
 
 def test_the_note_tells_formulas_apart(tmp_path: Path) -> None:
     """An edited file is other work."""
-    (tmp_path / "mine.py").write_text(MINE)
-    in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball"), "a"), 0.9)], keep=tmp_path / "kept")
-    (tmp_path / "mine.py").write_text(MINE.replace("s**2 / 2", "s**2 / 3"))
+    (tmp_path / "mine.py").write_text(BALL)
+    in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a"), 0.9)], keep=tmp_path / "kept")
+    (tmp_path / "mine.py").write_text(BALL.replace("s**2 / 2", "s**2 / 3"))
     with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
-        in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball"), "a"), 0.9)], keep=tmp_path / "kept")
+        in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a"), 0.9)], keep=tmp_path / "kept")
 
 
 def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
@@ -140,6 +124,7 @@ def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
     here = in_parts(first_of, parts)
     workers = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True)
     with workers as cluster, distributed.Client(cluster) as client:
+        client.wait_for_workers(2)
         pids = list(client.run(os.getpid).values())
         assert len({*pids, os.getpid()}) == 3
 

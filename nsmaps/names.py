@@ -1,0 +1,25 @@
+"""The names that studies and figures share."""
+
+from typing import Literal, get_args
+
+FigureName = Literal[
+    "words",
+    "surfaces",
+    "projections",
+    "partition",
+    "strips",
+    "speed_error",
+    "orbits",
+    "cobweb",
+    "bifurcation",
+    "lyapunov",
+    "basins",
+    "noise",
+    "auxiliary",
+    "envelopes",
+    "domain_size",
+    "second_iterate",
+    "morse",
+    "transient",
+]
+FIGURES: tuple[str, ...] = get_args(FigureName)

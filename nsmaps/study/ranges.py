@@ -1,0 +1,45 @@
+"""Spans of values in a study's file: from, to, points."""
+
+from typing import Protocol, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from nsmaps.reduced.condition import Number
+
+SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class _Ends(Protocol):
+    low: float
+    high: float
+
+
+E = TypeVar("E", bound=_Ends)
+
+
+def in_order(span: E) -> E:
+    """The span itself if it is not empty."""
+    if not span.low < span.high:
+        raise ValueError(f"from {span.low:g} to {span.high:g} is empty; accepted: 'from' below 'to'")
+    return span
+
+
+class Span(BaseModel):
+    """Equally spaced values of one coordinate or parameter, both ends included."""
+
+    model_config = SPEC
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    points: int = Field(ge=2)
+    _in_order = model_validator(mode="after")(in_order)
+
+
+class Range(BaseModel):
+    """Equally spaced values of a parameter, both ends included."""
+
+    model_config = SPEC
+    parameter: str
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    points: int = Field(ge=2)
+    _in_order = model_validator(mode="after")(in_order)
