@@ -1,4 +1,4 @@
-"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | report DIR |
+"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | animate DIR | report DIR |
 export DIR | new-plugin NAME | schema | cite | bench`.
 
 Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, 130 stopped by Ctrl-C.
@@ -7,7 +7,6 @@ Nothing heavy is imported before a command needs it.
 
 import os
 import shlex
-from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps import commands
+from nsmaps.commands import figures_of
 from nsmaps.terminal import FAILED, STOPPED, examples, piece_table, transient_table, verdict_table
 from nsmaps.terminal import bar as _bar
 from nsmaps.terminal import told as _told
@@ -42,14 +42,6 @@ app = typer.Typer(
 StudyName = Annotated[
     str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study such as vi_pair/fp.", autocompletion=_studies)
 ]
-
-
-class Format(StrEnum):
-    """File formats of figures."""
-
-    png = "png"
-    svg = "svg"
-    pdf = "pdf"
 
 
 def main() -> None:
@@ -153,11 +145,11 @@ def run(
         except Interrupted as stopped:
             _say_stopped(stopped, study, folder)
             raise typer.Exit(STOPPED) from None
-        for what, asked in (("figures", _named(result) and not no_figures), ("report", not no_report)):
+        for what, asked in (("figures", figures_of(result) and not no_figures), ("report", not no_report)):
             if asked:
                 progress(what, 0, 1)
                 begun = perf_counter()
-                _draw(result, folder, Format.png) if what == "figures" else _report(result, folder)
+                _figures(result, folder) if what == "figures" else _report(result, folder)
                 seconds[what] = perf_counter() - begun
     if not quiet:
         piece_table(result)
@@ -168,20 +160,6 @@ def run(
         typer.echo(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
     if not result.holds:
         raise typer.Exit(FAILED)
-
-
-@app.command(epilog=examples("nsmaps figures runs/vi_pair/fp --format pdf"))
-def figures(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")],
-    format: Annotated[Format, typer.Option(help="The file format.")] = Format.png,
-) -> None:
-    """Draw the figures of a run again, from the arrays it kept."""
-    from nsmaps.study.archive import read_result
-
-    with _told():
-        paths = _draw(read_result(folder), folder, format)
-    for path in paths:
-        typer.echo(str(path))
 
 
 @app.command(epilog=examples("nsmaps bench --returns 2000"))
@@ -202,15 +180,10 @@ def bench(
         typer.echo(f"written to {out / 'bench.md'} and {figure(result, out / 'bench.png')}")
 
 
-def _draw(result: "StudyResult", folder: Path, format: Format) -> list[Path]:
+def _figures(result: "StudyResult", folder: Path) -> None:
     from nsmaps.figures import draw
 
-    return draw(result, _named(result), folder / "figures", formats=(format.value,))
-
-
-def _named(result: "StudyResult") -> list[str]:
-    """The figures that the study names, and that of speed and error wherever both were measured."""
-    return [*result.study.figures, *(["speed_error"] if result.speed else [])]
+    draw(result, figures_of(result), folder / "figures")
 
 
 def _report(result: "StudyResult", folder: Path) -> None:

@@ -1,23 +1,90 @@
-"""Commands about files: `nsmaps report`, `nsmaps export`, `nsmaps schema`, `nsmaps cite`, `nsmaps new-plugin`."""
+"""Commands about files: `nsmaps figures`, `animate`, `report`, `export`, `schema`, `cite` and `new-plugin`."""
 
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nsmaps.terminal import examples, told
+from nsmaps.names import FIGURES
+from nsmaps.terminal import bar, examples, told
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")]
 MODELINE = "# yaml-language-server: $schema="
 
 
+class Format(StrEnum):
+    """File formats of figures."""
+
+    png = "png"
+    svg = "svg"
+    pdf = "pdf"
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the commands to the program."""
+    app.command(epilog=examples("nsmaps figures runs/vi_pair/fp --only cobweb --format pdf --format svg"))(figures)
+    app.command(epilog=examples("nsmaps animate runs/vi_pair/fp cobweb", "nsmaps animate DIR surfaces --format mp4"))(animate)
     app.command(epilog=examples("nsmaps report runs/vi_pair/fp"))(report)
     app.command(epilog=examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export DIR --to latex --out tex"))(export)
     app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin shaken_ball --into ~/plugins"))(new_plugin)
     app.command(epilog=examples("nsmaps schema --out study.schema.json", "nsmaps schema | less"))(schema)
     app.command(epilog=examples("nsmaps cite", "nsmaps cite runs/vi_pair/fp >> references.bib"))(cite)
+
+
+def figures_of(result: "StudyResult") -> list[str]:
+    """The figures that the study names, and that of speed and error wherever both were measured."""
+    return [*result.study.figures, *(["speed_error"] if result.speed else [])]
+
+
+def _names(beginning: str) -> list[str]:
+    """The figures whose name begins so, for the shell to complete."""
+    return [name for name in FIGURES if name.startswith(beginning)]
+
+
+def figures(
+    folder: Folder,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="A figure; may be repeated.", autocompletion=_names)
+    ] = None,
+    format: Annotated[list[Format] | None, typer.Option(help="The file format, png if omitted; may be repeated.")] = None,
+    out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
+    dpi: Annotated[float, typer.Option(min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")] = 200,
+) -> None:
+    """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for."""
+    from nsmaps.figures import draw
+    from nsmaps.study.archive import read_result
+
+    with told():
+        result = read_result(folder)
+        kinds = [kind.value for kind in format or [Format.png]]
+        paths = draw(result, only or figures_of(result), out or folder / "figures", kinds, dpi)
+    for path in paths:
+        typer.echo(str(path))
+
+
+def animate(
+    folder: Folder,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="surfaces, turning round once, or cobweb, step by step.")],
+    format: Annotated[str, typer.Option(metavar="FORMAT", help="gif, or mp4, which needs the program ffmpeg.")] = "gif",
+    out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
+    orbit: Annotated[int, typer.Option(min=1, help="Of cobweb: which of the study's orbits.")] = 1,
+    frames: Annotated[int | None, typer.Option(min=2, help="How many pictures.", show_default="72, or 40 steps at most")] = None,
+    fps: Annotated[float | None, typer.Option(min=0.1, help="Pictures a second.", show_default="12, or 1.5")] = None,
+    dpi: Annotated[float, typer.Option(min=10, help="Dots per inch.")] = 100,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+) -> None:
+    """Write an animation of a run: its surfaces turning round, or a cobweb of its composite map growing step by step."""
+    from nsmaps.figures.animate import animate
+    from nsmaps.study.archive import read_result
+
+    with told(), bar(quiet) as progress:
+        result, place = read_result(folder), out or folder / "figures"
+        path = animate(result, name, place, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi, progress=progress)
+    typer.echo(str(path))
 
 
 def report(folder: Folder) -> None:

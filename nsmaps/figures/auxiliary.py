@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.figures.envelopes import worst_steps
+from nsmaps.figures.envelopes import bounding, worst_steps
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.needs import Drawable, domains_of, position
 from nsmaps.figures.sheet import Sheet
@@ -44,7 +44,7 @@ def auxiliary(result: Drawable, ax: Axes, coordinate: str = "", update: int = 0,
             ax.plot(envelope.x, curve, color=grey, lw=1.2, label=held if j in (0, len(envelope.family) - 1) else None)
     every = max(1, len(envelope.x) // 16)
     for curve, colour, letter, first in ((envelope.upper, BLUE, "U", 0), (envelope.lower, ORANGE, "L", every // 2)):
-        (line,) = ax.plot(envelope.x, curve, color=colour, lw=2.4, zorder=4, label=_name(i, letter))
+        (line,) = ax.plot(envelope.x, curve, color=colour, lw=2.4, zorder=4, label=bounding(i, letter))
         line.set(marker="D", markersize=5, markevery=(first, every))
     diagonal(ax, envelope.x[0], envelope.x[-1])
     if steps:
@@ -54,13 +54,3 @@ def auxiliary(result: Drawable, ax: Axes, coordinate: str = "", update: int = 0,
     ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}")
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))
-
-
-def _name(index: int, letter: str) -> str:
-    r"""The upper or lower map as the paper writes it: xi of the first coordinate, eta of the second.
-
-    >>> _name(1, "U"), _name(2, "L")
-    ('$\\eta_U$', 'lower map')
-    """
-    greek = (r"\xi", r"\eta")
-    return f"${greek[index]}_{letter}$" if index < 2 else f"{'upper' if letter == 'U' else 'lower'} map"

@@ -1,7 +1,7 @@
 """Bifurcation diagrams: figs. bifexact and bifapprox, a panel for each coordinate, the maps beside each other."""
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,7 @@ from nsmaps.figures.style import dress, family_colours
 if TYPE_CHECKING:
     from nsmaps.dynamics.bifurcation import Bifurcation
 
+_DOTS: dict[str, Any] = {"ms": 2.6, "mew": 0, "rasterized": True}
 _ROOM = 0.017  #: of the width of a panel that a letter of the name of a motion needs
 
 
@@ -38,10 +39,10 @@ def bifurcation(result: Drawable, ax: Axes, of: str = "exact", coordinate: int =
     shown = np.isfinite(made.states[..., coordinate])
     for word in np.unique(words[shown]).tolist():
         own = shown & (words == word)
-        ax.plot(values[own], made.states[..., coordinate][own], ".", ms=1.8, mew=0, color=colours.get(word, "0.5"), label=word)
+        ax.plot(values[own], made.states[..., coordinate][own], ".", color=colours.get(word, "0.5"), label=word, **_DOTS)
     ax.set_xlim(made.values.min(), made.values.max())
     _name_motions(ax, made)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, markerscale=5, ncols=4, handletextpad=0.1)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, markerscale=4, ncols=4, handletextpad=0.1)
     parameter = result.study.bifurcation.parameter
     ax.set_title(f"{of} map", loc="right")
     return dress(ax, (parameter, ""), (made.coordinates[coordinate], "k"))

@@ -5,10 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle, Floats, Returns
+from nsmaps.exact.surface import Grid
 from nsmaps.figures.lines import cut, diagonal, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
 from nsmaps.figures.needs import position as place
@@ -17,6 +20,8 @@ from nsmaps.figures.style import MAGENTA, dress, piece_colours, piece_label, tin
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite import Piece
+
+_ACROSS = 1200  #: values of each other coordinate among which the least and the largest image are looked for
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -35,24 +40,28 @@ def cobweb(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     """
     composite = composite_of(result, "cobweb")
     i = place(composite.coordinates, coordinate or composite.coordinates[0])
-    orbit = orbits_of(result, "cobweb")[number].composite
-    if orbit is None:
-        raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; name 'composite' in the study")
-    _draw_pieces(result, ax, i)
-    values = finite_states(orbit)[:, i]
+    values = composite_states(result, number)[:, i]
+    draw_pieces(result, ax, i)
     ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="orbit")
     ends = last_tenth(values)
     ax.plot(*staircase(ends), "-", color=MAGENTA, lw=2, zorder=5)
     ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=5.5, zorder=6, label="last 10 %")
     ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
-    _look(ax, values, isinstance(composite.coordinates[i], Angle))
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
-    name = composite.coordinates[i]
-    return dress(ax, (name, "k"), (name, "k+1"))
+    return look(ax, values, composite.coordinates[i])
 
 
-def _look(ax: Axes, values: Floats, angle: bool) -> None:
-    """Limits that hold the grid's interval of the coordinate and the orbit; above and below, the images near it."""
+def composite_states(result: Drawable, number: int = 0) -> Floats:
+    """The states (m, n) of one orbit of the composite map, by position, or the error that says what to name."""
+    composite_of(result, "cobweb")
+    orbit = orbits_of(result, "cobweb")[number].composite
+    if orbit is None:
+        raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; name 'composite' in the study")
+    return finite_states(orbit)
+
+
+def look(ax: Axes, values: Floats, name: str) -> Axes:
+    """Limits, legend and labels; the limits hold the grid's interval of the coordinate and the orbit, and images near it."""
+    angle = isinstance(name, Angle)
     interval = ax.get_xlim()
     images = np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines])
     low, high = window(*interval, values, 1.0 if angle else 0.3)
@@ -60,17 +69,21 @@ def _look(ax: Axes, values: Floats, angle: bool) -> None:
     bottom, top = window(low, high, images, 1.0 if angle else 0.3)
     margin = 0.03 * (top - bottom)
     ax.set(xlim=(low, high), ylim=(bottom - margin, top + margin))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def _draw_pieces(result: Drawable, ax: Axes, i: int) -> None:
-    """The images of every piece over the grid of the surfaces, against coordinate i."""
+def draw_pieces(result: Drawable, ax: Axes, i: int) -> dict[int, Line2D | PolyCollection]:
+    """The images of every piece over the grid of the surfaces, against coordinate i; what was drawn, by the piece's number."""
     composite = composite_of(result, "cobweb")
-    grid = next(iter(surfaces_of(result, "cobweb").values())).grid
-    x = list(grid.axes.values())[i].values()
+    axes = next(iter(surfaces_of(result, "cobweb").values())).grid.axes
+    finer = {name: axis if k == i else axis.model_copy(update={"points": _ACROSS}) for k, (name, axis) in enumerate(axes.items())}
+    grid, x = Grid(axes=finer), list(axes.values())[i].values()
     returns = composite.first_return(grid.states())
     number = composite.piece_of(returns.start)
     colours = piece_colours(*zip(*((piece.name, not piece.word) for piece in composite.pieces), strict=True))
     ax.set_xlim(x[0], x[-1])
+    drawn: dict[int, Line2D | PolyCollection] = {}
     for k, piece in enumerate(composite.pieces):
         rows = _rows(returns, number == k, grid.shape, i)
         if not np.isfinite(rows).any():
@@ -78,9 +91,11 @@ def _draw_pieces(result: Drawable, ax: Axes, i: int) -> None:
         low, high = np.fmin.reduce(rows, axis=1), np.fmax.reduce(rows, axis=1)
         if _separable(piece, i):
             line = cut(low, np.pi) if isinstance(composite.coordinates[i], Angle) else low
-            ax.plot(x, line, color=colours[k], lw=2.2, label=piece_label(piece.name), zorder=3)
+            (drawn[k],) = ax.plot(x, line, color=colours[k], lw=2.2, label=piece_label(piece.name), zorder=3)
         else:
-            ax.fill_between(x, low, high, color=tint(colours[k], 0.55), lw=0, label=piece_label(piece.name), zorder=1)
+            shade = tint(colours[k], 0.55)
+            drawn[k] = ax.fill_between(x, low, high, color=shade, lw=0, label=piece_label(piece.name), zorder=1)
+    return drawn
 
 
 def _rows(returns: Returns, mask: NDArray[np.bool_], shape: tuple[int, ...], i: int) -> Floats:

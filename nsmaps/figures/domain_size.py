@@ -18,13 +18,14 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
     """One sheet: a panel a coordinate."""
     coordinates = next(iter(domains_of(result, "domain_size").values())).coordinates
     panels = tuple(partial(domain_size, result, coordinate=name) for name in coordinates)
-    return (Sheet("domain_size", panels, len(panels), (5.0, 4.2)),)
+    return (Sheet("domain_size", panels, len(panels), (6.8, 4.0)),)
 
 
 def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
     """The width of every domain in one coordinate after each update; the box it started from is update 0.
 
-    A hollow marker: the worst case of the next update leaves this box, so that its width is no bound.
+    A map that has several domains is told by their names in the study. A hollow marker: the worst case of the next update
+    leaves this box, so that its width is no bound.
     """
     named = domains_of(result, "domain_size")
     first = next(iter(named.values()))
@@ -36,7 +37,7 @@ def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
         colour, dashes, marker = _LOOKS[k % len(_LOOKS)]
         sizes = domain.sizes[:, i]
         width = max(9 - 3 * k, 4)  # a later one on top of an earlier one hides it not
-        text = domain.of if maps.count(domain.of) == 1 else f"{domain.of} ({key})"
+        text = domain.of if maps.count(domain.of) == 1 else key
         ax.plot(
             np.arange(len(sizes)),
             sizes,
@@ -44,7 +45,7 @@ def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
             ls=dashes,
             marker=marker,
             ms=width,
-            label=text + ("" if domain.trapped else ", not trapped"),
+            label=text + ("" if domain.trapped else ",\nnot trapped"),
         )
         if not domain.trapped:
             ax.plot([len(sizes) - 1], sizes[-1:], marker, mfc="white", mec=colour, ms=width)
@@ -55,7 +56,7 @@ def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
     ax.set_xlim(-0.4, max(1, *(len(domain.sizes) - 1 for domain in named.values())) + 0.4)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.grid(axis="y", color="0.9")
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     name = first.coordinates[i]
-    ax.set(xlabel="update $N$", ylabel=f"width of the domain in {symbol(name)} ({unit(name)})")
+    ax.set(xlabel="update $N$", ylabel=f"width in {symbol(name)} ({unit(name)})")
     return ax

@@ -19,11 +19,12 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.update import Update
 
 
+_MOVED = 0.01  #: of a box's width, below which its picture is the same
 _GENERIC = {True: "generic", False: "generic: no cycle"}  #: by whether it comes to rest; one that does not fills the picture
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
-    """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, coordinates as columns."""
+    """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, as far as they differ."""
     made = []
     for k, (name, domain) in enumerate(domains_of(result, "envelopes").items()):
         file = "envelopes-" + re.sub(r"[^\w.+]+", "-", name) if k else "envelopes"
@@ -34,9 +35,14 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
 
 
 def shown(domain: "AttractingDomain") -> list[int]:
-    """The positions of the first, the second and the last update, each once."""
+    """The positions of the first, the second and the last update; one whose box is that of an earlier one is left out."""
     last = len(domain.updates) - 1
-    return sorted({0, min(1, last), last})
+    kept = [0]
+    for number in sorted({min(1, last), last} - {0}):
+        before, box = (domain.updates[k].box for k in (kept[-1], number))
+        if (np.abs(box - before) > _MOVED * np.ptp(before, axis=1, keepdims=True)).any():
+            kept.append(number)
+    return kept
 
 
 def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1, domain: str = "") -> Axes:
@@ -62,8 +68,8 @@ def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1
         if rests:
             ax.plot(*staircase(last_tenth(generic)), color=RED, lw=2.2, zorder=6, label="its last 10 %")
     ax.fill_between(envelope.x, envelope.lower, envelope.upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
-    ax.plot(envelope.x, envelope.upper, color=BLUE, lw=2.2, zorder=3, label="upper map")
-    ax.plot(envelope.x, envelope.lower, color=ORANGE, lw=2.2, zorder=3, label="lower map")
+    ax.plot(envelope.x, envelope.upper, color=BLUE, lw=2.2, zorder=3, label=bounding(i, "U"))
+    ax.plot(envelope.x, envelope.lower, color=ORANGE, lw=2.2, zorder=3, label=bounding(i, "L"))
     ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label="worst case")
     ends = [envelope.x[0], envelope.x[-1], envelope.lower.min(), envelope.upper.max(), worst.min(), worst.max()]
     low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
@@ -91,3 +97,13 @@ def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
             x += [at, at, end, np.nan]
             y += [at, end, end, np.nan]
     return np.array(x), np.array(y)
+
+
+def bounding(index: int, letter: str) -> str:
+    r"""The upper or lower map as the paper writes it: xi of the first coordinate, eta of the second.
+
+    >>> bounding(1, "U"), bounding(2, "L")
+    ('$\\eta_U$', 'lower map')
+    """
+    greek = (r"\xi", r"\eta")
+    return f"${greek[index]}_{letter}$" if index < 2 else f"{'upper' if letter == 'U' else 'lower'} map"

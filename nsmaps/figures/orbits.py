@@ -2,18 +2,19 @@
 
 from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.exact.impacts import Angle, Floats
+from nsmaps.exact.impacts import TWO_PI, Angle, Floats
 from nsmaps.figures.lines import finite_states, last_tenth, window
 from nsmaps.figures.needs import Drawable, orbits_of, two
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import GREEN, ORANGE, dress
 from nsmaps.figures.words import paint_pieces
 
-_FIRST = 60  #: states after which the line of an orbit is thin, for else it blackens the attractor
+_NEAR = 0.04  #: of the orbit's extent, within which it has come to the attractor, and its line is thin not to hide it
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -25,27 +26,52 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
 
 
 def orbits(result: Drawable, ax: Axes, number: int = 0) -> Axes:
-    """The two orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths."""
+    """The two orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths.
+
+    A step across the seam of a phase, where it is wrapped, is no line across the picture: the line leaves at one edge and
+    comes in at the other.
+    """
     pair = orbits_of(result, "orbits")[number]
     coordinates = pair.exact.coordinates
     two(coordinates, "orbits")
-    runs = [(finite_states(pair.exact), ORANGE, "-", "D", "exact map")]
+    runs = [(finite_states(pair.exact), ORANGE, "-", ("D", "none", ORANGE, 8), "exact map")]
     if pair.composite is not None:
-        runs.append((finite_states(pair.composite), GREEN, "--", "o", "composite map"))
+        runs.append((finite_states(pair.composite), GREEN, "--", ("o", GREEN, "white", 5.5), "composite map"))
     if result.composite is not None and result.surfaces:
         points = np.concatenate([_between(states) for states, *_ in runs])
         paint_pieces(ax, result.composite, next(iter(result.surfaces.values())).grid, beside=points)
-    for states, colour, dashes, marker, name in runs:
-        ax.plot(*states.T, color=colour, ls=dashes, lw=0.5, label=name, zorder=4)
-        ax.plot(*states[:_FIRST].T, color=colour, ls=dashes, lw=1.8, zorder=4)
-        ax.plot(*last_tenth(states).T, marker, mfc=colour, mec="white", mew=0.6, ms=6.5, zorder=5)
+    for states, colour, dashes, (marker, fill, edge, size), name in runs:
+        first = states[: _arrival(states) + 1]
+        ax.plot(*around(states, coordinates).T, color=colour, lw=0.7, alpha=0.6, zorder=4)
+        ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.8, label=name, zorder=4)
+        ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=1.2, ms=size, zorder=5)
     _look(ax, result, coordinates, np.concatenate([states for states, *_ in runs]))
     start = runs[0][0][:1]
     ax.plot(*start.T, "o", mfc="white", mec="black", mew=1.4, ms=8, zorder=6, clip_on=False, label="start")
-    legend = ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, columnspacing=1, handlelength=1.8)
-    for handle in legend.get_lines():
-        handle.set_linewidth(1.8)
+    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, columnspacing=1, handlelength=1.8)
     return dress(ax, (coordinates[0], "k"), (coordinates[1], "k"))
+
+
+def _arrival(states: Floats) -> int:
+    """The number of the first state that is near one of the last tenth, in which the orbit has come to its attractor."""
+    apart = np.abs(states[:, np.newaxis] - last_tenth(states)) / np.maximum(np.ptp(states, axis=0), 1e-300)
+    return int(np.argmax((apart < _NEAR).all(axis=2).any(axis=1)))
+
+
+def around(states: Floats, coordinates: Sequence[str]) -> Floats:
+    """The corners of an orbit's line (m, n): a step of an angle by more than half a turn goes the short way, in two parts.
+
+    >>> around(np.array([[0.0, 6.2], [1.0, 0.2]]), ("v", Angle("phi"))).round(1).tolist()
+    [[0.0, 6.2], [1.0, 6.5], [nan, nan], [0.0, -0.1], [1.0, 0.2]]
+    """
+    angles = np.array([isinstance(name, Angle) for name in coordinates])
+    corners = [states[:1]]
+    for here, there in pairwise(states):
+        turns = TWO_PI * np.round((there - here) / TWO_PI) * angles
+        if turns.any():
+            corners.append(np.array([there - turns, np.full(len(here), np.nan), here + turns]))
+        corners.append(there[np.newaxis])
+    return np.concatenate(corners)
 
 
 def _look(ax: Axes, result: Drawable, coordinates: Sequence[str], states: Floats) -> None:

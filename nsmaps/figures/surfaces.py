@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.surface import Surface
 
 _LIGHT = np.array([-0.40, -0.50, 0.77])  #: where the light comes from
+ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -47,7 +48,7 @@ def surfaces(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
     for set_limits, axis in zip((space.set_xlim, space.set_ylim), first.grid.axes.values(), strict=True):
         set_limits(axis.low, axis.high)
     space.set_zlim(bottom=min(0.0, float(np.concatenate(points)[:, 2].min())))
-    space.view_init(elev=24, azim=-128)
+    space.view_init(elev=ELEVATION, azim=AZIMUTH)
     space.set_box_aspect((1, 1, 0.8), zoom=1.05)
     handles = [Patch(color=tint(colour, 0.15), label=name) for name, colour in colours.items()]
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.08, 0.98))

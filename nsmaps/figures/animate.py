@@ -1,0 +1,166 @@
+"""Figures that move: the return surfaces turning round, and a cobweb of the composite map growing step by step."""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib
+import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
+
+from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.impacts import Floats
+from nsmaps.figures.cobweb import composite_states, draw_pieces, look
+from nsmaps.figures.lines import staircase
+from nsmaps.figures.needs import Drawable, composite_of
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import STYLE, piece_colours, piece_label
+from nsmaps.figures.surfaces import AZIMUTH, ELEVATION
+from nsmaps.figures.surfaces import sheets as surface_sheets
+
+_WRITERS: Mapping[str, type[AbstractMovieWriter]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
+_TURN, _STEPS = 72, 40  #: pictures of a whole turn, and steps of an orbit, where no number is named
+_PALE = 0.35  #: opacity of the pieces at rest
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """A figure, what shows its pictures by number, and how many there are."""
+
+    figure: Figure
+    show: Callable[[int], None]
+    frames: int
+    fps: float
+
+
+def animate(
+    result: Drawable,
+    name: str,
+    folder: str | Path,
+    format: str = "gif",
+    *,
+    orbit: int = 1,
+    frames: int | None = None,
+    fps: float | None = None,
+    dpi: float = 100,
+    progress: Callable[[str, float, int], None] = lambda what, done, total: None,
+) -> Path:
+    """The file of an animation, `surfaces` or `cobweb`, written into `folder`, which is made if it is not there.
+
+    `surfaces` turns the return surfaces round once in `frames` pictures (supplementary video 1); `cobweb` shows the first
+    `frames` - 1 returns of an orbit, by number from 1, one a picture (video 2). The file appears whole or not at all.
+
+    Raises:
+        NsmapsError: a name that is no animation, or no format; data that the result has not; `mp4` without ffmpeg.
+    """
+    for kind, word, accepted in (("animation", name, FILMS), ("format", format, _WRITERS)):
+        if word not in accepted:
+            raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; accepted: {', '.join(accepted)}")
+    if not _WRITERS[format].isAvailable():
+        raise NsmapsError(
+            f"an animation in {format} is written by the program ffmpeg, which is not on the path; install it "
+            "(apt install ffmpeg, brew install ffmpeg, conda install ffmpeg), or ask for gif"
+        )
+    path = Path(folder) / f"{name}.{format}"
+    with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+        film = FILMS[name](result, frames, orbit)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=path.parent, prefix=".animate-", ignore_cleanup_errors=True) as beside:
+            unfinished = Path(beside) / path.name
+            _write(film, _WRITERS[format](fps=fps or film.fps), unfinished, dpi, lambda share: progress(name, share, 1))
+            os.replace(unfinished, path)
+    return path
+
+
+def _write(film: Film, writer: AbstractMovieWriter, path: Path, dpi: float, progress: Callable[[float], None]) -> None:
+    """Every picture, written one after the other; panels stay where the first picture has them."""
+    film.show(0)
+    film.figure.draw_without_rendering()
+    film.figure.set_layout_engine("none")
+    writer.setup(film.figure, str(path), dpi)
+    for k in range(film.frames):
+        progress(k / film.frames)
+        film.show(k)
+        writer.grab_frame()
+    writer.finish()
+
+
+def _turning(result: Drawable, frames: int | None, orbit: int) -> Film:
+    """The sheet of surfaces, seen from all sides."""
+    (sheet,) = surface_sheets(result)
+    figure, count = sheet.figure(), frames or _TURN
+    spaces = [ax for ax in figure.axes if isinstance(ax, Axes3D)]
+
+    def show(k: int) -> None:
+        for space in spaces:
+            space.view_init(elev=ELEVATION, azim=AZIMUTH + 360 * k / count)
+
+    return Film(figure, show, count, 12)
+
+
+def _stepping(result: Drawable, frames: int | None, orbit: int) -> Film:
+    """The cobwebs of one orbit, a panel a coordinate, above them the step and the piece that makes it."""
+    composite, states = composite_of(result, "cobweb"), composite_states(result, orbit - 1)
+    count = min(frames or _STEPS, len(states))
+    states = states[:count]
+    by = composite.piece_of(states)
+    panels: list[_Cobweb] = []
+
+    def panel(ax: Axes, i: int) -> Axes:
+        panels.append(_Cobweb(result, ax, i, states))
+        return ax
+
+    coordinates = range(len(composite.coordinates))
+    parts = tuple(lambda ax, i=i: panel(ax, i) for i in coordinates)
+    figure = Sheet("cobweb", parts, len(parts), (5.6, 4.9), title=" ").figure()
+
+    def show(k: int) -> None:
+        active = int(by[k - 1]) if k else -1
+        for each in panels:
+            each.show(k, active)
+        made = f"return {k}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
+        figure.suptitle(made, fontsize=13)
+
+    return Film(figure, show, count, 1.5)
+
+
+class _Cobweb:
+    """One coordinate of an orbit over the pieces: the active piece stands out, as the curve on which the step lies."""
+
+    def __init__(self, result: Drawable, ax: Axes, i: int, states: Floats) -> None:
+        self._composite, self._states, self._i = composite_of(result, "cobweb"), states, i
+        self._pieces = draw_pieces(result, ax, i)
+        self._colours = piece_colours(*zip(*((piece.name, not piece.word) for piece in self._composite.pieces), strict=True))
+        (self._path,) = ax.plot([], [], color="0.2", lw=1.1, zorder=5, label="orbit")
+        (self._curve,) = ax.plot([], [], lw=3.6, zorder=4, label="_")
+        (self._point,) = ax.plot([], [], "o", color="black", ms=6, zorder=6, label="state")
+        values = states[:, i]
+        ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
+        look(ax, values, self._composite.coordinates[i])
+        self._x = np.linspace(*ax.get_xlim(), 600)
+
+    def show(self, step: int, active: int) -> None:
+        """The first steps, and the piece that made the last of them, -1 for none."""
+        for k, drawn in self._pieces.items():
+            drawn.set_alpha(1 if k == active else _PALE)
+        values = self._states[: step + 1, self._i]
+        self._path.set_data(*staircase(values))
+        self._point.set_data(values[-1:], values[-1:])
+        self._curve.set_data(self._x, self._section(step, active))
+        self._curve.set_color(self._colours[active])
+
+    def _section(self, step: int, active: int) -> Floats:
+        """The images of the active piece over its coordinate, the others held where the step began; NaN outside of the piece."""
+        if active < 0:
+            return np.full(len(self._x), np.nan)
+        line = np.repeat(self._states[step - 1 : step], len(self._x), axis=0)
+        line[:, self._i] = self._x
+        return np.where(self._composite.piece_of(line) == active, self._composite.first_return(line).image[:, self._i], np.nan)
+
+
+FILMS: Mapping[str, Callable[[Drawable, int | None, int], Film]] = {"surfaces": _turning, "cobweb": _stepping}
