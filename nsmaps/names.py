@@ -3,7 +3,13 @@
 from typing import Literal, get_args
 
 FigureName = Literal[
+    "sketch",
+    "algorithm",
+    "motion",
+    "impacts",
+    "slices",
     "words",
+    "regions",
     "surfaces",
     "projections",
     "partition",

@@ -1,7 +1,8 @@
 """The systems that are installed: packages that registered themselves under the entry-point group `nsmaps.systems`.
 
 A name is found without importing anything; a class is imported when it is asked for. A package ships studies as YAML
-files in its folder `studies/`; the study `studies/fp.yaml` of the system `vi_pair` is called `vi_pair/fp`.
+files in its folder `studies/`; the study `studies/fp.yaml` of the system `vi_pair` is called `vi_pair/fp`. It may offer a drawing of
+its system, under the same name in the group `nsmaps.sketches`.
 """
 
 import hashlib
@@ -12,13 +13,18 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.errors import SystemDefinitionError, UnknownSystemError, near_match
+from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError, near_match
 from nsmaps.exact.files import run_file
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.axes import Axes
+
     from nsmaps.exact.system import ImpactSystem
 
 GROUP = "nsmaps.systems"
+SKETCHES = "nsmaps.sketches"
 
 
 def system_names() -> list[str]:
@@ -57,6 +63,22 @@ def load_system(name: str, **parameters: Any) -> "ImpactSystem":
     Errors as `system_class`, and pydantic's ValidationError (a ValueError) for a parameter that is not accepted.
     """
     return system_class(name)(**parameters)
+
+
+def sketch_of(name: str) -> "Callable[[Axes], Axes]":
+    """What draws an installed system on axes: the function that a package offers under its name in the group `nsmaps.sketches`.
+
+    Raises NsmapsError for a system of which there is no sketch, SystemDefinitionError when its package fails to import or two
+    packages offer one.
+    """
+    found = list(entry_points(group=SKETCHES, name=name))
+    if not found:
+        known = ", ".join(sorted({entry.name for entry in entry_points(group=SKETCHES)}))
+        raise NsmapsError(f"there is no sketch of the system {name!r}; accepted: a system whose package offers one: {known or 'none'}")
+    if len(found) > 1:
+        owners = " and ".join(sorted(owner_of(entry) for entry in found))
+        raise SystemDefinitionError(f"the sketch of {name!r} is given by {owners}; uninstall one of them")
+    return _loaded(found[0])
 
 
 def study_files(name: str) -> dict[str, Path]:
@@ -103,9 +125,14 @@ def _entries(name: str) -> list[EntryPoint]:
 
 
 def _imported(entry: EntryPoint) -> "type[ImpactSystem]":
-    """The entry point's class. Whatever a stranger's module raises at import is told as one line, with its owner."""
+    """The entry point's class."""
+    return _loaded(entry, lambda found: _checked(found, entry.value))
+
+
+def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: found) -> Any:
+    """What an entry point leads to. Whatever a stranger's module raises at import is told as one line, with its owner."""
     try:
-        return _checked(entry.load(), entry.value)
+        return checked(entry.load())
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
         raise SystemDefinitionError(f"plugin {entry.name!r} of {owner_of(entry)} failed to import: {reason}") from error

@@ -134,24 +134,21 @@ class Kernel:
         marks = np.array(["", CHATTER, REST, REST, ""])[mark[:m]]
         return Impacts(system.wall_names, 1 - on_base[:m], time[:m], phase[:m], speed[:m], marks)
 
-    def trajectory(self, system: "ImpactSystem", impacts: Impacts, samples: int) -> tuple[Floats, Floats]:
-        """Times and displacements along the flights between impacts."""
+    def trajectory(self, system: "ImpactSystem", impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
+        """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
         p = self.vector(system)
         top, bottom = self.module.wall_places(p)
-        times, places = [], []
-        for i in range(len(impacts.time) - 1):
+        times = np.linspace(impacts.time[:-1], impacts.time[1:], samples, axis=1)
+        places, rates = np.zeros((2, *times.shape))
+        for i, time in enumerate(times):
             up = bool(self.module.BASE_UP) == (impacts.wall[i] == 0)
-            z = top if up else bottom
-            if impacts.mark[i + 1]:  # it chatters or rests here: no flight to draw
-                times.append(impacts.time[i : i + 2])
-                places.append(np.array([z, z]))
-                continue
-            u, _ = self.module.rebound(p, up, impacts.speed[i])
-            c = self.module.coefficients(p, impacts.phase[i], z, -u if up else u)
-            s = np.linspace(0, impacts.time[i + 1] - impacts.time[i], samples)
-            times.append(impacts.time[i] + s)
-            places.append(z + np.array([self.module.evaluate(c, x)[0] for x in s]))
-        return np.concatenate([*times, []]), np.concatenate([*places, []])
+            places[i] = z = top if up else bottom
+            if not impacts.mark[i + 1]:  # else it chatters or rests here: no flight to follow
+                u, _ = self.module.rebound(p, up, impacts.speed[i])
+                c = self.module.coefficients(p, impacts.phase[i], z, -u if up else u)
+                d, rates[i] = np.array([self.module.evaluate(c, s)[:2] for s in time - time[0]]).T
+                places[i] += d
+        return times, places, rates
 
 
 def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:

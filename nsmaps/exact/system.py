@@ -62,6 +62,13 @@ class ImpactSystem(BaseModel, ABC):
         """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
         return self.r * speed  # type: ignore[attr-defined]
 
+    def absolute(self, t: Any, displacement: Any) -> Any:
+        """Place at rest, for pictures of the motion, of what has this displacement at time t of the forcing, in arrays.
+
+        Displacement itself unless a system says how its walls move.
+        """
+        return displacement
+
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
         """The names of the parameters that are numbers, in the order of their fields."""
@@ -197,9 +204,11 @@ class ImpactSystem(BaseModel, ABC):
     def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Any, Any]:
         """Times and displacements along the flights between the first n impacts from `state`, `samples` points a flight.
 
-        Two arrays of the same length in the system's units; a rest on a wall is two points.
+        Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. With velocities,
+        walls and absolute places: `nsmaps.exact.track.track`.
         """
-        return self._kernel().trajectory(self, self.impacts(state, n), samples)
+        times, places, _ = self._kernel().trajectory(self, self.impacts(state, n), samples)
+        return times.ravel(), places.ravel()
 
     def phase_rate(self) -> float:
         """Radians of phase a unit of the system's time."""

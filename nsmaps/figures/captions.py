@@ -1,9 +1,33 @@
 """What each figure shows, in words: for a reader, and for one who cannot see it."""
 
 CAPTIONS: dict[str, tuple[str, str]] = {
+    "sketch": (
+        "The system drawn, with the names of its parts",
+        "The system: its parts, the forcing, and the walls whose impacts are counted.",
+    ),
+    "algorithm": (
+        "Flow chart of the general algorithm in three rows: initialize, iterate, finalize",
+        "The general algorithm, steps 0 to vii: what is done, and below the line which section of a study and which function does it.",
+    ),
+    "motion": (
+        "Displacement of ball and walls over time, and the phase plane of relative displacement and velocity",
+        "The exact motion at and between impacts, over time and in the phase plane; stars are impacts on the base wall.",
+    ),
+    "impacts": (
+        "Phase against relative velocity at every impact, joined in order by dotted lines",
+        "All impacts of the orbit: phase and velocity just before, whose sign tells the wall; dotted lines give their order.",
+    ),
+    "slices": (
+        "Images against one coordinate of the start while the other is held, coloured by word",
+        "First returns along one coordinate, the other held, by impact word; gaps are jumps of the map.",
+    ),
     "words": (
         "The plane of states coloured by impact word",
         "The impact word of the first return from every state of the grid, and the pieces of the composite map if there is one.",
+    ),
+    "regions": (
+        "The plane of states divided into named pieces",
+        "The pieces of the composite map by name, with their words and their shares of the grid.",
     ),
     "surfaces": (
         "Surfaces of the images over the plane of states",

@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.exact.slices import Slice
     from nsmaps.exact.surface import Surface
     from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.track import Track
     from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.composite import CompositeMap
     from nsmaps.reduced.diagonal import DiagonalRegion
@@ -33,6 +35,8 @@ class Pair(Protocol):
     def exact(self) -> "Orbit": ...
     @property
     def composite(self) -> "Orbit | None": ...
+    @property
+    def track(self) -> "Track | None": ...
 
 
 class Drawable(Protocol):
@@ -42,6 +46,8 @@ class Drawable(Protocol):
     def study(self) -> Any: ...
     @property
     def surfaces(self) -> Mapping[str, "Surface"]: ...
+    @property
+    def slices(self) -> Sequence["Slice"]: ...
     @property
     def diagonal(self) -> "DiagonalRegion | None": ...
     @property
@@ -125,6 +131,17 @@ def speed_of(result: Drawable, figure: str) -> "Speed":
 def orbits_of(result: Drawable, figure: str) -> Sequence[Pair]:
     """The pairs of orbits, or the error that says what to name."""
     return _there(result.orbits, figure, "orbits", "'orbits'")
+
+
+def tracks_of(result: Drawable, figure: str) -> "Sequence[Track]":
+    """The tracks of the orbits that have one, or the error that says what to name."""
+    tracks = [pair.track for pair in result.orbits if pair.track is not None]
+    return _there(tracks, figure, "the motion between impacts", "'track' in an entry of 'orbits'")
+
+
+def slices_of(result: Drawable, figure: str) -> "Sequence[Slice]":
+    """The slices, or the error that says what to name."""
+    return _there(result.slices, figure, "first returns along one coordinate", "'slices'")
 
 
 def bifurcation_of(result: Drawable, figure: str) -> Mapping[str, "Bifurcation"]:

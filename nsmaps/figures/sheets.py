@@ -3,19 +3,25 @@
 from collections.abc import Callable, Mapping
 
 from nsmaps.figures import (
+    algorithm,
     auxiliary,
     basins,
     bifurcation,
     cobweb,
     domain_size,
     envelopes,
+    impacts,
     lyapunov,
     morse,
+    motion,
     noise,
     orbits,
     partition,
     projections,
+    regions,
     second_iterate,
+    sketch,
+    slices,
     speed_error,
     strips,
     surfaces,
@@ -26,7 +32,13 @@ from nsmaps.figures.needs import Drawable
 from nsmaps.figures.sheet import Sheet
 
 SHEETS: Mapping[str, Callable[[Drawable], tuple[Sheet, ...]]] = {
+    "sketch": sketch.sheets,
+    "algorithm": algorithm.sheets,
+    "motion": motion.sheets,
+    "impacts": impacts.sheets,
+    "slices": slices.sheets,
     "words": words.sheets,
+    "regions": regions.sheets,
     "surfaces": surfaces.sheets,
     "projections": projections.sheets,
     "partition": partition.sheets,

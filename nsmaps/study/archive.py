@@ -31,6 +31,7 @@ FORMAT = 3
 KEPT = (
     "returns",
     "surfaces",
+    "slices",
     "diagonal",
     "orders",
     "composite",

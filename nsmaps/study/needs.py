@@ -3,13 +3,20 @@
 import re
 from collections.abc import Iterator
 
+from nsmaps.plugins import sketch_of
 from nsmaps.study.source import Loc
 from nsmaps.study.spec import Study
 
 ATTRACTING = "attracting"  #: the map of a domain that takes the attracting pieces of a partition
 DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals; a domain's box around them
 FIGURE_NEEDS = {
+    "sketch": (),
+    "algorithm": (),
+    "motion": ("orbits",),
+    "impacts": ("orbits",),
+    "slices": ("slices",),
     "words": ("grid", "families"),
+    "regions": ("grid", "families", "composite"),
     "surfaces": ("grid", "families"),
     "projections": ("grid", "families"),
     "partition": ("grid", "partition"),
@@ -34,10 +41,16 @@ def check_needs(study: Study) -> None:
     """A StudyError at the first section whose need the study does not name."""
     strips = study.partition is not None and study.partition.kind == "accurate"
     for number, figure in enumerate(study.figures):
+        if figure == "sketch":
+            with study.source.located(("figures", number)):
+                sketch_of(study.system)
         if figure == "strips" and study.partition and not strips:
             text = "the figure 'strips' shows a 'partition' of kind accurate, and this one is of closed forms"
             raise study.source.error(("figures", number), text)
-        if strips and figure in ("partition", "cobweb"):
+        if figure in ("motion", "impacts") and study.orbits and not any(orbit.track for orbit in study.orbits):
+            text = f"the figure {figure!r} shows the motion between impacts; accepted: an entry of 'orbits' with 'track', their number"
+            raise study.source.error(("figures", number), text)
+        if strips and figure in ("partition", "cobweb", "regions"):
             text = f"the figure {figure!r} shows pieces in closed form; accepted beside it: a 'partition' of kind closed_form"
             raise study.source.error(("figures", number), text)
     for loc, what, section in _needs(study):

@@ -21,7 +21,7 @@ from nsmaps.reduced.region import Box, Region, Where
 from nsmaps.study.needs import DIAGONAL, check_names, check_needs
 from nsmaps.study.ranges import Span
 from nsmaps.study.source import Loc
-from nsmaps.study.spec import Bounds, FitSection, PieceSection, Study
+from nsmaps.study.spec import Bounds, FitSection, PieceSection, SliceSection, Study
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -55,6 +55,7 @@ class Plan:
     diagonal_grid: Grid | None
     orders: dict[str, PolyFit]
     pieces: tuple[PiecePlan, ...]
+    slices: tuple[tuple[str, Axis, dict[str, float]], ...]  #: which coordinate runs, its values, what the others are held at
     starts: tuple[Floats, ...]  #: each of shape (n,)
     long_start: Floats | None  #: of the bifurcation diagram, shape (n,)
     begin: dict[str, Floats]  #: the starts of the sections `lyapunov` and `noise`, each of shape (n,)
@@ -127,6 +128,7 @@ class _Maker:
             diagonal_grid=self.grid(("diagonal", "grid"), study.diagonal.grid) if study.diagonal else None,
             orders=self.orders(),
             pieces=tuple(self.piece(number, piece) for number, piece in enumerate(study.composite)),
+            slices=tuple(self.slice(("slices", number), section) for number, section in enumerate(study.slices)),
             starts=tuple(self.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(study.orbits)),
             long_start=self.start(("bifurcation", "start"), study.bifurcation.start) if study.bifurcation else None,
             begin=self.begin(),
@@ -153,11 +155,20 @@ class _Maker:
     def grid(self, loc: Loc, spans: Mapping[str, Span] | None) -> Grid | None:
         if spans is None:
             return None
-        axes = {}
-        for name, span in self.every_coordinate(loc, spans).items():
-            with self.study.source.located((*loc, name), Span, low="from", high="to"):
-                axes[name] = Axis(low=span.low, high=span.high, points=span.points)
-        return Grid(axes=axes)
+        return Grid(axes={name: self.axis((*loc, name), span) for name, span in self.every_coordinate(loc, spans).items()})
+
+    def axis(self, loc: Loc, span: Span) -> Axis:
+        with self.study.source.located(loc, Span, low="from", high="to"):
+            return Axis(low=span.low, high=span.high, points=span.points)
+
+    def slice(self, loc: Loc, section: SliceSection) -> tuple[str, Axis, dict[str, float]]:
+        """Every coordinate must run or be held, and none both."""
+        ((along, span),) = self.some_coordinates((*loc, "along"), section.along).items()
+        self.some_coordinates((*loc, "at"), section.at)
+        if {along, *section.at} != set(self.system.coordinates) or along in section.at:
+            others = ", ".join(name for name in self.system.coordinates if name != along)
+            raise self.study.source.error((*loc, "at"), f"{along!r} runs along the slice; accepted in 'at': all of {others}")
+        return along, self.axis((*loc, "along", along), span), dict(section.at)
 
     def family(self, name: str, words: Sequence[str]) -> WordFamily:
         walls = self.system.wall_names

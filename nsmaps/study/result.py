@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.data import HasDataset
     from nsmaps.exact.impacts import Floats, Returns
+    from nsmaps.exact.slices import Slice
     from nsmaps.exact.surface import Surface
     from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.track import Track
     from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.composite import CompositeMap, Coverage
     from nsmaps.reduced.diagonal import DiagonalRegion
@@ -52,6 +54,7 @@ class OrbitPair:
     start: "Floats"  #: shape (n,)
     exact: "Orbit"
     composite: "Orbit | None"
+    track: "Track | None" = None  #: the exact motion at and between its first impacts, if the study asks for it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +75,7 @@ class StudyResult:
     system: "ImpactSystem"
     returns: "Returns | None" = None  #: the first returns of every state of the grid, of any word and outcome
     surfaces: "dict[str, Surface]" = field(default_factory=dict)
+    slices: "tuple[Slice, ...]" = ()  #: first returns along one coordinate
     diagonal: "DiagonalRegion | None" = None
     orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
     composite: "CompositeMap | None" = None

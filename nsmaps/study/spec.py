@@ -146,6 +146,15 @@ class OrbitSection(BaseModel):
     model_config = SPEC
     start: dict[str, Number]
     returns: int = Field(ge=1)
+    track: int | None = Field(None, ge=2, le=10_000)  #: impacts on all walls that are kept, with the motion between them
+
+
+class SliceSection(BaseModel):
+    """First returns along one coordinate, the others held."""
+
+    model_config = SPEC
+    at: dict[str, Number]
+    along: dict[str, Span] = Field(min_length=1, max_length=1)
 
 
 class BifurcationSection(Range):
@@ -221,6 +230,7 @@ class Study(BaseModel):
     composite: tuple[PieceSection, ...] = ()
     partition: Partition | None = None  #: instead of `composite`: the pieces are found by the general algorithm
     parametric: ParametricSection | None = None
+    slices: tuple[SliceSection, ...] = ()
     orbits: tuple[OrbitSection, ...] = ()
     bifurcation: BifurcationSection | None = None
     lyapunov: LyapunovSection | None = None

@@ -11,7 +11,9 @@ from nsmaps.errors import FitError, NsmapsError
 from nsmaps.exact.family import WordFamily
 from nsmaps.exact.impacts import LONGER
 from nsmaps.exact.parts import Along
+from nsmaps.exact.slices import slice_along
 from nsmaps.exact.surface import Surface, surfaces, surfaces_among, sweep
+from nsmaps.exact.track import track
 from nsmaps.reduced.composite import CompositeMap, Piece, build_composite, data_of
 from nsmaps.reduced.diagonal import attracting, diagonal_region
 from nsmaps.reduced.misleads import misleads
@@ -52,6 +54,11 @@ def _surfaces(plan: Plan, result: StudyResult) -> Parts:
         words = [word for word in np.unique(returns.words[returns.valid]).tolist() if LONGER not in word]
         families = [WordFamily(name=word, words=(word,)) for word in words]
     return {"returns": returns, "surfaces": surfaces_among(plan.system, returns, plan.grid, families)}
+
+
+def _slices(plan: Plan, result: StudyResult) -> Parts:
+    """First returns along one coordinate, the others held: cuts through the surfaces of step i."""
+    return {"slices": tuple(slice_along(plan.system, *cut) for cut in plan.slices)}
 
 
 def _diagonal(plan: Plan, result: StudyResult) -> Parts:
@@ -187,7 +194,8 @@ def _orbits(plan: Plan, result: StudyResult) -> Parts:
     for k, (section, start) in enumerate(zip(plan.study.orbits, plan.starts, strict=True)):
         first, then = (plan.part(half, count, section.returns) for half in (2 * k, 2 * k + 1))
         reduced = orbit(result.reduced, start, section.returns, first) if result.reduced else None
-        pairs.append(OrbitPair(start, orbit(plan.system, start, section.returns, then), reduced))
+        kept = track(plan.system, start, section.track) if section.track else None
+        pairs.append(OrbitPair(start, orbit(plan.system, start, section.returns, then), reduced, kept))
     return {"orbits": tuple(pairs)}
 
 
@@ -233,6 +241,7 @@ def _second_iterate(plan: Plan, result: StudyResult) -> Parts:
 STEPS: dict[str, Step] = {
     "system": _system,
     "surfaces": _surfaces,
+    "slices": _slices,
     "diagonal": _diagonal,
     "composite": _composite,
     "partition": _partition,

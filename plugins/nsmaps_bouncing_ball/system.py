@@ -42,3 +42,9 @@ class BouncingBall(ImpactSystem):
         s = t - hit.t
         lift = hit.w + self.Gamma * cos(hit.t)
         return hit.z + lift * s - s**2 / 2 - self.Gamma * (sin(t) - sin(hit.t))
+
+    def absolute(self, t: Any, displacement: Any) -> Any:
+        """Height, the table's mean at zero."""
+        from numpy import sin
+
+        return self.Gamma * sin(t) + displacement

@@ -54,6 +54,12 @@ class VIPair(ImpactSystem):
         drift = hit.w - sin(pi * hit.t) / pi
         return hit.z + drift * s + self.g_bar * s**2 / 2 - (cos(pi * t) - cos(pi * hit.t)) / pi**2
 
+    def absolute(self, t: Any, displacement: Any) -> Any:
+        """Place along the capsule, upwards: Z = X - x with the capsule's middle X at -cos(pi t)/pi^2, its mean at zero."""
+        from numpy import cos
+
+        return -cos(pi * t) / pi**2 - displacement
+
     @model_validator(mode="before")
     @classmethod
     def _from_physical(cls, data: Any) -> Any:

@@ -1,0 +1,46 @@
+"""The pieces of the composite map by name, as areas of the state space: fig. regions, panel (b)."""
+
+from functools import partial
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from nsmaps.figures.needs import Drawable, composite_of, surfaces_of
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import dress, piece_colours, piece_label, tint
+from nsmaps.figures.words import paint_pieces
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """One sheet with one panel."""
+    composite_of(result, "regions")
+    surfaces_of(result, "regions")
+    return (Sheet("regions", (partial(regions, result),), 1, (6.8, 5.0)),)
+
+
+def regions(result: Drawable, ax: Axes) -> Axes:
+    """Each state in the colour of the first piece that holds it (eq. compositemapM), lines between pieces.
+
+    The legend has their words, and of the grid the share of each, of resets and of what is in no piece.
+    """
+    composite = composite_of(result, "regions")
+    grid = next(iter(surfaces_of(result, "regions").values())).grid
+    paint_pieces(ax, composite, grid)
+    number = composite.piece_of(grid.states())
+    axes = [axis.values() for axis in grid.axes.values()]
+    resets = [not piece.word for piece in composite.pieces]
+    colours = piece_colours([piece.name for piece in composite.pieces], resets)
+    handles = []
+    for k, (piece, colour) in enumerate(zip(composite.pieces, colours, strict=True)):
+        own = number == k
+        if not own.any():
+            continue
+        if not own.all():
+            ax.contour(*axes, own.reshape(grid.shape).T, levels=[0.5], colors="0.25", linewidths=0.9)
+        text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"
+        handles.append(Patch(fc=tint(colour, 0.65), ec="0.25", lw=0.9, label=text))
+    if np.any(number < 0):
+        handles.append(Patch(fc="none", ec="0.6", hatch="////", lw=0, label=f"in no piece: {100 * np.mean(number < 0):.3g} %"))
+    ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))
