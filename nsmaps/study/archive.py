@@ -33,6 +33,7 @@ KEPT = (
     "surfaces",
     "diagonal",
     "orders",
+    "near",
     "composite",
     "partition",
     "accurate",
