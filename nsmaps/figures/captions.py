@@ -37,6 +37,28 @@ CAPTIONS: dict[str, tuple[str, str]] = {
         "Images against starts, one coordinate a panel, with the diagonals",
         "The return surfaces seen along one coordinate, in the phase planes; where they meet the diagonal, a coordinate returns.",
     ),
+    "diagonal": (
+        "States near the diagonals at some values of the parameter, inside those at all values, in the phase planes",
+        "States near both diagonals (eq. r1uniond): green at one value of the parameter, blue at all values of the sweep; dotted "
+        "lines are the ratios delta and 1/delta.",
+    ),
+    "diagonal_surface": (
+        "Surfaces of the images with the part near both diagonals in blue",
+        "The return surfaces of one family, blue where a state is near the diagonals of all coordinates (eq. r1uniond).",
+    ),
+    "orders": (
+        "1 - R2 and sums of squared errors of polynomials near the diagonals, by order",
+        "Polynomials of several orders near the diagonals (table TableDeltaErr): 1 - R2 and SSE, logarithmic, a line a delta.",
+    ),
+    "fit_error": (
+        "The plane of states near the diagonals coloured by the error of the fitted polynomials",
+        "Error of the polynomials fitted near the diagonals, a row a delta, at each state of the grid (fig. comparert).",
+    ),
+    "separable": (
+        "A separable map beside the exact one in the phase planes, and both as curves on the surfaces",
+        "A separable approximation: the exact map along one line of the grid green, the separable map orange, all other states "
+        "of the region grey; below, both curves on the surface.",
+    ),
     "partition": ("The plane of states divided into the pieces of the composite map", "The regions that the algorithm found."),
     "strips": (
         "Strips of the plane of states between grazing curves",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.track import Track
     from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.composite import CompositeMap
+    from nsmaps.reduced.deltas import NearDiagonals
     from nsmaps.reduced.diagonal import DiagonalRegion
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.speed import Speed
@@ -50,6 +51,8 @@ class Drawable(Protocol):
     def slices(self) -> Sequence["Slice"]: ...
     @property
     def diagonal(self) -> "DiagonalRegion | None": ...
+    @property
+    def near(self) -> Sequence["NearDiagonals"]: ...
     @property
     def composite(self) -> "CompositeMap | None": ...
     @property
@@ -106,6 +109,34 @@ def two(coordinates: Sequence[str], figure: str) -> None:
             f"the figure {figure!r} is a picture of a plane and needs a system of 2 coordinates; this one has "
             f"{len(coordinates)} ({', '.join(coordinates)}); envelopes and domain_size take any number"
         )
+
+
+def diagonal_of(result: Drawable, figure: str) -> "DiagonalRegion":
+    """The region near the diagonals with its images, or the error that says what to name."""
+    made = _there(result.diagonal, figure, "the region near the diagonals", "'diagonal'")
+    _there(made.images, figure, "the images of the states near the diagonals", "'diagonal'")
+    return made
+
+
+def near_of(result: Drawable, figure: str) -> Sequence["NearDiagonals"]:
+    """The states near the diagonals for each delta, of two coordinates, or the error that says what to name."""
+    near = _there(result.near, figure, "the states near the diagonals", "'diagonal'")
+    two(near[0].surface.coordinates, figure)
+    return near
+
+
+def orders_of(result: Drawable, figure: str) -> Sequence["NearDiagonals"]:
+    """The same with the fits of each order, or the error that says what to name."""
+    near = near_of(result, figure)
+    _there(near[0].maps, figure, "fits near the diagonals", "'orders' in 'diagonal'")
+    return near
+
+
+def separable_of(result: Drawable, figure: str) -> Mapping[str, Any]:
+    """What the study says of each piece with a separable fit, by name, or the error that says what to name."""
+    composite_of(result, figure)
+    found = {piece.name: piece for piece in result.study.composite if piece.fit and piece.fit.separable}
+    return _there(found, figure, "pieces with a separable fit", "a 'separable' fit in 'composite'")
 
 
 def composite_of(result: Drawable, figure: str) -> "CompositeMap":

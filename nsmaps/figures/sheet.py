@@ -22,7 +22,7 @@ class Sheet:
     panels: tuple[Panel, ...]
     columns: int
     panel: tuple[float, float] = (5.0, 4.0)  #: width and height of a panel, inches
-    projection: str | None = None  #: "3d" for surfaces
+    projection: str | tuple[str | None, ...] | None = None  #: "3d" for surfaces; a tuple gives one a panel
     title: str = ""
 
     def figure(self) -> Figure:
@@ -32,7 +32,8 @@ class Sheet:
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         for number, panel in enumerate(self.panels):
-            ax = figure.add_subplot(rows, self.columns, number + 1, projection=self.projection)
+            projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
+            ax = figure.add_subplot(rows, self.columns, number + 1, projection=projection)
             panel(ax)
             if len(self.panels) > 1:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")

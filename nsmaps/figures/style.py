@@ -20,6 +20,7 @@ BLACK, MAGENTA, BLUE, ORANGE, GREEN = "#000000", "#CC79A7", "#0072B2", "#E69F00"
 SKY, YELLOW, RED, GREY, OLIVE = "#56B4E9", "#F0E442", "#D55E00", "#7F7F7F", "#8A8000"
 _FAMILIES = (BLACK, MAGENTA, YELLOW, SKY, GREEN, BLUE, ORANGE, RED)
 _PIECES = (GREY, GREEN, SKY, RED, OLIVE, MAGENTA, BLUE, ORANGE)
+_ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same ticks
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4, np.pi / 6, np.pi / 12)
 
 STYLE: dict[str, Any] = {
@@ -144,9 +145,10 @@ def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
     ax.set_xlabel(label(*x))
     ax.set_ylabel(label(*y))
     spans = [float(np.ptp(limits)) for limits in (ax.get_xlim(), ax.get_ylim())]
+    alike = x[0] == y[0] and max(spans) <= _ALIKE * min(spans)
     for axis, coordinate, span in ((ax.xaxis, x[0], spans[0]), (ax.yaxis, y[0], spans[1])):
         if isinstance(coordinate, Angle):
-            angle_ticks(axis, max(spans) if x[0] == y[0] else span)
+            angle_ticks(axis, max(spans) if alike else span)
         if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
             axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))  # few, for the many digits of a small domain
             axis.get_major_formatter().set_useOffset(False)  # type: ignore[attr-defined]

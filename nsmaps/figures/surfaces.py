@@ -1,5 +1,6 @@
 """The return surfaces over the plane of states, a picture a coordinate: fig. 3d."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -17,6 +18,8 @@ from nsmaps.figures.style import angle_ticks, dress, family_colours, label, tint
 if TYPE_CHECKING:
     from nsmaps.exact.surface import Surface
 
+Colour = str | tuple[float, float, float]
+
 _LIGHT = np.array([-0.40, -0.50, 0.77])  #: where the light comes from
 ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
@@ -33,35 +36,42 @@ def surfaces(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
 
     It is the first coordinate unless another is named. The axes must be three-dimensional (`projection="3d"`).
     """
-    if ax.name != "3d":
-        raise NsmapsError(f"the figure 'surfaces' needs axes made with projection='3d'; these are {ax.name!r}")
     named = surfaces_of(result, "surfaces")
     first = next(iter(named.values()))
     i = position(first.coordinates, coordinate or first.coordinates[0])
     colours = family_colours(list(named))
-    points = [np.column_stack([surface.start, surface.image[:, i]]) for surface in named.values()]
-    shades = [_shaded(surface, i, colours[name]) for name, surface in named.items()]
-    space = cast(Any, ax)
-    # one collection of all families, so that each point is sorted by depth among all others; drawn as wide as its cell
-    size = np.clip(450 / max(first.grid.shape), 1.3, 6) ** 2
-    space.scatter(*np.concatenate(points).T, c=np.concatenate(shades), s=size, lw=0, depthshade=False, rasterized=True)
-    for set_limits, axis in zip((space.set_xlim, space.set_ylim), first.grid.axes.values(), strict=True):
-        set_limits(axis.low, axis.high)
-    space.set_zlim(bottom=min(0.0, float(np.concatenate(points)[:, 2].min())))
-    space.view_init(elev=ELEVATION, azim=AZIMUTH)
-    space.set_box_aspect((1, 1, 0.8), zoom=1.05)
+    parts = [(surface, surface.image[:, i], colours[name]) for name, surface in named.items()]
+    raised(ax, "surfaces", parts, first.coordinates[i])
     handles = [Patch(color=tint(colour, 0.15), label=name) for name, colour in colours.items()]
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.08, 0.98))
-    dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))
-    space.set_zlabel(label(first.coordinates[i], "k+1"))
-    if isinstance(first.coordinates[i], Angle):
-        angle_ticks(space.zaxis, float(np.ptp(space.get_zlim())))
     return ax
 
 
-def _shaded(surface: "Surface", i: int, colour: str) -> Floats:
+def raised(ax: Axes, figure: str, parts: Sequence[tuple["Surface", Floats, Colour]], image: str) -> None:
+    """Surfaces, each with the heights of its M members and a colour, as shaded points on dressed axes."""
+    if ax.name != "3d":
+        raise NsmapsError(f"the figure {figure!r} needs axes made with projection='3d'; these are {ax.name!r}")
+    space = cast(Any, ax)
+    grid, names = parts[0][0].grid, parts[0][0].coordinates
+    points = np.concatenate([np.column_stack([surface.start, height]) for surface, height, _ in parts])
+    shades = np.concatenate([_shaded(*part) for part in parts])
+    # one collection of all families, so that each point is sorted by depth among all others; drawn as wide as its cell
+    size = np.clip(450 / max(grid.shape), 1.3, 6) ** 2
+    space.scatter(*points.T, c=shades, s=size, lw=0, depthshade=False, rasterized=True)
+    for set_limits, starts in zip((space.set_xlim, space.set_ylim), points.T[:2], strict=True):
+        set_limits(starts.min(), starts.max())
+    space.set_zlim(bottom=min(0.0, float(points[:, 2].min())))
+    space.view_init(elev=ELEVATION, azim=AZIMUTH)
+    space.set_box_aspect((1, 1, 0.8), zoom=1.05)
+    dress(ax, (names[0], "k"), (names[1], "k"))
+    space.set_zlabel(label(image, "k+1"))
+    if isinstance(image, Angle):
+        angle_ticks(space.zaxis, float(np.ptp(space.get_zlim())))
+
+
+def _shaded(surface: "Surface", values: Floats, colour: Colour) -> Floats:
     """A colour a member, lighter where the surface faces the light, shape (M, 3)."""
-    height = surface.on_grid(surface.image[:, i]) / max(float(np.ptp(surface.image[:, i])), 1e-300)
+    height = surface.on_grid(values) / max(float(np.ptp(values)), 1e-300)
     slopes = [slope * (points - 1) for slope, points in zip(np.gradient(height), height.shape, strict=True)]
     normal = np.stack([-slopes[0], -slopes[1], np.ones(height.shape)], axis=-1)
     light = np.abs(normal @ _LIGHT) / np.linalg.norm(normal, axis=-1)

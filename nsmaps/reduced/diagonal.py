@@ -35,6 +35,7 @@ class DiagonalRegion:
     start: Floats  #: shape (M, n), the union over the parameter, each state once
     box: Floats  #: shape (n, 2), the hull of `start`; NaN if it is empty
     values: tuple[tuple[float, Floats], ...]  #: for each value of the parameter its own states, shape (m, n)
+    images: tuple[Floats, ...] = ()  #: theirs, each of shape (m, n), angles in [0, 2 pi); older runs kept none
 
 
 def near_diagonal(returns: Returns, delta: float) -> Bools:
@@ -81,10 +82,11 @@ def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]])
     if len(names) != 1:
         given = " and ".join(f"({', '.join(each)})" for each in sorted(names)) or "none"
         raise FitError(f"the surfaces near the diagonals have coordinates {given}; accepted: one or more, of the same")
-    values = tuple((float(value), surface.start[attracting(diagonal, surface)]) for value, surface in sweeps)
+    near = [(float(value), surface.restricted(attracting(diagonal, surface))) for value, surface in sweeps]
+    values = tuple((value, surface.start) for value, surface in near)
     start = np.unique(np.concatenate([states for _, states in values]), axis=0)
     hull = np.stack([start.min(axis=0), start.max(axis=0)], axis=1) if len(start) else np.full((start.shape[1], 2), np.nan)
-    return DiagonalRegion(names.pop(), diagonal.delta, start, hull, values)
+    return DiagonalRegion(names.pop(), diagonal.delta, start, hull, values, tuple(surface.image for _, surface in near))
 
 
 def _wrapped(states: Floats, returns: Returns) -> Floats:

@@ -134,15 +134,18 @@ class Separable(PolyFit):
 
 def compare_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> list[tuple[str, FitReport]]:
     """The reports of several fits to one surface, by name, as in table TableDeltaErr. FitError names the fit."""
-    reports = []
+    return [(name, made.report) for name, made in fit_orders(surface, fits).items() if made.report]
+
+
+def fit_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> dict[str, PolyMap]:
+    """The maps of several fits to one surface, by name. FitError names the fit."""
+    maps = {}
     for name, fit in fits.items():
         try:
-            report = fit.fit(surface).report
+            maps[name] = fit.fit(surface)
         except FitError as error:
             raise FitError(f"fit {name!r}: {error}") from error
-        assert report is not None
-        reports.append((name, report))
-    return reports
+    return maps
 
 
 @dataclass(frozen=True, slots=True, eq=False)

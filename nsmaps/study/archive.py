@@ -34,6 +34,7 @@ KEPT = (
     "slices",
     "diagonal",
     "orders",
+    "near",
     "composite",
     "partition",
     "accurate",

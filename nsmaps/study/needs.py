@@ -19,6 +19,11 @@ FIGURE_NEEDS = {
     "regions": ("grid", "families", "composite"),
     "surfaces": ("grid", "families"),
     "projections": ("grid", "families"),
+    "diagonal": ("diagonal",),
+    "diagonal_surface": ("diagonal",),
+    "orders": ("diagonal",),
+    "fit_error": ("diagonal",),
+    "separable": ("grid", "families", "composite"),
     "partition": ("grid", "partition"),
     "strips": ("grid", "partition"),
     "speed_error": ("grid", "partition"),
@@ -39,24 +44,34 @@ FIGURE_NEEDS = {
 
 def check_needs(study: Study) -> None:
     """A StudyError at the first section whose need the study does not name."""
-    strips = study.partition is not None and study.partition.kind == "accurate"
     for number, figure in enumerate(study.figures):
         if figure == "sketch":
             with study.source.located(("figures", number)):
                 sketch_of(study.system)
-        if figure == "strips" and study.partition and not strips:
-            text = "the figure 'strips' shows a 'partition' of kind accurate, and this one is of closed forms"
+        if text := _shows_nothing(study, figure):
             raise study.source.error(("figures", number), text)
-        if figure in ("motion", "impacts") and study.orbits and not any(orbit.track for orbit in study.orbits):
-            text = f"the figure {figure!r} shows the motion between impacts; accepted: an entry of 'orbits' with 'track', their number"
-            raise study.source.error(("figures", number), text)
-        if strips and figure in ("partition", "cobweb", "regions"):
-            text = f"the figure {figure!r} shows pieces in closed form; accepted beside it: a 'partition' of kind closed_form"
-            raise study.source.error(("figures", number), text)
+    strips = study.partition is not None and study.partition.kind == "accurate"
     for loc, what, section in _needs(study):
         made = ("families",) if strips else ("families", "composite")
         if not study.names(section) and not (section in made and study.partition):
             raise study.source.error(loc, f"{what} needs the section {section!r}, which is missing")
+
+
+def _shows_nothing(study: Study, figure: str) -> str:
+    """Why a figure would have nothing to show although its sections are named; empty if it has."""
+    strips = study.partition is not None and study.partition.kind == "accurate"
+    if figure == "strips" and study.partition and not strips:
+        return "the figure 'strips' shows a 'partition' of kind accurate, and this one is of closed forms"
+    if figure in ("motion", "impacts") and study.orbits and not any(orbit.track for orbit in study.orbits):
+        return f"the figure {figure!r} shows the motion between impacts; accepted: an entry of 'orbits' with 'track', their number"
+    if strips and figure in ("partition", "cobweb", "regions"):
+        return f"the figure {figure!r} shows pieces in closed form; accepted beside it: a 'partition' of kind closed_form"
+    if figure in ("orders", "fit_error") and study.diagonal and not study.diagonal.orders:
+        return f"the figure {figure!r} shows fits near the diagonals; accepted beside it: 'orders' in the section 'diagonal'"
+    separable = any(piece.fit and piece.fit.separable for piece in study.composite)
+    if figure == "separable" and (study.composite or study.partition) and not separable:
+        return "the figure 'separable' shows separable fits; accepted beside it: a piece of 'composite' whose fit is one"
+    return ""
 
 
 def check_names(study: Study) -> None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.track import Track
     from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.composite import CompositeMap, Coverage
+    from nsmaps.reduced.deltas import NearDiagonals
     from nsmaps.reduced.diagonal import DiagonalRegion
     from nsmaps.reduced.misleads import Misleads
     from nsmaps.reduced.parametric import ParametricMap
@@ -78,6 +79,7 @@ class StudyResult:
     slices: "tuple[Slice, ...]" = ()  #: first returns along one coordinate
     diagonal: "DiagonalRegion | None" = None
     orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
+    near: "tuple[NearDiagonals, ...]" = ()  #: at the study's own parameters, for `delta` and each of `deltas`
     composite: "CompositeMap | None" = None
     partition: "PartitionResult | None" = None  #: how the composite map was found, if the study has a partition
     accurate: "AccurateResult | None" = None  #: the same of the kind `accurate`, in place of a composite map

@@ -94,7 +94,14 @@ class DiagonalSection(BaseModel):
     within: str | None = None
     sweep: Sweep | None = None
     orders: dict[str, FitSection] = {}
+    deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
     grid: dict[str, Span] | None = None
+
+    @model_validator(mode="after")
+    def _orders_at_deltas(self) -> Self:
+        if self.deltas and not self.orders:
+            raise ValueError("'deltas' says where 'orders' are compared, and there are none; accepted: beside 'orders' only")
+        return self
 
 
 class PieceSection(BaseModel):

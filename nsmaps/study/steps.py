@@ -15,11 +15,11 @@ from nsmaps.exact.slices import slice_along
 from nsmaps.exact.surface import Surface, surfaces, surfaces_among, sweep
 from nsmaps.exact.track import track
 from nsmaps.reduced.composite import CompositeMap, Piece, build_composite, data_of
-from nsmaps.reduced.diagonal import attracting, diagonal_region
+from nsmaps.reduced.deltas import compare_deltas
+from nsmaps.reduced.diagonal import diagonal_region
 from nsmaps.reduced.misleads import misleads
 from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.partition import partition
-from nsmaps.reduced.polyfit import compare_orders
 from nsmaps.reduced.region import Region
 from nsmaps.reduced.speed import speeds
 from nsmaps.study import enclosed, longsteps
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.impacts import Floats
     from nsmaps.exact.system import ImpactSystem
-    from nsmaps.reduced.polyfit import FitReport
 
 Parts = dict[str, Any]
 Counted = Callable[[int], None]  #: called with how many units of a part are done
@@ -71,14 +70,13 @@ def _diagonal(plan: Plan, result: StudyResult) -> Parts:
     assert plan.diagonal is not None
     with plan.study.source.located(("diagonal",)):
         region = diagonal_region(plan.diagonal, _swept(plan, section))
-    orders: list[tuple[str, FitReport]] = []
-    if plan.orders:
-        own = result.surfaces[section.family]
-        if plan.diagonal_grid is not None:
-            own = plan.families[section.family].surface(plan.system, plan.diagonal_grid)
-        with plan.study.source.located(("diagonal", "orders")):
-            orders = compare_orders(own.restricted(attracting(plan.diagonal, own)), plan.orders)
-    return {"diagonal": region, "orders": tuple(orders)}
+    own = result.surfaces[section.family]
+    if plan.diagonal_grid is not None:
+        own = plan.families[section.family].surface(plan.system, plan.diagonal_grid)
+    with plan.study.source.located(("diagonal", "orders")):
+        near = compare_deltas(plan.diagonal, own, section.deltas, plan.orders)
+    orders = tuple((name, made.report) for name, made in near[0].maps.items())
+    return {"diagonal": region, "near": near, "orders": orders}
 
 
 def _swept(plan: Plan, section: DiagonalSection) -> list[tuple[float, Surface]]:

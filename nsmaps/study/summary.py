@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.twocycle import TwoCycle
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.reduced.accurate import AccurateResult
+    from nsmaps.reduced.deltas import NearDiagonals
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
@@ -35,7 +36,7 @@ def numbers(result: StudyResult) -> dict[str, Any]:
     if result.diagonal is not None:
         orders = [{"name": name} | _report(report) for name, report in result.orders]
         box, states = result.diagonal.box.tolist(), len(result.diagonal.start)
-        sections["diagonal"] = {"box": box, "states": states, "orders": orders}
+        sections["diagonal"] = {"box": box, "states": states, "orders": orders, "deltas": [_near(near) for near in result.near]}
     if result.composite is not None:
         fits = {piece.name: _report(piece.map.report) for piece in result.composite.pieces if piece.map.report}
         sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
@@ -61,6 +62,12 @@ def numbers(result: StudyResult) -> dict[str, Any]:
         alpha = [float(value) for value in result.second_iterate.alpha]
         sections["second_iterate"] = {"expr": str(result.second_iterate.expr), "alpha": alpha}
     return sections
+
+
+def _near(near: "NearDiagonals") -> dict[str, Any]:
+    """How many states are near the diagonals for one delta, and the fits there by order."""
+    orders = {name: _report(made.report) for name, made in near.maps.items() if made.report}
+    return {"delta": near.delta, "states": len(near.surface.start), "orders": orders}
 
 
 def _accurate(made: "AccurateResult") -> dict[str, Any]:

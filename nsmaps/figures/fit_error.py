@@ -1,0 +1,65 @@
+"""Where polynomials fitted near the diagonals are off, and by how much, for several delta: fig. comparert."""
+
+import re
+from functools import partial
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from nsmaps.exact.impacts import Floats
+from nsmaps.figures.needs import Drawable, orders_of, position
+from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.style import dress, symbol, unit
+from nsmaps.reduced.polyfit import unwrapped
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.deltas import NearDiagonals
+
+_DECADES = 4.0  #: of the colours, below the largest error
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """A sheet an order, the first's named `fit_error`: a row a delta, a column a coordinate."""
+    near = orders_of(result, "fit_error")
+    coordinates = near[0].surface.coordinates
+    made = []
+    for k, order in enumerate(near[0].maps):
+        file = "fit_error-" + re.sub(r"[^\w.+]+", "-", order) if k else "fit_error"
+        rows = range(len(near))
+        panels = tuple(partial(fit_error, result, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
+        made.append(Sheet(file, panels, len(coordinates), (5.6, 3.6), title=order))
+    return tuple(made)
+
+
+def fit_error(result: Drawable, ax: Axes, coordinate: str = "", delta: int = 0, order: str = "") -> Axes:
+    """The error of one coordinate at every state near the diagonals, each as its cell of the grid, for a delta by position.
+
+    Lighter is a larger error. One logarithmic scale serves all delta, and ends at their largest error.
+    """
+    near = orders_of(result, "fit_error")
+    order = order or next(iter(near[0].maps))
+    one, names = near[delta], near[0].surface.coordinates
+    i = position(names, coordinate or names[0])
+    largest = max(_errors(each, order)[:, i].max() for each in near)
+    largest = max(largest, 1e-300)  # of a fit without any error
+    x, y = (axis.values() for axis in one.surface.grid.axes.values())
+    shown = one.surface.on_grid(np.maximum(_errors(one, order)[:, i], largest / 10**_DECADES)).T
+    norm = LogNorm(largest / 10**_DECADES, largest)
+    mesh = ax.pcolormesh(x, y, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True)
+    widest = max(near, key=lambda each: each.delta).surface.start
+    margin = 0.06 * np.ptp(widest, axis=0)
+    (left, bottom), (right, top) = widest.min(axis=0) - margin, widest.max(axis=0) + margin
+    ax.set(xlim=(left, right), ylim=(bottom, top))
+    bar = cast(Figure, ax.get_figure(root=True)).colorbar(mesh, cax=ax.inset_axes((1.03, 0, 0.035, 1)), extend="min")
+    bar.set_label(rf"$|$error of {symbol(names[i], 'k+1')}$|$ ({unit(names[i])})")
+    ax.set_title(rf"$\delta = {one.delta:g}$, {len(one.surface.start)} states", loc="right")
+    return dress(ax, (names[0], "k"), (names[1], "k"))
+
+
+def _errors(near: "NearDiagonals", order: str) -> Floats:
+    """How far the fit of an order is off at each state, shape (M, n)."""
+    start, target = unwrapped(near.surface)
+    return np.abs(near.maps[order](start) - target)
