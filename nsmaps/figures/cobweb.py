@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle, Floats, Returns
+from nsmaps.exact.impacts import TWO_PI, Angle, Floats, Returns
 from nsmaps.exact.surface import Grid
 from nsmaps.figures.lines import cut, diagonal, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
@@ -44,7 +44,7 @@ def cobweb(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     draw_pieces(result, ax, i)
     ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="orbit")
     ends = last_tenth(values)
-    ax.plot(*staircase(ends), "-", color=MAGENTA, lw=2, zorder=5)
+    ax.plot(*staircase(ends), "-", color=MAGENTA, lw=1.3, zorder=5)
     ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=5.5, zorder=6, label="last 10 %")
     ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
     return look(ax, values, composite.coordinates[i])
@@ -88,12 +88,14 @@ def draw_pieces(result: Drawable, ax: Axes, i: int) -> dict[int, Line2D | PolyCo
         rows = _rows(returns, number == k, grid.shape, i)
         if not np.isfinite(rows).any():
             continue
-        low, high = np.fmin.reduce(rows, axis=1), np.fmax.reduce(rows, axis=1)
+        angle = isinstance(composite.coordinates[i], Angle)
         if _separable(piece, i):
-            line = cut(low, np.pi) if isinstance(composite.coordinates[i], Angle) else low
+            low = np.fmin.reduce(rows, axis=1)
+            line = cut(low, np.pi) if angle else low
             (drawn[k],) = ax.plot(x, line, color=colours[k], lw=2.2, label=piece_label(piece.name), zorder=3)
         else:
-            shade = tint(colours[k], 0.55)
+            shade, whole = tint(colours[k], 0.55), _one_turn(rows) if angle else rows
+            low, high = np.fmin.reduce(whole, axis=1), np.fmax.reduce(whole, axis=1)
             drawn[k] = ax.fill_between(x, low, high, color=shade, lw=0, label=piece_label(piece.name), zorder=1)
     return drawn
 
@@ -102,6 +104,12 @@ def _rows(returns: Returns, mask: NDArray[np.bool_], shape: tuple[int, ...], i: 
     """Images of coordinate i in a piece, shape (points of coordinate i, all others), NaN outside of the piece."""
     image = np.where(mask, returns.image[:, i], np.nan).reshape(shape)
     return np.moveaxis(image, i, 0).reshape(shape[i], -1)
+
+
+def _one_turn(angles: Floats) -> Floats:
+    """Wrapped angles on the turn around their mean direction, so that an area across the seam is not the whole circle."""
+    middle = np.angle(np.nanmean(np.exp(1j * angles))) % TWO_PI
+    return middle + (angles - middle + np.pi) % TWO_PI - np.pi
 
 
 def _separable(piece: "Piece", i: int) -> bool:

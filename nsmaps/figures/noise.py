@@ -35,7 +35,7 @@ def impacts(result: Drawable, ax: Axes, follow: str = "down") -> Axes:
             colour = (GREEN, RED)[wall] if noisy else (BLUE, BLACK)[wall]
             label = f"{name}, " + (rf"$\sigma = {diagram.noise.sigma:.3g}$" if noisy else "no noise")
             look = {"ms": 2.2, "mew": 0, "alpha": 0.7} if noisy else {"ms": 3.4, "mew": 0.5, "mfc": "none"}
-            ax.plot(*_points(diagram, wall), "." if noisy else "o", color=colour, label=label, **look)
+            ax.plot(*_points(diagram, wall), "." if noisy else "o", color=colour, label=label, rasterized=True, **look)
     values = made[0].values
     ax.set_xlim(values.min(), values.max())
     ax.axhline(0, color="0.8", lw=0.6, zorder=0)

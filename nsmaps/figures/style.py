@@ -43,6 +43,7 @@ STYLE: dict[str, Any] = {
     "savefig.facecolor": "white",
     "pdf.fonttype": 42,
     "svg.fonttype": "none",
+    "svg.hashsalt": "nsmaps",
     "figure.constrained_layout.w_pad": 0.09,
     "figure.constrained_layout.h_pad": 0.09,
 }
