@@ -73,7 +73,7 @@ def animate(
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
     orbit: Annotated[int, typer.Option(min=1, help="Of cobweb: which of the study's orbits.")] = 1,
     frames: Annotated[int | None, typer.Option(min=2, help="How many pictures.", show_default="72, or 40 steps at most")] = None,
-    fps: Annotated[float | None, typer.Option(min=0.1, help="Pictures a second.", show_default="12, or 1.5")] = None,
+    fps: Annotated[int | None, typer.Option(min=1, help="Pictures a second.", show_default="12, or 1")] = None,
     dpi: Annotated[float, typer.Option(min=10, help="Dots per inch.")] = 100,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
 ) -> None:

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 import matplotlib
 import numpy as np
-from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
@@ -23,7 +23,9 @@ from nsmaps.figures.style import STYLE, piece_colours, piece_label
 from nsmaps.figures.surfaces import AZIMUTH, ELEVATION
 from nsmaps.figures.surfaces import sheets as surface_sheets
 
-_WRITERS: Mapping[str, type[AbstractMovieWriter]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
+Writer = PillowWriter | FFMpegWriter
+
+_WRITERS: Mapping[str, type[Writer]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 _TURN, _STEPS = 72, 40  #: pictures of a whole turn, and steps of an orbit, where no number is named
 _PALE = 0.35  #: opacity of the pieces at rest
 
@@ -35,7 +37,7 @@ class Film:
     figure: Figure
     show: Callable[[int], None]
     frames: int
-    fps: float
+    fps: int
 
 
 def animate(
@@ -46,7 +48,7 @@ def animate(
     *,
     orbit: int = 1,
     frames: int | None = None,
-    fps: float | None = None,
+    fps: int | None = None,
     dpi: float = 100,
     progress: Callable[[str, float, int], None] = lambda what, done, total: None,
 ) -> Path:
@@ -77,7 +79,7 @@ def animate(
     return path
 
 
-def _write(film: Film, writer: AbstractMovieWriter, path: Path, dpi: float, progress: Callable[[float], None]) -> None:
+def _write(film: Film, writer: Writer, path: Path, dpi: float, progress: Callable[[float], None]) -> None:
     """Every picture, written one after the other; panels stay where the first picture has them."""
     film.show(0)
     film.figure.draw_without_rendering()
@@ -126,7 +128,7 @@ def _stepping(result: Drawable, frames: int | None, orbit: int) -> Film:
         made = f"return {k}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
         figure.suptitle(made, fontsize=13)
 
-    return Film(figure, show, count, 1.5)
+    return Film(figure, show, count, 1)
 
 
 class _Cobweb:

@@ -53,7 +53,10 @@ def cobweb(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
 def composite_states(result: Drawable, number: int = 0) -> Floats:
     """The states (m, n) of one orbit of the composite map, by position, or the error that says what to name."""
     composite_of(result, "cobweb")
-    orbit = orbits_of(result, "cobweb")[number].composite
+    pairs = orbits_of(result, "cobweb")
+    if not 0 <= number < len(pairs):
+        raise NsmapsError(f"there is no orbit {number + 1}; the result has {len(pairs)}")
+    orbit = pairs[number].composite
     if orbit is None:
         raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; name 'composite' in the study")
     return finite_states(orbit)

@@ -34,7 +34,7 @@ def orbits(result: Drawable, ax: Axes, number: int = 0) -> Axes:
     pair = orbits_of(result, "orbits")[number]
     coordinates = pair.exact.coordinates
     two(coordinates, "orbits")
-    runs = [(finite_states(pair.exact), ORANGE, "-", ("D", "none", ORANGE, 8), "exact map")]
+    runs = [(finite_states(pair.exact), ORANGE, "-", ("D", "none", ORANGE, 8.0), "exact map")]
     if pair.composite is not None:
         runs.append((finite_states(pair.composite), GREEN, "--", ("o", GREEN, "white", 5.5), "composite map"))
     if result.composite is not None and result.surfaces:

@@ -50,8 +50,9 @@ def test_envelopes_are_those_of_the_update(result, ax, coordinate, index):
     envelopes(result, ax, coordinate, update=1)
     step = result.domains["fitted"].updates[1]
     lines = by_label(ax)
-    assert np.array_equal(lines["upper map"].get_ydata(), step.envelopes[index].upper)
-    assert np.array_equal(lines["lower map"].get_ydata(), step.envelopes[index].lower)
+    letter = (r"\xi", r"\eta")[index]
+    assert np.array_equal(lines[f"${letter}_U$"].get_ydata(), step.envelopes[index].upper)
+    assert np.array_equal(lines[f"${letter}_L$"].get_ydata(), step.envelopes[index].lower)
     (span,) = ax.patches
     assert np.allclose([span.get_x(), span.get_x() + span.get_width()], step.worst[-1, index])
     assert ax.get_title() == "fitted map R1, update 2"
@@ -130,8 +131,8 @@ def test_domain_size_has_a_line_a_domain_and_says_which_is_no_bound(result, ax):
     lines = by_label(ax)
     assert np.array_equal(lines["fitted map R1"].get_ydata(), result.domains["fitted"].sizes[:, 1])
     assert np.array_equal(lines["fitted map R1"].get_xdata(), np.arange(6))
-    assert "exact map, not trapped" in lines
-    assert ax.get_ylabel() == r"width of the domain in $\phi$ (rad)"
+    assert "exact map,\nnot trapped" in lines
+    assert ax.get_ylabel() == r"width in $\phi$ (rad)"
 
 
 def test_domain_size_is_logarithmic_over_decades_only(result, ax):

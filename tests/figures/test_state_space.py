@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
 
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.orbits import orbits
+from nsmaps.figures.orbits import around, orbits
 from nsmaps.figures.orbits import sheets as orbit_sheets
 from nsmaps.figures.partition import partition
 from nsmaps.figures.projections import projections
@@ -134,11 +134,35 @@ def test_projections_show_every_family_in_every_coordinate(result):
 def test_orbits_lie_over_each_other(result, ax):
     orbits(result, ax, 1)
     lines = {line.get_label(): line for line in ax.lines}
-    for name, colour, dashes in (("exact map", ORANGE, "-"), ("composite map", GREEN, "--")):
+    thin = [line.get_xydata() for line in ax.lines if line.get_linewidth() == 0.7]
+    for whole, (name, colour, dashes) in zip(thin, (("exact map", ORANGE, "-"), ("composite map", GREEN, "--")), strict=True):
         states = getattr(result.orbits[1], name.split()[0]).states
-        assert np.array_equal(lines[name].get_xydata(), states)
+        kept = [corner for corner in whole if (corner == states).all(axis=1).any()]
+        assert np.array_equal(kept, states)
+        first = lines[name].get_xydata()
+        assert np.array_equal(first, whole[: len(first)], equal_nan=True)
         assert (to_rgba(lines[name].get_color()), lines[name].get_linestyle()) == (to_rgba(colour), dashes)
     assert np.array_equal(lines["start"].get_xydata(), [[0.9, 2.5]])
+
+
+def test_the_line_of_an_orbit_crosses_the_seam_of_a_phase_at_the_edges(result):
+    states = np.array([[0.1, 0.3], [0.2, 6.0], [0.3, 5.0], [0.4, 1.0], [0.5, 4.0]])
+    line = around(states, result.composite.coordinates)
+    steps = np.diff(line, axis=0)
+    drawn = np.isfinite(steps).all(axis=1)
+    assert abs(steps[drawn, 1]).max() <= np.pi
+    assert drawn.sum() == 6  # four steps, of which two cross the seam in two parts each
+    for corner in line[np.isfinite(line).all(axis=1)]:
+        turned = (corner - states) / [1, 2 * np.pi]
+        assert np.isclose(turned, turned.round() * [0, 1]).all(axis=1).any()
+
+
+def test_an_orbit_is_drawn_thick_until_it_is_near_its_last_tenth(result, ax):
+    states = np.column_stack([np.concatenate([np.linspace(0.2, 0.8, 7), np.full(93, 0.8)]), np.full(100, 1.0)])
+    pair = SimpleNamespace(exact=SimpleNamespace(coordinates=result.composite.coordinates, states=states), composite=None)
+    orbits(SimpleNamespace(**{**vars(result), "orbits": [pair]}), ax)
+    (first,) = (line for line in ax.lines if line.get_label() == "exact map")
+    assert np.array_equal(first.get_xydata(), states[:7])
 
 
 def test_orbits_have_a_panel_a_start(result):

@@ -1,0 +1,102 @@
+"""Animations: as many pictures as asked, none like the one before, whole files only, and errors that say what to do."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.animation import FFMpegWriter
+from PIL import Image, ImageSequence
+from typer.testing import CliRunner
+
+from nsmaps.cli import app
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.animate import FILMS, animate
+
+
+def pictures(path: Path) -> np.ndarray:
+    """All pictures of a GIF, shape (frames, height, width, 3)."""
+    with Image.open(path) as film:
+        return np.array([np.asarray(picture.convert("RGB")) for picture in ImageSequence.Iterator(film)])
+
+
+@pytest.mark.parametrize("name", FILMS)
+def test_a_gif_has_the_pictures_asked_for_and_no_two_alike(result, tmp_path, name):
+    told = []
+    path = animate(result, name, tmp_path / "new", frames=4, dpi=30, progress=lambda *step: told.append(step))
+    assert path == tmp_path / "new" / f"{name}.gif"
+    film = pictures(path)
+    assert len(film) == 4
+    assert all((one != two).any() for one, two in zip(film[:-1], film[1:], strict=True))
+    assert told == [(name, k / 4, 1) for k in range(4)]
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_the_surfaces_turn_round_once_and_evenly(result):
+    film = FILMS["surfaces"](result, 8, 1)
+    seen = []
+    for k in range(8):
+        film.show(k)
+        seen.append([ax.azim for ax in film.figure.axes])
+    assert np.allclose(np.diff(seen, axis=0), 45)
+    assert np.ptp(seen, axis=1).max() == 0
+
+
+def test_each_step_of_the_cobweb_lies_on_the_curve_of_the_active_piece(result):
+    orbit = result.orbits[0].composite
+    film = FILMS["cobweb"](result, 6, 1)
+    assert film.frames == 6
+    for step in range(1, 6):
+        film.show(step)
+        active = int(result.composite.piece_of(orbit.states[step - 1 : step])[0])
+        for i, ax in enumerate(film.figure.axes):
+            lines = {line.get_label(): line for line in ax.lines}
+            before, after = orbit.states[step - 1 : step + 1, i]
+            assert lines["orbit"].get_xydata()[-1].tolist() == [after, after]
+            assert lines["state"].get_xydata().tolist() == [[after, after]]
+            x, y = lines["_"].get_data()
+            assert np.interp(before, x[np.isfinite(y)], y[np.isfinite(y)]) == pytest.approx(after, abs=1e-6)
+        assert result.composite.pieces[active].name[-1] in film.figure.get_suptitle()
+
+
+def test_the_second_orbit_is_shown_where_it_is_asked_for(result):
+    film = FILMS["cobweb"](result, 2, 2)
+    film.show(0)
+    lines = {line.get_label(): line for line in film.figure.axes[0].lines}
+    assert lines["state"].get_xydata()[0, 0] == result.orbits[1].composite.states[0, 0]
+    with pytest.raises(NsmapsError, match="no orbit 3; the result has 2"):
+        FILMS["cobweb"](result, 2, 3)
+
+
+def test_what_is_not_there_is_said(result, tmp_path, monkeypatch):
+    with pytest.raises(NsmapsError, match="no animation 'cobwep', did you mean 'cobweb'"):
+        animate(result, "cobwep", tmp_path)
+    with pytest.raises(NsmapsError, match="no format 'mp3', did you mean 'mp4'"):
+        animate(result, "cobweb", tmp_path, "mp3")
+    with pytest.raises(NsmapsError, match="'cobweb' .* name 'composite' in the study"):
+        animate(SimpleNamespace(**{**vars(result), "composite": None}), "cobweb", tmp_path)
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
+    with pytest.raises(NsmapsError, match="the program ffmpeg, which is not on the path; install it .* or ask for gif"):
+        animate(result, "cobweb", tmp_path, "mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_leaves_no_half_file_and_keeps_the_one_before(result, tmp_path):
+    (tmp_path / "cobweb.gif").write_bytes(b"before")
+
+    def pressed(what: str, done: float, total: int) -> None:
+        if done > 0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        animate(result, "cobweb", tmp_path, frames=4, dpi=30, progress=pressed)
+    assert [path.name for path in tmp_path.iterdir()] == ["cobweb.gif"]
+    assert (tmp_path / "cobweb.gif").read_bytes() == b"before"
+
+
+def test_the_command_tells_a_wrong_name_from_a_run(tmp_path):
+    stored = Path(__file__).parents[1] / "data" / "run-format-3" / "run"
+    done = CliRunner().invoke(app, ["animate", str(stored), "surfces", "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "no animation 'surfces', did you mean 'surfaces'?; accepted: surfaces, cobweb" in done.output
+    assert list(tmp_path.iterdir()) == []
