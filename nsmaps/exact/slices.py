@@ -22,9 +22,7 @@ class Slice:
     along: str  #: the coordinate that runs
     at: dict[str, float]  #: the others
     returns: Returns
-    jump: NDArray[
-        np.bool_
-    ]  #: shape (N - 1,), whether a graze, an outcome or a turn of an angle lies between a state and the next
+    jump: NDArray[np.bool_]  #: shape (N - 1,), whether a graze, an outcome or a turn of an angle lies between a state and the next
 
 
 def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:

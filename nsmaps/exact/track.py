@@ -22,9 +22,7 @@ class Track:
     """
 
     impacts: Impacts
-    sides: NDArray[
-        np.int8
-    ]  #: shape (W,), +1 of a wall that growing displacement meets, -1 of one that falling displacement meets
+    sides: NDArray[np.int8]  #: shape (W,), +1 of a wall that growing displacement meets, -1 of one that falling displacement meets
     at: Floats  #: shape (W,), displacement of each wall
     time: Floats  #: shape (M - 1, samples), since the start, in the system's time
     displacement: Floats  #: shape (M - 1, samples)
