@@ -17,7 +17,7 @@ from nsmaps.study.spec import Study
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), DOCS / "gallery" / "index.md"]
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```[ ]*$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# file: (\S+)\n")
 LINK = re.compile(r"\[[^\]\[]*\]\(([^)\s]+)\)")
@@ -125,7 +125,7 @@ def test_links_resolve(page: Path) -> None:
 
 def test_every_page_is_on_the_map() -> None:
     linked = set(LINK.findall((DOCS / "index.md").read_text()))
-    assert {page.name for page in DOCS.glob("*.md")} - {"index.md"} <= linked
+    assert {str(page.relative_to(DOCS)) for page in PAGES[1:]} - {"index.md"} <= linked
 
 
 def test_every_key_of_a_study_is_in_the_reference() -> None:
