@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from subprocess import CalledProcessError
 from tempfile import TemporaryDirectory
 
 import matplotlib
@@ -74,7 +75,12 @@ def animate(
         path.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=path.parent, prefix=".animate-", ignore_cleanup_errors=True) as beside:
             unfinished = Path(beside) / path.name
-            _write(film, _WRITERS[format](fps=fps or film.fps), unfinished, dpi, lambda share: progress(name, share, 1))
+            try:
+                _write(film, _WRITERS[format](fps=fps or film.fps), unfinished, dpi, lambda share: progress(name, share, 1))
+            except CalledProcessError as error:
+                raise NsmapsError(
+                    f"no {format} was written: ffmpeg ended with exit code {error.returncode}; ask for gif"
+                ) from error
             os.replace(unfinished, path)
     return path
 

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import TWO_PI, Angle, Floats, Returns
+from nsmaps.exact.impacts import Angle, Floats
 from nsmaps.exact.surface import Grid
 from nsmaps.figures.lines import cut, diagonal, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
@@ -88,31 +88,24 @@ def draw_pieces(result: Drawable, ax: Axes, i: int) -> dict[int, Line2D | PolyCo
     ax.set_xlim(x[0], x[-1])
     drawn: dict[int, Line2D | PolyCollection] = {}
     for k, piece in enumerate(composite.pieces):
-        rows = _rows(returns, number == k, grid.shape, i)
-        if not np.isfinite(rows).any():
+        own = number == k
+        if not own.any():
             continue
-        angle = isinstance(composite.coordinates[i], Angle)
         if _separable(piece, i):
-            low = np.fmin.reduce(rows, axis=1)
-            line = cut(low, np.pi) if angle else low
+            low, _ = _extremes(returns.image[:, i], own, grid.shape, i)
+            line = cut(low, np.pi) if isinstance(composite.coordinates[i], Angle) else low
             (drawn[k],) = ax.plot(x, line, color=colours[k], lw=2.2, label=piece_label(piece.name), zorder=3)
-        else:
-            shade, whole = tint(colours[k], 0.55), _one_turn(rows) if angle else rows
-            low, high = np.fmin.reduce(whole, axis=1), np.fmax.reduce(whole, axis=1)
+        else:  # angles not wrapped, so that an area across the seam is not the whole circle
+            low, high = _extremes(piece.map(returns.start)[:, i], own, grid.shape, i)
+            shade = tint(colours[k], 0.55)
             drawn[k] = ax.fill_between(x, low, high, color=shade, lw=0, label=piece_label(piece.name), zorder=1)
     return drawn
 
 
-def _rows(returns: Returns, mask: NDArray[np.bool_], shape: tuple[int, ...], i: int) -> Floats:
-    """Images of coordinate i in a piece, shape (points of coordinate i, all others), NaN outside of the piece."""
-    image = np.where(mask, returns.image[:, i], np.nan).reshape(shape)
-    return np.moveaxis(image, i, 0).reshape(shape[i], -1)
-
-
-def _one_turn(angles: Floats) -> Floats:
-    """Wrapped angles on the turn around their mean direction, so that an area across the seam is not the whole circle."""
-    middle = np.angle(np.nanmean(np.exp(1j * angles))) % TWO_PI
-    return middle + (angles - middle + np.pi) % TWO_PI - np.pi
+def _extremes(images: Floats, own: NDArray[np.bool_], shape: tuple[int, ...], i: int) -> tuple[Floats, Floats]:
+    """The least and the largest of a piece's own images (N,) at each point of coordinate i, over all others, or NaN."""
+    rows = np.moveaxis(np.where(own, images, np.nan).reshape(shape), i, 0).reshape(shape[i], -1)
+    return np.fmin.reduce(rows, axis=1), np.fmax.reduce(rows, axis=1)
 
 
 def _separable(piece: "Piece", i: int) -> bool:

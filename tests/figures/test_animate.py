@@ -1,5 +1,6 @@
 """Animations: as many pictures as asked, none like the one before, whole files only, and errors that say what to do."""
 
+import os
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -79,6 +80,25 @@ def test_what_is_not_there_is_said(result, tmp_path, monkeypatch):
     with pytest.raises(NsmapsError, match="the program ffmpeg, which is not on the path; install it .* or ask for gif"):
         animate(result, "cobweb", tmp_path, "mp4")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
+def test_an_mp4_is_one(result, tmp_path):
+    path = animate(result, "cobweb", tmp_path, "mp4", frames=3, dpi=30)
+    assert path.name == "cobweb.mp4"
+    assert path.read_bytes()[4:8] == b"ftyp"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a program here is a shell script")
+def test_an_ffmpeg_that_fails_is_told(result, tmp_path, monkeypatch):
+    program = tmp_path / "bin" / "ffmpeg"
+    program.parent.mkdir()
+    program.write_text("#!/bin/sh\ncat > /dev/null\nexit 3\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
+    with pytest.raises(NsmapsError, match="no mp4 was written: ffmpeg ended with exit code 3; ask for gif"):
+        animate(result, "cobweb", tmp_path / "films", "mp4", frames=2, dpi=30)
+    assert list((tmp_path / "films").iterdir()) == []
 
 
 def test_ctrl_c_leaves_no_half_file_and_keeps_the_one_before(result, tmp_path):
