@@ -74,7 +74,9 @@ def sketch_of(name: str) -> "Callable[[Axes], Axes]":
     found = list(entry_points(group=SKETCHES, name=name))
     if not found:
         known = ", ".join(sorted({entry.name for entry in entry_points(group=SKETCHES)}))
-        raise NsmapsError(f"there is no sketch of the system {name!r}; accepted: a system whose package offers one: {known or 'none'}")
+        raise NsmapsError(
+            f"there is no sketch of the system {name!r}; accepted: a system whose package offers one: {known or 'none'}"
+        )
     if len(found) > 1:
         owners = " and ".join(sorted(owner_of(entry) for entry in found))
         raise SystemDefinitionError(f"the sketch of {name!r} is given by {owners}; uninstall one of them")

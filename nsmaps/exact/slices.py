@@ -22,14 +22,14 @@ class Slice:
     along: str  #: the coordinate that runs
     at: dict[str, float]  #: the others
     returns: Returns
-    jump: NDArray[np.bool_]  #: shape (N - 1,), whether a graze, an outcome or a turn of an angle lies between a state and the next
+    jump: NDArray[np.bool_]  #: shape (N - 1,), whether the map jumps from a state to the next; `slice_along`
 
 
 def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:
     """The first returns along one coordinate of a system, the others held at given values.
 
-    A jump is a change of the itinerary, of walls met and turning points passed, between neighbours (`ImpactSystem.legs`): where
-    two have the same they lie on one smooth piece. So a birth of turning points counts as a jump too, which is none of the map.
+    A jump is a change of the outcome, of a whole turn of an angle, or of the itinerary, the walls met and turning points passed
+    (`ImpactSystem.legs`): two neighbours with the same lie on one smooth piece. So a birth of turning points counts too.
 
     Raises:
         NsmapsError: the coordinates are not the system's, each once.

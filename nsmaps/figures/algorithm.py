@@ -95,7 +95,9 @@ def _box(ax: Axes, x: float, y: float, step: Step, colour: str) -> None:
 def _arrow(ax: Axes, points: list[tuple[float, float]]) -> None:
     """A broken line through the points, with a head at the last."""
     ax.plot(*zip(*points[:-1], strict=True), color="0.25", lw=1.4, solid_joinstyle="miter")
-    ax.annotate("", points[-1], points[-2], arrowprops={"arrowstyle": "-|>", "color": "0.25", "lw": 1.4, "shrinkA": 0, "shrinkB": 0})
+    ax.annotate(
+        "", points[-1], points[-2], arrowprops={"arrowstyle": "-|>", "color": "0.25", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+    )
 
 
 def _between(ax: Axes) -> None:
@@ -113,7 +115,15 @@ def _loop(ax: Axes) -> None:
     y, right, left = -_ROW, _x(3) + 0.35 * _WIDE, 0.65 * _WIDE
     turn = y - 0.3 * (_ROW - _HIGH)
     _arrow(ax, [(right, y), (right, turn), (left, turn), (left, y)])
-    ax.text((left + right) / 2, turn + 0.03, "else the next iteration, $m \\to m + 1$", ha="center", va="bottom", fontsize=10, color="0.25")
+    ax.text(
+        (left + right) / 2,
+        turn + 0.03,
+        "else the next iteration, $m \\to m + 1$",
+        ha="center",
+        va="bottom",
+        fontsize=10,
+        color="0.25",
+    )
 
 
 def _counts(made: "PartitionResult") -> str:

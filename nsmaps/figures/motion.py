@@ -82,5 +82,11 @@ def marks_of(track: Track) -> list[Line2D]:
 def legend(ax: Axes, handles: list[Line2D]) -> None:
     """A line of names above the axes."""
     ax.legend(
-        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, columnspacing=1.1, handletextpad=0.4
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=4,
+        frameon=False,
+        columnspacing=1.1,
+        handletextpad=0.4,
     )

@@ -35,6 +35,7 @@ class DiagonalRegion:
     start: Floats  #: shape (M, n), the union over the parameter, each state once
     box: Floats  #: shape (n, 2), the hull of `start`; NaN if it is empty
     values: tuple[tuple[float, Floats], ...]  #: for each value of the parameter its own states, shape (m, n)
+    slope: float | None = None  #: largest slope that was allowed; None if any was
 
 
 def near_diagonal(returns: Returns, delta: float) -> Bools:
@@ -84,7 +85,7 @@ def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]])
     values = tuple((float(value), surface.start[attracting(diagonal, surface)]) for value, surface in sweeps)
     start = np.unique(np.concatenate([states for _, states in values]), axis=0)
     hull = np.stack([start.min(axis=0), start.max(axis=0)], axis=1) if len(start) else np.full((start.shape[1], 2), np.nan)
-    return DiagonalRegion(names.pop(), diagonal.delta, start, hull, values)
+    return DiagonalRegion(names.pop(), diagonal.delta, start, hull, values, diagonal.slope)
 
 
 def _wrapped(states: Floats, returns: Returns) -> Floats:
