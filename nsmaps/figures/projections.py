@@ -2,6 +2,7 @@
 
 import re
 from functools import partial
+from itertools import pairwise
 from typing import Any, cast
 from warnings import catch_warnings, simplefilter
 
@@ -35,12 +36,8 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
     named = surfaces_of(result, "projections")
     first = next(iter(named.values()))
     halves = _halves(first.coordinates[-1], list(first.grid.axes.values())[-1])
-    panels = {
-        family: tuple(
-            partial(projections, result, family=family, coordinate=c, part=h) for h in halves for c in first.coordinates
-        )
-        for family in named
-    }
+    views: list[dict[str, Any]] = [{"part": half, "coordinate": c} for half in halves for c in first.coordinates]
+    panels = {family: tuple(partial(projections, result, family=family, **view) for view in views) for family in named}
     if len(halves) == 1:
         return (Sheet("projections", sum(panels.values(), ()), 2, (6.0, 4.4)),)
     return tuple(Sheet("projections-" + re.sub(r"[^\w.+]+", "-", family), each, 2, (6.0, 4.4)) for family, each in panels.items())
@@ -52,7 +49,7 @@ def _halves(name: str, axis: Axis) -> list[Part]:
     if not isinstance(name, Angle) or axis.high - axis.low <= np.pi * (1 + 1e-6):
         return [(axis.low, axis.high)]
     ends = [axis.low, *cuts.tolist(), axis.high]
-    return list(zip(ends[:-1], ends[1:], strict=True))
+    return list(pairwise(ends))
 
 
 def projections(result: Drawable, ax: Axes, coordinate: str = "", family: str = "", part: Part | None = None) -> Axes:
@@ -68,9 +65,8 @@ def projections(result: Drawable, ax: Axes, coordinate: str = "", family: str = 
     axes = list(surface.grid.axes.values())
     low, high = part or (axes[-1].low, axes[-1].high)
     keep = (surface.start[:, -1] >= low - 1e-9) & (surface.start[:, -1] <= high + 1e-9)
-    x, y, shade = (
-        _strands(surface, keep, column, 1 - i) for column in (surface.start[:, i], surface.image[:, i], surface.start[:, -1])
-    )
+    columns = surface.start[:, i], surface.image[:, i], surface.start[:, -1]
+    x, y, shade = (_strands(surface, keep, column, 1 - i) for column in columns)
     scale = ScalarMappable(Normalize(low, high), _COLOURS)
     steps = np.concatenate([_segments(one, two) for one, two in zip(x, y, strict=True)])
     colour = np.concatenate([each[:-1] for each in shade])

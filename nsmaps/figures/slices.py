@@ -32,8 +32,8 @@ def slices(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     named = set()
     for rows in pieces:
         word = str(words[rows[0]])
-        alone = {"marker": "."} if len(rows) == 1 else {}  # a piece of one state is a point, for it has no line
-        ax.plot(x[rows], y[rows], color=colours.get(word, "0.5"), lw=2.2, **alone, label="_" if word in named else word)
+        mark = "." if len(rows) == 1 else ""  # a piece of one state is a point, for it has no line
+        ax.plot(x[rows], y[rows], color=colours.get(word, "0.5"), lw=2.2, marker=mark, label="_" if word in named else word)
         named.add(word)
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not isinstance(names[i], Angle) else 0.0)

@@ -48,7 +48,7 @@ def check_needs(study: Study) -> None:
             text = "the figure 'strips' shows a 'partition' of kind accurate, and this one is of closed forms"
             raise study.source.error(("figures", number), text)
         if figure in ("motion", "impacts") and study.orbits and not any(orbit.track for orbit in study.orbits):
-            text = f"the figure {figure!r} shows the motion between impacts; accepted: an entry of 'orbits' with 'track', their number"
+            text = f"the figure {figure!r} shows the motion between impacts; accepted: an entry of 'orbits' that says 'track'"
             raise study.source.error(("figures", number), text)
         if strips and figure in ("partition", "cobweb", "regions"):
             text = f"the figure {figure!r} shows pieces in closed form; accepted beside it: a 'partition' of kind closed_form"
