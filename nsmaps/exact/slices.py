@@ -15,9 +15,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 HALVINGS = 60  #: of the interval in which the itinerary changes: to rounding
-APART = (
-    1e-4  #: images on either side of a jump are farther apart; next to a graze without one they differ by the root of rounding
-)
+APART = 1e-2  #: images on either side of a jump differ by more; at a graze that is none by less, within rounding of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,9 +31,9 @@ class Slice:
 def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:
     """The first returns along one coordinate of a system, the others held at given values.
 
-    Beside those of the axis there are the two states on either side of each edge of the map's smooth pieces: where the itinerary,
-    the walls met and turning points passed, changes between neighbours (`ImpactSystem.legs`), found by bisection; one edge between
-    two values of the axis. A jump is an edge with different images on its sides. A graze need be none.
+    Beside those of the axis there are the two states on either side of each edge of the map's smooth pieces: where the itinerary
+    (`ImpactSystem.legs`) changes, found by bisection, one edge between two values of the axis. A jump is an edge with different
+    images on its sides; a graze need be none.
 
     Raises:
         NsmapsError: the coordinates are not the system's, each once.
@@ -63,6 +61,6 @@ def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str,
 
 
 def _keys(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:
-    """What is the same of states on one smooth piece of the map: itinerary, outcome and whole turns, shape (N, 2 + n)."""
+    """What is the same on one smooth piece of the map: itinerary, whether there is an image, turns; shape (N, 2 + n)."""
     returns = system.first_return(states)
-    return np.column_stack([system.legs(states).codes, returns.outcome, returns.turns])
+    return np.column_stack([system.legs(states).codes, returns.valid, returns.turns])

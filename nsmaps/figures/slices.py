@@ -28,7 +28,7 @@ def slices(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     words = returns.words
     colours = family_colours(sorted((word for word in np.unique(words).tolist() if word and LONGER not in word), key=len))
     x, y = returns.start[:, along], returns.image[:, i]
-    pieces = np.split(np.arange(len(x)), np.flatnonzero(made.jump) + 1)
+    pieces = np.split(np.arange(len(x)), np.flatnonzero(made.jump | (words[1:] != words[:-1])) + 1)
     named = set()
     for rows in pieces:
         word = str(words[rows[0]])

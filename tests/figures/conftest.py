@@ -100,10 +100,10 @@ def tracked() -> Track:
 
 
 def cut() -> Slice:
-    """Images of the toy along v at phi = 1, where its word changes once, at v = 0.3; a jump is said to be there and at 0.7."""
+    """Images of the toy along v at phi = 1, where its word changes once, at v = 0.3; a jump is said to be at 0.7."""
     x = np.linspace(0, 1, 11) + 1e-9
     jump = np.zeros(10, bool)
-    jump[[2, 6]] = True
+    jump[6] = True
     return Slice("v", {"phi": 1.0}, Toy().first_return(np.column_stack([x, np.ones(11)])), jump)
 
 
