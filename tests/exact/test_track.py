@@ -78,7 +78,7 @@ def test_a_slice_jumps_where_a_finer_one_does(pair):
         fine = system.first_return(np.column_stack([np.linspace(low - 1e-9, high + 1e-9, 20_001), np.full(20_001, 0.4)]))
         assert high - low < 1e-14
         assert (np.abs(np.diff(fine.image, axis=0)).max() > 0.1) == jumps
-    assert made.returns.image[k, 0] < 1e-6  # it just touches B there
+    assert made.returns.image[k, 0] < 1e-5  # it just touches B there
 
 
 def test_a_slice_is_cut_where_its_phase_is_wrapped(pair):

@@ -210,7 +210,8 @@ BAD = {
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, speed_error, orbits, cobweb, "
+        "unknown word 'cobwebs'; accepted: sketch, algorithm, motion, impacts, slices, words, regions, "
+        "surfaces, projections, partition, strips, speed_error, orbits, cobweb, "
         "bifurcation, lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, morse, transient, did you "
         "mean 'cobweb'?",
     ),
