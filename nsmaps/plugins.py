@@ -1,8 +1,8 @@
 """The systems that are installed: packages that registered themselves under the entry-point group `nsmaps.systems`.
 
 A name is found without importing anything; a class is imported when it is asked for. A package ships studies as YAML
-files in its folder `studies/`; the study `studies/fp.yaml` of the system `vi_pair` is called `vi_pair/fp`. It may offer a drawing of
-its system, under the same name in the group `nsmaps.sketches`.
+files in its folder `studies/`; the study `studies/fp.yaml` of the system `vi_pair` is called `vi_pair/fp`. It may
+offer a drawing of its system, under the same name in the group `nsmaps.sketches`.
 """
 
 import hashlib
@@ -73,8 +73,8 @@ def sketch_of(name: str) -> "Callable[[Axes], Axes]":
     """
     found = list(entry_points(group=SKETCHES, name=name))
     if not found:
-        known = ", ".join(sorted({entry.name for entry in entry_points(group=SKETCHES)}))
-        raise NsmapsError(f"there is no sketch of the system {name!r}; accepted: a system whose package offers one: {known or 'none'}")
+        known = ", ".join(sorted({entry.name for entry in entry_points(group=SKETCHES)})) or "none"
+        raise NsmapsError(f"no package offers a sketch of the system {name!r}; of these there is one: {known}")
     if len(found) > 1:
         owners = " and ".join(sorted(owner_of(entry) for entry in found))
         raise SystemDefinitionError(f"the sketch of {name!r} is given by {owners}; uninstall one of them")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from nsmaps import plugins
-from nsmaps.errors import SystemDefinitionError, UnknownSystemError
+from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError
 
 SYSTEM = """
 from nsmaps.exact.system import ImpactSystem, Wall
@@ -89,6 +89,22 @@ def test_two_packages_of_one_name_are_both_named(site: Path) -> None:
     assert "t_good" in plugins.system_names()
     assert plugins.load_system("t_fine").parameters == {"a": 1.0, "r": 0.5}
     assert "t_good/rest" not in plugins.study_names()
+
+
+def test_a_sketch_is_found_by_the_name_of_its_system(site: Path) -> None:
+    text = SYSTEM.format(name="Drawn") + "\ndef sketch(ax):\n    return ax, 'drawn'\n"
+    install(site, "one_drawn", {"t_drawn": "one_drawn:Drawn"}, text)
+    points = site / "one_drawn-1.0.dist-info" / "entry_points.txt"
+    points.write_text(points.read_text() + "[nsmaps.sketches]\nt_drawn = one_drawn:sketch\nt_gone = one_drawn:gone\n")
+    assert plugins.sketch_of("t_drawn")("axes") == ("axes", "drawn")  # type: ignore[arg-type, comparison-overlap]
+    with pytest.raises(NsmapsError, match=r"no package offers a sketch of the system 't_good'; of these there is one: .*t_drawn"):
+        plugins.sketch_of("t_good")
+    with pytest.raises(SystemDefinitionError, match=r"plugin 't_gone' of one_drawn 1\.0 failed to import: AttributeError"):
+        plugins.sketch_of("t_gone")
+    install(site, "one_too", {"t_too": "one_too:Good"}, SYSTEM.format(name="Good"))
+    (site / "one_too-1.0.dist-info" / "entry_points.txt").write_text("[nsmaps.sketches]\nt_drawn = one_too:Good\n")
+    with pytest.raises(SystemDefinitionError, match=r"'t_drawn' is given by one_drawn 1\.0 and one_too 1\.0"):
+        plugins.sketch_of("t_drawn")
 
 
 def test_an_unknown_name_lists_what_is_installed(site: Path) -> None:

@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Returns
+from nsmaps.exact.impacts import Floats, Returns
 from nsmaps.exact.surface import Axis
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
+
+HALVINGS = 60  #: of the interval in which the itinerary changes: to rounding
+APART = 1e-2  #: images on either side of a jump differ by more; at a graze that is none by less, within rounding of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,14 +25,15 @@ class Slice:
     along: str  #: the coordinate that runs
     at: dict[str, float]  #: the others
     returns: Returns
-    jump: NDArray[np.bool_]  #: shape (N - 1,), whether a graze, an outcome or a turn of an angle lies between a state and the next
+    jump: NDArray[np.bool_]  #: shape (N - 1,), whether the image jumps from a state to the next, or an angle of it is wrapped
 
 
 def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:
     """The first returns along one coordinate of a system, the others held at given values.
 
-    A jump is a change of the itinerary, of walls met and turning points passed, between neighbours (`ImpactSystem.legs`): where
-    two have the same they lie on one smooth piece. So a birth of turning points counts as a jump too, which is none of the map.
+    Beside those of the axis there are the two states on either side of each edge of the map's smooth pieces: where the itinerary
+    (`ImpactSystem.legs`) changes, found by bisection, one edge between two values of the axis. A jump is an edge with different
+    images on its sides; a graze need be none.
 
     Raises:
         NsmapsError: the coordinates are not the system's, each once.
@@ -37,7 +41,26 @@ def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str,
     if along in at or {along, *at} != set(system.coordinates):
         given = ", ".join([along, *at])
         raise NsmapsError(f"a slice of the coordinates {given}; accepted: {', '.join(system.coordinates)}, each once")
-    columns = [axis.values() if name == along else np.full(axis.points, at[name]) for name in system.coordinates]
-    returns = system.first_return(np.column_stack(columns))
-    own = np.column_stack([system.legs(returns.start).codes, returns.outcome, returns.turns])
-    return Slice(along, dict(at), returns, np.asarray((own[1:] != own[:-1]).any(axis=1)))
+
+    def states(x: Floats) -> Floats:
+        return np.column_stack([x if name == along else np.full(len(x), at[name]) for name in system.coordinates])
+
+    x = axis.values()
+    keys = _keys(system, states(x))
+    edges = np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1))
+    low, high = x[edges], x[edges + 1]
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        same = (_keys(system, states(middle)) == keys[edges]).all(axis=1)
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    x = np.unique(np.concatenate([x, low, high]))
+    returns = system.first_return(states(x))
+    below = np.isin(x[:-1], low) & np.isin(x[1:], high)
+    near = (np.abs(np.diff(returns.image, axis=0)) <= APART).all(axis=1)
+    return Slice(along, dict(at), returns, below & ~near)
+
+
+def _keys(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:
+    """What is the same on one smooth piece of the map: itinerary, whether there is an image, turns; shape (N, 2 + n)."""
+    returns = system.first_return(states)
+    return np.column_stack([system.legs(states).codes, returns.valid, returns.turns])

@@ -22,7 +22,7 @@ class Track:
     """
 
     impacts: Impacts
-    sides: NDArray[np.int8]  #: shape (W,), +1 of a wall that growing displacement meets, -1 of one that falling displacement meets
+    sides: NDArray[np.int8]  #: shape (W,), +1 of a wall that growing displacement meets, else -1
     at: Floats  #: shape (W,), displacement of each wall
     time: Floats  #: shape (M - 1, samples), since the start, in the system's time
     displacement: Floats  #: shape (M - 1, samples)
@@ -42,7 +42,7 @@ class Track:
 
 
 def track(system: "ImpactSystem", state: ArrayLike, n: int, samples: int = 60) -> Track:
-    """The exact motion from the impact `state`, shape (2,), through the first n impacts on all walls, the first that of the start.
+    """The exact motion from the impact `state`, shape (2,), through the first n impacts on all walls, which counts the start.
 
     Between impacts it is the system's own displacement and its rate, by the compiled flow.
 

@@ -1,8 +1,9 @@
 """The general algorithm as a flow chart: fig. flochart, with what of a study and of nsmaps does each step."""
 
+import re
 from collections import Counter
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
@@ -83,10 +84,10 @@ def _x(step: int) -> float:
 def _box(ax: Axes, x: float, y: float, step: Step, colour: str) -> None:
     """One step: its number and what is done, below a line the section of a study and the function."""
     number, text, section, function = step
-    look = {"boxstyle": "round,pad=0,rounding_size=0.1", "fc": tint(colour, 0.85), "ec": colour, "lw": 1.4}
+    look: dict[str, Any] = {"boxstyle": "round,pad=0,rounding_size=0.1", "fc": tint(colour, 0.85), "ec": colour, "lw": 1.4}
     ax.add_patch(FancyBboxPatch((x, y), _WIDE, _HIGH, **look))
     ax.text(x + 0.1, y + _HIGH - 0.09, number, ha="left", va="top", fontsize=12, fontweight="bold", color=colour)
-    ax.text(x + 0.44 + 0.25 * (step is _KEY), y + _HIGH - 0.12, text, ha="left", va="top", fontsize=10, linespacing=1.25)
+    ax.text(x + 0.44 + 0.25 * (step is _KEY), y + _HIGH - 0.12, text, ha="left", va="top", fontsize=9.5, linespacing=1.25)
     ax.plot([x + 0.1, x + _WIDE - 0.1], [y + 0.68] * 2, color=colour, lw=0.7)
     ax.text(x + 0.1, y + 0.47, section, ha="left", va="center", fontsize=9, family="monospace")
     ax.text(x + 0.1, y + 0.19, function, ha="left", va="center", fontsize=9, family="monospace", color="0.35")
@@ -95,7 +96,8 @@ def _box(ax: Axes, x: float, y: float, step: Step, colour: str) -> None:
 def _arrow(ax: Axes, points: list[tuple[float, float]]) -> None:
     """A broken line through the points, with a head at the last."""
     ax.plot(*zip(*points[:-1], strict=True), color="0.25", lw=1.4, solid_joinstyle="miter")
-    ax.annotate("", points[-1], points[-2], arrowprops={"arrowstyle": "-|>", "color": "0.25", "lw": 1.4, "shrinkA": 0, "shrinkB": 0})
+    look = {"arrowstyle": "-|>", "color": "0.25", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", points[-1], points[-2], arrowprops=look)
 
 
 def _between(ax: Axes) -> None:
@@ -113,12 +115,13 @@ def _loop(ax: Axes) -> None:
     y, right, left = -_ROW, _x(3) + 0.35 * _WIDE, 0.65 * _WIDE
     turn = y - 0.3 * (_ROW - _HIGH)
     _arrow(ax, [(right, y), (right, turn), (left, turn), (left, y)])
-    ax.text((left + right) / 2, turn + 0.03, "else the next iteration, $m \\to m + 1$", ha="center", va="bottom", fontsize=10, color="0.25")
+    text = "else the next iteration, $m \\to m + 1$"
+    ax.text((left + right) / 2, turn + 0.03, text, ha="center", va="bottom", fontsize=10, color="0.25")
 
 
 def _counts(made: "PartitionResult") -> str:
     """What the log of the partition counts."""
-    became = Counter(row.became.split()[0] for row in made.log)
+    became = Counter(re.findall(r"given up|\w+", row.became)[0] for row in made.log)
     told = ", ".join(f"{count} {word}" for word, count in became.items())
-    pieces = len(made.composite.pieces)
-    return f"Its log of this run: {len(made.log)} regions $\\mathcal{{R}}_{{n.m}}$ ({told}),\n{pieces} pieces, {len(made.attracting)} of them attracting"
+    regions = f"{len(made.log)} regions $\\mathcal{{R}}_{{n.m}}$ ({told})"
+    return f"Its log of this run: {regions},\n{len(made.composite.pieces)} pieces, {len(made.attracting)} of them attracting"

@@ -7,7 +7,7 @@ CAPTIONS: dict[str, tuple[str, str]] = {
     ),
     "algorithm": (
         "Flow chart of the general algorithm in three rows: initialize, iterate, finalize",
-        "The general algorithm, steps 0 to vii: what is done, and below the line which section of a study and which function does it.",
+        "The general algorithm, steps 0 to vii: what is done, and which section of a study and which function does it.",
     ),
     "motion": (
         "Displacement of ball and walls over time, and the phase plane of relative displacement and velocity",

@@ -1,11 +1,13 @@
 """The exact motion at and between impacts: fig. model:abc, panels (b) and (c)."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from nsmaps.exact.impacts import Floats
 from nsmaps.exact.track import Track
 from nsmaps.figures.needs import Drawable, tracks_of
 from nsmaps.figures.sheet import Sheet
@@ -44,13 +46,13 @@ def motion(result: Drawable, ax: Axes, number: int = 0) -> Axes:
 
 
 def phase_plane(result: Drawable, ax: Axes, number: int = 0) -> Axes:
-    """Relative velocity over relative displacement, dotted where an impact turns it, with arrows of time; grey the walls."""
+    """Relative velocity over relative displacement with arrows of time; upright where an impact turns it, grey the walls."""
     track = tracks_of(result, "motion")[number]
     for at in track.at:
         ax.axvline(at, color="0.87", lw=6.0, zorder=0)
     for k, (place, rate) in enumerate(zip(track.displacement, track.velocity, strict=True)):
         ax.plot(place, rate, color=RED, lw=1.1)
-        ax.plot([place[0]] * 2, [track.rates[k], rate[0]], color="0.25", lw=1.1, ls=":")
+        ax.plot([place[0]] * 2, [track.rates[k], rate[0]], color="0.25", lw=0.9)
         middle = len(place) // 2
         if k < _ARROWS and np.ptp(place) > 0:
             tip, tail = ((place[j], rate[j]) for j in (middle + 1, middle))
@@ -64,7 +66,7 @@ def phase_plane(result: Drawable, ax: Axes, number: int = 0) -> Axes:
     return ax
 
 
-def mark_impacts(ax: Axes, track: Track, x: "np.ndarray", y: "np.ndarray") -> None:
+def mark_impacts(ax: Axes, track: Track, x: Floats, y: Floats) -> None:
     """The impacts at given points, each in the mark of its wall."""
     for wall, (colour, shape, size) in zip(range(len(track.at)), MARKS, strict=False):
         own = track.impacts.wall == wall
@@ -81,6 +83,5 @@ def marks_of(track: Track) -> list[Line2D]:
 
 def legend(ax: Axes, handles: list[Line2D]) -> None:
     """A line of names above the axes."""
-    ax.legend(
-        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, columnspacing=1.1, handletextpad=0.4
-    )
+    look: dict[str, Any] = {"ncols": 4, "frameon": False, "columnspacing": 1.1, "handletextpad": 0.4}
+    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)

@@ -1,7 +1,10 @@
 """The return surfaces seen in the phase planes of each coordinate: fig. 2Dpi-2pi and 2D0-2pi."""
 
+import re
 from functools import partial
+from itertools import pairwise
 from typing import Any, cast
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from matplotlib import colormaps
@@ -14,72 +17,111 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
-from nsmaps.exact.surface import Surface
-from nsmaps.figures.lines import cut, diagonal
+from nsmaps.exact.surface import Axis, Surface
+from nsmaps.figures.lines import diagonal
 from nsmaps.figures.needs import Drawable, position, surfaces_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import RED, angle_ticks, dress, label
-from nsmaps.reduced.diagonal import DiagonalRegion, near_diagonal
+from nsmaps.figures.style import BROWN, RED, angle_ticks, dress, label
+from nsmaps.reduced.diagonal import DiagonalRegion, near_diagonal, own_slopes
 
+Part = tuple[float, float]  #: of the last coordinate, from and to
+GENTLE = 1.0  #: the largest slope of red stars where the study sets none
 _STRANDS = 24  #: lines in a picture, at most
 _COLOURS = ListedColormap(colormaps["viridis"](np.linspace(0, 0.93, 200)))  #: without the yellow that white swallows
 _TIGHT: dict[str, Any] = {"handlelength": 1.4, "columnspacing": 0.9, "handletextpad": 0.4}
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
-    """One sheet: a row a family, a column a coordinate."""
+    """One sheet: a row a family, a column a coordinate. Of more than half a circle of phases a sheet a family, a row a half."""
     named = surfaces_of(result, "projections")
-    coordinates = next(iter(named.values())).coordinates
-    panels = tuple(partial(projections, result, family=f, coordinate=c) for f in named for c in coordinates)
-    return (Sheet("projections", panels, len(coordinates), (6.0, 4.4)),)
+    first = next(iter(named.values()))
+    halves = _halves(first.coordinates[-1], list(first.grid.axes.values())[-1])
+    views: list[dict[str, Any]] = [{"part": half, "coordinate": c} for half in halves for c in first.coordinates]
+    panels = {family: tuple(partial(projections, result, family=family, **view) for view in views) for family in named}
+    if len(halves) == 1:
+        return (Sheet("projections", sum(panels.values(), ()), 2, (6.0, 4.4)),)
+    return tuple(Sheet("projections-" + re.sub(r"[^\w.+]+", "-", family), each, 2, (6.0, 4.4)) for family, each in panels.items())
 
 
-def projections(result: Drawable, ax: Axes, coordinate: str = "", family: str = "") -> Axes:
-    """The next value of a coordinate against its present one, a strand for each value of the other coordinate.
+def _halves(name: str, axis: Axis) -> list[Part]:
+    """The parts of an axis between multiples of pi, if it is one of an angle that spans more than pi; else all of it."""
+    cuts = np.pi * np.arange(np.ceil(axis.low / np.pi + 1e-6), np.ceil(axis.high / np.pi - 1e-6))
+    if not isinstance(name, Angle) or axis.high - axis.low <= np.pi * (1 + 1e-6):
+        return [(axis.low, axis.high)]
+    ends = [axis.low, *cuts.tolist(), axis.high]
+    return list(pairwise(ends))
 
-    Stars are the states near the diagonals of all coordinates (eq. r1uniond), where the result has looked for them.
+
+def projections(result: Drawable, ax: Axes, coordinate: str = "", family: str = "", part: Part | None = None) -> Axes:
+    """The next value of a coordinate against its present one, a strand for each value of the other, coloured by the phase.
+
+    That is the last coordinate, of which a `part` may be chosen. Stars are the states on the strands near the diagonals of all
+    coordinates (eq. r1uniond), where the result has looked for them: filled red on gentle slopes, hollow brown on steep ones.
     """
     named = surfaces_of(result, "projections")
     surface = named[family or next(iter(named))]
     i = position(surface.coordinates, coordinate or surface.coordinates[0])
-    name, other = surface.coordinates[i], surface.coordinates[1 - i]
-    x, y = (_strands(surface, column[:, i], 1 - i) for column in (surface.start, surface.image))
-    height = np.pi if isinstance(name, Angle) else 0.2 * float(np.ptp(surface.image[:, i]))
-    axis, across = (list(surface.grid.axes.values())[k] for k in (i, 1 - i))
-    values = across.values()[_chosen(across.points)]
-    scale = ScalarMappable(Normalize(values[0], values[-1]), _COLOURS)
-    strands = [np.column_stack([one, cut(two, height)]) for one, two in zip(x, y, strict=True)]
-    ax.add_collection(LineCollection(strands, array=values, cmap=scale.cmap, norm=scale.norm, lw=1.3, zorder=3))
-    top = TWO_PI if isinstance(name, Angle) else 1.05 * float(surface.image[:, i].max(initial=axis.high))
-    ax.set(xlim=(axis.low, axis.high), ylim=(min(0.0, axis.low), top))
-    diagonal(ax, axis.low, axis.high).set_label("_")
+    name = surface.coordinates[i]
+    axes = list(surface.grid.axes.values())
+    low, high = part or (axes[-1].low, axes[-1].high)
+    keep = (surface.start[:, -1] >= low - 1e-9) & (surface.start[:, -1] <= high + 1e-9)
+    columns = surface.start[:, i], surface.image[:, i], surface.start[:, -1]
+    x, y, shade = (_strands(surface, keep, column, 1 - i) for column in columns)
+    scale = ScalarMappable(Normalize(low, high), _COLOURS)
+    steps = np.concatenate([_segments(one, two) for one, two in zip(x, y, strict=True)])
+    colour = np.concatenate([each[:-1] for each in shade])
+    shown = ~np.concatenate([_jumps(each, 0.02 * float(np.ptp(surface.image[:, i]))) for each in y])
+    look: dict[str, Any] = {"cmap": scale.cmap, "norm": scale.norm, "lw": 1.3, "capstyle": "round", "zorder": 3}
+    ax.add_collection(LineCollection(list(steps[shown]), array=colour[shown], rasterized=True, **look))
+    ends = (low, high) if i == len(axes) - 1 else (axes[i].low, axes[i].high)
+    top = TWO_PI if isinstance(name, Angle) else 1.05 * float(surface.image[:, i].max(initial=ends[1]))
+    ax.set(xlim=ends, ylim=(min(0.0, ends[0]), top))
+    diagonal(ax, *ends).set_label("_")
     if result.diagonal is not None:
-        _stars(result.diagonal, surface, ax, i)
+        _stars(result.diagonal, surface, keep, ax, i)
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(scale, cax=ax.inset_axes((1.03, 0, 0.035, 1)))
-    bar.set_label(label(other, "k"))
-    if isinstance(other, Angle):
-        angle_ticks(bar.ax.yaxis, across.high - across.low)
+    bar.set_label(label(surface.coordinates[-1], "k"))
+    if isinstance(surface.coordinates[-1], Angle):
+        angle_ticks(bar.ax.yaxis, high - low)
     handles = [Line2D([], [], color=_COLOURS(0.5), label=surface.name), *ax.get_legend_handles_labels()[0]]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=3, frameon=False, **_TIGHT)
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def _chosen(points: int) -> NDArray[np.intp]:
-    """Which values of the other coordinate have a strand."""
-    return np.unique(np.linspace(0, points - 1, _STRANDS).round().astype(np.intp))
+def _segments(x: Floats, y: Floats) -> Floats:
+    """The steps of a line (m,) as segments, shape (m - 1, 2, 2)."""
+    points = np.column_stack([x, y])
+    return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def _strands(surface: Surface, values: Floats, other: int) -> Floats:
-    """Values of the members as rows, one for each chosen value of the other coordinate, NaN between."""
-    return np.moveaxis(surface.on_grid(values), other, 0)[_chosen(surface.grid.shape[other])]
+def _jumps(values: Floats, least: float) -> NDArray[np.bool_]:
+    """Which steps of a line (m,) are jumps of more than `least`, or lead to where there is nothing, shape (m - 1,).
+
+    A jump is five times the median of the three steps on either side. At the end of a square root, as next to a graze, the last
+    step is at most 3.2 times that of those before it.
+    """
+    size = np.abs(np.diff(values))
+    beside = np.lib.stride_tricks.sliding_window_view(np.pad(size, 3, constant_values=np.nan), 7)
+    with np.errstate(invalid="ignore"), catch_warnings():
+        simplefilter("ignore", RuntimeWarning)  # of a step with nothing beside it, which is no jump
+        usual = np.nanmedian(np.delete(beside, 3, axis=1), axis=1)
+    return np.asarray(np.isnan(size) | ((size > least) & (size > 5 * usual)))
 
 
-def _stars(diagonal: DiagonalRegion, surface: Surface, ax: Axes, i: int) -> None:
-    """Stars on the strands near both diagonals: filled within the region that was found, hollow elsewhere."""
-    near = near_diagonal(surface.returns, diagonal.delta)
-    low, high = np.asarray(diagonal.box).T
-    within = ((surface.start >= low) & (surface.start <= high)).all(axis=1)
-    for chosen, fill, text in ((near & within, RED, "near diagonals"), (near & ~within, "none", "near, outside the region")):
-        x, y = (_strands(surface, np.where(chosen, c[:, i], np.nan), 1 - i) for c in (surface.start, surface.image))
+def _strands(surface: Surface, keep: NDArray[np.bool_], values: Floats, other: int) -> Floats:
+    """Values of the members that are kept as rows, for at most so many values of the other coordinate, NaN between."""
+    rows = np.moveaxis(surface.on_grid(np.where(keep, values, np.nan)), other, 0)
+    across = list(surface.grid.axes.values())[other].values()
+    there = np.flatnonzero(np.isin(across, surface.start[keep, other]))
+    return rows[there[np.unique(np.linspace(0, len(there) - 1, _STRANDS).round().astype(np.intp))]]
+
+
+def _stars(diagonal: DiagonalRegion, surface: Surface, keep: NDArray[np.bool_], ax: Axes, i: int) -> None:
+    """Stars on the strands near both diagonals: filled on gentle slopes, hollow on steep ones and next to an edge."""
+    near = keep & near_diagonal(surface.returns, diagonal.delta)
+    gentle = (np.abs(own_slopes(surface)) <= (diagonal.slope or GENTLE)).all(axis=1)
+    for chosen, colour, fill, text in ((near & gentle, "white", RED, "gentle"), (near & ~gentle, BROWN, "white", "steep")):
+        x, y = (_strands(surface, keep, np.where(chosen, c[:, i], np.nan), 1 - i) for c in (surface.start, surface.image))
         if np.isfinite(x).any():
-            ax.plot(x[np.isfinite(x)], y[np.isfinite(x)], "*", mfc=fill, mec=RED, mew=0.5, ms=6, label=text, zorder=4)
+            look: dict[str, Any] = {"mfc": fill, "mec": colour, "mew": 0.7, "ms": 8.5, "markevery": 0.02, "zorder": 4}
+            ax.plot(x[np.isfinite(x)], y[np.isfinite(x)], "*", label=f"near both, {text}", **look)

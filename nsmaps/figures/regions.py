@@ -6,10 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from nsmaps.exact.surface import Axis, Grid
 from nsmaps.figures.needs import Drawable, composite_of, surfaces_of
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import dress, piece_colours, piece_label, tint
 from nsmaps.figures.words import paint_pieces
+
+POINTS = 801  #: an axis, so that edges that are no grid lines are drawn straight
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -22,13 +25,14 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
 def regions(result: Drawable, ax: Axes) -> Axes:
     """Each state in the colour of the first piece that holds it (eq. compositemapM), lines between pieces.
 
-    The legend has their words, and of the grid the share of each, of resets and of what is in no piece.
+    The window is that of the grid. The legend has their words and shares of the window, and that of what is in no piece.
     """
     composite = composite_of(result, "regions")
-    grid = next(iter(surfaces_of(result, "regions").values())).grid
+    window = next(iter(surfaces_of(result, "regions").values())).grid.axes
+    grid = Grid(axes={name: Axis(low=axis.low, high=axis.high, points=POINTS) for name, axis in window.items()})
     paint_pieces(ax, composite, grid)
     number = composite.piece_of(grid.states())
-    axes = [axis.values() for axis in grid.axes.values()]
+    places = [axis.values() for axis in grid.axes.values()]
     resets = [not piece.word for piece in composite.pieces]
     colours = piece_colours([piece.name for piece in composite.pieces], resets)
     handles = []
@@ -37,7 +41,7 @@ def regions(result: Drawable, ax: Axes) -> Axes:
         if not own.any():
             continue
         if not own.all():
-            ax.contour(*axes, own.reshape(grid.shape).T, levels=[0.5], colors="0.25", linewidths=0.9)
+            ax.contour(*places, own.reshape(grid.shape).T, levels=[0.5], colors="0.25", linewidths=0.9)
         text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"
         handles.append(Patch(fc=tint(colour, 0.65), ec="0.25", lw=0.9, label=text))
     if np.any(number < 0):

@@ -28,12 +28,12 @@ def slices(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     words = returns.words
     colours = family_colours(sorted((word for word in np.unique(words).tolist() if word and LONGER not in word), key=len))
     x, y = returns.start[:, along], returns.image[:, i]
-    pieces = np.split(np.arange(len(x)), np.flatnonzero(made.jump) + 1)
+    pieces = np.split(np.arange(len(x)), np.flatnonzero(made.jump | (words[1:] != words[:-1])) + 1)
     named = set()
     for rows in pieces:
         word = str(words[rows[0]])
-        alone = {"marker": "."} if len(rows) == 1 else {}  # a piece of one state is a point, for it has no line
-        ax.plot(x[rows], y[rows], color=colours.get(word, "0.5"), lw=2.2, **alone, label="_" if word in named else word)
+        mark = "." if len(rows) == 1 else ""  # a piece of one state is a point, for it has no line
+        ax.plot(x[rows], y[rows], color=colours.get(word, "0.5"), lw=2.2, marker=mark, label="_" if word in named else word)
         named.add(word)
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not isinstance(names[i], Angle) else 0.0)

@@ -45,7 +45,9 @@ def words(result: Drawable, ax: Axes) -> Axes:
         outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=2.2, label="near diagonals")
         ax.add_patch(outline)
         handles.append(outline)
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), frameon=False)
+    if (number < 0).any():
+        handles.append(Patch(fc="white", ec="0.7", lw=0.8, label="other"))
+    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(len(handles), 3), frameon=False)
     return dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))
 
 

@@ -36,6 +36,7 @@ class DiagonalRegion:
     box: Floats  #: shape (n, 2), the hull of `start`; NaN if it is empty
     values: tuple[tuple[float, Floats], ...]  #: for each value of the parameter its own states, shape (m, n)
     images: tuple[Floats, ...] = ()  #: theirs, each of shape (m, n), angles in [0, 2 pi); older runs kept none
+    slope: float | None = None  #: largest slope that was allowed; None if any was
 
 
 def near_diagonal(returns: Returns, delta: float) -> Bools:
@@ -86,7 +87,8 @@ def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]])
     values = tuple((value, surface.start) for value, surface in near)
     start = np.unique(np.concatenate([states for _, states in values]), axis=0)
     hull = np.stack([start.min(axis=0), start.max(axis=0)], axis=1) if len(start) else np.full((start.shape[1], 2), np.nan)
-    return DiagonalRegion(names.pop(), diagonal.delta, start, hull, values, tuple(surface.image for _, surface in near))
+    images = tuple(surface.image for _, surface in near)
+    return DiagonalRegion(names.pop(), diagonal.delta, start, hull, values, images, diagonal.slope)
 
 
 def _wrapped(states: Floats, returns: Returns) -> Floats:

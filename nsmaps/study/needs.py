@@ -63,9 +63,7 @@ def _shows_nothing(study: Study, figure: str) -> str:
     if figure == "strips" and study.partition and not strips:
         return "the figure 'strips' shows a 'partition' of kind accurate, and this one is of closed forms"
     if figure in ("motion", "impacts") and study.orbits and not any(orbit.track for orbit in study.orbits):
-        return (
-            f"the figure {figure!r} shows the motion between impacts; accepted: an entry of 'orbits' with 'track', their number"
-        )
+        return f"the figure {figure!r} shows the motion between impacts; accepted: an entry of 'orbits' that says 'track'"
     if strips and figure in ("partition", "cobweb", "regions"):
         return f"the figure {figure!r} shows pieces in closed form; accepted beside it: a 'partition' of kind closed_form"
     if figure in ("orders", "fit_error") and study.diagonal and not study.diagonal.orders:

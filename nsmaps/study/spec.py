@@ -233,11 +233,11 @@ class Study(BaseModel):
     parameters: dict[str, Parameter] = {}
     grid: dict[str, Span] | None = None
     families: dict[str, tuple[str, ...]] = {}
+    slices: tuple[SliceSection, ...] = ()
     diagonal: DiagonalSection | None = None
     composite: tuple[PieceSection, ...] = ()
     partition: Partition | None = None  #: instead of `composite`: the pieces are found by the general algorithm
     parametric: ParametricSection | None = None
-    slices: tuple[SliceSection, ...] = ()
     orbits: tuple[OrbitSection, ...] = ()
     bifurcation: BifurcationSection | None = None
     lyapunov: LyapunovSection | None = None

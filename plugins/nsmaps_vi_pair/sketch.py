@@ -23,7 +23,9 @@ def sketch(ax: "Axes") -> "Axes":
     frame = ((1.32, 4.2, 7.76, 0.28), (1.32, 0.92, 7.76, 0.28), (1.32, 0.92, 0.28, 3.56), (8.8, 0.92, 0.28, 3.56))
     for edge, grow in (("0.3", 0.02), (STEEL, 0.0)):  # the outline of the whole first, so that no seam shows
         for x, y, wide, high in frame:
-            ax.add_patch(Rectangle((x - grow, y - grow), wide + 2 * grow, high + 2 * grow, color=edge, lw=1.2 * (grow > 0), **look))
+            ax.add_patch(
+                Rectangle((x - grow, y - grow), wide + 2 * grow, high + 2 * grow, color=edge, lw=1.2 * (grow > 0), **look)
+            )
     for place, colour in ((2.0, GREEN), (8.4, BLUE)):
         ax.plot([place] * 2, [1.2, 4.2], color=colour, lw=4.5, solid_capstyle="butt", **look)
     ax.add_patch(Circle((4.6, 2.7), 0.62, fc=RED, ec="0.2", lw=1.2, **look))

@@ -21,8 +21,10 @@ from nsmaps.dynamics.lyapunov import Lyapunov, LyapunovSweep
 from nsmaps.dynamics.noise import Noise
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.residence import Residence
-from nsmaps.exact.impacts import Angle, Returns, encode, wrap
+from nsmaps.exact.impacts import Angle, Impacts, Returns, encode, wrap
+from nsmaps.exact.slices import Slice
 from nsmaps.exact.surface import Axis, Grid, Surface
+from nsmaps.exact.track import Track
 from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.diagonal import Diagonal, diagonal_region
 from nsmaps.reduced.polymap import PolyMap
@@ -80,6 +82,31 @@ def strips() -> SimpleNamespace:
     )
 
 
+def tracked() -> Track:
+    """Three impacts, B T B, two flights of five instants, and walls that move."""
+    impacts = Impacts(
+        WALLS,
+        np.array([0, 1, 0], np.int8),
+        np.array([0.0, 1.0, 3.0]),
+        np.array([0.5, 3.0, 6.0]),
+        np.array([0.4, 0.6, 0.8]),
+        np.array(["", "", ""]),
+    )
+    time = np.array([np.linspace(0, 1, 5), np.linspace(1, 3, 5)])
+    place = np.array([np.linspace(0.2, -0.2, 5), np.linspace(-0.2, 0.2, 5)])
+    walls = np.array([np.sin(time) - 0.2, np.sin(time) + 0.2])
+    rate = np.array([np.full(5, -0.4), np.full(5, 0.2)])
+    return Track(impacts, np.array([1, -1], np.int8), np.array([0.2, -0.2]), time, place, rate, np.sin(time) - place, walls)
+
+
+def cut() -> Slice:
+    """Images of the toy along v at phi = 1, where its word changes once, at v = 0.3; a jump is said to be at 0.7."""
+    x = np.linspace(0, 1, 11) + 1e-9
+    jump = np.zeros(10, bool)
+    jump[6] = True
+    return Slice("v", {"phi": 1.0}, Toy().first_return(np.column_stack([x, np.ones(11)])), jump)
+
+
 def covers() -> dict[str, Any]:
     """Two components with a cell between them, one minimal; a region of which one cell stays, and one around it that is left."""
     cells = Cells(COORDINATES, np.array([[0.0, 1.0], [0.0, np.pi]]), (4, 4))
@@ -135,13 +162,14 @@ def result() -> SimpleNamespace:
     )
     composite = CompositeMap(COORDINATES, WALLS, pieces)
     starts = ([0.35, 1.5], [0.9, 2.5])
-    orbits = [SimpleNamespace(exact=orbit(Toy(), x, 40), composite=orbit(composite, x, 40)) for x in starts]
+    orbits = [SimpleNamespace(exact=orbit(Toy(), x, 40), composite=orbit(composite, x, 40), track=tracked()) for x in starts]
     domains = {
         "fitted": attracting_domain(COUPLED, [[0.6, 0.95], [0.1, 0.8]], 5, samples=31, of="fitted map R1"),
         "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, samples=31, of="exact map"),
     }
     return SimpleNamespace(
         study=SimpleNamespace(
+            system="vi_pair",
             bifurcation=SimpleNamespace(parameter="d"),
             lyapunov=SimpleNamespace(parameter="d"),
             noise=SimpleNamespace(impacts=SimpleNamespace(parameter="d")),
@@ -149,10 +177,14 @@ def result() -> SimpleNamespace:
             partition=SimpleNamespace(tolerance=1e-3),
         ),
         surfaces=surfaces,
+        slices=(cut(),),
         diagonal=diagonal_region(Diagonal(delta=1.2), [(0.0, surfaces["BTB"])]),
         composite=composite,
         partition=SimpleNamespace(
-            composite=composite, attracting=("R1",), table=lambda: [SimpleNamespace(name="R1.1"), SimpleNamespace(name="R2.3")]
+            composite=composite,
+            attracting=("R1",),
+            table=lambda: [SimpleNamespace(name="R1.1"), SimpleNamespace(name="R2.3")],
+            log=[SimpleNamespace(became=text) for text in ("split along v", "accepted", "accepted: right", "given up: small")],
         ),
         accurate=SimpleNamespace(strips=strips(), uniform=SimpleNamespace(largest=2e-4), beside=SimpleNamespace(largest=5e-4)),
         speed=Speed(exact=100.0, composite=20.0),

@@ -8,6 +8,7 @@ import pytest
 from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
+from sheets import surface_of
 
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.orbits import around, orbits
@@ -15,9 +16,11 @@ from nsmaps.figures.orbits import sheets as orbit_sheets
 from nsmaps.figures.partition import partition
 from nsmaps.figures.projections import projections
 from nsmaps.figures.projections import sheets as projection_sheets
-from nsmaps.figures.style import GREEN, ORANGE
+from nsmaps.figures.regions import regions
+from nsmaps.figures.style import BROWN, GREEN, ORANGE, RED
 from nsmaps.figures.surfaces import surfaces
 from nsmaps.figures.words import pieces, sheets, words
+from nsmaps.reduced.diagonal import Diagonal, diagonal_region
 
 
 def labels(ax):
@@ -102,15 +105,23 @@ def test_projections_draw_strands_of_the_surface(result, ax, coordinate, index):
     (strands,) = [artist for artist in ax.collections if isinstance(artist, LineCollection)]
     surface = result.surfaces["BTB"]
     known = {tuple(row) for row in np.column_stack([surface.start[:, index], surface.image[:, index]]).round(9)}
-    drawn = np.concatenate(strands.get_segments())
-    drawn = drawn[np.isfinite(drawn).all(axis=1)]
-    assert 10 <= len(strands.get_segments()) <= 24
-    assert {tuple(row) for row in drawn.round(9)} <= known
+    segments = np.array(strands.get_segments())
+    assert {tuple(row) for row in segments.reshape(-1, 2).round(9)} <= known
+    phase = dict(zip(known_rows(surface, index), surface.start[:, 1].tolist(), strict=True))
+    assert np.allclose([phase[tuple(row)] for row in segments[:, 0].round(9)], strands.get_array())
+    held = {tuple(row): other for row, other in zip(known_rows(surface, index), surface.start[:, 1 - index], strict=True)}
+    strand_of = [held[tuple(row)] for row in segments[:, 0].round(9)]
+    assert strand_of == [held[tuple(row)] for row in segments[:, 1].round(9)]
+    assert 10 <= len(set(strand_of)) <= 24
     name = surface.coordinates[index]
     assert labels(ax) == tuple(
         text.format(r"\phi" if name == "phi" else "v") + unit
         for text, unit in (("${}_{{k}}$", _unit(name)), ("${}_{{k+1}}$", _unit(name)))
     )
+
+
+def known_rows(surface, index):
+    return map(tuple, np.column_stack([surface.start[:, index], surface.image[:, index]]).round(9))
 
 
 def _unit(name):
@@ -174,3 +185,61 @@ def test_an_orbit_that_runs_away_spoils_no_picture(result, ax):
     pair = SimpleNamespace(exact=SimpleNamespace(coordinates=result.composite.coordinates, states=wild), composite=None)
     orbits(SimpleNamespace(**{**vars(result), "orbits": [pair]}), ax)
     assert ax.get_xlim() == (0.1, 1.0)
+
+
+def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(ax):
+    """phi -> 0.2 + 0.8 phi up to 1, three times as steep beyond it; v -> 0.1 + 0.8 v is gentle everywhere."""
+    bent = lambda v, phi: (0.1 + 0.8 * v, np.where(phi < 1, 0.2 + 0.8 * phi, 3 * phi - 2))  # noqa: E731
+    made = surface_of(bent, (0.3, 0.7, 21), (0.6, 1.4, 41))
+    region = diagonal_region(Diagonal(delta=1.3, slope=1), [(0.0, made)])
+    projections(SimpleNamespace(surfaces={"F": made}, diagonal=region), ax, "phi")
+    stars = {line.get_label(): line for line in ax.lines if line.get_marker() == "*"}
+    gentle, steep = stars["near both, gentle"], stars["near both, steep"]
+    assert gentle.get_xdata().max() < 1 < steep.get_xdata().max()
+    assert to_rgba(gentle.get_markerfacecolor()) == to_rgba(RED)
+    assert (to_rgba(steep.get_markerfacecolor()), to_rgba(steep.get_markeredgecolor())) == (to_rgba("white"), to_rgba(BROWN))
+
+
+def test_a_whole_circle_of_phases_is_drawn_in_halves(ax):
+    made = surface_of(lambda v, phi: (0.5 * v, 0.5 * phi), (0.1, 1.0, 11), (0.0, 2 * np.pi, 41))
+    result = SimpleNamespace(surfaces={"BB": made, "B/T": made}, diagonal=None)
+    first, second = projection_sheets(result)
+    assert (first.name, second.name, len(first.panels)) == ("projections-BB", "projections-B-T", 4)
+    drawn = first.panels[3](ax)
+    (strands,) = [artist for artist in drawn.collections if isinstance(artist, LineCollection)]
+    x = np.array(strands.get_segments())[..., 0]
+    assert (x.min(), x.max()) == pytest.approx((np.pi, 2 * np.pi))
+    assert drawn.get_xlim() == pytest.approx((np.pi, 2 * np.pi))
+
+
+def test_no_strand_is_drawn_through_a_jump(ax):
+    made = surface_of(lambda v, phi: (np.where(v < 0.5, 0.2 * v, 0.6 + 0.2 * v), phi), (0.0, 1.0, 100), (0.1, 1.0, 5))
+    projections(SimpleNamespace(surfaces={"F": made}, diagonal=None), ax, "v")
+    (strands,) = [artist for artist in ax.collections if isinstance(artist, LineCollection)]
+    segments = np.array(strands.get_segments())
+    assert len(segments) == 5 * 98  # all steps of five strands but one each
+    assert not ((segments[:, 0, 0] < 0.5) & (segments[:, 1, 0] >= 0.5)).any()
+
+
+def test_a_square_root_is_drawn_to_its_end(ax):
+    made = surface_of(lambda v, phi: (np.sqrt(np.maximum(1 - v, 0)), phi), (0.0, 1.0, 400), (0.1, 1.0, 5))
+    projections(SimpleNamespace(surfaces={"F": made}, diagonal=None), ax, "v")
+    (strands,) = [artist for artist in ax.collections if isinstance(artist, LineCollection)]
+    assert len(strands.get_segments()) == 5 * 399
+
+
+def test_regions_are_named_with_their_words_and_shares(result, ax):
+    regions(result, ax)
+    names = {text.get_text(): text.get_position() for text in ax.texts}
+    assert result.composite.piece_of([names[r"$\mathcal{R}_{1}$"]]) == 1
+    assert result.composite.piece_of([names[r"$\mathcal{R}_{2}$"]]) == 2
+    box = (0.95 - 0.6) / 0.9 * 0.7 / np.pi  # of R1 in the window; R2 has the rest beyond v = 0.3
+    shares = box, 0.7 / 0.9 - box, 0.2 / 0.9
+    texts = legend_texts(ax)
+    assert [text.rpartition(":")[0] for text in texts] == [r"$\mathcal{R}_{1}$, BTB", r"$\mathcal{R}_{2}$, BTB", "in no piece"]
+    assert [float(text.rpartition(":")[2].split()[0]) for text in texts] == pytest.approx([100 * s for s in shares], abs=0.2)
+
+
+def test_states_of_other_words_are_told(result, ax):
+    words(SimpleNamespace(**{**vars(result), "surfaces": {"BB": result.surfaces["BB"]}}), ax)
+    assert legend_texts(ax) == ["BB", "near diagonals", "other"]

@@ -10,7 +10,7 @@ from nsmaps.cli import app
 from nsmaps.errors import StudyError
 
 SECTIONS = (
-    "name, title, system, parameters, grid, families, diagonal, composite, partition, parametric, orbits, bifurcation, "
+    "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
     "lyapunov, basins, noise, domains, second_iterate, morse, transient, figures, require"
 )
 CONDITION = (
@@ -72,6 +72,36 @@ BAD = {
         "from: 0.9",
         "{from: 0.9",
         "from 0.9 to 0.5 is empty; accepted: 'from' below 'to'",
+    ),
+    "slice of a coordinate too few": (
+        "orbits:",
+        "slices: [{at: {}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
+        "{}, along",
+        "'v' runs along the slice; accepted in 'at': all of phi",
+    ),
+    "slice along a coordinate that is held": (
+        "orbits:",
+        "slices: [{at: {v: 1, phi: 0}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
+        "{v: 1, phi: 0}",
+        "'v' runs along the slice; accepted in 'at': all of phi",
+    ),
+    "slice upside down": (
+        "orbits:",
+        "slices: [{at: {phi: 0}, along: {v: {from: 1, to: 0.5, points: 9}}}]\norbits:",
+        "{from: 1",
+        "from 1 to 0.5 is empty; accepted: 'from' below 'to'",
+    ),
+    "motion that is not kept": (
+        "require: [covered]",
+        "require: [covered]\nfigures: [motion]",
+        "motion]",
+        "the figure 'motion' shows the motion between impacts; accepted: an entry of 'orbits' that says 'track'",
+    ),
+    "a sketch that nobody offers": (
+        "require: [covered]",
+        "require: [covered]\nfigures: [sketch]",
+        "sketch]",
+        "no package offers a sketch of the system 'ball'; of these there is one: bouncing_ball, impact_oscillator, vi_pair",
     ),
     "coordinate missing": (
         "start: {v: 0.3, phi: 1}",
@@ -180,7 +210,8 @@ BAD = {
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: words, surfaces, projections, partition, strips, speed_error, orbits, cobweb, "
+        "unknown word 'cobwebs'; accepted: sketch, algorithm, motion, impacts, slices, words, regions, "
+        "surfaces, projections, partition, strips, speed_error, orbits, cobweb, "
         "bifurcation, lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, morse, transient, did you "
         "mean 'cobweb'?",
     ),

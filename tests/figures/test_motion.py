@@ -1,0 +1,111 @@
+"""The pictures of the motion: over time, in the phase plane, at impacts, along a slice; the algorithm and the sketches."""
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib import rc_context
+from matplotlib.colors import to_rgba
+from matplotlib.patches import FancyBboxPatch
+
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.algorithm import STEPS, algorithm
+from nsmaps.figures.algorithm import sheets as algorithm_sheets
+from nsmaps.figures.impacts import impacts
+from nsmaps.figures.motion import motion, phase_plane, sheets
+from nsmaps.figures.sketch import sketch
+from nsmaps.figures.slices import slices
+from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, STYLE
+from nsmaps.plugins import system_names
+
+
+def marked(ax, marker, colour):
+    """The points drawn in one mark."""
+    (line,) = [one for one in ax.lines if one.get_marker() == marker and to_rgba(one.get_color()) == to_rgba(colour)]
+    return line.get_xydata()
+
+
+def test_the_ball_and_the_walls_over_time(result, ax):
+    motion(result, ax)
+    track = result.orbits[0].track
+    drawn = [line.get_xydata() for line in ax.lines if line.get_marker() == "None"]
+    for line, place in zip(drawn, (*track.walls, track.ball), strict=True):
+        assert np.array_equal(line, np.column_stack([track.time.ravel(), place.ravel()]))
+    assert np.allclose(marked(ax, "*", GREEN), [[0, -0.2], [3, np.sin(3) - 0.2]])  # on the wall below, which is B
+    assert np.allclose(marked(ax, "o", BLUE), [[1, np.sin(1) + 0.2]])
+    assert ax.get_ylabel() == "absolute displacement (dimensionless)"
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["walls", "ball", "impact on B", "impact on T"]
+
+
+def test_the_phase_plane_has_arrows_of_time_and_velocities_before_impacts(result, ax):
+    phase_plane(result, ax)
+    assert np.allclose(marked(ax, "*", GREEN), [[0.2, 0.4], [0.2, 0.8]])
+    assert np.allclose(marked(ax, "o", BLUE), [[-0.2, -0.6]])
+    (first, second) = ax.texts
+    assert (first.xy[0] - first.xyann[0]) * -0.4 > 0
+    assert (second.xy[0] - second.xyann[0]) * 0.2 > 0
+    turned = [np.ravel(line.get_ydata()).tolist() for line in ax.lines if len(line.get_xdata()) == 2]
+    assert [0.4, -0.4] in turned
+    assert [-0.6, 0.2] in turned
+
+
+def test_motion_has_a_row_an_orbit(result):
+    (sheet,) = sheets(result)
+    assert (len(sheet.panels), sheet.columns) == (4, 2)
+
+
+def test_impacts_are_joined_in_their_order(result, ax):
+    impacts(result, ax)
+    (way,) = [line for line in ax.lines if line.get_linestyle() == ":"]
+    assert np.allclose(way.get_xydata(), [[0.4, 0.5], [-0.6, 3.0], [0.8, 6.0]])
+    assert np.allclose(marked(ax, "*", GREEN), [[0.4, 0.5], [0.8, 6.0]])
+    assert np.allclose(marked(ax, "o", BLUE), [[-0.6, 3.0]])
+    assert ax.get_ylabel() == r"phase $\psi_j$ (rad)"
+
+
+def test_slices_have_a_line_a_piece_in_the_colour_of_its_word(result, ax):
+    slices(result, ax, "phi")
+    made = result.slices[0]
+    assert [len(line.get_xdata()) for line in ax.lines] == [3, 4, 4]
+    assert [to_rgba(line.get_color()) for line in ax.lines] == [to_rgba(colour) for colour in (BLACK, MAGENTA, MAGENTA)]
+    drawn = np.concatenate([line.get_xydata() for line in ax.lines])
+    assert np.array_equal(drawn, np.column_stack([made.returns.start[:, 0], made.returns.image[:, 1]]))
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]
+    assert ax.get_title() == r"$\phi_{k}$ = 1"
+
+
+def test_the_algorithm_names_every_step_and_counts_the_log(result, ax):
+    algorithm(result, ax)
+    texts = [text.get_text() for text in ax.texts]
+    assert [step[0] for _, _, steps in STEPS for step in steps] == ["0", "i", "ii", "iii", "iv", "v", "vi", "vii"]
+    assert {part for _, _, steps in STEPS for step in steps for part in step} <= set(texts)
+    (told,) = [text for text in texts if "log" in text]
+    assert re.search(r"4 regions .* \(1 split, 2 accepted, 1 given up\),\n3 pieces, 1 of them attracting", told)
+
+
+def test_no_text_of_the_algorithm_leaves_its_box(result):
+    with rc_context(STYLE):
+        figure = algorithm_sheets(result)[0].figure()
+        figure.canvas.draw()
+        (ax,) = figure.axes
+        boxes = [patch.get_window_extent() for patch in ax.patches if isinstance(patch, FancyBboxPatch)]
+        texts = [text.get_window_extent() for text in ax.texts if text.get_text()]
+    assert len(boxes) == 9
+    inside = [(text, box) for text in texts for box in boxes if box.contains(text.x0, (text.y0 + text.y1) / 2)]
+    assert len(inside) == 4 * 9
+    assert all(text.x1 <= box.x1 for text, box in inside)
+
+
+@pytest.mark.parametrize("name", ["vi_pair", "bouncing_ball", "impact_oscillator"])
+def test_every_system_of_the_project_has_a_sketch(result, ax, name):
+    assert name in system_names()
+    assert sketch(SimpleNamespace(study=SimpleNamespace(system=name)), ax) is ax
+    texts = {text.get_text() for text in ax.texts}
+    named = {"vi_pair": r"$\beta$", "bouncing_ball": "$g$", "impact_oscillator": r"$2\zeta$"}
+    assert named[name] in texts
+
+
+def test_a_system_without_a_sketch_says_so(ax):
+    with pytest.raises(NsmapsError, match=r"no package offers a sketch of the system 'mine\.py:Mine'"):
+        sketch(SimpleNamespace(study=SimpleNamespace(system="mine.py:Mine")), ax)
