@@ -114,10 +114,13 @@ def test_errors_are_painted_in_the_cells_of_their_states(result, ax, coordinate,
     states = near_by_hand(result.surfaces["BTB"].grid.states(), 1.4)
     image, columns = IMAGE[i](*states.T), np.column_stack([np.ones(len(states)), states[:, 0]])
     error = np.abs(columns @ np.linalg.lstsq(columns, image)[0] - image)
-    painted = np.ma.filled(mesh.get_array(), np.nan).reshape(41, 37).T.ravel()
-    grid = result.surfaces["BTB"].grid.states()
-    assert rows(grid[np.isfinite(painted)]) == rows(states)
-    assert painted[np.isfinite(painted)] == pytest.approx(np.maximum(error, mesh.norm.vmin), rel=1e-9)
+    painted = np.ma.filled(mesh.get_array(), np.nan).ravel()
+    corners = mesh.get_coordinates()
+    cells = ((corners[:-1, :-1] + corners[1:, 1:]) / 2).reshape(-1, 2)[np.isfinite(painted)]
+    assert rows(cells) == rows(states)
+    expected = dict(zip(map(tuple, states.round(9).tolist()), np.maximum(error, mesh.norm.vmin), strict=True))
+    drawn = dict(zip(map(tuple, cells.round(9).tolist()), painted[np.isfinite(painted)], strict=True))
+    assert drawn == pytest.approx(expected, rel=1e-9)
     assert mesh.norm.vmax == pytest.approx(error.max())
     assert mesh.norm.vmin == pytest.approx(error.max() / 1e4)
 
