@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.deltas import NearDiagonals
 
 _DECADES = 4.0  #: of the colours, below the largest error
+_MARGIN = 0.06  #: of the picture around the states of the largest delta, in their widths
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -43,16 +44,18 @@ def fit_error(result: Drawable, ax: Axes, coordinate: str = "", delta: int = 0, 
     order = order or next(iter(near[0].maps))
     one, names = near[delta], near[0].surface.coordinates
     i = position(names, coordinate or names[0])
-    largest = max(_errors(each, order)[:, i].max() for each in near)
-    largest = max(largest, 1e-300)  # of a fit without any error
-    x, y = (axis.values() for axis in one.surface.grid.axes.values())
-    shown = one.surface.on_grid(np.maximum(_errors(one, order)[:, i], largest / 10**_DECADES)).T
-    norm = LogNorm(largest / 10**_DECADES, largest)
-    mesh = ax.pcolormesh(x, y, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True)
+    largest = max(1e-300, *(_errors(each, order)[:, i].max() for each in near))  # positive also of a fit without any error
+    least = largest / 10**_DECADES
     widest = max(near, key=lambda each: each.delta).surface.start
-    margin = 0.06 * np.ptp(widest, axis=0)
-    (left, bottom), (right, top) = widest.min(axis=0) - margin, widest.max(axis=0) + margin
-    ax.set(xlim=(left, right), ylim=(bottom, top))
+    margin = _MARGIN * np.ptp(widest, axis=0)
+    ends = np.stack([widest.min(axis=0) - margin, widest.max(axis=0) + margin], axis=1)
+    values = [axis.values() for axis in one.surface.grid.axes.values()]
+    seen = [(x >= low) & (x <= high) for x, (low, high) in zip(values, ends, strict=True)]
+    shown = one.surface.on_grid(np.maximum(_errors(one, order)[:, i], least))[np.ix_(*seen)].T
+    x, y = (x[inside] for x, inside in zip(values, seen, strict=True))
+    norm = LogNorm(least, largest)
+    mesh = ax.pcolormesh(x, y, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True)
+    ax.set(xlim=ends[0], ylim=ends[1])
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(mesh, cax=ax.inset_axes((1.03, 0, 0.035, 1)), extend="min")
     bar.set_label(rf"$|$error of {symbol(names[i], 'k+1')}$|$ ({unit(names[i])})")
     ax.set_title(rf"$\delta = {one.delta:g}$, {len(one.surface.start)} states", loc="right")

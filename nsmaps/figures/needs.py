@@ -115,6 +115,7 @@ def diagonal_of(result: Drawable, figure: str) -> "DiagonalRegion":
     """The region near the diagonals with its images, or the error that says what to name."""
     made = _there(result.diagonal, figure, "the region near the diagonals", "'diagonal'")
     _there(made.images, figure, "the images of the states near the diagonals", "'diagonal'")
+    _some(len(made.start), figure)
     return made
 
 
@@ -122,7 +123,15 @@ def near_of(result: Drawable, figure: str) -> Sequence["NearDiagonals"]:
     """The states near the diagonals for each delta, of two coordinates, or the error that says what to name."""
     near = _there(result.near, figure, "the states near the diagonals", "'diagonal'")
     two(near[0].surface.coordinates, figure)
+    _some(len(near[0].surface.start), figure)
     return near
+
+
+def _some(states: int, figure: str) -> None:
+    """An error where no state is near the diagonals."""
+    if not states:
+        accepted = "a larger 'delta', or a wider 'within'"
+        raise NsmapsError(f"the figure {figure!r} shows states near the diagonals, and there are none; accepted: {accepted}")
 
 
 def orders_of(result: Drawable, figure: str) -> Sequence["NearDiagonals"]:
@@ -134,7 +143,7 @@ def orders_of(result: Drawable, figure: str) -> Sequence["NearDiagonals"]:
 
 def separable_of(result: Drawable, figure: str) -> Mapping[str, Any]:
     """What the study says of each piece with a separable fit, by name, or the error that says what to name."""
-    composite_of(result, figure)
+    two(composite_of(result, figure).coordinates, figure)
     found = {piece.name: piece for piece in result.study.composite if piece.fit and piece.fit.separable}
     return _there(found, figure, "pieces with a separable fit", "a 'separable' fit in 'composite'")
 

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.twocycle import TwoCycle
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.reduced.accurate import AccurateResult
-    from nsmaps.reduced.deltas import NearDiagonals
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
     from nsmaps.reduced.polyfit import FitReport
@@ -34,9 +33,8 @@ def numbers(result: StudyResult) -> dict[str, Any]:
             "families": {name: len(surface.returns) for name, surface in result.surfaces.items()},
         }
     if result.diagonal is not None:
-        orders = [{"name": name} | _report(report) for name, report in result.orders]
         box, states = result.diagonal.box.tolist(), len(result.diagonal.start)
-        sections["diagonal"] = {"box": box, "states": states, "orders": orders, "deltas": [_near(near) for near in result.near]}
+        sections["diagonal"] = {"box": box, "states": states, "orders": _orders(result)}
     if result.composite is not None:
         fits = {piece.name: _report(piece.map.report) for piece in result.composite.pieces if piece.map.report}
         sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
@@ -64,10 +62,12 @@ def numbers(result: StudyResult) -> dict[str, Any]:
     return sections
 
 
-def _near(near: "NearDiagonals") -> dict[str, Any]:
-    """How many states are near the diagonals for one delta, and the fits there by order."""
-    orders = {name: _report(made.report) for name, made in near.maps.items() if made.report}
-    return {"delta": near.delta, "states": len(near.surface.start), "orders": orders}
+def _orders(result: StudyResult) -> list[dict[str, Any]]:
+    """The fits near the diagonals by delta and order; of a run that kept those of one delta alone, by order."""
+    if not result.near:
+        return [{"name": name} | _report(report) for name, report in result.orders]
+    fits = [(near.delta, name, made.report) for near in result.near for name, made in near.maps.items()]
+    return [{"delta": delta, "name": name} | _report(report) for delta, name, report in fits if report]
 
 
 def _accurate(made: "AccurateResult") -> dict[str, Any]:

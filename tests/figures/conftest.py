@@ -26,7 +26,9 @@ from nsmaps.exact.slices import Slice
 from nsmaps.exact.surface import Axis, Grid, Surface
 from nsmaps.exact.track import Track
 from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.deltas import compare_deltas
 from nsmaps.reduced.diagonal import Diagonal, diagonal_region
+from nsmaps.reduced.polyfit import Full
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box, Where
 from nsmaps.reduced.speed import Speed
@@ -34,6 +36,7 @@ from nsmaps.reduced.speed import Speed
 COORDINATES = ("v", Angle("phi"))
 WALLS = ("B", "T")
 GRID = Grid(axes={"v": Axis(low=0.1, high=1.0, points=37), "phi": Axis(low=0.0, high=np.pi, points=41)})
+ORDERS = {"poly11": Full(degrees={"v": 1, "phi": 1}), "poly01": Full(degrees={"v": 1, "phi": 0})}
 LINEAR = np.array([[0, 0], [0, 1], [1, 0]])
 
 
@@ -120,6 +123,12 @@ def covers() -> dict[str, Any]:
     return {"morse": morse, "transient": Transient("exact map", cells, ("R1", "R2"), region, left, arrived, (cycle,))}
 
 
+def swept(surface: Surface) -> list[tuple[float, Surface]]:
+    """The surface at one of four values of a parameter, and parts of it at the others."""
+    parts = [surface.restricted(surface.start[:, 0] > v) for v in (0.7, 0.72, 0.74)]
+    return list(zip((0.3, 0.23, 0.17, 0.1), (surface, *parts), strict=True))
+
+
 def _gated(value: float) -> Toy:
     """The toy at values that are not negative."""
     if value < 0:
@@ -163,6 +172,10 @@ def result() -> SimpleNamespace:
     composite = CompositeMap(COORDINATES, WALLS, pieces)
     starts = ([0.35, 1.5], [0.9, 2.5])
     orbits = [SimpleNamespace(exact=orbit(Toy(), x, 40), composite=orbit(composite, x, 40), track=tracked()) for x in starts]
+    fits = {
+        "R1": SimpleNamespace(separable=None),
+        "R2": SimpleNamespace(separable={"v": 1, "phi": 1}, along={"v": 0.83, "phi": 1.0}),
+    }
     domains = {
         "fitted": attracting_domain(COUPLED, [[0.6, 0.95], [0.1, 0.8]], 5, samples=31, of="fitted map R1"),
         "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, samples=31, of="exact map"),
@@ -175,10 +188,13 @@ def result() -> SimpleNamespace:
             noise=SimpleNamespace(impacts=SimpleNamespace(parameter="d")),
             second_iterate=SimpleNamespace(domain="fitted"),
             partition=SimpleNamespace(tolerance=1e-3),
+            diagonal=SimpleNamespace(family="BTB", sweep=SimpleNamespace(parameter="d", low=0.3, high=0.1, points=4)),
+            composite=tuple(SimpleNamespace(name=piece.name, family="BTB", fit=fits.get(piece.name)) for piece in pieces),
         ),
         surfaces=surfaces,
         slices=(cut(),),
-        diagonal=diagonal_region(Diagonal(delta=1.2), [(0.0, surfaces["BTB"])]),
+        diagonal=diagonal_region(Diagonal(delta=1.2), swept(surfaces["BTB"])),
+        near=compare_deltas(Diagonal(delta=1.2), surfaces["BTB"], [1.4], ORDERS),
         composite=composite,
         partition=SimpleNamespace(
             composite=composite,

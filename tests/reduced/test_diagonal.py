@@ -10,7 +10,9 @@ from pydantic import ValidationError
 from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.errors import FitError
+from nsmaps.reduced.deltas import compare_deltas
 from nsmaps.reduced.diagonal import Diagonal, attracting, diagonal_region, near_diagonal, own_slopes
+from nsmaps.reduced.polyfit import Full
 from nsmaps.reduced.region import Box, Where
 
 surface_of = partial(sheets.surface_of, v=(0.1, 1.0, 31), phi=(0.1, 3.0, 41))
@@ -89,6 +91,30 @@ def test_the_union_over_a_parameter():
     assert [value for value, _ in found.values] == [0.4, 0.5, 0.8]
     assert [len(states) for _, states in found.values] == [41 * len(each) for each in passing]
     assert found.coordinates == NAMES
+    for c, (_, states), images in zip((0.4, 0.5, 0.8), found.values, found.images, strict=True):
+        np.testing.assert_allclose(images, np.column_stack([np.full(len(states), c), states[:, 1]]), rtol=1e-15)
+
+
+def test_fits_are_compared_for_each_delta_once():
+    surface = surface_of(lambda v, phi: (0.5 * np.ones_like(v), phi + v**2 / 100))
+    orders = {"line": Full(degrees={"v": 1, "phi": 1}), "square": Full(degrees={"v": 2, "phi": 1})}
+    made = compare_deltas(Diagonal(delta=1.2), surface, [1.5, 1.2, 1.8], orders)
+    assert [near.delta for near in made] == [1.2, 1.5, 1.8]
+    v = np.linspace(0.1, 1.0, 31)
+    for near in made:
+        inside = v[(0.5 / v < near.delta) & (0.5 / v > 1 / near.delta)]
+        np.testing.assert_array_equal(np.unique(near.surface.start[:, 0]), inside)
+        line = np.column_stack([np.ones_like(inside), inside])
+        missed = inside**2 / 100 - line @ np.linalg.lstsq(line, inside**2 / 100)[0]
+        assert near.maps["line"].report.sse[1] == pytest.approx(41 * missed @ missed, rel=1e-9)
+        assert near.maps["square"].report.max_error[1] < 1e-14
+
+
+def test_a_fit_that_fails_names_its_delta_and_its_order():
+    surface = surface_of(lambda v, phi: (0.5 * np.ones_like(v), phi))
+    orders = {"high": Full(degrees={"v": 9, "phi": 1})}
+    with pytest.raises(FitError, match=r"delta 1\.1: fit 'high': .*degree 9 needs 10 distinct values"):
+        compare_deltas(Diagonal(delta=1.8), surface, [1.1], orders)
 
 
 def test_no_state_near_the_diagonals_is_an_answer():

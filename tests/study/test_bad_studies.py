@@ -210,10 +210,34 @@ BAD = {
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: sketch, algorithm, motion, impacts, slices, words, regions, "
-        "surfaces, projections, partition, strips, speed_error, orbits, cobweb, "
-        "bifurcation, lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, morse, transient, did you "
-        "mean 'cobweb'?",
+        "unknown word 'cobwebs'; accepted: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
+        "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
+        "orbits, cobweb, bifurcation, lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, "
+        "morse, transient, did you mean 'cobweb'?",
+    ),
+    "deltas of no orders": (
+        "require:",
+        "diagonal: {family: low, delta: 1.2, deltas: [1.3]}\nrequire:",
+        "{family: low, delta",
+        "'deltas' says where 'orders' are compared, and there are none; accepted: beside 'orders' only",
+    ),
+    "a delta of one": (
+        "require:",
+        "diagonal: {family: low, delta: 1.2, orders: {flat: {full: {v: 1}}}, deltas: [1.3, 0.5]}\nrequire:",
+        "0.5]}",
+        "1 is 0.5; accepted: greater than 1",
+    ),
+    "figure of orders that are not compared": (
+        "require:",
+        "diagonal: {family: low, delta: 1.2}\nfigures: [fit_error]\nrequire:",
+        "fit_error",
+        "the figure 'fit_error' shows fits near the diagonals; accepted beside it: 'orders' in the section 'diagonal'",
+    ),
+    "figure of separable fits where none is": (
+        "require:",
+        "figures: [separable]\nrequire:",
+        "separable]",
+        "the figure 'separable' shows separable fits; accepted beside it: a piece of 'composite' whose fit is one",
     ),
     "a window without a coordinate": (
         "require:",

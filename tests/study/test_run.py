@@ -83,6 +83,27 @@ def test_orders_are_compared_on_the_states_near_the_diagonals(whole: StudyResult
     count = len(own)
     assert 0 < len(other) < count < len(whole.surfaces["low"].start)
     assert all(np.all(np.asarray(report.points) == count) for _, report in whole.orders)
+    (near,) = whole.near
+    assert near.delta == 1.5
+    np.testing.assert_array_equal(near.surface.start, own)
+    np.testing.assert_array_equal(near.surface.image, whole.diagonal.images[0])
+    assert [(name, made.report) for name, made in near.maps.items()] == list(whole.orders)
+
+
+def test_orders_at_several_deltas_are_kept_with_their_maps(whole: StudyResult) -> None:
+    Path("deltas.yaml").write_text(WHOLE.replace("  delta: 1.5\n", "  delta: 1.5\n  deltas: [1.3, 1.5, 1.7]\n"))
+    result = run("deltas.yaml", out="kept")
+    states = [len(near.surface.start) for near in result.near]
+    assert [near.delta for near in result.near] == [1.5, 1.3, 1.7]
+    assert states[1] < states[0] == len(whole.near[0].surface.start) < states[2]
+    record = json.loads(Path("kept/result.json").read_text())["numbers"]["diagonal"]["orders"]
+    assert [(row["delta"], row["points"][0]) for row in record[::2]] == list(zip((1.5, 1.3, 1.7), states, strict=True))
+    sse = {(row["delta"], row["name"]): row["sse"] for row in record}
+    again = read_result("kept").near
+    for near, kept in zip(result.near, again, strict=True):
+        for name, made in near.maps.items():
+            np.testing.assert_array_equal(made(near.surface.start), kept.maps[name](kept.surface.start))
+            assert sse[near.delta, name] == made.report.sse.tolist()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,205 @@
+"""The pictures of fits: near the diagonals by delta and order, and separable maps beside the exact one."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgba
+
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.surface import Axis, Grid, Surface
+from nsmaps.figures.diagonal import diagonal
+from nsmaps.figures.diagonal import sheets as diagonal_sheets
+from nsmaps.figures.diagonal_surface import diagonal_surface
+from nsmaps.figures.fit_error import fit_error
+from nsmaps.figures.fit_error import sheets as error_sheets
+from nsmaps.figures.orders import orders
+from nsmaps.figures.separable import separable, separable_surface
+from nsmaps.figures.separable import sheets as separable_sheets
+from nsmaps.figures.style import GREEN, ORANGE
+from nsmaps.reduced.deltas import compare_deltas
+from nsmaps.reduced.diagonal import Diagonal
+
+TWO_PI = 2 * np.pi
+IMAGE = (lambda v, phi: 0.95 - 0.15 * phi - 0.2 * v, lambda v, phi: (0.5 - 0.3 * phi + 0.05 * v) % TWO_PI)
+LABELS = (
+    ("$v_{k}$ (dimensionless)", "$v_{k+1}$ (dimensionless)"),
+    (r"$\phi_{k}$ (rad)", r"$\phi_{k+1}$ (rad)"),
+)
+both = pytest.mark.parametrize(("coordinate", "i"), [("v", 0), ("phi", 1)])
+
+
+def near_by_hand(states, delta):
+    """The states whose image by the toy's formula is within the ratio in both coordinates, and lies on the surface BTB."""
+    v, phi = states.T
+    with np.errstate(divide="ignore"):
+        ratios = np.array([IMAGE[0](v, phi) / v, IMAGE[1](v, phi) / phi])
+    return states[((ratios < delta) & (ratios > 1 / delta)).all(axis=0) & (v > 0.5 - 0.2 * phi)]
+
+
+def rows(points):
+    return {tuple(row) for row in np.asarray(points).round(9).tolist()}
+
+
+@both
+def test_the_diagonal_shows_one_value_within_all(result, ax, coordinate, i):
+    diagonal(result, ax, coordinate, 2)
+    shown = {line.get_label(): line for line in ax.lines}
+    union, here = [line.get_xydata() for line in ax.lines if line.get_marker() == "o"]
+    states = near_by_hand(result.surfaces["BTB"].grid.states(), 1.2)
+    inner = states[states[:, 0] > 0.72]
+    assert 0 < len(inner) < len(states)
+    assert rows(union) == rows(np.column_stack([states[:, i], IMAGE[i](*states.T)]))
+    assert rows(here) == rows(np.column_stack([inner[:, i], IMAGE[i](*inner.T)]))
+    assert {"4 $d$ in [0.1, 0.3]", "$d$ = 0.17", "ratio $1.2^{\\pm 1}$"} <= set(shown)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == LABELS[i]
+
+
+def test_the_diagonal_has_rows_for_the_first_the_middle_and_the_last_value(result):
+    (sheet,) = diagonal_sheets(result)
+    assert [panel.keywords["value"] for panel in sheet.panels] == [0, 0, 2, 2, 3, 3]
+
+
+def test_the_diagonal_without_a_sweep_shows_the_studys_own_parameters(result, ax):
+    alone = SimpleNamespace(diagonal=SimpleNamespace(family="BTB", sweep=None))
+    diagonal(SimpleNamespace(**{**vars(result), "study": alone}), ax)
+    assert ax.get_legend().get_texts()[0].get_text() == "at the study's own parameters"
+
+
+@both
+def test_the_surface_is_blue_near_the_diagonals_and_only_there(result, ax3d, coordinate, i):
+    diagonal_surface(result, ax3d, coordinate)
+    (points,) = ax3d.collections
+    drawn, colours = np.column_stack([np.asarray(part) for part in points._offsets3d]), points._original_facecolor
+    surface = result.surfaces["BTB"]
+    assert rows(drawn) == rows(np.column_stack([surface.start, surface.image[:, i]]))
+    assert len(drawn) == len(surface.start)
+    blue = colours[:, 2] > colours[:, 0] + 0.1
+    assert rows(drawn[blue, :2]) == rows(near_by_hand(surface.grid.states(), 1.2))
+    assert ax3d.get_zlabel() == LABELS[i][1]
+
+
+def test_a_grid_of_its_own_for_the_diagonal_is_drawn_over_the_surface(result, ax3d):
+    grid = Grid(axes={"v": Axis(low=0.6, high=1.0, points=61), "phi": Axis(low=0.1, high=1.0, points=61)})
+    finer = Surface("BTB", grid, np.ones(grid.size, bool), result.system.first_return(grid.states()))
+    near = compare_deltas(Diagonal(delta=1.2), finer, [], {})
+    diagonal_surface(SimpleNamespace(**{**vars(result), "near": near}), ax3d)
+    (points,) = ax3d.collections
+    count = len(near_by_hand(grid.states(), 1.2))
+    assert len(points._offsets3d[0]) == len(result.surfaces["BTB"].start) + count
+
+
+@both
+@pytest.mark.parametrize("statistic", ["r2", "sse"])
+def test_orders_are_those_of_a_least_squares_solver(result, ax, coordinate, i, statistic):
+    orders(result, ax, coordinate, statistic)
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["poly01", "poly11"], "by their number of terms"
+    assert ax.get_yscale() == "log"
+    for line, delta in zip(ax.lines, (1.2, 1.4), strict=True):
+        v, phi = near_by_hand(result.surfaces["BTB"].grid.states(), delta).T
+        image = IMAGE[i](v, phi)
+        columns = np.column_stack([np.ones_like(v), v])
+        sse = np.sum((columns @ np.linalg.lstsq(columns, image)[0] - image) ** 2)
+        expected = sse if statistic == "sse" else sse / np.sum((image - image.mean()) ** 2)
+        assert line.get_ydata()[0] == pytest.approx(expected, rel=1e-9)
+        assert line.get_ydata()[1] < 1e-12, "the map is linear"
+        assert f"$\\delta = {delta}$ ({len(v)} states)" == line.get_label()
+
+
+@both
+def test_errors_are_painted_in_the_cells_of_their_states(result, ax, coordinate, i):
+    fit_error(result, ax, coordinate, 1, "poly01")
+    (mesh,) = [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
+    states = near_by_hand(result.surfaces["BTB"].grid.states(), 1.4)
+    image, columns = IMAGE[i](*states.T), np.column_stack([np.ones(len(states)), states[:, 0]])
+    error = np.abs(columns @ np.linalg.lstsq(columns, image)[0] - image)
+    painted = np.ma.filled(mesh.get_array(), np.nan).ravel()
+    corners = mesh.get_coordinates()
+    cells = ((corners[:-1, :-1] + corners[1:, 1:]) / 2).reshape(-1, 2)[np.isfinite(painted)]
+    assert rows(cells) == rows(states)
+    expected = dict(zip(map(tuple, states.round(9).tolist()), np.maximum(error, mesh.norm.vmin), strict=True))
+    drawn = dict(zip(map(tuple, cells.round(9).tolist()), painted[np.isfinite(painted)], strict=True))
+    assert drawn == pytest.approx(expected, rel=1e-9)
+    assert mesh.norm.vmax == pytest.approx(error.max())
+    assert mesh.norm.vmin == pytest.approx(error.max() / 1e4)
+
+
+def test_errors_have_a_file_an_order_and_a_row_a_delta(result):
+    made = error_sheets(result)
+    assert [sheet.name for sheet in made] == ["fit_error", "fit_error-poly01"]
+    assert [(panel.keywords["delta"], panel.keywords["coordinate"]) for panel in made[0].panels] == [
+        (0, "v"),
+        (0, "phi"),
+        (1, "v"),
+        (1, "phi"),
+    ]
+
+
+@both
+def test_separable_curves_are_those_of_both_maps(result, ax, coordinate, i):
+    separable(result, ax, coordinate)
+    by_colour = {to_rgba(line.get_color()): line.get_xydata() for line in ax.lines if line.get_linestyle() != "None"}
+    exact, fitted = by_colour[to_rgba(GREEN)], by_colour[to_rgba(ORANGE)]
+    held = 0.825, 13 * np.pi / 40  # the grid lines nearest to v = 0.83 and phi = 1
+    state = [exact[:, 0], held[1]] if i == 0 else [held[0], exact[:, 0]]
+    assert exact[:, 1] == pytest.approx(IMAGE[i](*state), abs=1e-12)
+    assert fitted[:, 1] == pytest.approx(((0.9 - 0.2 * fitted[:, 0]), (0.5 - 0.1 * fitted[:, 0]))[i], abs=1e-12)
+    assert (fitted[0, 0], fitted[-1, 0]) == pytest.approx((exact[0, 0], exact[-1, 0]))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == LABELS[i]
+
+
+def test_separable_curves_lie_on_the_surface(result, ax3d):
+    separable_surface(result, ax3d, "v")
+    exact, fitted = (np.column_stack(line.get_data_3d()) for line in ax3d.lines)
+    assert exact[:, 2] == pytest.approx(IMAGE[0](*exact[:, :2].T), abs=1e-12)
+    assert fitted[:, 2] == pytest.approx(0.9 - 0.2 * fitted[:, 0], abs=1e-12)
+    assert len(np.unique(exact[:, 1])) == len(np.unique(fitted[:, 1])) == 1
+    (points,) = ax3d.collections
+    drawn = np.column_stack([np.asarray(part) for part in points._offsets3d])
+    assert (drawn[:, 0] > 0.3).all(), "only the region of the piece"
+
+
+def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, ax):
+    fit = SimpleNamespace(separable={"v": 1, "phi": 1}, along=None)
+    pieces = (SimpleNamespace(name="R2", family="BTB", fit=fit),)
+    separable(SimpleNamespace(**{**vars(result), "study": SimpleNamespace(composite=pieces)}), ax)
+    start = result.surfaces["BTB"].start
+    median = np.median(start[start[:, 0] > 0.3, 1])
+    assert f"exact, $\\phi_{{k}}$ = {median:.4g}" in [line.get_label() for line in ax.lines]
+
+
+def test_a_gap_of_the_surface_is_a_gap_of_the_curve(result, ax):
+    surface = result.surfaces["BTB"]
+    holed = surface.restricted(np.abs(surface.start[:, 0] - 0.6) > 0.06)
+    separable(SimpleNamespace(**{**vars(result), "surfaces": {"BTB": holed}}), ax)
+    (exact,) = [line.get_xydata() for line in ax.lines if line.get_label().startswith("exact")]
+    (gap,) = np.flatnonzero(np.isnan(exact[:, 0]))
+    assert exact[gap - 1, 0] < 0.55 < 0.65 < exact[gap + 1, 0]
+
+
+def test_separable_has_planes_above_surfaces(result):
+    (sheet,) = separable_sheets(result)
+    assert (sheet.projection, sheet.columns) == ((None, None, "3d", "3d"), 2)
+
+
+def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
+    bare = (SimpleNamespace(delta=1.2, surface=result.near[0].surface, maps={}),)
+    with pytest.raises(NsmapsError, match="name 'orders' in 'diagonal' in the study"):
+        orders(SimpleNamespace(**{**vars(result), "near": bare}), ax)
+    study = SimpleNamespace(composite=(SimpleNamespace(name="reset", fit=None),))
+    with pytest.raises(NsmapsError, match="name a 'separable' fit in 'composite' in the study"):
+        separable(SimpleNamespace(**{**vars(result), "study": study}), ax)
+
+
+def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
+    surface = result.near[0].surface
+    none = (SimpleNamespace(delta=1.2, surface=surface.restricted(np.zeros(len(surface.start), bool)), maps={}),)
+    with pytest.raises(NsmapsError, match="there are none; accepted: a larger 'delta'"):
+        orders(SimpleNamespace(**{**vars(result), "near": none}), ax)
+
+
+def test_a_run_that_kept_no_images_says_so(result, ax):
+    older = SimpleNamespace(start=result.diagonal.start, values=result.diagonal.values, images=())
+    with pytest.raises(NsmapsError, match="the images of the states near the diagonals, and the result has none"):
+        diagonal(SimpleNamespace(**{**vars(result), "diagonal": older}), ax)
