@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from PIL import Image
 from ruamel.yaml import YAML
 
 HERE = Path(__file__).parent
@@ -44,6 +45,13 @@ def nsmaps(*arguments: object) -> None:
         raise SystemExit(f"nsmaps {' '.join(map(str, arguments))} ended with {code}")
 
 
+def small(path: Path) -> None:
+    """Keep a picture in 256 colours, which halves it."""
+    with Image.open(path) as picture:
+        fewer = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    fewer.save(path, optimize=True)
+
+
 def make(runs: Path, drawn: Path, files: list[str]) -> None:
     """Run the studies of these files that are not in `runs`, draw their figures, and copy those of the list beside this file."""
     entries = {part: [entry for entry in every if entry["file"] in files] for part, every in listed().items()}
@@ -57,6 +65,7 @@ def make(runs: Path, drawn: Path, files: list[str]) -> None:
         for kind in FORMATS:
             sheet = drawn / entry["study"] / f"{entry.get('sheet', entry['figure'])}.{kind}"
             shutil.copyfile(sheet, HERE / f"{entry['file']}.{kind}")
+        small(HERE / f"{entry['file']}.png")
     for entry in entries["animations"]:
         options = [word for key, value in entry["options"].items() for word in (f"--{key}", value)]
         nsmaps("animate", runs / entry["study"], entry["name"], *options, "--out", drawn)

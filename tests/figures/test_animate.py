@@ -1,6 +1,7 @@
 """Animations: as many pictures as asked, none like the one before, whole files only, and errors that say what to do."""
 
 import os
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -28,7 +29,7 @@ def test_a_gif_has_the_pictures_asked_for_and_no_two_alike(result, tmp_path, nam
     assert path == tmp_path / "new" / f"{name}.gif"
     film = pictures(path)
     assert len(film) == 4
-    assert all((one != two).any() for one, two in zip(film[:-1], film[1:], strict=True))
+    assert all((one != two).any() for one, two in pairwise(film))
     assert told == [(name, k / 4, 1) for k in range(4)]
     assert list(path.parent.iterdir()) == [path]
 
@@ -74,10 +75,10 @@ def test_what_is_not_there_is_said(result, tmp_path, monkeypatch):
         animate(result, "cobwep", tmp_path)
     with pytest.raises(NsmapsError, match="no format 'mp3', did you mean 'mp4'"):
         animate(result, "cobweb", tmp_path, "mp3")
-    with pytest.raises(NsmapsError, match="'cobweb' .* name 'composite' in the study"):
+    with pytest.raises(NsmapsError, match=r"'cobweb' .* name 'composite' in the study"):
         animate(SimpleNamespace(**{**vars(result), "composite": None}), "cobweb", tmp_path)
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
-    with pytest.raises(NsmapsError, match="the program ffmpeg, which is not on the path; install it .* or ask for gif"):
+    with pytest.raises(NsmapsError, match=r"the program ffmpeg, which is not on the path; install it .* or ask for gif"):
         animate(result, "cobweb", tmp_path, "mp4")
     assert list(tmp_path.iterdir()) == []
 
