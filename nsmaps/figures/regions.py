@@ -12,7 +12,7 @@ from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import dress, piece_colours, piece_label, tint
 from nsmaps.figures.words import paint_pieces
 
-POINTS = 801  #: an axis, so that edges that are no grid lines are drawn straight
+POINTS = 601  #: an axis, so that edges that are no grid lines are drawn straight
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
