@@ -1,6 +1,5 @@
 """The families of curves between the upper and lower map of each coordinate, and their worst case: fig. illauximaps."""
 
-import re
 from functools import partial
 
 import numpy as np
@@ -9,7 +8,7 @@ from matplotlib.axes import Axes
 from nsmaps.figures.envelopes import bounding, worst_steps
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.needs import Drawable, domains_of, position
-from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, bare, dress, symbol
 
 _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the others
@@ -19,7 +18,7 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
     """A sheet a domain, the first's named `auxiliary`: the families of all coordinates, below them their worst case."""
     made = []
     for k, (name, domain) in enumerate(domains_of(result, "auxiliary").items()):
-        file = "auxiliary-" + re.sub(r"[^\w.+]+", "-", name) if k else "auxiliary"
+        file = file_of("auxiliary", name if k else "")
         parts = [(steps, coordinate) for steps in (False, True) for coordinate in domain.coordinates]
         panels = tuple(partial(auxiliary, result, coordinate=c, steps=steps, domain=name) for steps, c in parts)
         made.append(Sheet(file, panels, len(domain.coordinates), (6.2, 4.3)))

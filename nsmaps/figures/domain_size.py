@@ -8,10 +8,9 @@ from matplotlib.ticker import MaxNLocator
 
 from nsmaps.figures.needs import Drawable, domains_of, position
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, RED, symbol, unit
+from nsmaps.figures.style import LOOKS, symbol, unit
 
 _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale
-_LOOKS = ((BLUE, "-", "o"), (RED, "--", "s"), (GREEN, "-.", "^"), (MAGENTA, ":", "D"), (BLACK, "-", "v"))
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -34,7 +33,7 @@ def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
     positive = everything[np.isfinite(everything) & (everything > 0)]
     maps = [domain.of for domain in named.values()]
     for k, (key, domain) in enumerate(named.items()):
-        colour, dashes, marker = _LOOKS[k % len(_LOOKS)]
+        colour, dashes, marker = LOOKS[k % len(LOOKS)]
         sizes = domain.sizes[:, i]
         width = max(9 - 3 * k, 4)  # a later one on top of an earlier one hides it not
         text = domain.of if maps.count(domain.of) == 1 else key

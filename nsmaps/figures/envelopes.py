@@ -1,6 +1,5 @@
 """Upper and lower maps of each coordinate and the cobwebs between them: fig. cobweb12d35, Auximapsd30, Auximapsd26."""
 
-import re
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 from nsmaps.figures.lines import diagonal, last_tenth, staircase
 from nsmaps.figures.needs import Drawable, domains_of, position
-from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import BLUE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
     """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, as far as they differ."""
     made = []
     for k, (name, domain) in enumerate(domains_of(result, "envelopes").items()):
-        file = "envelopes-" + re.sub(r"[^\w.+]+", "-", name) if k else "envelopes"
+        file = file_of("envelopes", name if k else "")
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
         panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
         made.append(Sheet(file, panels, len(domain.coordinates), (5.8, 4.4)))

@@ -1,6 +1,5 @@
 """Where polynomials fitted near the diagonals are off, and by how much, for several delta: fig. comparert."""
 
-import re
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
@@ -11,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nsmaps.exact.impacts import Floats
 from nsmaps.figures.needs import Drawable, orders_of, position
-from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import dress, symbol, unit
 from nsmaps.reduced.polyfit import unwrapped
 
@@ -28,7 +27,7 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
     coordinates = near[0].surface.coordinates
     made = []
     for k, order in enumerate(near[0].maps):
-        file = "fit_error-" + re.sub(r"[^\w.+]+", "-", order) if k else "fit_error"
+        file = file_of("fit_error", order if k else "")
         rows = range(len(near))
         panels = tuple(partial(fit_error, result, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
         made.append(Sheet(file, panels, len(coordinates), (5.6, 3.6), title=order))

@@ -8,9 +8,8 @@ from matplotlib.axes import Axes
 
 from nsmaps.figures.needs import Drawable, orders_of, position
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, RED, symbol
+from nsmaps.figures.style import LOOKS, symbol
 
-_LOOKS = ((BLUE, "-", "o"), (RED, "--", "s"), (GREEN, "-.", "^"), (MAGENTA, ":", "D"), (BLACK, "-", "v"))
 Statistic = Literal["r2", "sse"]
 
 
@@ -34,7 +33,7 @@ def orders(result: Drawable, ax: Axes, coordinate: str = "", statistic: Statisti
     for k, one in enumerate(near):
         reports = [one.maps[order].report for order in names]
         values = [1 - report.r2[i] if statistic == "r2" else report.sse[i] for report in reports if report]
-        colour, dashes, marker = _LOOKS[k % len(_LOOKS)]
+        colour, dashes, marker = LOOKS[k % len(LOOKS)]
         text = rf"$\delta = {one.delta:g}$ ({len(one.surface.start)} states)"
         ax.plot(range(len(names)), np.abs(values), color=colour, ls=dashes, marker=marker, ms=6, label=text)
     ax.set_yscale("log")

@@ -1,6 +1,5 @@
 """A separable map beside the exact one, along the lines that represent a surface: fig. r2approx and r5approx."""
 
-import re
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -11,7 +10,7 @@ from matplotlib.axes import Axes
 from nsmaps.exact.impacts import Floats, angle_mask, wrap
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.needs import Drawable, composite_of, position, separable_of
-from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol, tint
 from nsmaps.figures.surfaces import raised
 from nsmaps.reduced.polyfit import Separable, unwrapped
@@ -28,7 +27,7 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
     made = []
     for k, piece in enumerate(separable_of(result, "separable")):
         names = composite_of(result, "separable").coordinates
-        file = "separable-" + re.sub(r"[^\w.+]+", "-", piece) if k else "separable"
+        file = file_of("separable", piece if k else "")
         panels = [partial(of, result, coordinate=name, piece=piece) for of in (separable, separable_surface) for name in names]
         kinds = (*(None for _ in names), *("3d" for _ in names))
         made.append(Sheet(file, tuple(panels), len(names), (5.4, 4.5), kinds, piece_label(piece)))

@@ -1,5 +1,6 @@
 """A sheet: panels that are laid out on one page and saved as one file, without pyplot and so without global state."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,6 +51,15 @@ class Sheet:
                 figure.savefig(path, dpi=dpi)
             figure.clear()
         return paths
+
+
+def file_of(figure: str, part: str = "") -> str:
+    """The name of a sheet that shows one part of a result: of the figure alone, or with a part that is not the first.
+
+    >>> file_of("envelopes"), file_of("envelopes", "exact from R1+")
+    ('envelopes', 'envelopes-exact-from-R1+')
+    """
+    return f"{figure}-" + re.sub(r"[^\w.+]+", "-", part) if part else figure
 
 
 def _letter(number: int) -> str:

@@ -18,6 +18,13 @@ from nsmaps.exact.impacts import Angle
 
 BLACK, MAGENTA, BLUE, ORANGE, GREEN = "#000000", "#CC79A7", "#0072B2", "#E69F00", "#009E73"
 SKY, YELLOW, RED, GREY, OLIVE, BROWN = "#56B4E9", "#F0E442", "#D55E00", "#7F7F7F", "#8A8000", "#6B3A0E"
+LOOKS = (
+    (BLUE, "-", "o"),
+    (RED, "--", "s"),
+    (GREEN, "-.", "^"),
+    (MAGENTA, ":", "D"),
+    (BLACK, "-", "v"),
+)  #: of lines: colour, dashes, marker
 _FAMILIES = (BLACK, MAGENTA, YELLOW, SKY, GREEN, BLUE, ORANGE, RED)
 _PIECES = (GREY, GREEN, SKY, RED, OLIVE, MAGENTA, BLUE, ORANGE)
 _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same ticks
