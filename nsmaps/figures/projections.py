@@ -1,6 +1,5 @@
 """The return surfaces seen in the phase planes of each coordinate: fig. 2Dpi-2pi and 2D0-2pi."""
 
-import re
 from functools import partial
 from itertools import pairwise
 from typing import Any, cast
@@ -20,7 +19,7 @@ from nsmaps.exact.impacts import TWO_PI, Angle, Floats
 from nsmaps.exact.surface import Axis, Surface
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.needs import Drawable, position, surfaces_of
-from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import BROWN, RED, angle_ticks, dress, label
 from nsmaps.reduced.diagonal import DiagonalRegion, near_diagonal, own_slopes
 
@@ -40,7 +39,7 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
     panels = {family: tuple(partial(projections, result, family=family, **view) for view in views) for family in named}
     if len(halves) == 1:
         return (Sheet("projections", sum(panels.values(), ()), 2, (6.0, 4.4)),)
-    return tuple(Sheet("projections-" + re.sub(r"[^\w.+]+", "-", family), each, 2, (6.0, 4.4)) for family, each in panels.items())
+    return tuple(Sheet(file_of("projections", family), each, 2, (6.0, 4.4)) for family, each in panels.items())
 
 
 def _halves(name: str, axis: Axis) -> list[Part]:
