@@ -28,6 +28,9 @@ LOOKS = (
 _FAMILIES = (BLACK, MAGENTA, YELLOW, SKY, GREEN, BLUE, ORANGE, RED)
 _PIECES = (GREY, GREEN, SKY, RED, OLIVE, MAGENTA, BLUE, ORANGE)
 _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same ticks
+_GREEK = re.compile(
+    "alpha|beta|[gG]amma|[dD]elta|epsilon|zeta|eta|[tT]heta|kappa|[lL]ambda|mu|nu|[xX]i|rho|[sS]igma|tau|[pP]hi|chi|[pP]si|[oO]mega"
+)
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4, np.pi / 6, np.pi / 12)
 
 STYLE: dict[str, Any] = {
@@ -104,10 +107,10 @@ def piece_label(name: str) -> str:
 def bare(name: str) -> str:
     r"""A name in mathematical type without its dollars.
 
-    >>> bare("phi"), bare("v"), bare("speed")
-    ('\\phi', 'v', '\\mathrm{speed}')
+    >>> bare("phi"), bare("Gamma"), bare("v"), bare("speed")
+    ('\\phi', '\\Gamma', 'v', '\\mathrm{speed}')
     """
-    if re.fullmatch(r"alpha|beta|gamma|delta|eta|theta|phi|psi|xi|omega|tau|chi", name):
+    if _GREEK.fullmatch(name):
         return rf"\{name}"
     return str(name) if len(name) == 1 else rf"\mathrm{{{name}}}".replace("_", r"\_")
 
