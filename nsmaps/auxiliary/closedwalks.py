@@ -14,12 +14,13 @@ Bits = NDArray[np.uint8]  #: shape (M, ceil(M/8)), of each node which nodes are 
 GATHERED = 2**26  #: bytes of rows that are joined at once
 
 
-def on_closed_walks(graph: "csr_matrix", period: int) -> tuple[Bools, tuple[Ints, ...]]:
-    """Which of M nodes lie on a closed walk of 1, 2, ..., `period` arcs, shape (M, period), and one such walk of each.
+def on_closed_walks(graph: "csr_matrix", period: int, tries: int = 1) -> tuple[Bools, tuple[Ints, ...]]:
+    """Which of M nodes lie on a closed walk of 1, 2, ..., `period` arcs, shape (M, period), and some such walks of each.
 
     The last node of the graph, which leads everywhere, is passed in no time. Walks are arrays of nodes, shape (W, p) for
-    each p, of those nodes that lie on one that does not pass it.
+    each p as many times as there are `tries`, one of each node that lies on one that does not pass it.
     """
+    rng = np.random.default_rng(0)
     plain = graph[:-1, :-1].tocsr()
     closed = _past_anywhere(plain, graph[:-1, -1].toarray().ravel(), period)
     nodes, reach, walks = np.arange(plain.shape[0]), list[Bits](), list[Ints]()
@@ -27,7 +28,7 @@ def on_closed_walks(graph: "csr_matrix", period: int) -> tuple[Bools, tuple[Ints
         reach.append(_stepped(plain, reach[-1] if reach else None))
         closes = _holds(reach[-1], nodes, nodes)
         closed[closes, p - 1] = True
-        walks.append(_walks(plain, reach, nodes[closes], p))
+        walks += [_walks(plain, reach, nodes[closes], p, rng) for _ in range(tries)]
     return closed, tuple(walks)
 
 
@@ -65,8 +66,8 @@ def _holds(reach: Bits, nodes: Ints, others: Ints) -> Bools:
     return (reach[nodes, others // 8] & (128 >> others % 8)) > 0
 
 
-def _walks(plain: "csr_matrix", reach: list[Bits], nodes: Ints, length: int) -> Ints:
-    """A closed walk of some arcs from each node, shape (W, length): every next node is the middle one of those that may be."""
+def _walks(plain: "csr_matrix", reach: list[Bits], nodes: Ints, length: int, rng: np.random.Generator) -> Ints:
+    """A closed walk of some arcs from each node, shape (W, length): every next node is any one of those that may be."""
     walk = np.empty((len(nodes), length), np.int64)
     walk[:, 0] = nodes
     for k in range(1, length):
@@ -78,5 +79,5 @@ def _walks(plain: "csr_matrix", reach: list[Bits], nodes: Ints, length: int) -> 
         may = _holds(reach[length - k - 1], plain.indices[place].astype(np.int64), nodes[row])
         row, place = row[may], place[may]
         found = np.searchsorted(row, np.arange(len(at) + 1))
-        walk[:, k] = plain.indices[place[(found[:-1] + found[1:]) // 2]]
+        walk[:, k] = plain.indices[place[rng.integers(found[:-1], found[1:])]]
     return walk

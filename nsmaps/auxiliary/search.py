@@ -12,6 +12,7 @@ from nsmaps.auxiliary.cells import Bools, Cells, Ints, targets_of
 from nsmaps.auxiliary.closedwalks import on_closed_walks
 from nsmaps.auxiliary.cover import MOST_CELLS, name_of
 from nsmaps.auxiliary.fittedboxes import Fitted, box_map
+from nsmaps.auxiliary.splices import spliced
 from nsmaps.dynamics.motion import differences
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 MOST_WALKED = 20_000  #: cells among which closed walks are told apart by their length
+TRIES = 32  #: closed walks of each length from each cell, at random
 MOST_STEPS = 30  #: of Newton's method
 SAME = 1e-7  #: states that differ by less, in every coordinate, are one
 RESIDUAL = 1e-10
@@ -85,8 +87,9 @@ def find_cycles(
     """Search a window for all cycles up to a period: exclude cells by their images, then Newton's method from the others.
 
     A cell may hold a state of a cycle of period p only if a closed walk of p arcs passes it. Those that may are halved along
-    every axis `depth` times. From the last ones a closed walk of cells each is the guess of Newton's method in all states at
-    once. Cycles that pass through states without image or out of the window are not looked for.
+    every axis `depth` times. From the last ones closed walks of cells are the guesses of Newton's method in all states at once,
+    then splices of the cycles found, until these lead to no other. Cycles that pass through states without image or out of
+    the window are not looked for.
 
     Args:
         window, cells: as for `morse_sets`.
@@ -107,41 +110,52 @@ def find_cycles(
         if len(numbers) > MOST_CELLS:
             raise NsmapsError(f"level {level} has {len(numbers)} cells; accepted: {MOST_CELLS}; take less depth")
         graph = graph_of(grid, numbers, targets_of(map, grid, numbers))
-        numbers, may, walks = _not_excluded(graph, numbers, period)
+        numbers, may, walks = _not_excluded(graph, numbers, period, TRIES * (level == depth))
         if progress is not None:
             progress(level, len(numbers))
     guesses = [grid.centres(numbers[walk.ravel()]).reshape(*walk.shape, len(grid.shape)) for walk in walks]
-    cycles = _cycles(map, grid, guesses)
+    cycles, starts = _cycles(map, grid, guesses, period)
     known = _beside(grid, numbers, np.concatenate([np.empty((0, len(grid.shape))), *(cycle.states for cycle in cycles)]))
-    return CycleSearch(of, period, grid, numbers, may, known, cycles, sum(len(walk) for walk in walks))
+    return CycleSearch(of, period, grid, numbers, may, known, cycles, starts)
 
 
-def _not_excluded(graph: "csr_matrix", numbers: Ints, period: int) -> tuple[Ints, Bools, tuple[Ints, ...]]:
-    """The numbers on closed walks, of which lengths each, and a walk of each length; of recurrent ones all, if they are many."""
+def _not_excluded(graph: "csr_matrix", numbers: Ints, period: int, tries: int) -> tuple[Ints, Bools, tuple[Ints, ...]]:
+    """The numbers on closed walks, of which lengths each, and walks of each length; of recurrent ones all, if they are many."""
     again = np.flatnonzero(recurrent(graph) >= 0)
     if len(again) > MOST_WALKED:
         return numbers[again], np.ones((len(again), period), bool), ()
     nodes = np.append(again, len(numbers))
-    may, walks = on_closed_walks(graph[nodes][:, nodes], period)
+    may, walks = on_closed_walks(graph[nodes][:, nodes], period, tries)
     kept = may.any(axis=1)
     place = np.cumsum(kept) - 1
     return numbers[again[kept]], may[kept], tuple(place[walk] for walk in walks)
 
 
-def _cycles(map: ReturnMap, cells: Cells, guesses: Sequence[Floats]) -> tuple[PeriodicOrbit, ...]:
-    """The cycles to which Newton's method comes from guesses of shape (W, p, n), each once, by period and state."""
-    found: list[PeriodicOrbit] = []
-    points = np.empty((0, len(cells.shape)))
-    for guess in guesses:
-        for states in _newton(map, guess):
-            states = states[: _least_period(states, cells.coordinates)]
-            if _near(states[0], points, cells.coordinates).any() or (cells.numbers_of(states) < 0).any():
-                continue
-            cycle = periodic_orbit(map, states, len(states), RESIDUAL)
-            if cycle.converged and cycle.exists:
-                found.append(cycle)
-                points = np.concatenate([points, cycle.states])
-    return tuple(sorted(found, key=lambda cycle: (len(cycle.states), *cycle.states[0])))
+def _cycles(map: ReturnMap, cells: Cells, guesses: Sequence[Floats], period: int) -> tuple[tuple[PeriodicOrbit, ...], int]:
+    """The cycles to which Newton's method comes from guesses of shape (W, p, n), then from splices; and how many guesses."""
+    found, starts = list[PeriodicOrbit](), 0
+    while guesses:
+        before, starts = len(found), starts + sum(len(guess) for guess in guesses)
+        for guess in guesses:
+            _add(map, cells, guess, found)
+        points, sides = [cycle.states for cycle in found], np.ptp(cells.window, axis=1)
+        guesses = spliced(map, np.concatenate(points), sides, period) if len(found) > before else []
+    return tuple(sorted(found, key=lambda cycle: (len(cycle.states), *cycle.states[0]))), starts
+
+
+def _add(map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]) -> None:
+    """Add to the cycles found those to which Newton's method comes from guesses of shape (W, p, n), each once."""
+    points = np.concatenate([np.empty((0, len(cells.shape))), *(cycle.states for cycle in found)])
+    made = _newton(map, guess)
+    _, firsts = np.unique(np.rint(made / SAME), axis=0, return_index=True)
+    for states in made[firsts]:
+        states = states[: _least_period(states, cells.coordinates)]
+        if _near(states[0], points, cells.coordinates).any() or (cells.numbers_of(states) < 0).any():
+            continue
+        cycle = periodic_orbit(map, states, len(states), RESIDUAL)
+        if cycle.converged and cycle.exists:
+            found.append(cycle)
+            points = np.concatenate([points, cycle.states])
 
 
 def _near(state: Floats, points: Floats, coordinates: tuple[str, ...]) -> Bools:
