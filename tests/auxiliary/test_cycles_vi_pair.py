@@ -32,11 +32,12 @@ def missed(system, cycles, window, period, depth):
     """How many of the known cycles in a window a search does not find; what it finds must be known."""
     found = find_cycles(system, window, period, depth, 16)
     states = [nsmaps.orbit(system, state, len(words) - 1).states for words, state, _ in cycles if len(words) <= period]
-    here = np.array([each[0] for each in states if (found.cells.numbers_of(each) >= 0).all()])
+    inside = [each for each in states if (found.cells.numbers_of(each) >= 0).all()]
+    here = np.array([each[0] for each in inside])
     firsts = np.array([cycle.states[np.argmin(cycle.states[:, 0])] for cycle in found.cycles])
     off = np.abs(differences(firsts[:, None], here, system.coordinates)).max(axis=2)
     assert off.min(axis=1).max() < 1e-12
-    assert np.isin(found.cells.numbers_of(here), found.numbers).all()
+    assert np.isin(found.cells.numbers_of(np.concatenate(inside)), found.numbers).all()
     return int((off.min(axis=0) > 1e-12).sum())
 
 
