@@ -5,12 +5,12 @@ from collections.abc import Container
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.impacts import Floats, Outcome
 from nsmaps.exact.surface import Grid
-from nsmaps.reduced.cell import Bools
 from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.orders import errors
 from nsmaps.reduced.partition import LogRow, PartitionResult
@@ -31,12 +31,16 @@ def random_states(box: Floats, count: int) -> Floats:
     return np.random.default_rng(7).uniform(low, high, (count, len(low)))
 
 
-def arrivals(map: ReturnMap, composite: CompositeMap, attracting: Container[str], grid: Grid) -> tuple[Bools, Floats]:
-    """Which orbits of a map from random starts visit attracting pieces at their end, shape (STARTS,), and their last states."""
+def ends(map: ReturnMap, composite: CompositeMap, grid: Grid) -> NDArray[np.int64]:
+    """The pieces in which orbits of a map from random starts are at their end, shape (TAIL, STARTS); -1 for none."""
     tail = orbit(map, random_states(box_of(grid), STARTS), RETURNS).states[-TAIL:]
-    piece = composite.piece_of(tail.reshape(-1, tail.shape[-1])).reshape(tail.shape[:2])
+    return composite.piece_of(tail.reshape(-1, tail.shape[-1])).reshape(tail.shape[:2])
+
+
+def arrivals(map: ReturnMap, composite: CompositeMap, attracting: Container[str], grid: Grid) -> float:
+    """The share of these orbits that visit attracting pieces at their end."""
     numbers = [k for k, each in enumerate(composite.pieces) if each.name in attracting]
-    return np.asarray(np.isin(piece, numbers).any(axis=0)), tail[-1]
+    return float(np.isin(ends(map, composite, grid), numbers).any(axis=0).mean())
 
 
 def finalize(system: "ImpactSystem", grid: Grid, spec: "Partition", refinement: "Refinement") -> PartitionResult:
@@ -50,7 +54,7 @@ def finalize(system: "ImpactSystem", grid: Grid, spec: "Partition", refinement: 
     names = [Outcome(value).name for value in exact.outcome[lost]]
     both = exact.valid & fitted.valid
     same = composite.piece_of(exact.image[both]) == composite.piece_of(fitted.image[both])
-    arrives = [float(arrivals(map, composite, attracting, grid)[0].mean()) for map in (system, composite)]
+    arrives = [arrivals(map, composite, attracting, grid) for map in (system, composite)]
     error, points = _attracting_error(system, composite, leaves)
     return PartitionResult(
         spec=spec,

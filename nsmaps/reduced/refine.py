@@ -12,7 +12,7 @@ from nsmaps.exact.surface import Grid
 from nsmaps.reduced.cell import HELD_OUT, Cell, Cut, Sample, rounded, sample
 from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.edges import best_separator, bound, sheets
-from nsmaps.reduced.finalize import arrivals, random_states
+from nsmaps.reduced.finalize import ends, random_states
 from nsmaps.reduced.orders import Chosen, Demand, choose_order, commonest, errors
 from nsmaps.reduced.polyfit import Full
 from nsmaps.reduced.recurrence import attracting_boxes, box_of
@@ -32,7 +32,7 @@ SHIFTS = (0.05, 0.15, 0.3)  #: of a cell, by which a strip along its curved edge
 NARROWEST = 1e-12  #: of a coordinate, that is split no further
 FINE, STRICT = 80, 8000  #: points along a cell's grid to find edges on; held-out states where none may miss the demand
 TIGHTER = 2.0  #: by which the demand on such a piece is divided, round by round
-ROUNDS = 8  #: of tightening transient pieces in which orbits stay that should not
+ROUNDS = 8  #: of tightening transient pieces that hold part of an attractor
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +89,7 @@ class Refinement:
     count: int = 0  #: regions that have a number
 
     def run(self) -> "Refinement":
-        """Attracting regions first, the transient rest behind them, and that tightened where orbits stay in it."""
+        """Attracting regions first, the transient rest behind them, and that tightened where attractors pass it."""
         returns = self.system.first_return(self.grid.states())
         self.resets = tuple(resets(self.system, returns, self.grid))
         boxes, states = self.attracting(returns)
@@ -103,7 +103,7 @@ class Refinement:
             if not stuck or len(self.leaves) >= self.spec.max_pieces:
                 break
             self.leaves = [leaf for leaf in self.leaves if leaf not in stuck]
-            why = "tightened: orbits of the composite map stay in it"
+            why = "tightened: attractors of the composite map pass it"
             self.log = [replace(leaf, became=why) if leaf in stuck else leaf for leaf in self.log]
             self.refine([self.tightened(leaf) for leaf in stuck], self.spec.max_pieces)
         return self
@@ -243,16 +243,14 @@ class Refinement:
         return CompositeMap(self.system.coordinates, self.system.wall_names, pieces + self.resets)
 
     def stuck(self) -> list[Leaf]:
-        """The transient regions in which orbits of the composite map stay."""
+        """The transient regions in which orbits of the composite map are at their end, that hold parts of its attractors."""
         composite = self.composite()
-        attracting = {f"R{leaf.number}" for leaf in self.leaves if leaf.role == "attracting"}
-        arrive, last = arrivals(composite, composite, attracting, self.grid)
-        names = {composite.pieces[k].name for k in np.unique(composite.piece_of(last[~arrive])) if k >= 0}
+        names = {composite.pieces[k].name for k in np.unique(ends(composite, composite, self.grid)) if k >= 0}
         loose = [leaf for leaf in self.leaves if leaf.role == "transient" and (leaf.demand.errors > self.spec.tolerance).any()]
         return [leaf for leaf in loose if f"R{leaf.number}" in names]
 
     def tightened(self, leaf: Leaf) -> Leaf:
-        """The region with a demand twice as tight, because orbits stay in it that should not."""
+        """The region with a demand twice as tight, because it holds part of an attractor."""
         demand = replace(
             leaf.demand, errors=np.maximum(self.spec.tolerance, leaf.demand.errors / TIGHTER), share=leaf.demand.share
         )

@@ -2,7 +2,8 @@
 
 import pytest
 
-from nsmaps import Noise, load_study, noisy_orbits
+from nsmaps import Noise, load_study, load_system, noisy_orbits, periodic_orbit
+from nsmaps.dynamics.branch import continue_branch
 from nsmaps.dynamics.residence import residence
 from nsmaps.study.plan import prepare
 from nsmaps.study.steps import steps_of
@@ -25,3 +26,14 @@ def test_weak_noise_leads_to_two_to_one_and_hardly_back() -> None:
     stay = residence(made.words, made.time, study.noise.modes, study.noise.hold)
     assert stay.switches[0, 1] > 8
     assert stay.rates[1, 0] < stay.rates[0, 1] / 20
+
+
+def test_two_to_one_motion_coexists_with_the_papers_own_at_its_own_parameters() -> None:
+    """The product of the multipliers of its 3 impacts is r^6."""
+    system = load_system("vi_pair", d=0.285, r=0.5, g_bar=0.21132751903147873)
+    found = periodic_orbit(system, [[0.6756, 6.2245], [0.5385, 1.7605]], 2)
+    assert (found.label, found.stable) == ("2:1/2T", True)
+    assert found.multipliers.prod().real == pytest.approx(0.5**6, rel=1e-9)
+    up, down = (continue_branch(lambda d: system.at(d=d), found, 0.285, (0.26, 0.3), way) for way in ("up", "down"))
+    assert up.of_kind("fold")[0].parameter == pytest.approx(0.2894296462, abs=1e-9)
+    assert down.of_kind("period doubling")[0].parameter == pytest.approx(0.2793372761, abs=1e-9)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.dynamics.distance import hausdorff
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle
 from nsmaps.reduced.polyfit import unwrapped
 
 DEGREES = {"R2": (5, 5), "R4": (8, 4), "R5": (4, 3)}  # eqs. r2map, R4eqn, R5eqn
@@ -82,3 +84,12 @@ def test_coefficients_in_d_written_out_lose_few_digits():
     assert {str(symbol) for symbol in piece.map.symbolic("v").free_symbols} == {"v", "phi", "d"}
     for name in ("v", "phi"):
         assert 1e-16 < piece.map.monomial_error(name) < 1e-4
+
+
+def test_pieces_between_attracting_boxes_make_no_cycles_of_their_own(pair):
+    """At d = 0.27 a loose piece there had two, and all orbits ended in them."""
+    grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.0033, high=1, points=300), "phi": nsmaps.Axis(low=0, high=np.pi, points=300)})
+    made = nsmaps.partition(pair(0.27), grid, nsmaps.Partition(tolerance=1e-3))
+    starts = np.random.default_rng(3).uniform([0.01, 0], [1, 3.1], (60, 2))
+    ours, exact = (nsmaps.orbit(each, starts, 700).states[-16:].reshape(-1, 2) for each in (made.composite, pair(0.27)))
+    assert hausdorff(ours, exact, ("v", Angle("phi"))) < 2e-3
