@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.basins import boundary as boundary
     from nsmaps.dynamics.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.bifurcation import bifurcation as bifurcation
-    from nsmaps.dynamics.branch import Branch as Branch
     from nsmaps.dynamics.branch import cascade as cascade
     from nsmaps.dynamics.branch import continue_branch as continue_branch
     from nsmaps.dynamics.branch import doubled_branch as doubled_branch
@@ -56,8 +55,11 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
     from nsmaps.dynamics.returnmap import ReturnMap as ReturnMap
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
+    from nsmaps.dynamics.stability import EventCurve as EventCurve
+    from nsmaps.dynamics.stability import StabilityDiagram as StabilityDiagram
     from nsmaps.dynamics.stability import event_curve as event_curve
     from nsmaps.dynamics.stability import stability_diagram as stability_diagram
+    from nsmaps.dynamics.trail import Branch as Branch
     from nsmaps.errors import NsmapsError as NsmapsError
     from nsmaps.exact.family import ReturnFamily as ReturnFamily
     from nsmaps.exact.family import WordFamily as WordFamily
@@ -109,7 +111,7 @@ _PUBLIC = {
     "auxiliary.transient": ("Transient", "transient"),
     "dynamics.basins": ("boundary", "Basins", "basins"),
     "dynamics.bifurcation": ("Bifurcation", "bifurcation"),
-    "dynamics.branch": ("Branch", "cascade", "continue_branch", "doubled_branch"),
+    "dynamics.branch": ("cascade", "continue_branch", "doubled_branch"),
     "dynamics.coexistence": ("coexistence",),
     "dynamics.distance": ("hausdorff",),
     "dynamics.iterated": ("Iterated",),
@@ -119,7 +121,8 @@ _PUBLIC = {
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),
     "dynamics.search": ("periodic_orbits",),
-    "dynamics.stability": ("event_curve", "stability_diagram"),
+    "dynamics.stability": ("EventCurve", "StabilityDiagram", "event_curve", "stability_diagram"),
+    "dynamics.trail": ("Branch",),
     "errors": ("NsmapsError",),
     "exact.family": ("ReturnFamily", "WordFamily"),
     "exact.impacts": ("Angle", "Outcome", "Returns"),

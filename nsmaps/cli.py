@@ -15,7 +15,7 @@ import typer
 
 from nsmaps import commands
 from nsmaps.commands import figures_of
-from nsmaps.terminal import FAILED, STOPPED, examples, piece_table, transient_table, verdict_table
+from nsmaps.terminal import FAILED, STOPPED, event_table, examples, piece_table, transient_table, verdict_table
 from nsmaps.terminal import bar as _bar
 from nsmaps.terminal import told as _told
 
@@ -154,6 +154,7 @@ def run(
     if not quiet:
         piece_table(result)
         transient_table(result)
+        event_table(result)
         verdict_table(result)
         spent = {"imports": 0.0, **result.timings, **seconds}
         typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in spent.items())}")
@@ -212,6 +213,10 @@ def _about(study: "Study", step: str) -> str:
         return f"order {made.order} in {made.parameter} from {made.low:g} to {made.high:g}"
     if step == "orbits":
         return ", ".join(f"{orbit.returns} returns" for orbit in study.orbits)
+    if step == "branches":
+        return ", ".join(f"{b.name} ({b.parameter} from {b.low:g} to {b.high:g})" for b in study.branches)
+    if step == "stability" and (two := study.stability):
+        return " x ".join(f"{span.points} values of {span.parameter}" for span in (two.along, two.across))
     if step == "domains":
         return ", ".join(f"{d.name} (map {d.map}, {d.updates} updates)" for d in study.domains)
     if step == "diagonal" and study.diagonal:

@@ -23,6 +23,8 @@ FigureName = Literal[
     "orbits",
     "cobweb",
     "bifurcation",
+    "branches",
+    "stability",
     "lyapunov",
     "basins",
     "noise",

@@ -108,6 +108,24 @@ def transient_table(result: "StudyResult") -> None:
         typer.echo(f"{result.cycles.coverage}\n")
 
 
+def event_table(result: "StudyResult") -> None:
+    """Print what happens on the branches of the study, to the digits that are known of it."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from nsmaps.study.longsummary import known
+
+    table = Table("branch", "motion", "event", "parameter", "precision", "", box=box.SIMPLE, title="Events on branches")
+    names = {section.name: section.parameter for section in result.study.branches}
+    for name, made in result.branches.items():
+        for event in (event for branch in made for event in branch.events):
+            value = f"{names[name]} = {known(event)}"
+            table.add_row(escape(name), event.orbit.label, event.kind, value, f"{event.precision:.1g}", escape(event.detail))
+    if table.rows:
+        console().print(table)
+
+
 def piece_table(result: "StudyResult") -> None:
     """Print the regions that a partition ended with, if there is one."""
     from rich import box

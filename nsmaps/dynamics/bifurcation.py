@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -85,6 +86,7 @@ def bifurcation(
     progress: Callable[[int], None] | None = None,
     executor: Executor | None = None,
     keep: str | Path | None = None,
+    part: int | None = None,
 ) -> Bifurcation:
     """The attractors over the values of a parameter, as in remark num_bif.
 
@@ -99,9 +101,11 @@ def bifurcation(
             orbit that ended starts again from where the last value left it. With "both" there are 2 S orbits, those through
             growing values first. Without it every value has the starts given.
         tolerance: within which each coordinate must repeat to be periodic, in its units.
-        progress: called with the number of values done, after each; after each part, of parts.
+        progress: called with the number of values done, after each; after each part, of parts. With "both" a value counts once
+            for each way, to twice their number.
         executor, keep: of `nsmaps.exact.parts.in_parts`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts
             are values, as many as make 100,000 returns; with `follow` each start goes by itself through so many at a time.
+        part: least number of returns of a part, instead; fewer where a map takes long to be made.
 
     Raises:
         StateError: the starts have not the map's coordinates.
@@ -111,18 +115,18 @@ def bifurcation(
     _check(along, returns, transient, follow)
     if follow == "both":
         ways: tuple[Literal["up", "down"], ...] = ("up", "down")
-        how = returns, transient
-        folders = [None if keep is None else Path(keep) / way for way in ways]
-        made = [
-            bifurcation(map_of, along, now, *how, way, tolerance, progress, executor, folder)
-            for way, folder in zip(ways, folders, strict=True)
-        ]
+        made = []
+        for k, way in enumerate(ways):
+            told = None if progress is None else partial(_told_after, progress, k * len(along))
+            folder = None if keep is None else Path(keep) / way
+            how = returns, transient, way, tolerance, told, executor, folder, part
+            made.append(bifurcation(map_of, along, now, *how))
         return _beside(*made)
     order = np.argsort(-along if follow == "down" else along, kind="stable")
     if (executor is None and keep is None) or not len(now):
         found = _attractors(map_of, along[order], now, returns, transient, bool(follow), progress)
         return _diagram(along, len(now), [(order, slice(None), found)], tolerance)
-    sweep = _Sweep(map_of, along, order, returns, transient, executor, keep, progress)
+    sweep = _Sweep(map_of, along, order, returns, transient, executor, keep, progress, part or PART)
     return _diagram(along, len(now), sweep.followed(now) if follow else sweep.apart(now), tolerance)
 
 
@@ -138,6 +142,7 @@ class _Sweep:
     executor: Executor | None
     keep: str | Path | None
     progress: Callable[[int], None] | None
+    part: int  #: least number of returns of a part
 
     def apart(self, starts: Floats) -> list[Block]:
         """Every start at every value: parts are values."""
@@ -162,7 +167,7 @@ class _Sweep:
 
     def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
         """The numbers of the values, in their order, of each part or link."""
-        each = -(-PART // ((self.returns + self.transient) * starts))
+        each = -(-self.part // ((self.returns + self.transient) * starts))
         return [self.order[k : k + each] for k in range(0, len(self.order), each)]
 
     def _where(self, link: str = "") -> tuple[Executor | None, Path | None]:
@@ -172,6 +177,11 @@ class _Sweep:
         """What parts done tell as values done."""
         progress = self.progress
         return None if progress is None else lambda part: progress(done + part * values // parts)
+
+
+def _told_after(progress: Callable[[int], None], done: int, more: int) -> None:
+    """More values done, after others."""
+    progress(done + more)
 
 
 def _attractors(

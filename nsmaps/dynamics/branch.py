@@ -1,63 +1,24 @@
 """Branches of periodic orbits in one parameter, around folds, with what happens to them on the way."""
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nsmaps.dynamics.arclength import Curve, Place
-from nsmaps.dynamics.events import COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, Event, at_zero, between
+from nsmaps.dynamics.events import COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, TESTS, Event, at_zero, between
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.trail import Branch, Trail
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
 SMALLEST = 1e-9  #: step, of the range of the parameter, at which a branch is given up
 CLOSE = 1e-3  #: a margin from a graze within which a branch that ends while it falls is taken to end there
+CLOSED = "closed"  #: how a branch ends that comes back to its first orbit
 MARGINS = ("a clearance", "an impact speed")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Branch:
-    """A branch of periodic orbits of q returns: K orbits of n coordinates in the order of the branch."""
-
-    orbits: tuple[PeriodicOrbit, ...]
-    parameter: Floats  #: shape (K,)
-    arclength: Floats  #: shape (K,), from the first orbit; the range of the parameter and a state's unit count one
-    events: tuple[Event, ...]  #: in the order of the branch
-    ended: str  #: why it ends where it does
-
-    @property
-    def points(self) -> Floats:
-        """The states, shape (K, q, n), angles in [0, 2 pi)."""
-        return np.array([orbit.states for orbit in self.orbits])
-
-    @property
-    def words(self) -> NDArray[np.str_]:
-        """The words of their returns, shape (K, q)."""
-        return np.array([orbit.words for orbit in self.orbits])
-
-    @property
-    def multipliers(self) -> NDArray[np.complex128]:
-        """Shape (K, n), the largest first."""
-        return np.array([orbit.multipliers for orbit in self.orbits])
-
-    @property
-    def stable(self) -> NDArray[np.bool_]:
-        """Whether every multiplier lies within the unit circle, shape (K,)."""
-        return np.asarray((np.abs(self.multipliers) < 1).all(axis=1))
-
-    @property
-    def labels(self) -> NDArray[np.str_]:
-        """The motions n:m/pT, shape (K,)."""
-        return np.array([orbit.label for orbit in self.orbits])
-
-    def of_kind(self, kind: str) -> tuple[Event, ...]:
-        """The events of one kind, such as `fold`."""
-        return tuple(event for event in self.events if event.kind == kind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,29 +28,7 @@ class _Extent:
     step: float  #: longest, in arclength
     most: int  #: orbits
     until: Collection[str]  #: kinds of events at which the branch is left
-
-
-@dataclass(frozen=True, slots=True)
-class _Trail:
-    """A branch so far: every place that was reached, and how far along it lies."""
-
-    curve: Curve
-    places: list[Place] = field(default_factory=list)
-    arclength: list[float] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
-
-    def add(self, place: Place, apart: float) -> None:
-        self.places.append(place)
-        self.arclength.append((self.arclength[-1] if self.arclength else 0.0) + apart)
-
-    def branch(self, ended: str, least: float) -> Branch:
-        """The result, without places that crowd where steps grew small."""
-        kept = [0]
-        for k in range(1, len(self.places)):
-            if k == len(self.places) - 1 or self.arclength[k] - self.arclength[kept[-1]] >= least:
-                kept.append(k)
-        parameter, arclength = (np.array([row[k] for k in kept]) for row in ([p.value for p in self.places], self.arclength))
-        return Branch(tuple(self.places[k].orbit for k in kept), parameter, arclength, tuple(self.events), ended)
+    kinds: Collection[str]  #: those that are looked for
 
 
 def continue_branch(
@@ -102,6 +41,7 @@ def continue_branch(
     most: int = 2000,
     until: Collection[str] = (),
     tolerance: float = 1e-10,
+    kinds: Collection[str] = tuple(TESTS),
 ) -> Branch:
     """The branch of a periodic orbit by pseudo-arclength continuation, around folds, with its events located.
 
@@ -119,18 +59,19 @@ def continue_branch(
         most: orbits.
         until: kinds of events, see `Event`.
         tolerance: largest residual of an orbit, in the coordinates' units.
+        kinds: of the events that are located. What a branch ends at is always told.
 
     Raises:
         NsmapsError: arguments that are not accepted. An orbit that does not converge makes a branch without orbits.
     """
-    extent = _extent(within, value, step, most, until)
+    extent = _extent(within, value, step, most, until, kinds)
     curve = Curve(map_of, len(orbit.states), *within, tolerance)
     upward = np.zeros(orbit.states.size + 1)
     upward[-1] = 1.0 if toward == "up" else -1.0
     start = curve.solve(curve.y(orbit.states, value), upward)
     if start is None:
-        why = curve.missing(value) or "Newton's method does not converge"
-        return Branch((), np.empty(0), np.empty(0), (), f"no orbit at {value:.9g}: {why}")
+        why = curve.missing(value) or f"Newton's method does not converge{_lost(curve, orbit, value)}"
+        return Branch.empty(orbit, f"no orbit at {value:.9g}: {why}")
     return _follow(curve, start, start.tangent * np.copysign(1.0, start.tangent @ upward), extent, fresh=False)
 
 
@@ -142,6 +83,7 @@ def doubled_branch(
     most: int = 2000,
     until: Collection[str] = (),
     tolerance: float = 1e-10,
+    kinds: Collection[str] = tuple(TESTS),
 ) -> Branch:
     """The branch of cycles of twice the period that begins at a period doubling; other arguments as `continue_branch`.
 
@@ -152,7 +94,7 @@ def doubled_branch(
     """
     if event.kind != DOUBLING:
         raise NsmapsError(f"the event is a {event.kind}; accepted: a {DOUBLING}")
-    extent = _extent(within, event.parameter, step, most, until)
+    extent = _extent(within, event.parameter, step, most, until, kinds)
     orbit = event.orbit
     values, vectors = np.linalg.eig(orbit.derivative)
     u = [vectors[:, np.argmin(np.abs(values + 1))].real]
@@ -180,17 +122,32 @@ def cascade(
     As many as there are doublings, or fewer: the last one then says why it ended without one. Steps shrink with the period.
     Arguments and errors as `continue_branch`.
     """
-    until = (DOUBLING,)
-    branches = [continue_branch(map_of, orbit, value, within, toward, step, until=until)]
-    while len(branches) < doublings and (found := branches[-1].of_kind(DOUBLING)):
+    first = continue_branch(map_of, orbit, value, within, toward, step, until=(DOUBLING,))
+    return first, *doublings_of(map_of, first, within, doublings - 1, step)
+
+
+def doublings_of(
+    map_of: Callable[[float], ReturnMap],
+    branch: Branch,
+    within: tuple[float, float],
+    most: int,
+    step: float = 0.02,
+    kinds: Collection[str] = tuple(TESTS),
+) -> tuple[Branch, ...]:
+    """At most so many branches of doubled cycles: from the first period doubling of a branch to the next, and so on.
+
+    `step` is that of the branch given, and shrinks with the period; others as `doubled_branch`.
+    """
+    branches = [branch]
+    while len(branches) <= most and (found := branches[-1].of_kind(DOUBLING)):
         step /= 2
-        branches.append(doubled_branch(map_of, found[0], within, step, until=until))
-    return tuple(branches)
+        branches.append(doubled_branch(map_of, found[0], within, step, until=(DOUBLING,), kinds=kinds))
+    return tuple(branches[1:])
 
 
 def _follow(curve: Curve, start: Place, along: Floats, extent: _Extent, fresh: bool) -> Branch:
     """The branch from a place in a direction; a fresh one starts where two branches cross and tests mean nothing."""
-    trail = _Trail(curve)
+    trail = Trail(curve)
     trail.add(start, 0.0)
     at, first, h, ended = start, along, extent.step, ""
     while not ended:
@@ -202,7 +159,7 @@ def _follow(curve: Curve, start: Place, along: Floats, extent: _Extent, fresh: b
                 ended = _end(trail, along)
             continue
         turned = new.tangent * np.copysign(1.0, new.tangent @ along)
-        events = [] if fresh else between(curve, at, along, new, turned, h)
+        events = [] if fresh else between(curve, at, along, new, turned, h, extent.kinds)
         trail.events.extend(events)
         ended = next((event.kind for event in events if event.kind in (*extent.until, HALVING)), "")
         if ended != HALVING:  # beyond it lie the same cycles, their halves swapped
@@ -210,7 +167,7 @@ def _follow(curve: Curve, start: Place, along: Floats, extent: _Extent, fresh: b
         if not ended and new.value in (curve.low, curve.high):
             ended = f"the range ends at {new.value:g}"
         elif not ended and turned @ first > BEND and _closed(curve, start, at, new, h, len(trail.places)):
-            ended = "closed"
+            ended = CLOSED
         elif not ended and len(trail.places) >= extent.most:
             ended = f"{extent.most} orbits"
         h = min(1.5 * h, extent.step) if turned @ along > 1 - (1 - BEND) / 4 else h
@@ -242,10 +199,10 @@ def _closed(curve: Curve, start: Place, at: Place, new: Place, h: float, reached
     return reached > 3 and max(curve.apart(start, place) for place in (at, new)) <= h * 1.01
 
 
-def _end(trail: _Trail, along: Floats) -> str:
+def _end(trail: Trail, along: Floats) -> str:
     """Why a branch cannot be followed beyond its last place; if it is an event, that is added to it."""
     last, unit = trail.places[-1], trail.curve.unit
-    if told := trail.curve.missing(last.value + 10 * SMALLEST * unit * np.sign(along[-1])):
+    if told := trail.curve.missing(last.value + 10 * SMALLEST * unit * float(np.sign(along[-1]))):
         trail.events.append(Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, told))
         return DOMAIN
     for k, margin in enumerate(MARGINS):
@@ -259,7 +216,12 @@ def _end(trail: _Trail, along: Floats) -> str:
     return f"lost at {last.value:.9g}: {trail.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
 
 
-def _spaced(trail: _Trail, margin: int) -> tuple[list[float], list[float]]:
+def _lost(curve: Curve, orbit: PeriodicOrbit, value: float) -> str:
+    """What to add of a guess that has no images."""
+    return "" if orbit.returns.valid.all() else f", and the guess has no image: {curve.outcomes(orbit.states, value)}"
+
+
+def _spaced(trail: Trail, margin: int) -> tuple[list[float], list[float]]:
     """A margin and the parameter at the last place and at two before it that are not crowded."""
     rows, least = [(len(trail.places) - 1)], 1e-6
     for k in range(len(trail.places) - 2, -1, -1):
@@ -269,10 +231,14 @@ def _spaced(trail: _Trail, margin: int) -> tuple[list[float], list[float]]:
     return [float(trail.places[k].margins[margin]) for k in rows], [trail.places[k].value for k in rows]
 
 
-def _extent(within: tuple[float, float], value: float, step: float, most: int, until: Collection[str]) -> _Extent:
+def _extent(
+    within: tuple[float, float], value: float, step: float, most: int, until: Collection[str], kinds: Collection[str]
+) -> _Extent:
     low, high = within
     if not low <= value <= high or not low < high:
         raise NsmapsError(f"the value {value:g} is not within {low:g} and {high:g}; accepted: a range that holds it")
     if not 10 * SMALLEST < step <= 1 or most < 1:
         raise NsmapsError(f"{most} orbits, step {step:g}; accepted: at least one orbit, a step up to 1")
-    return _Extent(step, most, until)
+    if unknown := set(kinds) - set(TESTS):
+        raise NsmapsError(f"there are no events {', '.join(sorted(unknown))!r} to be located; accepted: {', '.join(TESTS)}")
+    return _Extent(step, most, until, {*kinds, *until})

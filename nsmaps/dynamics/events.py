@@ -1,6 +1,6 @@
 """Where along the curve of a periodic orbit a multiplier passes the unit circle, or the orbit ceases to be."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ HALVING = "period halving"
 GRAZING, DOMAIN = "grazing", "end of the valid domain"
 FINEST = 1e-13  #: of the arclength, to which an event is located
 AROUND = 1e-3  #: of a step, next to where two branches cross
+ROUNDING = 1e-13  #: of the largest multiplier, below which another is not known
 COARSEST = 1e-8  #: of the range of the parameter, to which an event must be located
 
 
@@ -40,8 +41,14 @@ class Event:
         return self.orbit.multipliers
 
 
+def _known(place: Place) -> NDArray[np.complex128]:
+    """The multipliers, zero for those that are rounding of the largest: as of a long cycle deep in chaos, told as any number."""
+    values = place.orbit.multipliers
+    return np.where(np.abs(values) > ROUNDING * np.abs(values[0]), values, 0)
+
+
 def _doubling(place: Place, _: Floats) -> float:
-    return float(np.prod(1 + place.orbit.multipliers).real)
+    return float(np.prod(1 + _known(place)).real)
 
 
 def _fold(_: Place, along: Floats) -> float:
@@ -49,12 +56,12 @@ def _fold(_: Place, along: Floats) -> float:
 
 
 def _one(place: Place, _: Floats) -> float:
-    return float(np.prod(1 - place.orbit.multipliers).real)
+    return float(np.prod(1 - _known(place)).real)
 
 
 def _torus(place: Place, _: Floats) -> float:
     """The product of (a b - 1) over pairs of multipliers."""
-    values = place.orbit.multipliers
+    values = _known(place)
     i, j = np.triu_indices(len(values), 1)
     return float(np.prod(values[i] * values[j] - 1).real)
 
@@ -63,15 +70,18 @@ Test = Callable[[Place, Floats], float]
 TESTS: dict[str, Test] = {DOUBLING: _doubling, FOLD: _fold, BRANCH_POINT: _one, TORUS: _torus}
 
 
-def between(curve: Curve, at: Place, along: Floats, new: Place, turned: Floats, h: float) -> list[Event]:
-    """The events between two neighbouring places of a curve, h apart, in order, with the curve's directions at both."""
+def between(curve: Curve, at: Place, along: Floats, new: Place, turned: Floats, h: float, kinds: Collection[str]) -> list[Event]:
+    """The events of these kinds between two neighbouring places of a curve, h apart, with the curve's directions at both.
+
+    In order; where a doubled cycle ends on the one it came from is told always.
+    """
     found: list[tuple[float, Event]] = []
     passed = {kind for kind, test in TESTS.items() if test(at, along) * test(new, turned) < 0}
     if FOLD in passed:
         passed.discard(BRANCH_POINT)
         if swapped(curve, at, new):
             passed = {HALVING}
-    for kind in passed:
+    for kind in passed & {*kinds, HALVING}:
         known = halving(curve, at, h) if kind == HALVING else located(curve, at, along, h, TESTS[kind])
         s, place, precision = known or (h, new, abs(new.value - at.value))
         if kind != TORUS or np.abs(place.orbit.multipliers.imag).max() > 0:  # else two real ones whose product is one

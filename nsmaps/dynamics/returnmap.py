@@ -5,6 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import ValidationError
 
 from nsmaps.exact.impacts import Floats, Returns, Stretches
 
@@ -45,7 +46,19 @@ def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[Ret
     try:
         return map_of(*values), ""
     except ValueError as error:
-        return None, " ".join(str(error).split())
+        return None, _in_words(error)
+
+
+def _in_words(error: ValueError) -> str:
+    """What was complained of in one line; of pydantic what, the value, and what is accepted."""
+    if not isinstance(error, ValidationError):
+        return " ".join(str(error).split())
+    told = []
+    for problem in error.errors():
+        name, cause = ".".join(map(str, problem["loc"])), problem.get("ctx", {}).get("error")
+        accepted = problem["msg"].removeprefix("Input should be ")
+        told.append(str(cause) if cause else f"{name} is {problem['input']!r}; accepted: {accepted}")
+    return "; ".join(told)
 
 
 def carried(final: Floats, before: Floats) -> Floats:

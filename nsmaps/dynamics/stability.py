@@ -13,9 +13,9 @@ from nsmaps.dynamics.bifurcation import bifurcation
 from nsmaps.dynamics.branch import continue_branch
 from nsmaps.dynamics.events import FOLD
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Floats
+from nsmaps.exact.impacts import Floats, Outcome
 from nsmaps.exact.parts import Arrays, in_parts
 
 
@@ -27,7 +27,8 @@ class StabilityDiagram:
     across: Floats  #: shape (W,), values of the other
     period: NDArray[np.int64]  #: shape (W, V), in returns; 0: none up to the longest looked for, -1: no attractor
     labels: NDArray[np.str_]  #: shape (W, V), such as 1:1/2T; "" where there is no attractor
-    reasons: tuple[str, ...]  #: W texts, why there is no map at any value of a row; "" where there is
+    outcome: NDArray[np.int8]  #: shape (W, V), values of `Outcome`, of the last return; `invalid` where there is no map
+    reasons: tuple[str, ...]  #: W texts, why there is no map at the first value of a row that has none; "" where all have
 
     def share(self, period: int) -> float:
         """Which share of the points has this period."""
@@ -80,11 +81,10 @@ def stability_diagram(
     parts = [(map_of, columns, value, np.asarray(start, float), longest, transient, follow, tolerance) for value in rows.tolist()]
     made = in_parts(_row, parts, executor, keep, progress)
     reasons = tuple(str(row["reason"]) for row in made)
-    if all(reasons):
+    if all(reasons) and all((row["outcome"] == Outcome.invalid).all() for row in made):
         raise NsmapsError(f"there is no row of {len(rows)}: {reasons[0] if reasons else 'no value across'}")
-    return StabilityDiagram(
-        columns, rows, np.stack([row["period"] for row in made]), np.stack([row["labels"] for row in made]), reasons
-    )
+    period, labels, outcome = (np.stack([row[name] for row in made]) for name in ("period", "labels", "outcome"))
+    return StabilityDiagram(columns, rows, period, labels, outcome, reasons)
 
 
 def _row(
@@ -94,10 +94,12 @@ def _row(
     try:
         made = bifurcation(_at(map_of, value), columns, start, 2 * longest, *how)
     except NsmapsError as error:
-        period, labels = np.full(len(columns), -1), np.full(len(columns), "")
-        return {"period": period, "labels": labels, "reason": np.array(str(error))}
+        none = {"period": np.full(len(columns), -1), "labels": np.full(len(columns), "")}
+        outcome = np.full(len(columns), Outcome.invalid, np.int8)
+        return {**none, "outcome": outcome, "reason": np.array(str(error))}
     period = np.where(made.held[:, 0], made.period[:, 0], -1)
-    return {"period": period, "labels": made.labels[:, 0], "reason": np.array("")}
+    reason = np.array(next(filter(None, made.reasons), ""))
+    return {"period": period, "labels": made.labels[:, 0], "outcome": made.outcome[:, 0], "reason": reason}
 
 
 def event_curve(
@@ -126,11 +128,10 @@ def event_curve(
     found, precision = np.full((2, len(rows)), np.nan)
     reasons = [""] * len(rows)
     for k, other in enumerate(rows.tolist()):
-        try:
-            here = periodic_orbit(map_of(value, other), orbit.states, len(orbit.states))
-        except ValueError as error:
-            reasons[k] = " ".join(str(error).split())
+        map, reasons[k] = map_or_reason(map_of, value, other)
+        if map is None:
             continue
+        here = periodic_orbit(map, orbit.states, len(orbit.states))
         made = continue_branch(_at(map_of, other), here, value, within, toward, step, until=(kind, FOLD))
         if events := made.of_kind(kind):
             found[k], precision[k] = events[0].parameter, events[0].precision

@@ -158,7 +158,8 @@ def _told(value: Any) -> str:
 
         return f"{kernel_of(value).module.__name__}({value!r})"
     if is_dataclass(value) and not isinstance(value, type):
-        return f"{type(value).__qualname__}({', '.join(_told(getattr(value, field.name)) for field in fields(value))})"
+        compared = [_told(getattr(value, field.name)) for field in fields(value) if field.compare]
+        return f"{type(value).__qualname__}({', '.join(compared)})"
     if isinstance(value, tuple | list):
         return f"({', '.join(map(_told, value))})"
     if isinstance(value, np.ndarray):

@@ -1,6 +1,7 @@
 """Branches of periodic orbits over a parameter: stable and unstable parts, with the events on them."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,10 +12,12 @@ from numpy.typing import NDArray
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
 from nsmaps.figures.lines import cut
+from nsmaps.figures.needs import Drawable, branches_of
+from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.branch import Branch
+    from nsmaps.dynamics.trail import Branch
 
 _COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY, RED, BLACK)
 _MARKERS = {
@@ -28,34 +31,63 @@ _MARKERS = {
 }
 
 
-def branches(made: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter: str = "") -> Axes:
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """One sheet a parameter, a panel a coordinate; none of a parameter in which no start led to an orbit."""
+    made = branches_of(result, "branches")
+    along: dict[str, list[Branch]] = {}
+    for section in result.study.branches:
+        along.setdefault(section.parameter, []).extend(branch for branch in made[section.name] if len(branch.parameter))
+    sheets = []
+    for parameter, own in along.items():
+        last = len(own[0].returns.coordinates) - 1 if own else -1
+        panels = tuple(partial(branches, own, coordinate=i, parameter=parameter, legend=i == last) for i in range(last + 1))
+        name = "branches" if len(along) == 1 else f"branches-{parameter}"
+        sheets += [Sheet(name, panels, len(panels), (5.4, 4.4))] if own else []
+    return tuple(sheets)
+
+
+def branches(made: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter: str = "", legend: bool = True) -> Axes:
     """One coordinate of all states of cycles over the parameter: a colour a motion, lines dashed where it is unstable.
+
+    Lines and marks are the finer the longer the period. `legend` is no where a panel beside this one has it.
 
     Raises:
         NsmapsError: there is no branch with orbits.
     """
-    shown = [branch for branch in made if len(branch.orbits)]
+    shown = [branch for branch in made if len(branch.parameter)]
     if not shown:
         raise NsmapsError("there is no branch with orbits; accepted: at least one")
-    name = shown[0].orbits[0].returns.coordinates[coordinate]
     motions = list(dict.fromkeys(str(branch.labels[-1]) for branch in shown))
     colours = {motion: _COLOURS[k % len(_COLOURS)] for k, motion in enumerate(motions)}
     for branch in shown:
-        for k in range(branch.points.shape[1]):
-            path = branch.points[:, k, coordinate]
-            for keep, dashes in ((branch.stable, "-"), (_neighbours(~branch.stable), "--")):
-                line = np.where(keep, path, np.nan)
-                line = cut(line, np.pi) if isinstance(name, Angle) else line
-                ax.plot(branch.parameter, line, dashes, color=colours[str(branch.labels[-1])])
+        _lines(branch, ax, coordinate, colours[str(branch.labels[-1])])
+    for branch in shown:
         for event in branch.events:
             places = event.orbit.states[:, coordinate]
-            ax.plot(np.full(len(places), event.parameter), places, _MARKERS[event.kind], color=BLACK, mfc="white", ms=6)
-    kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
-    handles = [Line2D([], [], color=colours[motion], label=motion) for motion in motions]
-    handles += [Line2D([], [], color=BLACK, marker=_MARKERS[kind], mfc="white", ls="", label=kind) for kind in kinds]
-    handles.append(Line2D([], [], color="0.4", ls="--", label="unstable"))
-    ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-    return dress(ax, (parameter, ""), (name, "k"))
+            look = {"color": BLACK, "mfc": "white", "ms": 6.5 * _fineness(len(places)), "mew": 1.1 * _fineness(len(places))}
+            ax.plot(np.full(len(places), event.parameter), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
+    if legend:
+        kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
+        handles = [Line2D([], [], color=colours[motion], label=motion) for motion in motions]
+        handles += [Line2D([], [], color=BLACK, marker=_MARKERS[kind], mfc="white", ls="", label=kind) for kind in kinds]
+        handles.append(Line2D([], [], color="0.4", ls="--", label="unstable"))
+        ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    return dress(ax, (parameter, ""), (shown[0].returns.coordinates[coordinate], "k"))
+
+
+def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
+    """A line for each state of the cycle, solid where it is stable."""
+    stable = branch.stable
+    for path in branch.points[..., coordinate].T:
+        for keep, dashes in ((stable, "-"), (_neighbours(~stable), "--")):
+            line = np.where(keep, path, np.nan)
+            line = cut(line, np.pi) if isinstance(branch.returns.coordinates[coordinate], Angle) else line
+            ax.plot(branch.parameter, line, dashes, color=colour, lw=1.8 * _fineness(branch.period))
+
+
+def _fineness(period: int) -> float:
+    """How much of its size a line or mark has that stands beside so many others."""
+    return float(period**-0.4)
 
 
 def _neighbours(keep: NDArray[np.bool_]) -> NDArray[np.bool_]:

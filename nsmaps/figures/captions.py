@@ -80,6 +80,14 @@ CAPTIONS: dict[str, tuple[str, str]] = {
         "States of the attractors against the parameter, coloured by word",
         "The attractors over the parameter, by impact word, with the names of the motions.",
     ),
+    "branches": (
+        "States of periodic orbits against the parameter, solid where stable and dashed where unstable, with their events",
+        "Branches of periodic orbits: solid lines attract, dashed ones do not, with the events on them.",
+    ),
+    "stability": (
+        "The plane of two parameters coloured by the motion that attracts, with curves of events",
+        "The motion that attracts over two parameters, and the curves on which a branch has an event.",
+    ),
     "lyapunov": (
         "Lyapunov exponents against the parameter with bands of two standard errors",
         "The Lyapunov exponents over the parameter, a return and a unit of time, with bands of two standard errors.",

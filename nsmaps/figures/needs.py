@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.dynamics.stability import EventCurve, StabilityDiagram
+    from nsmaps.dynamics.trail import Branch
     from nsmaps.exact.slices import Slice
     from nsmaps.exact.surface import Surface
     from nsmaps.exact.system import ImpactSystem
@@ -67,6 +69,12 @@ class Drawable(Protocol):
     def orbits(self) -> Sequence[Pair]: ...
     @property
     def bifurcation(self) -> Mapping[str, "Bifurcation"]: ...
+    @property
+    def branches(self) -> Mapping[str, "Sequence[Branch]"]: ...
+    @property
+    def stability(self) -> "StabilityDiagram | None": ...
+    @property
+    def curves(self) -> Mapping[str, "EventCurve"]: ...
     @property
     def lyapunov(self) -> "LyapunovSweep | None": ...
     @property
@@ -187,6 +195,16 @@ def slices_of(result: Drawable, figure: str) -> "Sequence[Slice]":
 def bifurcation_of(result: Drawable, figure: str) -> Mapping[str, "Bifurcation"]:
     """The bifurcation diagrams by map, or the error that says what to name."""
     return _there(result.bifurcation, figure, "bifurcation diagrams", "'bifurcation'")
+
+
+def branches_of(result: Drawable, figure: str) -> Mapping[str, "Sequence[Branch]"]:
+    """The branches by name, or the error that says what to name."""
+    return _there(result.branches, figure, "branches of periodic orbits", "'branches'")
+
+
+def stability_of(result: Drawable, figure: str) -> "StabilityDiagram":
+    """The stability diagram, or the error that says what to name."""
+    return _there(result.stability, figure, "a stability diagram", "'stability'")
 
 
 def lyapunov_of(result: Drawable, figure: str) -> "LyapunovSweep":

@@ -1,6 +1,6 @@
 """Stability diagrams: the period or the motion that attracts over two parameters, with the curves on which it changes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
+from nsmaps.figures.needs import Drawable, stability_of
+from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, GREY, MAGENTA, ORANGE, RED, SKY, YELLOW, dress
 
 if TYPE_CHECKING:
@@ -17,8 +19,15 @@ if TYPE_CHECKING:
 
 _COLOURS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, RED, BLUE)
 _CHAOS, _OTHER, _NONE = "no period found", "other", "no attractor"
-_LAST = {_OTHER: GREY, _CHAOS: BLACK, _NONE: "#FFFFFF"}
+_LAST = {_OTHER: GREY, _CHAOS: "#333333", _NONE: "#FFFFFF"}
 _LINES = ("-", "--", ":", "-.")
+
+
+def sheets(result: Drawable) -> tuple[Sheet, ...]:
+    """One sheet: the motions, with the curves of events."""
+    made, section = stability_of(result, "stability"), result.study.stability
+    names, curves = (section.along.parameter, section.across.parameter), result.curves
+    return (Sheet("stability", (lambda ax: stability(made, ax, names, "motion", curves),), 1, (7.2, 4.8)),)
 
 
 def stability(
@@ -26,7 +35,7 @@ def stability(
     ax: Axes,
     parameters: Sequence[str] = ("", ""),
     by: str = "period",
-    curves: Sequence["EventCurve"] = (),
+    curves: Mapping[str, "EventCurve"] | None = None,
 ) -> Axes:
     """What attracts over two parameters: a colour for each of the seven most frequent periods in returns, or motions n:m/pT.
 
@@ -34,7 +43,7 @@ def stability(
         diagram: from `stability_diagram`.
         parameters: names of the one along and of the one across, for the axes.
         by: `period` or `motion`.
-        curves: events in the same parameters, drawn over it.
+        curves: events in the same parameters by name, drawn over it.
 
     Raises:
         NsmapsError: `by` is neither.
@@ -50,9 +59,10 @@ def stability(
     colours = [table[name] for name in shown]
     norm = BoundaryNorm(np.arange(len(shown) + 1) - 0.5, len(shown))
     ax.pcolormesh(diagram.along, diagram.across, cells, cmap=ListedColormap(colours), norm=norm, rasterized=True)
-    for curve, line in zip(curves, _LINES * len(curves), strict=False):
+    named = curves or {}
+    for (name, curve), line in zip(named.items(), _LINES * len(named), strict=False):
         ax.plot(curve.values, curve.across, color="#FFFFFF", lw=3.2)
-        ax.plot(curve.values, curve.across, line, color=BLACK, lw=1.4, label=curve.kind)
+        ax.plot(curve.values, curve.across, line, color=BLACK, lw=1.4, label=name)
     patches = [Patch(facecolor=table[name], edgecolor="0.5", label=name) for name in shown]
     lines = ax.get_legend_handles_labels()[0]
     ax.legend(handles=[*patches, *lines], loc="center left", bbox_to_anchor=(1.0, 0.5), title=by, frameon=False)

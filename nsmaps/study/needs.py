@@ -30,6 +30,8 @@ FIGURE_NEEDS = {
     "orbits": ("orbits",),
     "cobweb": ("grid", "families", "composite", "orbits"),
     "bifurcation": ("bifurcation",),
+    "branches": ("branches",),
+    "stability": ("stability",),
     "lyapunov": ("lyapunov",),
     "basins": ("grid", "basins"),
     "noise": ("noise",),
@@ -82,6 +84,8 @@ def check_names(study: Study) -> None:
         raise source.error(("partition",), "'partition' makes the pieces of 'composite'; accepted: one of the two")
     _once(study, "composite", [piece.name for piece in study.composite])
     _once(study, "domains", [domain.name for domain in study.domains])
+    _once(study, "branches", [branch.name for branch in study.branches])
+    _check_curves(study)
     if study.diagonal:
         source.known(("diagonal", "family"), study.diagonal.family, study.families, "family")
     for number, piece in enumerate(study.composite):
@@ -102,6 +106,21 @@ def check_names(study: Study) -> None:
     if study.second_iterate:
         of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
         source.known(("second_iterate", "domain"), study.second_iterate.domain, of_pieces, "domain of a fitted piece")
+
+
+def _check_curves(study: Study) -> None:
+    """A StudyError at the first curve of a stability diagram that is of no branch along its first parameter, or given twice."""
+    if study.stability is None:
+        return
+    name = study.stability.along.parameter
+    accepted = [branch.name for branch in study.branches if branch.parameter == name]
+    for number, curve in enumerate(study.stability.curves):
+        loc = ("stability", "curves", number)
+        study.source.known((*loc, "branch"), curve.branch, accepted, f"branch in {name!r}")
+        if curve in study.stability.curves[:number]:
+            raise study.source.error(
+                loc, f"the curve of {curve.branch!r} and {curve.event!r} is given twice; accepted: each once"
+            )
 
 
 def is_of_partition(study: Study, map: str) -> bool:

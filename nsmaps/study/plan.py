@@ -1,15 +1,17 @@
 """A study made ready: its system, grid, regions and fits as objects, or an error at the line that is wrong."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import FitError, SystemDefinitionError, UnknownSystemError
 from nsmaps.exact.family import WordFamily, letters_of
 from nsmaps.exact.impacts import Floats, encode
+from nsmaps.exact.parts import Along
 from nsmaps.exact.surface import Axis, Grid
 from nsmaps.plugins import system_class
 from nsmaps.reduced.condition import as_number
@@ -18,8 +20,9 @@ from nsmaps.reduced.polyfit import Full, PolyFit, Separable
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.printed import PrintedMap
 from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.study.branchspec import BranchSection
 from nsmaps.study.needs import DIAGONAL, check_names, check_needs
-from nsmaps.study.ranges import Span
+from nsmaps.study.ranges import Range, Span
 from nsmaps.study.source import Loc
 from nsmaps.study.spec import Bounds, FitSection, PieceSection, SliceSection, Study
 
@@ -58,11 +61,12 @@ class Plan:
     slices: tuple[tuple[str, Axis, dict[str, float]], ...]  #: which coordinate runs, its values, what the others are held at
     starts: tuple[Floats, ...]  #: each of shape (n,)
     long_start: Floats | None  #: of the bifurcation diagram, shape (n,)
-    begin: dict[str, Floats]  #: the starts of the sections `lyapunov` and `noise`, each of shape (n,)
+    cycles: tuple[Floats, ...]  #: the starts of the branches, each of shape (n,)
+    begin: dict[str, Floats]  #: the starts of the sections `stability`, `lyapunov` and `noise`, each of shape (n,)
     boxes: dict[str, Box]  #: the start boxes of the domains that give one, by name
     windows: dict[str, Box]  #: of the sections `morse` and `transient`
-    told: Callable[[float], None] = lambda share: None  #: called with the share of the step that is done, by steps that know it
-    keep: Path | None = None  #: a folder for finished parts of the step, by steps that have parts; None without a run folder
+    told: Callable[[float], None] = field(default=lambda share: None, compare=False)  #: called with the share of a step done
+    keep: Path | None = field(default=None, compare=False)  #: a folder for finished parts of a step; None without a run folder
 
     def kept(self, *names: str) -> Path | None:
         """The folder for the parts of one of some computations of a step."""
@@ -115,10 +119,9 @@ class _Maker:
         check_needs(study)
         if (section := study.parametric) is not None:
             self.swept_values(("parametric",), section.parameter, (section.low, section.high))
-        if (long := study.bifurcation) is not None:
-            self.swept_values(("bifurcation",), long.parameter, (long.low, long.high))
-        if (along := study.lyapunov) is not None:
-            self.swept_values(("lyapunov",), along.parameter, (along.low, along.high))
+        for name, long in (("bifurcation", study.bifurcation), ("lyapunov", study.lyapunov)):
+            if long is not None:
+                self.some_values((name,), long)
         return Plan(
             study=study,
             system=self.system,
@@ -131,6 +134,7 @@ class _Maker:
             slices=tuple(self.slice(("slices", number), section) for number, section in enumerate(study.slices)),
             starts=tuple(self.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(study.orbits)),
             long_start=self.start(("bifurcation", "start"), study.bifurcation.start) if study.bifurcation else None,
+            cycles=tuple(self.cycle(number, branch) for number, branch in enumerate(study.branches)),
             begin=self.begin(),
             boxes={d.name: self.box(("domains", k, "box"), d.box) for k, d in enumerate(study.domains) if d.box != DIAGONAL},
             windows={
@@ -149,7 +153,10 @@ class _Maker:
                     encode(word, self.system.wall_names)
         if noise and (along := noise.impacts):
             self.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
-        sections = {"lyapunov": study.lyapunov, "noise": noise}
+        if two := study.stability:
+            self.some_values(("stability", "along"), two.along)
+            self.some_values(("stability", "across"), two.across)
+        sections = {"stability": study.stability, "lyapunov": study.lyapunov, "noise": noise}
         return {name: self.start((name, "start"), section.start) for name, section in sections.items() if section}
 
     def grid(self, loc: Loc, spans: Mapping[str, Span] | None) -> Grid | None:
@@ -202,6 +209,25 @@ class _Maker:
         for key, value in zip(("from", "to"), ends, strict=True):
             with source.located(loc, type(self.system), **{parameter: key}):
                 self.system.at(**{parameter: value})
+
+    def some_values(self, loc: Loc, range: Range) -> None:
+        """One value of a sweep at least must be one that the system accepts; its result says which are not."""
+        self.study.source.known((*loc, "parameter"), range.parameter, self.system.parameters, "parameter")
+        along = Along(self.system, range.parameter)
+        if all(map_or_reason(along, value)[1] for value in np.linspace(range.low, range.high, range.points).tolist()):
+            self.swept_values(loc, range.parameter, (range.low, range.high))
+
+    def cycle(self, number: int, section: BranchSection) -> Floats:
+        """The start of a branch, whose parameter there must be in its range and one that the system accepts."""
+        source, loc, name = self.study.source, ("branches", number), section.parameter
+        source.known((*loc, "parameter"), name, self.system.parameters, "parameter")
+        value = section.value(self.system.parameters)
+        if not section.low <= value <= section.high:
+            text = f"{name} = {value:g} is not from {section.low:g} to {section.high:g}; accepted: 'at' within the range"
+            raise source.error(loc if section.at is None else (*loc, "at"), text)
+        with source.located(loc, type(self.system), **{name: "at"}):
+            self.system.at(**{name: value})
+        return self.start((*loc, "start"), section.start)
 
     def orders(self) -> dict[str, PolyFit]:
         section = self.study.diagonal

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.dynamics.residence import Residence
     from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.dynamics.stability import EventCurve, StabilityDiagram
+    from nsmaps.dynamics.trail import Branch
     from nsmaps.exact.data import HasDataset
     from nsmaps.exact.impacts import Floats, Returns
     from nsmaps.exact.slices import Slice
@@ -89,6 +91,9 @@ class StudyResult:
     parametric: "ParametricMap | None" = None
     orbits: tuple[OrbitPair, ...] = ()
     bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite
+    branches: "dict[str, tuple[Branch, ...]]" = field(default_factory=dict)  #: by name: one a direction, then doubled cycles
+    stability: "StabilityDiagram | None" = None
+    curves: "dict[str, EventCurve]" = field(default_factory=dict)  #: over it, by branch and event
     lyapunov: "LyapunovSweep | None" = None
     basins: "Basins | None" = None  #: of the study's grid
     boundary: "Boundary | None" = None  #: between them

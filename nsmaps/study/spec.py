@@ -13,6 +13,7 @@ from nsmaps.reduced.condition import Number, read_number
 from nsmaps.reduced.partition import Partition
 from nsmaps.reduced.polyfit import Degree
 from nsmaps.reduced.printed import PrintedMap
+from nsmaps.study.branchspec import BranchSection, StabilitySection
 from nsmaps.study.longrun import BasinsSection, LyapunovSection, NoiseSection
 from nsmaps.study.ranges import SPEC, Range, Span, in_order
 from nsmaps.study.source import Source
@@ -240,6 +241,8 @@ class Study(BaseModel):
     parametric: ParametricSection | None = None
     orbits: tuple[OrbitSection, ...] = ()
     bifurcation: BifurcationSection | None = None
+    branches: tuple[BranchSection, ...] = ()
+    stability: StabilitySection | None = None
     lyapunov: LyapunovSection | None = None
     basins: BasinsSection | None = None
     noise: NoiseSection | None = None

@@ -1,8 +1,7 @@
 """The steps of a study's run, in order: each answers a part of the result from the parts before it."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.partition import partition
 from nsmaps.reduced.region import Region
 from nsmaps.reduced.speed import speeds
-from nsmaps.study import enclosed, longsteps
+from nsmaps.study import branchsteps, enclosed, longsteps
 from nsmaps.study.domains import domain_of, near_diagonals, second_iterate_of
 from nsmaps.study.plan import PiecePlan, Plan, printed_at
 from nsmaps.study.result import OrbitPair, StudyResult
@@ -164,6 +163,17 @@ def _parametric(plan: Plan, result: StudyResult) -> Parts:
         return {"parametric": replace(made, report=report_on(made, held) if held[0][2] else None)}
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Refitted:
+    """The composite map over a parameter, its pieces made at each value: a `map_of` whose parts can be kept."""
+
+    plan: Plan
+    system_at: Along
+
+    def __call__(self, value: float) -> CompositeMap:
+        return _refit(self.plan, self.system_at(value))[0]
+
+
 def _refits(plan: Plan, parameter: str, values: "Floats", told: Counted) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
     """The composite map at each value of a parameter, with the exact data that its fitted pieces were fitted to."""
     made = []
@@ -208,16 +218,17 @@ def _bifurcation(plan: Plan, result: StudyResult) -> Parts:
     how = section.returns, section.transient, section.follow
 
     system_at = Along(plan.system, section.parameter)
-    maps: dict[str, tuple[Callable[[float], ReturnMap], Path | None]] = {
-        "exact": (system_at, plan.keep),
-        "composite": (lambda value: _refit(plan, system_at(value))[0], None),
+    maps: dict[str, tuple[Callable[[float], ReturnMap], int | None]] = {
+        "exact": (system_at, None),
+        "composite": (_Refitted(plan, system_at), 1),  # a part a value: to make the map takes longer than its returns
     }
+    ways = 2 if section.follow == "both" else 1
     with plan.study.source.located(("bifurcation",)):
         made = {}
         for k, of in enumerate(section.of):
-            map_of, keep = maps[of]
-            told = plan.part(k, len(section.of), section.points)
-            made[of] = bifurcation(map_of, values, plan.long_start, *how, progress=told, keep=keep)
+            map_of, part = maps[of]
+            told = plan.part(k, len(section.of), ways * section.points)
+            made[of] = bifurcation(map_of, values, plan.long_start, *how, progress=told, keep=plan.kept(of), part=part)
         return {"bifurcation": made}
 
 
@@ -246,6 +257,8 @@ STEPS: dict[str, Step] = {
     "parametric": _parametric,
     "orbits": _orbits,
     "bifurcation": _bifurcation,
+    "branches": branchsteps.branches,
+    "stability": branchsteps.stability,
     "lyapunov": longsteps.lyapunov,
     "basins": longsteps.basins,
     "noise": longsteps.noise,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, nearest_turn
+from nsmaps.study.longverdicts import branches, missing
 from nsmaps.study.result import OrbitPair, StudyResult, Verdict
 
 if TYPE_CHECKING:
@@ -18,8 +19,9 @@ _TAIL = 32  # states at the end of an orbit that stand for where it arrived
 
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
-    """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, domains."""
-    sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, _orbits, _domains, _morse)
+    """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, sweeps, domains."""
+    long = (_orbits, missing, branches)
+    sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, *long, _domains, _morse)
     return tuple(verdict for section in sections for verdict in section(result))
 
 

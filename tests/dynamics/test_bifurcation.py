@@ -130,6 +130,14 @@ def test_progress_counts_values():
     assert seen == [1, 2]
 
 
+@pytest.mark.parametrize("kept", [False, True])
+def test_progress_both_ways_is_one_count(kept, tmp_path):
+    seen = []
+    how = {"returns": 2, "transient": 2, "follow": "both", "part": 1, "progress": seen.append}
+    nsmaps.bifurcation(Logistic, [2.8, 3.0, 3.2], [0.3, 0.0], keep=tmp_path if kept else None, **how)
+    assert seen == [1, 2, 3, 4, 5, 6]
+
+
 def test_angles_repeat_over_the_cut():
     states = np.array([[1.0, 1e-9], [1.0, 2 * np.pi - 1e-9], [1.0, 1e-9], [1.0, 0.0]])
     assert periods(states, np.zeros(4, int), ("v", PHASE), 1e-6) == 1

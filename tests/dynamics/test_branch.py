@@ -296,10 +296,62 @@ def test_end_of_the_valid_domain_is_told(pair):
     assert len(made.orbits) > 10
 
     none = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, [np.nan, 0.4]), 0.35, (0.2, 0.4))
-    assert (len(none.orbits), none.ended) == (0, "no orbit at 0.35: Newton's method does not converge")
+    why = "Newton's method does not converge, and the guess has no image: invalid"
+    assert (len(none.orbits), none.ended) == (0, f"no orbit at 0.35: {why}")
+    assert (none.points.shape, none.multipliers.shape, none.labels.shape) == ((0, 1, 2), (0, 2), (0,))
     none = continue_branch(of(system, "d"), fixed, -0.5, (-1, 0.4))
     assert len(none.orbits) == 0
     assert "greater than 0" in none.ended
+
+
+@dataclass(frozen=True)
+class Steep:
+    """A linear map with multipliers -30 (1 + a) and 0.3 at zero: after a dozen returns rounding hides the second."""
+
+    a: float
+    coordinates: tuple[str, ...] = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        turn = np.array([[cos(1), -sin(1)], [sin(1), cos(1)]])
+        slope = turn @ np.diag([-30 * (1 + self.a), 0.3]) @ turn.T
+        states = np.asarray(states, float)
+        n = len(states)
+        none = np.zeros((n, 2), np.int32), np.ones(n, np.int64), np.zeros(n, np.int8), np.full(n, np.nan)
+        given = np.broadcast_to(slope, (n, 2, 2)) if derivative else None
+        return Returns(self.coordinates, ("B",), states, states @ slope.T, *none, given)
+
+
+def test_multipliers_below_rounding_make_no_events():
+    made = continue_branch(Steep, nsmaps.periodic_orbit(Steep(0.0), [0.0, 0.0], 12), 0.0, (0, 1))
+    assert np.abs(made.multipliers[:, 1]).max() > 1.5, "which is 0.3**12"
+    assert (made.ended, made.events) == ("the range ends at 1", ())
+    assert len(made.orbits) > 20
+
+
+def test_a_guess_that_escapes_says_so():
+    def none(a):
+        return Plane(a, "henon", last=0.1)
+
+    made = continue_branch(none, nsmaps.periodic_orbit(none(0.2), [0.2, 0.2]), 0.2, (0, 1))
+    assert made.ended == "no orbit at 0.2: Newton's method does not converge, and the guess has no image: B escaped"
+    assert made.orbits == ()
+    assert made.stable.shape == (0,)
+
+
+def test_only_kinds_that_are_asked_for_are_located_and_others_still_end_a_branch():
+    def henon(a):
+        return Plane(a, "henon")
+
+    fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
+    made = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up", kinds=("fold",))
+    assert made.events == ()
+    assert not made.stable[-1]
+    made = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up", kinds=(), until=("period doubling",))
+    assert [event.kind for event in made.events] == ["period doubling"]
+    with pytest.raises(NsmapsError, match="there are no events 'folds' to be located; accepted: period doubling, fold, branch"):
+        continue_branch(henon, fixed, 0.2, (-1, 1.3), kinds=("folds",))
+    with pytest.raises(NsmapsError, match=r"0\.2 is not within 0\.2 and 0\.2"):
+        continue_branch(henon, fixed, 0.2, (0.2, 0.2))
 
 
 def test_what_is_lost_says_where_and_why():

@@ -178,6 +178,12 @@ def test_wrong_calls_are_errors(pair):
         nsmaps.lyapunov(pair(0.3), [0.8, 0.4], 10)
 
 
+def test_sweeps_of_no_points_are_errors(pair):
+    for values in ([], [np.nan], [[0.3, 0.3]]):
+        with pytest.raises(NsmapsError, match=r"the values have shape .*; accepted: one or more finite numbers in a row"):
+            lyapunov_sweep(lambda d: pair(d), values, [0.8, 0.4], 640)
+
+
 def test_stretches_are_data(pair):
     made = pair(0.3).stretches([[0.8, 0.4]], [np.eye(2)], 5)
     assert isinstance(made, Stretches)

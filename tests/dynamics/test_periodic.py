@@ -107,6 +107,11 @@ def test_wrong_calls_are_errors(pair):
         nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4], 0)
     with pytest.raises(StateError, match=r"the guess has shape \(3, 2\)"):
         nsmaps.periodic_orbit(pair(0.35), [[0.8, 0.4]] * 3, 2)
+    lost = nsmaps.periodic_orbit(pair(0.35), [np.nan, 0.4])
+    with pytest.raises(NsmapsError, match=r"the orbit cannot be followed to 0\.35: its residual there is nan"):
+        period_doubling(pair, lost, 0.35, 0.34)
+    assert continue_orbit(pair, lost, [0.35, 0.34]) == ()
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    assert continue_orbit(pair, fixed, []) == ()
     with pytest.raises(NsmapsError, match="no multiplier passes -1"):
         period_doubling(pair, fixed, 0.35, 0.34)

@@ -9,6 +9,7 @@ from toys import BouncingBall
 import nsmaps
 from nsmaps.dynamics.stability import event_curve, stability_diagram
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Outcome
 
 
 def test_rows_are_bifurcation_diagrams(pair):
@@ -30,7 +31,8 @@ def test_points_without_a_map_are_data(pair):
     made = stability_diagram(of, [0.35, -0.1], [0.5, 1.5], [0.8, 0.4], progress=seen.append)
     assert made.period.tolist() == [[1, -1], [-1, -1]]
     assert made.labels.tolist() == [["1:1/T", ""], ["", ""]]
-    assert made.reasons[0] == ""
+    assert made.outcome.tolist() == [[Outcome.returned, Outcome.invalid], [Outcome.invalid] * 2]
+    assert "greater than 0" in made.reasons[0]
     assert "less than or equal to 1" in made.reasons[1]
     assert seen == [1, 2]
     with pytest.raises(NsmapsError, match="there is no row of 1"):
@@ -58,6 +60,23 @@ def test_a_row_without_an_event_says_why(pair):
     assert made.reasons[0] == "the range ends at 0.33"
     assert "less than or equal to 1" in made.reasons[1]
     assert made.reasons[2] == "the range ends at 0.33"
+
+
+def test_sweeps_of_no_points_are_errors_and_a_curve_of_none_is_empty(pair):
+    with pytest.raises(NsmapsError, match="there is no row of 0: no value across"):
+        stability_diagram(pair, [0.3], [], [0.8, 0.4])
+    with pytest.raises(NsmapsError, match=r"there is no row of 1: the values have shape \(0,\)"):
+        stability_diagram(pair, [], [0.5], [0.8, 0.4])
+    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    assert event_curve(pair, fixed, 0.35, [], "period doubling", (0.33, 0.36)).values.shape == (0,)
+
+
+def test_a_guess_that_leads_nowhere_says_so_in_every_row(pair):
+    lost = nsmaps.periodic_orbit(pair(0.35), [np.nan, 0.4])
+    made = event_curve(pair, lost, 0.35, [0.5, 0.6], "period doubling", (0.3, 0.36))
+    why = "no orbit at 0.35: Newton's method does not converge, and the guess has no image: invalid"
+    assert made.reasons == (why, why)
+    assert np.isnan(made.values).all()
 
 
 def test_the_curve_parts_the_diagram(pair):

@@ -16,11 +16,14 @@ from nsmaps.auxiliary.iterate import SecondIterate
 from nsmaps.auxiliary.transient import Transient
 from nsmaps.dynamics.basins import basins
 from nsmaps.dynamics.bifurcation import bifurcation
+from nsmaps.dynamics.branch import continue_branch
 from nsmaps.dynamics.impactdiagram import ImpactDiagram
 from nsmaps.dynamics.lyapunov import Lyapunov, LyapunovSweep
 from nsmaps.dynamics.noise import Noise
 from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.dynamics.residence import Residence
+from nsmaps.dynamics.stability import EventCurve, StabilityDiagram
 from nsmaps.exact.impacts import Angle, Impacts, Returns, encode, wrap
 from nsmaps.exact.slices import Slice
 from nsmaps.exact.surface import Axis, Grid, Surface
@@ -136,6 +139,22 @@ def _gated(value: float) -> Toy:
     return Toy()
 
 
+def _fixed(d: float) -> CompositeMap:
+    """The coupled map with an attracting fixed point that moves with a parameter."""
+    moved = linear((0.9 + d / 2, -0.15, -0.2), (0.5, -0.3, 0.05))
+    return CompositeMap(COORDINATES, WALLS, (Piece("R1", Where(text="v > 0", coordinates=COORDINATES), moved, "BTB"),))
+
+
+def _stability() -> dict[str, Any]:
+    """A branch in d, motions at three values of d by two of r, and a curve between them."""
+    one = continue_branch(_fixed, periodic_orbit(_fixed(0.1), [0.7, 0.4]), 0.1, (0.0, 0.2))
+    along, across = np.array([0.0, 0.1, 0.2]), np.array([0.4, 0.6])
+    period, labels = np.array([[2, 1, 1], [2, 2, 1]]), np.array([["1:1/2T", "1:1/T", "1:1/T"], ["1:1/2T", "1:1/2T", "1:1/T"]])
+    made = StabilityDiagram(along, across, period, labels, np.zeros((2, 3), np.int8), ("", ""))
+    curve = EventCurve("period doubling", np.array([0.05, 0.15]), across, np.zeros(2), ("", ""))
+    return {"branches": {"one": (one,)}, "stability": made, "curves": {"period doubling of one": curve}}
+
+
 def _exponents() -> LyapunovSweep:
     """One value without a map, one with exponents of -1 and -2."""
     one, two = np.full((3, 2), [-1.0, -2.0]), np.full((3, 2), 0.1)
@@ -184,6 +203,8 @@ def result() -> SimpleNamespace:
         study=SimpleNamespace(
             system="vi_pair",
             bifurcation=SimpleNamespace(parameter="d"),
+            branches=(SimpleNamespace(name="one", parameter="d"),),
+            stability=SimpleNamespace(along=SimpleNamespace(parameter="d"), across=SimpleNamespace(parameter="r")),
             lyapunov=SimpleNamespace(parameter="d"),
             noise=SimpleNamespace(impacts=SimpleNamespace(parameter="d")),
             second_iterate=SimpleNamespace(domain="fitted"),
@@ -207,6 +228,7 @@ def result() -> SimpleNamespace:
         system=Toy(),
         orbits=orbits,
         bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, transient=0)},
+        **_stability(),
         lyapunov=_exponents(),
         basins=basins(Toy(), GRID, returns=50),
         boundary=None,

@@ -1,12 +1,15 @@
 """Branches are drawn where they are, dashed where they are unstable, with a mark at each event."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import nsmaps
 from nsmaps.dynamics.branch import continue_branch, doubled_branch
+from nsmaps.dynamics.trail import Branch
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.branches import branches
+from nsmaps.figures.branches import branches, sheets
 
 
 def test_lines_and_marks_are_those_of_the_branch(pair, ax):
@@ -27,6 +30,37 @@ def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["1:1/T", "1:1/2T", "period doubling", "unstable"]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", r"$\phi_{k}$ (rad)")
+
+
+def test_a_sheet_has_a_panel_a_coordinate_and_one_legend(result):
+    (sheet,) = sheets(result)
+    figure = sheet.figure()
+    (branch,) = result.branches["one"]
+    assert (sheet.name, len(figure.axes)) == ("branches", 2)
+    assert [ax.get_legend() is not None for ax in figure.axes] == [False, True]
+    for i, ax in enumerate(figure.axes):
+        solid = next(line for line in ax.lines if line.get_linestyle() == "-")
+        assert np.array_equal(solid.get_xdata(), branch.parameter)
+        assert np.array_equal(solid.get_ydata(), branch.points[:, 0, i])
+    assert [ax.get_ylabel() for ax in figure.axes] == ["$v_{k}$ (dimensionless)", r"$\phi_{k}$ (rad)"]
+
+
+def test_parameters_have_sheets_of_their_own_and_starts_that_led_nowhere_none(result):
+    (branch,) = result.branches["one"]
+    sections = [SimpleNamespace(name=name, parameter=name) for name in "drM"]
+    made = {"d": (branch,), "r": (branch,), "M": (Branch.empty(branch.orbits[0], "no orbit at 1"),)}
+    several = SimpleNamespace(study=SimpleNamespace(branches=sections), branches=made)
+    assert [sheet.name for sheet in sheets(several)] == ["branches-d", "branches-r"]
+
+
+def test_lines_are_the_finer_the_longer_the_period(pair, ax):
+    system = pair(0.35)
+    one = continue_branch(lambda d: system.at(d=d), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), "down")
+    two = doubled_branch(lambda d: system.at(d=d), one.events[0], (0.28, 0.36))
+    branches([one, two], ax)
+    width = {line.get_color(): line.get_linewidth() for line in ax.lines if line.get_linestyle() == "-"}
+    assert list(width.values()) == sorted(width.values(), reverse=True)
+    assert len(set(width.values())) == 2
 
 
 def test_nothing_to_draw_is_an_error(ax):

@@ -32,6 +32,8 @@ MISSING = {
     "orbits": ("orbits", (), "'orbits'"),
     "cobweb": ("composite", None, "'composite'"),
     "bifurcation": ("bifurcation", {}, "'bifurcation'"),
+    "branches": ("branches", {}, "'branches'"),
+    "stability": ("stability", None, "'stability'"),
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
     "noise": ("noise", None, "'noise'"),

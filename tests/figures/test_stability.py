@@ -6,13 +6,14 @@ from matplotlib.colors import to_hex
 
 from nsmaps.dynamics.stability import EventCurve, StabilityDiagram
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.stability import stability
+from nsmaps.figures.stability import sheets, stability
 
 DIAGRAM = StabilityDiagram(
     along=np.array([0.1, 0.2, 0.3, 0.4]),
     across=np.array([0.5, 0.6]),
     period=np.array([[1, 2, 0, -1], [1, 2, 2, 16]]),
     labels=np.array([["1:1/T", "1:1/2T", "1:1/C", ""], ["1:1/T", "1:1/2T", "2:1/T", "1:1/16T"]]),
+    outcome=np.zeros((2, 4), np.int8),
     reasons=("", ""),
 )
 
@@ -38,15 +39,25 @@ def test_motions_are_told_apart(ax):
 
 def test_the_rest_is_other(ax):
     period = np.arange(1, 9).reshape(2, 4)
-    stability(StabilityDiagram(DIAGRAM.along, DIAGRAM.across, period, DIAGRAM.labels, ("", "")), ax)
+    stability(StabilityDiagram(DIAGRAM.along, DIAGRAM.across, period, DIAGRAM.labels, DIAGRAM.outcome, ("", "")), ax)
     assert sorted(np.ravel(seen(ax)).tolist()) == sorted(["other", *map(str, range(1, 8))])
 
 
 def test_curves_lie_over_it(ax):
     curve = EventCurve("period doubling", np.array([0.2, np.nan]), DIAGRAM.across, np.zeros(2), ("", "lost"))
-    stability(DIAGRAM, ax, curves=[curve])
-    (line,) = [line for line in ax.lines if line.get_label() == "period doubling"]
+    stability(DIAGRAM, ax, curves={"period doubling of 1:1": curve})
+    (line,) = [line for line in ax.lines if line.get_label() == "period doubling of 1:1"]
     assert np.array_equal(line.get_xdata(), curve.values, equal_nan=True)
+
+
+def test_the_sheet_shows_motions_and_curves_of_the_study(result):
+    (sheet,) = sheets(result)
+    (ax,) = sheet.figure().axes
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["1:1/T", "1:1/2T", "period doubling of one"]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", "$r$ (dimensionless)")
+    (line,) = [line for line in ax.lines if line.get_label() == "period doubling of one"]
+    assert np.array_equal(line.get_xydata(), [[0.05, 0.4], [0.15, 0.6]])
 
 
 def test_wrong_calls_are_errors(ax):

@@ -11,7 +11,7 @@ from nsmaps.errors import StudyError
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "lyapunov, basins, noise, domains, second_iterate, morse, transient, figures, require"
+    "branches, stability, lyapunov, basins, noise, domains, second_iterate, morse, transient, figures, require"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
@@ -212,8 +212,8 @@ BAD = {
         "cobwebs",
         "unknown word 'cobwebs'; accepted: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
         "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
-        "orbits, cobweb, bifurcation, lyapunov, basins, noise, auxiliary, envelopes, domain_size, second_iterate, "
-        "morse, transient, did you mean 'cobweb'?",
+        "orbits, cobweb, bifurcation, branches, stability, lyapunov, basins, noise, auxiliary, envelopes, domain_size, "
+        "second_iterate, morse, transient, did you mean 'cobweb'?",
     ),
     "deltas of no orders": (
         "require:",
@@ -280,6 +280,133 @@ BAD = {
         "lyapunov: {parameter: b, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
         "b, from",
         "unknown parameter 'b'; accepted: a, r",
+    ),
+    "bifurcation of values that are none": (
+        "require:",
+        "bifurcation: {parameter: a, from: -0.4, to: -0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "-0.4",
+        "a is -0.4; accepted: greater than 0",
+    ),
+    "lyapunov of values that are none": (
+        "require:",
+        "lyapunov: {parameter: a, from: -0.4, to: -0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "-0.4",
+        "a is -0.4; accepted: greater than 0",
+    ),
+    "bifurcation at no value": (
+        "require:",
+        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 0, start: {v: 0.3, phi: 1}}\nrequire:",
+        "0, start",
+        "points is 0; accepted: greater than or equal to 2",
+    ),
+    "lyapunov at no value": (
+        "require:",
+        "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 0, start: {v: 0.3, phi: 1}}\nrequire:",
+        "0, start",
+        "points is 0; accepted: greater than or equal to 2",
+    ),
+    "branch of no parameter": (
+        "require:",
+        "branches: [{name: one, parameter: b, from: 0.2, to: 0.4, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "b, from",
+        "unknown parameter 'b'; accepted: a, r",
+    ),
+    "branch from beyond its range": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.3, to: 0.4, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "{name: one",
+        "a = 0.2 is not from 0.3 to 0.4; accepted: 'at' within the range",
+    ),
+    "branch at a value beyond its range": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.3, to: 0.4, at: 0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "0.5, start",
+        "a = 0.5 is not from 0.3 to 0.4; accepted: 'at' within the range",
+    ),
+    "branch at a value that the system refuses": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: -1, to: 0.4, at: -0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "-0.5",
+        "a is -0.5; accepted: greater than 0",
+    ),
+    "branch of an empty range": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.4, to: 0.2, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "{name: one",
+        "from 0.4 to 0.2 is empty; accepted: 'from' below 'to'",
+    ),
+    "branch of no returns": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, period: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "0, start",
+        "period is 0; accepted: greater than or equal to 1",
+    ),
+    "branch with steps of nothing": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, step: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "0, start",
+        "step is 0.0; accepted: greater than 0.00000001",
+    ),
+    "branch with events that are none": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, start: {v: 0.3, phi: 1}, events: [folds]}]\nrequire:",
+        "folds",
+        "unknown word 'folds'; accepted: period doubling, fold, branch point, Neimark-Sacker, did you mean 'fold'?",
+    ),
+    "branch with doublings that are not located": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.1, to: 1, start: {v: 1, phi: 1}, doublings: 1, events: [fold]}]\nrequire:",
+        "{name: one",
+        "'doublings' follows period doublings; accepted: 'period doubling' among the 'events' beside it",
+    ),
+    "branches of one name": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, start: {v: 1, phi: 1}}, {name: one, parameter: a, from: 0.1, "
+        "to: 0.4, start: {v: 1, phi: 1}}]\nrequire:",
+        None,
+        "the name 'one' is given twice; accepted: a name of its own for each",
+    ),
+    "stability at no value": (
+        "require:",
+        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 0}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "start: {v: 1, phi: 1}}\nrequire:",
+        "0}, across",
+        "points is 0; accepted: greater than or equal to 2",
+    ),
+    "stability of values that are none": (
+        "require:",
+        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 1.1, to: 1.9, points: 2}, "
+        "start: {v: 1, phi: 1}}\nrequire:",
+        "1.1",
+        "r is 1.1; accepted: less than or equal to 1",
+    ),
+    "stability of one parameter": (
+        "require:",
+        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
+        "start: {v: 1, phi: 1}}\nrequire:",
+        "{along",
+        "'along' and 'across' are both of 'a'; accepted: two parameters",
+    ),
+    "curve of no branch": (
+        "require:",
+        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
+        "one, event",
+        "unknown branch in 'a' 'one'; accepted: none",
+    ),
+    "curve of a branch in another parameter": (
+        "require:",
+        "branches: [{name: one, parameter: r, from: 0.1, to: 0.9, start: {v: 1, phi: 1}}]\n"
+        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
+        "one, event",
+        "unknown branch in 'a' 'one'; accepted: none",
+    ),
+    "figure of branches that are not there": (
+        "require:",
+        "figures: [branches]\nrequire:",
+        "branches]",
+        "the figure 'branches' needs the section 'branches', which is missing",
     ),
     "noise of words that are none": (
         "require:",

@@ -11,6 +11,8 @@ from nsmaps import read_result, run
 from nsmaps.dynamics import bifurcation, noise
 from nsmaps.errors import NsmapsError
 from nsmaps.exact import parts
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.reduced.composite import CompositeMap
 from nsmaps.study import steps
 from nsmaps.study.run import Interrupted
 
@@ -106,6 +108,59 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
     assert np.allclose(made, np.linspace(0.2, 0.4, 7)[4:])
     assert np.array_equal(again.bifurcation["exact"].states, whole.bifurcation["exact"].states, equal_nan=True)
     assert not Path("out/parts").exists()
+
+
+COMPOSITE = """\
+system: ball
+parameters: {a: 0.2}
+grid: {v: {from: 0.01, to: 0.5, points: 11}, phi: {from: 0, to: 2*pi, points: 11}}
+families: {low: [BB]}
+composite:
+  - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
+bifurcation:
+  {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, transient: 16, of: [exact, composite]}
+"""
+
+
+@pytest.mark.parametrize("follow", [None, "both"])
+def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
+    text = COMPOSITE if follow is None else COMPOSITE.replace("transient: 16", "transient: 16, follow: both")
+    Path("s.yaml").write_text(text)
+    whole = run("s.yaml")
+    refit, values = steps._refit, []
+
+    def stop(plan: object, system: ImpactSystem) -> object:
+        if len(values) == 3:
+            raise KeyboardInterrupt
+        values.append(system.parameters["a"])
+        return refit(plan, system)
+
+    monkeypatch.setattr(steps, "_refit", stop)
+    with pytest.raises(Interrupted):
+        run("s.yaml", out="out")
+    assert len(list(Path("out/parts/bifurcation/composite").rglob("part-*.npz"))) == 3
+    before = [*values]
+    monkeypatch.setattr(steps, "_refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
+    exact = bifurcation._attractor
+    of: list[type] = []
+    monkeypatch.setattr(bifurcation, "_attractor", lambda map, *given: (of.append(type(map)), exact(map, *given))[1])
+    again = run("s.yaml", out="out", resume=True)
+    ways = 1 if follow is None else 2
+    assert np.allclose(sorted(values), np.repeat(np.linspace(0.2, 0.4, 7), ways)), "each value once, for each way"
+    assert values[:3] == before
+    assert set(of) == {CompositeMap}, "the exact map's are read"
+    for name in ("exact", "composite"):
+        assert np.array_equal(again.bifurcation[name].states, whole.bifurcation[name].states, equal_nan=True)
+    assert not Path("out/parts").exists()
+
+
+@pytest.mark.parametrize("follow", ["", ", follow: up", ", follow: both"])
+def test_a_diagram_is_counted_once(follow: str) -> None:
+    Path("s.yaml").write_text(COMPOSITE.replace("transient: 16", f"transient: 16{follow}"))
+    told: list[float] = []
+    run("s.yaml", progress=lambda what, done, total: told.append(done - 3) if what == "bifurcation" else None)
+    count = 7 * 2 * (2 if "both" in follow else 1)  # values, maps, ways
+    assert np.allclose(told, [*np.arange(count) / count, 0.999])
 
 
 def test_noise_goes_on_at_its_finished_parts_and_a_fresh_run_does_not(monkeypatch: pytest.MonkeyPatch) -> None:

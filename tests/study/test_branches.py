@@ -1,0 +1,296 @@
+"""Branches and stability diagrams in studies: against closed forms and their functions, in folders, numbers and tables."""
+
+import json
+import re
+from dataclasses import replace
+from functools import wraps
+from math import pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from typer.testing import CliRunner
+
+from nsmaps import Along, Outcome, bifurcation, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
+from nsmaps.cli import app
+from nsmaps.dynamics import branch, stability
+from nsmaps.dynamics.branch import continue_branch, doublings_of
+from nsmaps.study.result import StudyResult
+from nsmaps.study.run import Interrupted
+
+BALL = """\
+system: ball
+parameters: {a: 1.2, r: 0.5}
+branches:
+  - {name: one, parameter: a, from: 0.5, to: 1.8, start: {v: 2*pi/1.5, phi: 0.51}, doublings: 2}
+"""
+STABILITY = """\
+stability:
+  along: {parameter: a, from: 1.1, to: 1.7, points: 4}
+  across: {parameter: r, from: 0.46, to: 0.54, points: 5}
+  start: {v: 4.19, phi: 0.5}
+  transient: 200
+  curves: [{branch: one, event: period doubling}, {branch: one, event: fold}]
+"""
+
+
+def fold(e: float) -> float:
+    """The amplitude at which the fixed points of the ball are born."""
+    return pi * (1 - e) / (1 + e)
+
+
+def doubling(e: float) -> float:
+    """That at which the stable one doubles its period."""
+    return sqrt(fold(e) ** 2 + (2 * (1 + e**2) / (1 + e) ** 2) ** 2)
+
+
+def ran(text: str, **how: Any) -> StudyResult:
+    """The result of a study's text."""
+    Path("s.yaml").write_text(text)
+    return run("s.yaml", **how)
+
+
+def test_a_branch_is_that_of_the_closed_form_and_read_back_as_it_was() -> None:
+    made = ran(BALL, out="out")
+    up, down, two, *rest = made.branches["one"]
+    assert abs(up.of_kind("period doubling")[0].parameter - doubling(0.5)) < 1e-8
+    assert abs(down.of_kind("fold")[0].parameter - fold(0.5)) < 1e-8
+    assert np.allclose(down.points[:, 0, 0], 2 * pi / 1.5, atol=1e-10)
+    assert (up.ended, two.period, rest) == ("the range ends at 1.8", 2, [])
+    assert np.allclose(two.points[0], up.of_kind("period doubling")[0].orbit.states)
+    again = read_result("out")
+    assert again.study == made.study
+    for one, other in zip(made.branches["one"], again.branches["one"], strict=True):
+        for name in ("parameter", "arclength", "points", "words", "multipliers", "labels", "stable"):
+            assert np.array_equal(getattr(one, name), getattr(other, name)), name
+        assert (one.ended, one.period, one.tolerance) == (other.ended, other.period, other.tolerance)
+        assert np.array_equal(one.returns.derivative, other.returns.derivative)
+        assert len(one.orbits) == len(other.orbits) == len(one.parameter)
+        for event, kept in zip(one.events, other.events, strict=True):
+            assert (event.kind, event.parameter, event.precision, event.detail) == (
+                kept.kind,
+                kept.parameter,
+                kept.precision,
+                kept.detail,
+            )
+            assert np.array_equal(event.multipliers, kept.multipliers)
+
+
+def test_a_branch_is_what_the_functions_give() -> None:
+    made = ran(BALL).branches["one"]
+    system = run("s.yaml").system
+    map_of, within = Along(system, "a"), (0.5, 1.8)
+    orbit = periodic_orbit(system, [2 * pi / 1.5, 0.51])
+    first = [continue_branch(map_of, orbit, 1.2, within, way) for way in ("up", "down")]
+    expected = [*first, *(branch for one in first for branch in doublings_of(map_of, one, within, 1))]
+    assert len(made) == len(expected)
+    for one, other in zip(made, expected, strict=True):
+        assert np.array_equal(one.points, other.points)
+        assert one.ended == other.ended
+
+
+def test_only_the_events_that_are_named_are_located() -> None:
+    few = BALL.replace("doublings: 2", "events: [fold]")
+    up, down = ran(few).branches["one"]
+    assert {event.kind for event in (*up.events, *down.events)} == {"fold"}
+    assert not up.stable[-1]
+
+
+def test_numbers_verdicts_and_table_say_what_happens() -> None:
+    Path("s.yaml").write_text(BALL)
+    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"])
+    assert answer.exit_code == 0, answer.output
+    rows = [line.split() for line in answer.stdout.splitlines() if line.split()[:1] == ["one"]]
+    found = next(row for row in rows if row[2:4] == ["period", "doubling"])
+    assert found[:2] == ["one", "1:0/T"]
+    assert found[4:6] == ["a", "="]
+    assert float(found[6]) == pytest.approx(doubling(0.5), abs=1e-8)
+    assert float(found[7]) < 1e-8
+    numbers = json.loads(Path("out/result.json").read_text())["numbers"]["branches"]["one"]
+    events = [(row["kind"], row["label"], pytest.approx(row["parameter"])) for row in numbers["events"]]
+    assert numbers["events"][0]["value"] == found[6]
+    assert ("period doubling", "1:0/T", doubling(0.5)) in events
+    assert ("fold", "1:0/T", fold(0.5)) in events
+    assert numbers["parts"][0] | {"orbits": 0} == {
+        "period": 1,
+        "orbits": 0,
+        "from": 1.2,
+        "to": 1.8,
+        "ended": "the range ends at 1.8",
+    }
+    texts = {verdict.name: (verdict.holds, verdict.required, verdict.text) for verdict in read_result("out").verdicts}
+    told = "yes: up: the range ends at 1.8; down: the range ends at 1.8"
+    assert texts["branch one: followed to the end of its range"] == (True, False, told)
+    two = read_result("out").branches["one"][2].of_kind("period doubling")[0]
+    assert texts["branch one: doublings"] == (True, False, f"yes: at {doubling(0.5):.8g}, {two.parameter:.8g}")
+
+
+def test_check_says_what_would_be_followed() -> None:
+    Path("s.yaml").write_text(BALL + STABILITY)
+    lines = CliRunner().invoke(app, ["check", "s.yaml"]).stdout.splitlines()
+    assert "  branches: one (a from 0.5 to 1.8)" in lines
+    assert "  stability: 4 values of a x 5 values of r" in lines
+
+
+def test_doublings_that_are_not_in_the_range_are_said() -> None:
+    (told,) = [verdict for verdict in ran(BALL.replace("to: 1.8", "to: 1.6")).verdicts if verdict.name == "branch one: doublings"]
+    assert told.text == f"no: 1 of 2, at {doubling(0.5):.8g}; then: the range ends at 1.6"
+    (told,) = [verdict for verdict in ran(BALL.replace("to: 1.8", "to: 1.4")).verdicts if verdict.name == "branch one: doublings"]
+    assert told.text == "no: 0 of 2; then: the range ends at 1.4"
+
+
+def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
+    text = BALL + (
+        "  - {name: nowhere, parameter: a, from: 0.5, to: 1.8, start: {v: 1.0, phi: 3}, period: 5}\n"
+        "  - {name: twice, parameter: a, from: 0.5, to: 1.8, start: {v: 2*pi/1.5, phi: 0.51}, period: 2}\n"
+        "  - {name: beyond, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, toward: up}\n"
+        "  - {name: too fast, parameter: a, from: 0.5, to: 1.8, start: {v: 1e300, phi: 1}}\n"
+        "figures: [branches]\n"
+    )
+    Path("s.yaml").write_text(text)
+    assert CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"]).exit_code == 0
+    made = read_result("out")
+    assert made.finished
+    assert len(made.branches["one"][0].orbits) > 5
+    for name in ("nowhere", "twice", "too fast"):
+        assert all(len(branch.parameter) == 0 for branch in made.branches[name])
+    texts = {verdict.name.split(":")[0]: verdict.text for verdict in made.verdicts if "followed" in verdict.name}
+    assert texts["branch nowhere"] == "no: no orbit at 1.2: Newton's method does not converge"
+    assert texts["branch twice"] == "no: no orbit of period 2 at 1.2: Newton's method arrives at one of period 1"
+    assert texts["branch too fast"].startswith("no: no orbit at 1.2: Newton's method does not converge, and the guess has no")
+    assert texts["branch beyond"].startswith("no: up: end of the valid domain at ")
+    assert sorted(path.name for path in Path("out/figures").iterdir()) == ["branches-a.png", "branches-r.png"]
+
+
+def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
+    text = "system: ball\nparameters: {a: 1.2, r: 0.5}\nbranches:\n"
+    text += "  - {name: up, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, toward: up}\n"
+    made = ran(text)
+    (branch,) = made.branches["up"]
+    assert [event.kind for event in branch.events] == ["period doubling", "end of the valid domain"]
+    assert abs(branch.events[0].parameter - brentq(lambda e: doubling(e) - 1.2, 0.5, 0.9)) < 1e-8
+    assert abs(branch.events[1].parameter - 1) < 1e-8
+    (told,) = made.verdicts
+    assert told.text.startswith("no: up: end of the valid domain at ")
+    assert re.search(r", r is 1\.0\d*; accepted: less than or equal to 1$", told.text)
+
+
+def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() -> None:
+    made = ran(BALL + STABILITY, out="out")
+    along, across = np.linspace(1.1, 1.7, 4), np.linspace(0.46, 0.54, 5)
+    direct = stability_diagram(Along(made.system, "a", "r"), along, across, [4.19, 0.5], 16, 200)
+    for each in (made, read_result("out")):
+        assert each.stability is not None
+        assert np.array_equal(each.stability.period, direct.period)
+        assert np.array_equal(each.stability.labels, direct.labels)
+        assert np.array_equal(each.stability.outcome, direct.outcome)
+        assert list(each.curves) == ["period doubling of one", "fold of one"]
+        for curve, exact in zip(each.curves.values(), (doubling, fold), strict=True):
+            assert np.array_equal(curve.across, across)
+            assert np.allclose(curve.values, [exact(e) for e in across], atol=1e-8)
+            assert set(curve.reasons) == {""}
+    numbers = json.loads(Path("out/result.json").read_text())["numbers"]["stability"]
+    assert sum(numbers["shares"].values()) == pytest.approx(1)
+    assert numbers["shares"]["1"] == (direct.period == 1).mean()
+    assert numbers["curves"]["fold of one"]["values"] == made.curves["fold of one"].values.tolist()
+
+
+RANGE = "parameter: r, from: 0.8, to: 1.2, points: 5"
+START = "start: {v: 4.19, phi: 0.5}, transient: 9"
+SWEEPS = {
+    "bifurcation": f"bifurcation: {{{RANGE}, {START}, returns: 4}}",
+    "lyapunov": f"lyapunov: {{{RANGE}, {START}, returns: 64}}",
+    "stability": f"stability: {{along: {{{RANGE}}}, across: {{parameter: a, from: -0.5, to: 0.5, points: 3}}, {START}}}",
+}
+
+
+@pytest.mark.parametrize("section", SWEEPS)
+def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> None:
+    made = ran(f"system: ball\nparameters: {{a: 0.3}}\n{SWEEPS[section]}\n", out="out")
+    assert made.finished
+    (told,) = [verdict for verdict in made.verdicts if verdict.name.endswith("a map at every value")]
+    assert (told.holds, told.required) == (False, False)
+    along, start, values = Along(made.system, "r"), [4.19, 0.5], np.linspace(0.8, 1.2, 5)
+    if section == "stability":
+        assert told.text == (
+            "no: none at 12 of 15 points, as there is no map at any of 5 values; at 0.8: a is -0.5; accepted: greater than 0"
+        )
+        assert made.stability is not None
+        assert (made.stability.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
+        assert "less than or equal to 1" in made.stability.reasons[2]
+        return
+    assert told.text.startswith("no: none at 2 of 5 values, as r is 1.1; accepted: less than or equal to 1"), told.text
+    if section == "bifurcation":
+        each = made.bifurcation["exact"]
+        assert np.array_equal(each.states[:3], bifurcation(along, values[:3], start, 4, 9).states)
+        assert np.isnan(each.states[3:]).all()
+    else:
+        assert made.lyapunov is not None
+        each = made.lyapunov
+        assert np.array_equal(each.at.exponents[:3], lyapunov_sweep(along, values[:3], start, 64, 9).at.exponents)
+        assert np.isnan(each.at.exponents[3:]).all()
+    assert [bool(reason) for reason in each.reasons] == [False] * 3 + [True] * 2
+
+
+@pytest.mark.parametrize("section", SWEEPS)
+def test_orbits_that_escape_are_data(section: str) -> None:
+    text = SWEEPS[section].replace("v: 4.19", "v: 1e300").replace("to: 1.2", "to: 1").replace("from: -0.5", "from: 0.1")
+    made = ran(f"system: ball\nparameters: {{a: 0.3}}\n{text}\n", out="out")
+    assert made.finished
+    assert made.verdicts == ()
+    numbers = json.loads(Path("out/result.json").read_text())["numbers"][section]
+    if section == "bifurcation":
+        assert set(made.bifurcation["exact"].outcome.ravel().tolist()) == {Outcome.escaped}
+        assert numbers["exact"]["ended"] == 5
+    elif section == "lyapunov":
+        assert set(made.lyapunov.at.outcome.tolist()) == {Outcome.escaped}
+        assert numbers["exponents"] == [[None, None]] * 5
+    else:
+        assert set(made.stability.outcome.ravel().tolist()) == {Outcome.escaped}
+        assert numbers["shares"] == {"no attractor": 1.0}
+
+
+def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    follow = branch.continue_branch
+    monkeypatch.setattr(branch, "continue_branch", lambda *given, **how: replace(follow(*given, **how), ended="closed"))
+    made = ran(BALL.replace("doublings: 2", "toward: both"))
+    (one,) = made.branches["one"]
+    assert one.parameter[-1] == 1.8
+    assert [verdict.text for verdict in made.verdicts] == ["yes: up: closed"]
+
+
+def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = ran(BALL + STABILITY)
+
+    def stop(what: str, done: float, total: int) -> None:
+        if what == "stability" and done >= 2 + 3 / 5 / 3:  # three of five rows, which are a third of the step
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted):
+        ran(BALL + STABILITY, out="out", progress=stop)
+    assert len(list(Path("out/parts/stability").rglob("part-*.npz"))) == 3
+    rows: list[float] = []
+    row = stability._row
+
+    @wraps(row)
+    def noted(map_of: Any, columns: np.ndarray, value: float, *how: Any) -> Any:
+        rows.append(value)
+        return row(map_of, columns, value, *how)
+
+    monkeypatch.setattr(stability, "_row", noted)
+    again = ran(BALL + STABILITY, out="out", resume=True)
+    assert np.allclose(rows, np.linspace(0.46, 0.54, 5)[3:])
+    assert np.array_equal(again.stability.labels, whole.stability.labels)
+    assert np.array_equal(again.curves["fold of one"].values, whole.curves["fold of one"].values)
+    assert not Path("out/parts").exists()
+
+
+def test_progress_of_branches_and_stability_never_goes_back() -> None:
+    told: list[tuple[str, float]] = []
+    ran(BALL + STABILITY, progress=lambda what, done, total: told.append((what, done)))
+    done = [share for _, share in told]
+    assert done == sorted(done)
+    assert [share for what, share in told if what == "branches"] == [1, 1.999]
+    assert len([share for what, share in told if what == "stability"]) == 1 + 5 + 2
