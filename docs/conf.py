@@ -26,7 +26,7 @@ ROOMS = {
     "dynamics": "What any return map does",
     "reduced": "What is put in its place",
     "auxiliary": "Where it ends up",
-    "export": "Closed forms taken away",
+    "exports": "Closed forms taken away",
     "study": "A file in, results out",
     "plugins": "Installed systems",
     "testing": "Checks of your own classes",

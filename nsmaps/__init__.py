@@ -72,8 +72,8 @@ if TYPE_CHECKING:
     from nsmaps.exact.surface import Surface as Surface
     from nsmaps.exact.system import ImpactSystem as ImpactSystem
     from nsmaps.exact.system import Wall as Wall
-    from nsmaps.export import export as export
-    from nsmaps.export.document import read_map as read_map
+    from nsmaps.exports.document import read_map as read_map
+    from nsmaps.exports.write import export as export
     from nsmaps.plugins import load_system as load_system
     from nsmaps.plugins import systems as systems
     from nsmaps.reduced.composite import CompositeMap as CompositeMap
@@ -129,8 +129,8 @@ _PUBLIC = {
     "exact.parts": ("Along",),
     "exact.surface": ("Axis", "Grid", "Surface"),
     "exact.system": ("ImpactSystem", "Wall"),
-    "export": ("export",),
-    "export.document": ("read_map",),
+    "exports.document": ("read_map",),
+    "exports.write": ("export",),
     "plugins": ("load_system", "systems"),
     "reduced.composite": ("CompositeMap",),
     "reduced.diagonal": ("Diagonal",),

@@ -29,7 +29,8 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps figures runs/vi_pair/fp --only cobweb --format pdf --format svg"))(figures)
     app.command(epilog=examples("nsmaps animate runs/vi_pair/fp cobweb", "nsmaps animate DIR surfaces --format mp4"))(animate)
     app.command(epilog=examples("nsmaps report runs/vi_pair/fp"))(report)
-    app.command(epilog=examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export DIR --to latex --out tex"))(export)
+    exports = examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export runs/vi_pair/fp --to c --iterate 2 --piece R1+")
+    app.command(epilog=exports)(export)
     app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin shaken_ball --into ~/plugins"))(new_plugin)
     app.command(epilog=examples("nsmaps schema --out study.schema.json", "nsmaps schema | less"))(schema)
     app.command(epilog=examples("nsmaps cite", "nsmaps cite runs/vi_pair/fp >> references.bib"))(cite)
@@ -104,13 +105,25 @@ def export(
     folder: Folder,
     to: Annotated[str, typer.Option(metavar="FORMAT", help="latex, python, c, julia, matlab or json.")],
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/export", file_okay=False)] = None,
+    iterate: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Instead the N-th iterate of one piece, all coordinates.")
+    ] = None,
+    piece: Annotated[str | None, typer.Option(help="The piece of `--iterate`; needed if there are several.")] = None,
 ) -> None:
-    """Write the maps and closed forms of a run in another language."""
+    """Write the maps and closed forms of a run in another language; what has no closed form is said."""
     import nsmaps
+    from nsmaps.exports.finished import held_by
+    from nsmaps.exports.write import export_iterate
 
     with told():
-        files = nsmaps.export(nsmaps.read_result(folder), to, place := out or folder / "export")
+        if piece is not None and iterate is None:
+            raise nsmaps.NsmapsError(f"a piece {piece!r} and no iterate; accepted: --iterate N --piece {piece}")
+        result, place = nsmaps.read_result(folder), out or folder / "export"
+        files = export_iterate(result, iterate, piece, to, place) if iterate else nsmaps.export(result, to, place)
+        left = () if iterate else held_by(result).skipped
     typer.echo("\n".join(str(place / name) for name in files))
+    for line in left:
+        typer.echo(f"not written: {line}", err=True)
 
 
 def new_plugin(
@@ -122,7 +135,7 @@ def new_plugin(
 
     with told():
         folder = new_plugin(name, into)
-    typer.echo(f"written to {folder}; next: pip install -e {folder} && nsmaps run {name}/first")
+    typer.echo(f'written to {folder}; next: pip install -e "{folder}[test]" && nsmaps run {name}/first && pytest "{folder}"')
 
 
 def schema(

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError, near_match
-from nsmaps.exact.files import run_file
+from nsmaps.exact.files import REFUSED, run_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -165,4 +165,8 @@ def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
     members = vars(sys.modules[name])
     if attribute not in members:
         raise UnknownSystemError(f"{path} has no class {attribute!r}{near_match(attribute, members)}")
-    return _checked(members[attribute], f"{path}:{attribute}")
+    found = _checked(members[attribute], f"{path}:{attribute}")
+    for cls in found.__mro__:
+        if cls in REFUSED[name]:
+            raise SystemDefinitionError(f"{path}:{attribute} is no system: {REFUSED[name][cls]}")
+    return found

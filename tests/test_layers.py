@@ -17,7 +17,7 @@ RANK = {
     "dynamics": 1.5,  # below `reduced`, which follows orbits to tell where a map attracts
     "reduced": 2,
     "auxiliary": 3,
-    "export": 4,
+    "exports": 4,
     "plugins": 4,
     "testing": 4,
     "newplugin": 5,

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -27,12 +28,26 @@ def test_it_installs_and_passes_at_once(tmp_path: Path) -> None:
     listed = python(tmp_path, site, "-m", "nsmaps", "systems")
     assert "my_ball: Ball on a table that moves as a sin t" in listed.stdout
     assert "studies: my_ball/first" in listed.stdout
-    tested = python(project, site, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests")
+    (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\naddopts = '-n 2 --no-such-option'\n")  # as of a clone
+    tested = python(tmp_path, site, "-m", "pytest", "-q", "-p", "no:cacheprovider", "my_ball")
     assert tested.returncode == 0, tested.stdout
     assert "3 passed" in tested.stdout
     run = python(tmp_path, site, "-m", "nsmaps", "run", "my_ball/first", "--out", str(tmp_path / "run"))
     assert run.returncode == 0, run.stderr
     assert {file.name for file in (tmp_path / "run" / "figures").iterdir()} >= {"orbits.png", "domain_size.png"}
+
+
+def test_what_comes_next_is_what_the_page_says(tmp_path: Path) -> None:
+    """The test extra is asked for, and is there; the project's own pyproject is where pytest stops to look for settings."""
+    made = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "my_ball")
+    line = 'pip install -e "my_ball[test]" && nsmaps run my_ball/first && pytest'
+    assert made.stdout.strip() == f'written to my_ball; next: {line} "my_ball"'
+    assert f"{line} my_ball\n" in (Path(__file__).parents[1] / "docs" / "write-your-own-system.md").read_text()
+    (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\naddopts = '--no-such-option'\n")
+    listed = python(tmp_path, tmp_path, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "my_ball")
+    assert "::test_the_study_holds" in listed.stdout, listed.stderr
+    project = tomllib.loads((tmp_path / "my_ball" / "pyproject.toml").read_text())["project"]
+    assert [need.partition(">")[0] for need in project["optional-dependencies"]["test"]] == ["pytest"]
 
 
 def test_its_class_serves_from_its_file(tmp_path: Path) -> None:

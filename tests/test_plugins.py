@@ -145,6 +145,23 @@ def test_errors_about_a_file(tmp_path: Path) -> None:
     assert set(sys.modules) == before
 
 
+def test_a_bad_class_of_a_file_keeps_no_good_one_from_being_used(tmp_path: Path) -> None:
+    """Not here, nor in a process that is sent a good one; the bad one, and what inherits from it, is refused by name and line."""
+    file = tmp_path / "two.py"
+    bad = SYSTEM.format(name="Bad").replace("return hit.w", "return hit.z + sympy.sqrt(t) + hit.w")
+    heir = SYSTEM.format(name="Heir").replace("(ImpactSystem)", "(Bad)")
+    file.write_text(f"import sympy\n{bad}{heir}{SYSTEM.format(name='Good')}")
+    good = plugins.load_system(f"{file}:Good", a=2)
+    assert good.parameters == {"a": 2, "r": 0.5}
+    code = f"import pickle; print(pickle.loads({pickle.dumps(good)!r}).parameters['a'])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={"PYTHONPATH": ":".join(sys.path)})
+    assert done.stdout == "2.0\n", done.stderr
+    line = file.read_text().split("\n").index("class Bad(ImpactSystem):") + 1
+    for name in ("Bad", "Heir"):
+        with pytest.raises(SystemDefinitionError, match=rf"two.py:{name} is no system: .* \(class Bad, {file}:{line}\)$"):
+            plugins.load_system(f"{file}:{name}")
+
+
 def test_the_projects_own_plugins_are_registered_as_a_strangers_would_be() -> None:
     lines = (Path(__file__).parents[1] / "pyproject.toml").read_text()
     assert '[project.entry-points."nsmaps.systems"]\nvi_pair = "nsmaps_vi_pair:VIPair"' in lines

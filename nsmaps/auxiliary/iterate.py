@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 Order = Literal["max_first", "min_first"]
 Held = Any  #: a number or sympy expression for the one other coordinate, or a mapping of names to them
+Values = Mapping[str, Any]  #: floats, or sympy expressions where they are no numbers, by coordinate
 HELD = "closed form"  #: the kind of an envelope that is two curves of a family
 DIGITS = 40  # of numerical coefficients: plain monomials cancel, and a map is to agree with its closed form
 
@@ -40,6 +41,7 @@ class SecondIterate:
     second: Any  #: sympy polynomial of the curve applied second
     order: Order
     domain: "Domain" = field(default_factory=dict)  #: where the map was fitted, of the coordinate and of parameters
+    held: tuple[Values, ...] = ()  #: what the others are held at on each curve, in the order of `curves`
 
     def __call__(self, value: float) -> float:
         """The second iterate of one value; for numerical coefficients. Evaluated exactly, curve after curve, rounded once."""
@@ -57,7 +59,7 @@ class SecondIterate:
     def at(self, **values: Any) -> "SecondIterate":
         """The same at numbers for some of its symbols, such as d, phi_min or b_0. NsmapsError for a name that is none."""
         first, second = _substituted(self.curves, self.variable, values)
-        return second_of(self.variable, first, second, self.order, self.domain)
+        return second_of(self.variable, first, second, self.order, self.domain, _held_at(self.held, values))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +71,7 @@ class HeldIterate:
     alpha: tuple[Any, ...]  #: its coefficients, lowest power first
     curves: tuple[Any, ...]  #: sympy polynomials in the order in which they are applied, one a value held
     domain: "Domain"  #: where the map was fitted, of the coordinate and of parameters
+    held: tuple[Values, ...] = ()  #: what the others are held at on each curve, in the order of `curves`
 
     def __call__(self, value: float) -> float:
         """The n-th iterate of one value; for numerical coefficients. Evaluated exactly, curve after curve, rounded once."""
@@ -80,7 +83,8 @@ class HeldIterate:
 
     def at(self, **values: Any) -> "HeldIterate":
         """The same at numbers for some of its symbols. NsmapsError for a name that is none."""
-        return held_of(self.variable, _substituted(self.curves, self.variable, values), self.domain)
+        curves = _substituted(self.curves, self.variable, values)
+        return held_of(self.variable, curves, self.domain, _held_at(self.held, values))
 
 
 def second_iterate(
@@ -120,7 +124,7 @@ def second_iterate(
     low, high = _held(f, name, phi_min, "_min"), _held(f, name, phi_max, "_max")
     made = _held_iterate(f, name, [high, low] if order == "max_first" else [low, high])
     first, second = made.curves
-    return SecondIterate(made.variable, made.expr, made.alpha, first, second, order, made.domain)
+    return SecondIterate(made.variable, made.expr, made.alpha, first, second, order, made.domain, made.held)
 
 
 def held_iterate(
@@ -163,13 +167,15 @@ def envelope_curves(
     return lower, upper
 
 
-def second_of(variable: Any, first: Any, second: Any, order: Order, domain: "Domain") -> SecondIterate:
+def second_of(
+    variable: Any, first: Any, second: Any, order: Order, domain: "Domain", held: Sequence[Values] = ()
+) -> SecondIterate:
     """The second iterate of two curves, sympy polynomials in the variable."""
-    made = held_of(variable, (first, second), domain)
-    return SecondIterate(variable, made.expr, made.alpha, first, second, order, domain)
+    made = held_of(variable, (first, second), domain, held)
+    return SecondIterate(variable, made.expr, made.alpha, first, second, order, domain, made.held)
 
 
-def held_of(variable: Any, curves: Sequence[Any], domain: "Domain") -> HeldIterate:
+def held_of(variable: Any, curves: Sequence[Any], domain: "Domain", held: Sequence[Values] = ()) -> HeldIterate:
     """The composition of curves, sympy polynomials in the variable, the first applied first; NsmapsError if it is too long."""
     import sympy as sp
 
@@ -187,7 +193,8 @@ def held_of(variable: Any, curves: Sequence[Any], domain: "Domain") -> HeldItera
     for key, c in whole.terms():
         parts.setdefault(key[0], {})[(0, *key[1:])] = c
     alpha = tuple(_rounded(ring.from_dict(parts.get(k, {})).as_expr()) for k in range(max(parts, default=0) + 1))
-    return HeldIterate(variable, sp.Add(*(a * variable**k for k, a in enumerate(alpha))), alpha, tuple(curves), domain)
+    expr = sp.Add(*(a * variable**k for k, a in enumerate(alpha)))
+    return HeldIterate(variable, expr, alpha, tuple(curves), domain, tuple(held))
 
 
 def _held_iterate(f: "Formula", name: str, held: Sequence[Mapping[str, Any]]) -> HeldIterate:
@@ -197,7 +204,7 @@ def _held_iterate(f: "Formula", name: str, held: Sequence[Mapping[str, Any]]) ->
     image = f.images[name].as_expr()
     curves = [image.subs({symbol(other): value for other, value in values.items()}, simultaneous=True) for values in held]
     domain = {key: ends for key, ends in f.domain.items() if key in (name, *f.parameters)}
-    return held_of(symbol(name), curves, domain)
+    return held_of(symbol(name), curves, domain, [_told(values) for values in held])
 
 
 def _variable(f: "Formula", name: str | None) -> str:
@@ -225,6 +232,21 @@ def _held(f: "Formula", name: str, given: Held, suffix: str) -> dict[str, Any]:
         if other not in others:
             raise NsmapsError(f"held: {other!r}{near_match(str(other), others)}; accepted: {', '.join(others) or 'nothing'}")
     return {other: exact(values[other]) if other in values else symbol(f"{other}{suffix}") for other in others}
+
+
+def _told(values: Mapping[str, Any]) -> Values:
+    """Values in sympy as floats, where they are numbers."""
+    return {str(name): float(value) if value.is_number else value for name, value in values.items()}
+
+
+def _held_at(held: Sequence[Values], values: Mapping[str, Any]) -> list[Values]:
+    """What is held with numbers for some of its symbols."""
+    import sympy as sp
+
+    from nsmaps.auxiliary.formula import exact, symbol
+
+    swaps = {symbol(name): exact(value) for name, value in values.items()}
+    return [_told({name: sp.sympify(value).subs(swaps) for name, value in each.items()}) for each in held]
 
 
 def _rounded(coefficient: Any) -> Any:

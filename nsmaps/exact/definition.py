@@ -6,7 +6,7 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.generate import V, check_symbols, check_walls, formula_of, in_symbols
-from nsmaps.exact.symbols import S
+from nsmaps.exact.symbols import S, written_in_symbols
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -36,10 +36,13 @@ def check_definition(cls: "type[ImpactSystem]") -> None:
 
 def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:
     symbolic, symbols = in_symbols(cls, fixed)
-    walls = symbolic.walls()
+    with written_in_symbols(f"{cls.__name__}.walls"):
+        walls = symbolic.walls()
     check_walls(cls.__name__, walls)
-    laws = [sp.sympify(symbolic.rebound(V, name)) for name in walls]
-    period = sp.sympify(symbolic.period())
+    with written_in_symbols(f"{cls.__name__}.rebound"):
+        laws = [sp.sympify(symbolic.rebound(V, name)) for name in walls]
+    with written_in_symbols(f"{cls.__name__}.period"):
+        period = sp.sympify(symbolic.period())
     given = formula_of(symbolic, period)
     check_symbols(cls.__name__, [given, period, *laws, *(sp.sympify(wall.at) for wall in walls.values())], {*symbols.values(), S})
     for growth in given.atoms(sp.exp, sp.sinh, sp.cosh):

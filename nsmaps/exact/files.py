@@ -4,20 +4,35 @@ import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from operator import attrgetter
+from traceback import walk_stack
 from typing import Any
+
+from nsmaps.errors import SystemDefinitionError
+
+REFUSED: dict[str, dict[type, SystemDefinitionError]] = {}  #: of each module that is a file, its classes that are no systems
 
 
 def run_file(name: str, file: str) -> None:
-    """Run a .py file as a module that can be imported again by its name, or leave no trace of it."""
+    """Run a .py file as a module that can be imported again by its name, or leave no trace of it.
+
+    A class of it that is refused is kept in `REFUSED`, so that its other classes can be used.
+    """
     spec = spec_from_file_location(name, file)
     assert spec is not None, "a .py file always has a spec"
     assert spec.loader is not None, "and a loader"
     module = sys.modules[name] = module_from_spec(spec)
+    REFUSED[name] = {}
     try:
         spec.loader.exec_module(module)
     except BaseException:
-        del sys.modules[name]
+        del sys.modules[name], REFUSED[name]
         raise
+
+
+def defined_at(module: str) -> str:
+    """The file and line that a module is at, while it defines a class."""
+    lines = (f"{frame.f_code.co_filename}:{line}" for frame, line in walk_stack(None) if frame.f_globals["__name__"] == module)
+    return next(lines, module)
 
 
 def received(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:

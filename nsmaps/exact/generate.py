@@ -14,7 +14,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.symbols import Flow, S, check_form
+from nsmaps.exact.symbols import Flow, S, check_form, written_in_symbols
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -95,7 +95,8 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
     cls = type(system)
     names = cls.parameter_names()
     symbolic, symbols = in_symbols(cls, {name: getattr(system, name) for name in cls.model_fields if name not in names})
-    period = sp.sympify(symbolic.period())
+    with written_in_symbols(f"{cls.__name__}.period"):
+        period = sp.sympify(symbolic.period())
     flow, w = _displacement(symbolic, period, symbols)
     rates = [w]
     for _ in range(6):  # velocity, acceleration, jerk, snap, crackle, pop
@@ -171,13 +172,8 @@ def formula_of(symbolic: Any, period: sp.Expr) -> sp.Expr:
     """The displacement at S after an impact at the phase PHI, the place Z and the velocity W, its form checked."""
     start = PHI * period / (2 * sp.pi)
     hit = SimpleNamespace(t=start, z=Z, w=W)
-    try:
+    with written_in_symbols(f"{type(symbolic).__name__}.displacement"):
         given = sp.sympify(symbolic.displacement(start + S, hit))
-    except TypeError as why:
-        raise SystemDefinitionError(
-            f"{type(symbolic).__name__}.displacement cannot be written in symbols ({why}); "
-            "formulas may not branch on the value of a parameter: declare the choice as a field that is not float"
-        ) from None
     check_form(given)
     return given
 
@@ -218,7 +214,13 @@ def _check(name: str, what: str, residue: sp.Expr, symbols: dict[str, sp.Symbol]
     for values in _trials(residue):
         value = abs(sp.N(residue.subs(values), 60))
         if not value < sp.Float("1e-40"):
-            raise SystemDefinitionError(f"{name}.displacement does not {what}: off by {sp.N(value, 6)} at {values}")
+            at = ", ".join(f"{_shown(x)} = {number}" for x, number in values.items())
+            raise SystemDefinitionError(f"{name}.displacement does not {what}: off by {sp.N(value, 6)} at {at}")
+
+
+def _shown(x: sp.Symbol) -> str:
+    """A parameter, or a number of the flight, as an author knows it."""
+    return {PHI: "phi", Z: "hit.z", W: "hit.w", S: "t - hit.t"}.get(x, str(x).removeprefix("_p_"))
 
 
 def _trials(*exprs: sp.Expr) -> list[dict[sp.Symbol, sp.Expr]]:

@@ -213,10 +213,17 @@ def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], balls: bool, system: 
     name = f"nsmaps_{'boxes_' if balls else ''}{cls.__name__.lower()}_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
     path = _folder() / f"{name}.py"
     if not path.exists():
+        _tell(f"compiling {cls.__name__}{' for boxes' if balls else ''}, once: about 10 s")
         part = path.with_suffix(f".{os.getpid()}.part")
         part.write_text(source or _generate(system.value, balls))
         part.replace(path)
     return Kernel(_load(name, path))
+
+
+def _tell(what: str) -> None:
+    """Say on a terminal why nothing seems to happen; elsewhere nothing."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        print(what, file=sys.stderr, flush=True)
 
 
 @lru_cache(maxsize=1)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict
 
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_match
-from nsmaps.exact.files import received
+from nsmaps.exact.files import REFUSED, defined_at, received
 from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, Stretches, as_states
 
 if TYPE_CHECKING:
@@ -235,14 +235,24 @@ class ImpactSystem(BaseModel, ABC):
         """
         if isabstract(cls):
             return
-        if "rebound" not in vars(cls) and cls.rebound is ImpactSystem.rebound and "r" not in cls.model_fields:
-            raise SystemDefinitionError(
-                f"{cls.__name__} has no parameter r for Newton's restitution; declare `r: float` or write its `rebound`"
-            )
-        if "sympy" in sys.modules:
-            from nsmaps.exact.definition import check_definition
+        try:
+            _check_class(cls)
+        except SystemDefinitionError as error:
+            told = SystemDefinitionError(f"{error} (class {cls.__name__}, {defined_at(cls.__module__)})")
+            if cls.__module__ not in REFUSED:
+                raise told from None
+            REFUSED[cls.__module__][cls] = told  # told to whoever loads it: the file's other classes may be used
 
-            check_definition(cls)
+
+def _check_class(cls: type[ImpactSystem]) -> None:
+    if "rebound" not in vars(cls) and cls.rebound is ImpactSystem.rebound and "r" not in cls.model_fields:
+        raise SystemDefinitionError(
+            f"{cls.__name__} has no parameter r for Newton's restitution; declare `r: float` or write its `rebound`"
+        )
+    if "sympy" in sys.modules:
+        from nsmaps.exact.definition import check_definition
+
+        check_definition(cls)
 
 
 def _check_chatter(chatter: float) -> None:

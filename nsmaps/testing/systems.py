@@ -1,5 +1,7 @@
 """check_system: whether an impact system is one, by its formulas and by what the compiled map makes of them."""
 
+import warnings
+
 import mpmath as mp
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,14 +38,15 @@ def check_system(system: ImpactSystem, acceleration: Acceleration | None = None,
     Told are: walls that leave no room, or are forgotten so that flights never come back; a period that is wrong; a flight that
     does not start where and as fast as it should, or not obey its equation; an impact that does not reverse the motion; a
     parameter that no formula, or no return, depends on; compiled flights that differ from the formulas. Warned of are missing
-    descriptions and an impact that gains energy.
+    descriptions, an impact that gains energy, and that the acceleration was not given.
 
     A formula that is right for another system is not told from what was meant. A force of the wrong sign that lets the ball
     come back, or one wall of two that nothing else shows to be missing, is found with the equation of motion or not at all.
 
     Args:
         system: with parameters at which the base wall is reached.
-        acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), to hold the displacement against.
+        acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), to hold the displacement against; without
+            it a wrong sign of the forcing, the same in every term, passes.
         states: trial states, shape (N, 2); else speeds of all sizes, as the forces at the base wall have it, at all phases.
 
     Raises:
@@ -76,6 +79,12 @@ def check_system(system: ImpactSystem, acceleration: Acceleration | None = None,
             )
         _check_flights(system, flight, starts[returns.valid][:: max(1, int(returns.valid.sum()) // FOLLOWED)])
     _check_influence(system, returns)
+    if acceleration is None:
+        warnings.warn(
+            f"{flight.name} passes, but the acceleration was not given: a wrong sign of the forcing cannot be told; "
+            "pass acceleration=lambda t, place, velocity: ..., the right-hand side of the equation of motion",
+            stacklevel=2,
+        )
 
 
 def _speed(flight: Flight) -> float:

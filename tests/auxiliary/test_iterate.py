@@ -179,3 +179,20 @@ def test_bad_calls_are_errors():
         NsmapsError, match="iterate 3 has degree 27 and up to 3981263 terms; accepted: degree 100 and 60000 terms"
     ):
         held_iterate(POLY23, [None] * 3)
+
+
+def test_what_is_held_is_told_in_the_order_of_the_curves():
+    polymap = polynomial_map(("v", "phi"), (3, 2), [[0.5, 1.0], [0.1, 0.9]], 5)
+    assert second_iterate(polymap, 0.2, 0.7).held == ({"phi": 0.7}, {"phi": 0.2})
+    assert second_iterate(polymap, 0.2, 0.7, "min_first").held == ({"phi": 0.2}, {"phi": 0.7})
+    assert held_iterate(polymap, [0.3, 0.1, 0.2]).held == ({"phi": 0.3}, {"phi": 0.1}, {"phi": 0.2})
+    open_ends = second_iterate(polymap)
+    assert open_ends.held == ({"phi": HIGH}, {"phi": LOW})
+    half = open_ends.at(phi_max=0.7)
+    assert half.held == ({"phi": 0.7}, {"phi": LOW})
+    put_in = half.at(phi_min=0.2)
+    assert put_in.held == ({"phi": 0.7}, {"phi": 0.2})
+    curves = [polymap([[0.8, values["phi"]]])[0, 0] for values in put_in.held]
+    assert [float(c.subs(V, 0.8)) for c in put_in.curves] == pytest.approx(curves, abs=1e-12)
+    three = second_iterate(PolyMap.reset(("x", "y", "z"), {"x": 0.1}), {"y": 1.0, "z": 2.0}, {"y": 3.0, "z": 4.0})
+    assert three.held == ({"y": 3.0, "z": 4.0}, {"y": 1.0, "z": 2.0})

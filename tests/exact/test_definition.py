@@ -1,10 +1,14 @@
 """What is refused when a class is defined, what then waits for its first use, and what must not be refused."""
 
+import math
 import os
+import re
 import subprocess
 import sys
 import types
 from abc import abstractmethod
+from io import StringIO
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -14,6 +18,7 @@ from pydantic import Field, PrivateAttr
 from toys import Oscillator, Table
 
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact import kernel
 from nsmaps.exact.system import ImpactSystem, Wall
 
 
@@ -52,7 +57,16 @@ def falls(self, t, hit):
         (lambda self, t, hit: falls(self, t, hit) / (1 + t), "cannot be followed in time"),
         (lambda self, t, hit: falls(self, t, hit) + sp.Abs(sp.sin(t)), "cannot be followed in time"),
         (lambda self, t, hit: falls(self, t, hit) if self.h > 1 else hit.z, "may not branch on the value"),
-        (lambda self, t, hit: hit.z + hit.w * np.sin(t - hit.t), "cannot be written in symbols"),
+        (
+            lambda self, t, hit: hit.z + hit.w * np.sin(t - hit.t),
+            r"Made.displacement cannot be .* use sympy's functions \(from sympy",
+        ),
+        (
+            lambda self, t, hit: hit.z + hit.w * math.cos(t),
+            r"Made.displacement cannot be .* use sympy's .*, not those of math or numpy",
+        ),
+        (lambda self, t, hit: hit.z + hit.w * int(t), r"Made.displacement cannot be .* no float\(\) or int\(\)"),
+        (lambda self, t, hit: hit.z + hit.w * None, r"Made.displacement cannot be written in symbols \([^;]*\) \(class Made"),
         (lambda self, t, hit: falls(self, t, hit) * sp.Symbol("q"), "unknown symbols: q"),
         (lambda self, t, hit: hit.z + hit.w * sp.sinh(t - hit.t), "no bound within the horizon of 1000"),
     ],
@@ -71,6 +85,9 @@ def test_a_form_without_bounds_is_refused_when_defined(body, why):
         ({"walls": lambda self: {"A": Wall(at=sp.Symbol("q"), side=1)}}, "unknown symbols: q"),
         ({"period": lambda self: sp.Symbol("q")}, "unknown symbols: q"),
         ({"rebound": lambda self, speed, wall: sp.Symbol("q") * speed}, "unknown symbols: q"),
+        ({"rebound": lambda self, speed, wall: np.exp(speed)}, "Odd.rebound cannot .* use sympy's functions"),
+        ({"period": lambda self: 2 / math.sqrt(self.height)}, "Odd.period cannot .* use sympy's functions"),
+        ({"walls": lambda self: {"A": Wall(at=math.sin(self.height), side=1)}}, "Odd.walls cannot .* use sympy's functions"),
     ],
 )
 def test_walls_period_and_law_are_refused_when_defined(change, why):
@@ -90,6 +107,44 @@ def test_what_takes_numbers_is_refused_at_first_use(body, why):
     system = made(body)(h=1)
     with pytest.raises(SystemDefinitionError, match=why):
         system.first_return([[1.0, 0.0]])
+
+
+def test_numbers_are_told_by_the_names_that_the_author_knows():
+    cls = made(lambda self, t, hit: falls(self, t, hit) + self.pull * sp.sin(hit.t) * (t - hit.t), pull=(float, 1.0))
+    with pytest.raises(SystemDefinitionError, match=r"off by 0\.\d+ at pull = 7/11, phi = 2/3$"):
+        cls(h=1).first_return([[1.0, 0.0]])
+
+
+def test_the_class_and_its_line_are_told():
+    line = Path(__file__).read_text().split("\n").index("        class Bent(Table):") + 1
+    with pytest.raises(
+        SystemDefinitionError, match=rf"cannot be followed in time; .* \(class Bent, {re.escape(__file__)}:{line}\)$"
+    ):
+
+        class Bent(Table):
+            def displacement(self, t, hit):
+                return falls(self, t, hit) + sp.sqrt(t)
+
+
+class Terminal(StringIO):
+    """What is written to standard error by somebody who looks on."""
+
+    def isatty(self):
+        return True
+
+
+def test_that_a_kernel_is_made_is_said_on_a_terminal_only(monkeypatch, tmp_path):
+    monkeypatch.setattr(kernel, "_folder", lambda: tmp_path)
+    for k, (stream, told) in enumerate([(Terminal(), "compiling Made, once: about 10 s\n"), (StringIO(), "")]):
+        system = made(lambda self, t, hit, k=k: falls(self, t, hit) - (t - hit.t) ** 2 * (k + 1))(h=1)
+        monkeypatch.setattr(sys, "stderr", stream)
+        for _ in range(2):
+            kernel.kernel_of(system)
+        assert stream.getvalue() == told
+    kernel._kernel.cache_clear()
+    monkeypatch.setattr(sys, "stderr", again := Terminal())
+    kernel.kernel_of(system)  # from disk
+    assert again.getvalue() == ""
 
 
 def test_classes_in_between_may_be_abstract():

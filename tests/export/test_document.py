@@ -64,7 +64,8 @@ def test_reports_and_general_coefficients_are_kept(tmp_path):
     fitted = fit_of_a_sheet()
     assert fitted.report is not None
     assert same(of_json(fitted, tmp_path / "a"), fitted)
-    assert same(of_json(GENERAL, tmp_path / "b").alpha, GENERAL.alpha)
+    general = of_json(GENERAL, tmp_path / "b")
+    assert same((general.alpha, general.held), (GENERAL.alpha, GENERAL.held))
     parametric = exported.parametric()
     errors = np.array([[[1e-3, np.nan]], [[np.inf, 2e-3]]])
     report = ParametricReport(("P0", "P1"), np.array([0.3]), errors, errors, errors)
@@ -134,3 +135,18 @@ def test_a_region_of_ones_own_is_refused_where_its_python_is_needed(format):
     with pytest.raises(NsmapsError, match=r"Half.*accepted: .*Box"):
         nsmaps.export(own, format)
     assert "v > 0.5" in nsmaps.export(own, "latex")
+
+
+def test_a_file_that_does_not_say_what_is_held_is_read_too(tmp_path):
+    data = json.loads(nsmaps.export(CASES["second"][0], "json"))
+    assert data.pop("about") == [
+        "Order max_first: first the curve at the largest values of the others, then the one at the smallest.",
+        "Curve 1, at phi_max = 0.7.",
+        "Curve 2, at phi_min = 0.2.",
+    ]
+    assert data.pop("held") == [{"phi": 0.7}, {"phi": 0.2}]
+    (tmp_path / "old.json").write_text(json.dumps(data))
+    read = nsmaps.read_map(tmp_path / "old.json")
+    assert read.held == ()
+    assert same(read.alpha, CASES["second"][0].alpha)
+    assert "Curve 1: fitted on" in nsmaps.export(read, "julia")

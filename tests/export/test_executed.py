@@ -12,7 +12,7 @@ import pytest
 
 import nsmaps
 from nsmaps.exact.impacts import Angle
-from nsmaps.export.program import program_of
+from nsmaps.exports.program import program_of
 from nsmaps.reduced.polymap import design
 
 CASES = exported.cases()

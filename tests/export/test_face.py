@@ -1,5 +1,7 @@
 """The public face of exports: what is returned and written, what is refused, and the command."""
 
+import doctest
+import inspect
 import os
 import subprocess
 import sys
@@ -16,7 +18,8 @@ import nsmaps
 from nsmaps.auxiliary.iterate import second_iterate
 from nsmaps.cli import app
 from nsmaps.errors import NsmapsError
-from nsmaps.export.program import identifiers
+from nsmaps.exports.finished import held_by
+from nsmaps.exports.program import identifiers
 from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.polyfit import Full
 
@@ -75,8 +78,9 @@ def test_the_header_says_what_it_is():
 
 
 def test_names_become_identifiers():
-    names = ["v", "x", "x_", "end", "INT", "", "R 1", "R+1", "1st", "\N{GREEK SMALL LETTER PHI}"]
+    names = ["v", "x", "x_", "end", "INT", "", "R 1", "R/1", "1st", "\N{GREEK SMALL LETTER PHI}"]
     assert identifiers(names) == ["v", "x_", "x__2", "end_", "INT_", "x__3", "R_1", "R_1_2", "x_1st", "x__4"]
+    assert identifiers(["R1", "R1+", "R1'", "R1*", "R+1"]) == ["R1", "R1_plus", "R1_prime", "R1_star", "R_plus_1"]
 
 
 @pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "latex", "json"])
@@ -93,19 +97,29 @@ def test_awkward_names_do_no_harm(format, tmp_path):
         subprocess.run(["gcc", "-Wall", "-Werror", "-std=c99", "-c", "composite_map.c"], cwd=tmp_path, check=True)
 
 
-def test_a_result_is_all_its_maps_and_closed_envelopes():
+def a_result():
+    """What a run holds, with a domain that is not trapped."""
     whole = exported.composite()
     envelope = SimpleNamespace(coordinate="v", kind="closed form", held=np.array([[np.nan] * 2, [0.5, -0.3]]))
     numeric = SimpleNamespace(coordinate="phi", kind="numeric", held=None)
-    domain = SimpleNamespace(updates=[SimpleNamespace(envelopes=(envelope, numeric))])
-    result = SimpleNamespace(
-        study=SimpleNamespace(domains=[SimpleNamespace(name="first", map="R1"), SimpleNamespace(name="exact", map="exact")]),
+    update = SimpleNamespace(number=3, envelopes=(envelope, numeric))
+    about = {"of": "fitted map R1", "trapped": False, "settled": False, "reason": "one worst-case step leaves the box"}
+    domain = SimpleNamespace(coordinates=exported.NAMES, updates=[update], **about)
+    sections = [SimpleNamespace(name="first", map="R1"), SimpleNamespace(name="exact", map="exact")]
+    chosen = SimpleNamespace(domain="first")
+    return SimpleNamespace(
+        study=SimpleNamespace(name="mine", title="A title", domains=sections, second_iterate=chosen),
         system=toys.BouncingBall(a=0.3),
         composite=whole,
         parametric=exported.parametric(),
         second_iterate=second_iterate(whole.piece("R1").map, -0.3, 0.5),
         domains={"first": domain, "exact": domain},
     )
+
+
+def test_a_result_is_all_its_maps_and_closed_envelopes():
+    result = a_result()
+    whole = result.composite
     stems = ["composite_map", "first_v_lower", "first_v_upper", "parametric_map", "second_iterate"]
     assert sorted(nsmaps.export(result, "python")) == [f"{stem}.py" for stem in stems]
     assert sorted(nsmaps.export(result, "latex")) == sorted(f"{stem}.tex" for stem in [*stems, "bouncingball"])
@@ -114,7 +128,7 @@ def test_a_result_is_all_its_maps_and_closed_envelopes():
     expected = whole.piece("R1").map([[0.7, -0.3]])[0, 0]
     assert namespace["first_v_upper"]([[0.7]])[0, 0] == pytest.approx(expected, abs=1e-15)
     nothing = SimpleNamespace(**{**vars(result), "composite": None, "parametric": None, "second_iterate": None})
-    nothing.study = SimpleNamespace(domains=[])
+    nothing.study = SimpleNamespace(name="nothing", title="", domains=[])
     with pytest.raises(NsmapsError, match="nothing that can be written as 'c'"):
         nsmaps.export(nothing, "c")
 
@@ -147,6 +161,113 @@ def test_the_command_knows_every_format_and_a_folder(run, format, tmp_path):
     answer = CliRunner().invoke(app, ["export", str(run), "--to", format, "--out", str(tmp_path / "out")])
     assert answer.exit_code == 0, answer.output
     assert sorted(answer.stdout.split()) == sorted(map(str, (tmp_path / "out").iterdir()))
+    *_, domain = nsmaps.read_result(run).domains.values()
+    numeric = [each.coordinate for each in domain.updates[-1].envelopes if each.kind == "numeric"]
+    assert numeric, "the study has an envelope without a closed form, or this tests nothing"
+    for name in numeric:
+        line = f"not written: fitted_{name}_lower and fitted_{name}_upper: the envelope of {name} has no closed form"
+        assert line in answer.stderr
+
+
+def test_the_command_writes_the_iterate_of_a_piece(run, tmp_path):
+    """The iterate of the command, run, is the piece applied twice, under a name of its own."""
+    answer = CliRunner().invoke(app, ["export", str(run), "--to", "python", "--iterate", "2", "--out", str(tmp_path)])
+    assert answer.exit_code == 0, answer.output
+    assert answer.stdout.strip() == str(tmp_path / "all_iterate_2.py")
+    text = (tmp_path / "all_iterate_2.py").read_text()
+    assert "The iterate 2 of the piece all, all coordinates." in text
+    assert "System: BouncingBall, a = 0.2, r = 0.5" in text
+    namespace = {}
+    exec(text, namespace)
+    piece, states = nsmaps.read_result(run).composite.piece("all").map, np.array([[0.2, 0.6], [0.3, 0.9]])
+    np.testing.assert_allclose(namespace["all_iterate_2"](states), piece(piece(states)), rtol=0, atol=1e-12)
+    for more, why in (
+        (["--to", "c", "--iterate", "2", "--piece", "al"], "al"),
+        (["--to", "c", "--piece", "all"], "accepted: --iterate N --piece all"),
+        (["--to", "d", "--iterate", "2"], "the format 'd'"),
+    ):
+        answer = CliRunner().invoke(app, ["export", str(run), *more])
+        assert answer.exit_code == 2
+        assert why in answer.stderr
+
+
+FORMATS = ["latex", "python", "c", "julia", "matlab", "json"]
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_every_format_says_what_a_second_iterate_is_of(run, format, tmp_path):
+    """The study, the parameters, the piece, the domain with its verdict, the order, and the values held."""
+    nsmaps.export(nsmaps.read_result(run), format, tmp_path)
+    text = "\n".join(path.read_text() for path in sorted(tmp_path.glob("second_iterate.*")))
+    domain = nsmaps.read_result(run).domains["fitted"]
+    low, high = domain.updates[-1].box[1].tolist()
+    verdict = "trapped and" if domain.trapped else "NOT trapped and"
+    told = [
+        "piece all",
+        "a = 0.2, r = 0.5",
+        f"Domain fitted, of the fitted map all: {verdict}",
+        domain.reason,
+        "first the curve at the largest",
+    ]
+    for part in [*told, f"phi_min = {low}", f"phi_max = {high}", "updates[-1].box"]:
+        assert (part.replace("_", "\\_") if format == "latex" else part) in text
+    assert ("CAUTION: " in text) is not (domain.trapped and domain.settled)
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(format):
+    texts = nsmaps.export(a_result(), format)
+    for name, text in texts.items():
+        if name.partition(".")[0] in ("first_v_lower", "second_iterate") and not name.endswith(".c"):
+            assert "CAUTION: as the domain is not trapped" in text
+            assert "NOT trapped and NOT settled; one worst-case step leaves the box." in text
+    assert sum("CAUTION" in text for text in texts.values()) == 3
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_a_name_is_that_of_file_and_function(format, tmp_path):
+    twice, thrice = (nsmaps.iterate(exported.line(), n) for n in (2, 3))
+    nsmaps.export(twice, format, tmp_path, name="line_twice")
+    nsmaps.export(thrice, format, tmp_path, name="line_thrice")
+    assert {path.stem for path in tmp_path.iterdir()} == {"line_twice", "line_thrice"}
+    if format == "python":
+        namespace = {}
+        exec((tmp_path / "line_twice.py").read_text(), namespace)
+        states = np.array([[0.1], [0.7]])
+        np.testing.assert_allclose(namespace["line_twice"](states), exported.line()(exported.line()(states)), atol=1e-14)
+    if format == "c":  # both in one program
+        (tmp_path / "main.c").write_text(
+            '#include "line_twice.h"\n#include "line_thrice.h"\n#include <stdio.h>\n'
+            "int main(void) { double x[1] = {0.1}, a[1], b[1]; line_twice(x, a); line_thrice(x, b); "
+            'printf("%.17g %.17g", a[0], b[0]); return 0; }\n'
+        )
+        build = ["gcc", "-Wall", "-Werror", "-std=c99", "main.c", "line_twice.c", "line_thrice.c", "-lm", "-o", "main"]
+        subprocess.run(build, cwd=tmp_path, check=True)
+        seen = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True).stdout.split()
+        f = lambda x: 3.2 * x * (1 - x)  # noqa: E731
+        assert [float(x) for x in seen] == pytest.approx([f(f(0.1)), f(f(f(0.1)))], abs=1e-14)
+
+
+def test_a_name_that_is_none_is_refused():
+    for name in ("two words", "2nd", "while", ""):
+        with pytest.raises(NsmapsError, match=r"the name .*; accepted: letters, digits and _, but no word of a language"):
+            nsmaps.export(exported.line(), "c", name=name)
+    with pytest.raises(NsmapsError, match="for all that a result holds; accepted: none"):
+        nsmaps.export(a_result(), "c", name="mine")
+
+
+def test_why_something_is_not_written_is_said():
+    first, exact = held_by(a_result()).skipped
+    assert first.startswith("first_phi_lower and first_phi_upper: the envelope of phi has no closed form; its curves cross")
+    assert exact == "the envelopes of domain exact: they are of the map 'exact'; accepted: of one piece"
+
+
+def test_the_call_explains_itself():
+    """help(nsmaps.export) shows the call, and its examples are true."""
+    assert list(inspect.signature(nsmaps.export).parameters) == ["result", "format", "path", "name"]
+    assert "Args:" in inspect.getdoc(nsmaps.export)
+    (test,) = (each for each in doctest.DocTestFinder().find(nsmaps.export, "export", globs={}) if each.examples)
+    assert doctest.DocTestRunner().run(test) == (0, 5)  # the last two, of a run that is not there, are skipped
 
 
 def test_bad_commands_end_with_two(run, tmp_path):
@@ -159,9 +280,9 @@ def test_bad_commands_end_with_two(run, tmp_path):
     assert CliRunner().invoke(app, ["export", str(run)]).exit_code == 2
 
 
-@pytest.mark.parametrize("first", ["import nsmaps.export.write", "import nsmaps.export", "nsmaps.read_map", "nsmaps.export"])
+@pytest.mark.parametrize("first", ["import nsmaps.exports.write", "import nsmaps.exports", "nsmaps.read_map", "nsmaps.export"])
 def test_the_name_is_a_function_however_it_came_in(first):
-    """`nsmaps.export` is a room and a function, whatever was imported before."""
+    """`nsmaps.export` is the function, whatever was imported before."""
     program = f"import nsmaps; {first}; print(nsmaps.export(nsmaps.PolyMap.reset(('x',), {{}}), 'json')[:1])"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True)

@@ -4,8 +4,8 @@ import math
 from string import Template
 
 from nsmaps.exact.impacts import Angle
-from nsmaps.export.dialect import C, number
-from nsmaps.export.program import Part, Program
+from nsmaps.exports.dialect import C, number
+from nsmaps.exports.program import Part, Program
 
 HEADER = Template("""/*
 $about

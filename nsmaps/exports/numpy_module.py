@@ -3,9 +3,9 @@
 from inspect import getsource
 from pprint import pformat
 
-from nsmaps.export.dialect import PYTHON
-from nsmaps.export.document import TABLE, Document, document
-from nsmaps.export.program import Program
+from nsmaps.exports.dialect import PYTHON
+from nsmaps.exports.document import TABLE, Document, document
+from nsmaps.exports.program import Program
 from nsmaps.reduced import polymap
 
 HEAD = '''"""{about}

@@ -7,12 +7,12 @@ import sympy as sp
 
 from nsmaps.exact.generate import in_symbols
 from nsmaps.exact.system import ImpactSystem, Wall
-from nsmaps.export.latex import WIDTH, aligned, math, number, page, terms_of, text
+from nsmaps.exports.latex import WIDTH, aligned, math, number, page, terms_of, text
 
 U = sp.Symbol("u", nonnegative=True)
 
 
-def system_files(system: ImpactSystem) -> dict[str, str]:
+def system_files(system: ImpactSystem, name: str | None = None) -> dict[str, str]:
     """The document, by file name: flight, walls, impact law, and the equations of the first return."""
     cls = type(system)
     names = cls.parameter_names()
@@ -34,7 +34,7 @@ def system_files(system: ImpactSystem) -> dict[str, str]:
         *_return(walls, period),
         *_words(walls, laws),
     ]
-    return {f"{cls.__name__.lower()}.tex": page(f"The exact map of {text(cls.__name__)}", filter(None, body))}
+    return {f"{name or cls.__name__.lower()}.tex": page(f"The exact map of {text(cls.__name__)}", filter(None, body))}
 
 
 def _equation(left: str, right: Any) -> str:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from itertools import chain, count
 from math import isfinite
@@ -14,6 +14,7 @@ from nsmaps.auxiliary.compose import ClosedMap
 from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle, Floats
+from nsmaps.exports.about import curve_titles, order_of
 from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.parametric import ParametricMap
 from nsmaps.reduced.polymap import PolyMap
@@ -83,6 +84,7 @@ class Program:
     parts: tuple[Part, ...]
     limits: tuple[tuple[int, float, float], ...] = ()  #: inputs with the only interval that is accepted of them
     notes: tuple[str, ...] = ()
+    told: tuple[str, ...] = ()  #: what it is of, and where that is from
 
     @property
     def variables(self) -> dict[str, str]:
@@ -93,12 +95,19 @@ class Program:
     def about(self) -> list[str]:
         """The lines of the comment on top."""
         units = [f"{name} ({'radians' if isinstance(name, Angle) else 'in the units of the system'})" for name in self.inputs]
-        lines = [self.title, f"Written by nsmaps {own_version()}.", "", f"State: {', '.join(units)}.", *self.notes, ""]
-        return [*lines, *(line for part in self.parts for line in part.about)]
+        lines = [self.title, *self.told, f"Written by nsmaps {own_version()}.", ""]
+        return [*lines, f"State: {', '.join(units)}.", *self.notes, "", *(line for part in self.parts for line in part.about)]
 
 
-def program_of(result: Exportable, name: str) -> Program:
-    """The program of a map or closed form. NsmapsError for coefficients that are no numbers, or for a map of no piece."""
+def program_of(result: Exportable, name: str, about: Sequence[str] = ()) -> Program:
+    """The program of a map or closed form, with lines about where it is from.
+
+    NsmapsError for coefficients that are no numbers, or for a map of no piece.
+    """
+    return replace(_program(result, name), told=(*about, *order_of(result)))
+
+
+def _program(result: Exportable, name: str) -> Program:
     if isinstance(result, ClosedMap):
         _check_numbers(result.symbols, result.domain)
         sides = [result.domain.get(each, (-1.0, 1.0)) for each in (*result.coordinates, *result.symbols)]
@@ -156,9 +165,9 @@ def _chain(result: SecondIterate | HeldIterate, name: str) -> Program:
     parameters = sorted({str(s) for curve in result.curves for s in curve.free_symbols} - {variable})
     _check_numbers(parameters, result.domain)
     names = (variable, *parameters)
-    order = f", {result.order}" if isinstance(result, SecondIterate) else ""
-    title = f"The iterate {len(result.curves)} of {variable} in closed form{order}: its curves one after the other"
-    parts = [Part(f"curve_{k}", f"Curve {k}", curve_map(c, names, result.domain), 1) for k, c in enumerate(result.curves, 1)]
+    title = f"The iterate {len(result.curves)} of {variable} in closed form: its curves one after the other"
+    pairs = zip(curve_titles(result), result.curves, strict=True)
+    parts = [Part(f"curve_{k}", each, curve_map(c, names, result.domain), 1) for k, (each, c) in enumerate(pairs, 1)]
     return Program(name, title, "chain", names, (variable,), tuple(parts), notes=(f"Image: {variable}.",))
 
 
@@ -170,10 +179,11 @@ def curve_map(curve: Any, names: Sequence[str], domain: "Domain") -> PolyMap:
 
 
 def identifiers(names: Iterable[str]) -> list[str]:
-    """Names as identifiers of every language, no two the same and none a word of a language."""
+    """Names as identifiers of every language, no two the same and none a word of a language; R1+ is R1_plus, R1' R1_prime."""
     made: list[str] = []
     for name in names:
-        plain = re.sub(r"[^0-9A-Za-z]+", "_", str(name)).strip("_") or "x"
+        spelt = "".join(f" {SPELT[c]} " if c in SPELT else c for c in str(name))
+        plain = re.sub(r"[^0-9A-Za-z]+", "_", spelt).strip("_") or "x"
         stem = plain if re.match(r"[A-Za-z]", plain) else f"x_{plain}"
         stem = f"{stem}_" if stem.lower() in RESERVED.split() else stem
         numbered = chain([stem], (f"{stem}_{k}" for k in count(2)))
@@ -188,6 +198,8 @@ def own_version() -> str:
     except PackageNotFoundError:  # a source tree on the path that nobody installed
         return ""
 
+
+SPELT = {"+": "plus", "*": "star", "'": "prime"}  #: signs by which names of regions differ
 
 #: words of one of the languages, and names that the programs use themselves
 RESERVED = """

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nsmaps.auxiliary.compose import ClosedMap
-from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate, held_of, second_of
+from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate, Values, held_of, second_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
 from nsmaps.reduced.composite import CompositeMap, Piece
@@ -229,19 +229,32 @@ def _held(iterate: SecondIterate | HeldIterate) -> Document:
         "symbols": names,
         "curves": [_terms(curve, names) for curve in iterate.curves],
         "domain": {name: list(ends) for name, ends in iterate.domain.items()},
+        "held": [{name: _value(value) for name, value in values.items()} for values in iterate.held],
     }
 
 
-def _held_parts(data: Document) -> tuple[Any, list[Any], Mapping[str, tuple[float, float]]]:
+def _value(value: Any) -> float | Document:
+    """A number, or a sympy polynomial with its symbols."""
+    if isinstance(value, float):
+        return value
+    names = sorted(map(str, value.free_symbols))
+    return {"symbols": names, **_terms(value, names)}
+
+
+def _held_parts(data: Document) -> tuple[Any, list[Any], Mapping[str, tuple[float, float]], list[Values]]:
     from nsmaps.auxiliary.formula import symbol
 
     curves = [_expr(curve, data["symbols"]) for curve in data["curves"]]
-    return symbol(data["variable"]), curves, {name: (low, high) for name, (low, high) in data["domain"].items()}
+    held: list[Values] = [
+        {name: _expr(value, value["symbols"]) if isinstance(value, dict) else value for name, value in values.items()}
+        for values in data.get("held", [])
+    ]
+    return symbol(data["variable"]), curves, {name: (low, high) for name, (low, high) in data["domain"].items()}, held
 
 
 def _second_of(data: Document) -> SecondIterate:
-    variable, (first, second), domain = _held_parts(data)
-    return second_of(variable, first, second, data["order"], domain)
+    variable, (first, second), domain, held = _held_parts(data)
+    return second_of(variable, first, second, data["order"], domain, held)
 
 
 def _closed(closed: ClosedMap) -> Document:

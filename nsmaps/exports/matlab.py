@@ -3,8 +3,8 @@
 from string import Template
 
 from nsmaps.exact.impacts import Angle
-from nsmaps.export.dialect import MATLAB, number
-from nsmaps.export.program import Part, Program
+from nsmaps.exports.dialect import MATLAB, number
+from nsmaps.exports.program import Part, Program
 
 WIDE = 8  #: coefficients a line
 

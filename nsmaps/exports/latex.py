@@ -9,7 +9,8 @@ from sympy.printing.latex import LatexPrinter
 from nsmaps.auxiliary.compose import ClosedMap
 from nsmaps.auxiliary.formula import symbol
 from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate
-from nsmaps.export.program import Exportable, Part, Program, own_version, program_of
+from nsmaps.exports.about import described
+from nsmaps.exports.program import Exportable, Part, Program, own_version, program_of
 
 WIDTH = 95  #: characters of formula source in a line, about what a page holds
 PLAIN = 30  #: terms up to which plain monomials are written beside the Chebyshev products
@@ -27,15 +28,18 @@ DOCUMENT = r"""%% Written by nsmaps %s.
 SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"} | {c: f"\\{c}" for c in "&%$#_{}"}
 
 
-def latex_files(result: Exportable, name: str) -> dict[str, str]:
-    """The document, by file name."""
+def latex_files(result: Exportable, name: str, about: Sequence[str] = ()) -> dict[str, str]:
+    """The document, by file name, with lines about where the result is from."""
     if isinstance(result, SecondIterate | HeldIterate):
-        return {f"{name}.tex": page(f"Iterate {len(result.curves)} of ${math(result.variable)}$", _iterate(result))}
-    if isinstance(result, ClosedMap):
-        return {f"{name}.tex": page(f"Closed form of degree {result.degree}", _closed(result))}
-    program = program_of(result, name)
-    body = _composite(program) if program.kind == "pieces" else _part(program, program.parts[0])
-    return {f"{name}.tex": page(text(program.title), body)}
+        title, body = f"Iterate {len(result.curves)} of ${math(result.variable)}$", _iterate(result)
+    elif isinstance(result, ClosedMap):
+        title, body = f"Closed form of degree {result.degree}", _closed(result)
+    else:
+        program = program_of(result, name)
+        title = text(program.title)
+        body = _composite(program) if program.kind == "pieces" else _part(program, program.parts[0])
+    told = "\\\\\n".join(text(line) for line in (*about, *described(result)))
+    return {f"{name}.tex": page(title, [told, *body] if told else body)}
 
 
 def page(title: str, body: Iterable[str]) -> str:

@@ -1,0 +1,134 @@
+"""Any result as files of another language: `nsmaps.export(result, "c")`."""
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from nsmaps.auxiliary.compose import iterate
+from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exports.about import described, of_study
+from nsmaps.exports.c import c_files
+from nsmaps.exports.document import KINDS, AnyMap, document, kind_of
+from nsmaps.exports.finished import Finished, held_by
+from nsmaps.exports.julia import julia_files
+from nsmaps.exports.latex import latex_files
+from nsmaps.exports.matlab import matlab_files
+from nsmaps.exports.numpy_module import python_files
+from nsmaps.exports.program import identifiers, program_of
+from nsmaps.exports.system import system_files
+
+ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, ImpactSystem, the result of a study"
+
+
+def export(
+    result: Any, format: str, path: str | os.PathLike[str] | None = None, *, name: str | None = None
+) -> str | dict[str, str]:
+    """A map, a closed form, an exact system or all that a study's result holds of them, in another language.
+
+    Polynomials are summed in the Chebyshev products that the map itself is kept in, an iterate of one coordinate curve after
+    curve: nothing is expanded, so that nothing cancels. Numbers have as many digits as read back to them.
+
+    Args:
+        result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap or StudyResult; for latex also an
+            ImpactSystem.
+        format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too) or "json".
+        path: a folder to write the files into, which is made if it is not there.
+        name: of the file and of the function in it, in letters, digits and _; else by its kind, such as closed_map. The files
+            of a study's result are called after what they hold.
+
+    Returns:
+        The text of the file, or texts by file name where there are several, as of "c" or of a study's result.
+
+    Raises:
+        NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, or a region that only python
+            knows.
+
+    Examples:
+        >>> import nsmaps
+        >>> logistic = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
+        >>> twice = nsmaps.iterate(logistic, 2)
+        >>> sorted(nsmaps.export(twice, "c", name="logistic_twice"))
+        ['logistic_twice.c', 'logistic_twice.h']
+        >>> nsmaps.export(twice, "python", name="logistic_twice").count("def logistic_twice(states):")
+        1
+        >>> result = nsmaps.read_result("runs/vi_pair/fp")  # doctest: +SKIP
+        >>> nsmaps.export(result, "latex", "tex")  # doctest: +SKIP
+    """
+    files = _files(result, format, name)
+    _write(files, path)
+    several = len(files) > 1 or not isinstance(result, AnyMap | ImpactSystem)
+    return files if several else next(iter(files.values()))
+
+
+def export_iterate(
+    result: Finished, n: int, piece: str | None, format: str, path: str | os.PathLike[str] | None = None
+) -> dict[str, str]:
+    """The n-th iterate of a piece of a result's composite map, all coordinates, as texts by file name; errors as `export`."""
+    if result.composite is None:
+        raise NsmapsError("the result has no composite map, of whose pieces there are iterates in closed form")
+    made = iterate(result.composite, n, piece=piece)
+    of = piece if piece is not None else result.composite.pieces[0].name
+    (name,) = identifiers([f"{of} iterate {n}"])
+    files = _writer(format)(made, name, [f"The iterate {n} of the piece {of}, all coordinates.", *of_study(result)])
+    _write(files, path)
+    return files
+
+
+def _write(files: Mapping[str, str], path: str | os.PathLike[str] | None) -> None:
+    if path is not None:
+        folder = Path(path)
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+
+
+def _writer(format: str) -> "Writer":
+    if format not in WRITERS:
+        raise NsmapsError(f"the format {format!r}{near_match(str(format), WRITERS)}; accepted: {', '.join(WRITERS)}")
+    return WRITERS[format]
+
+
+def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
+    """The texts by file name."""
+    write = _writer(format)
+    if name is not None and identifiers([name]) != [name]:
+        near = identifiers([name])[0]
+        raise NsmapsError(f"the name {name!r}; accepted: letters, digits and _, but no word of a language, such as {near!r}")
+    if isinstance(result, ImpactSystem):
+        if format != "latex":
+            raise NsmapsError(f"an exact system as {format!r}: its map is implicit; accepted: 'latex'")
+        return system_files(result, name)
+    if isinstance(result, AnyMap):
+        return write(result, name or kind_of(result).replace(" ", "_"), ())
+    if not isinstance(result, Finished):
+        raise NsmapsError(f"a {type(result).__name__} cannot be exported; accepted: {ACCEPTED}")
+    if name is not None:
+        raise NsmapsError(f"the name {name!r} for all that a result holds; accepted: none, or one of its maps with a name")
+    files = system_files(result.system) if format == "latex" else {}
+    for each in held_by(result).files:
+        files |= write(each.map, each.name, each.about)
+    if not files:
+        raise NsmapsError(
+            f"the result has nothing that can be written as {format!r}; accepted: one with a composite map, a parametric map or "
+            "a second iterate (not one of strips, which ask the exact system near edges)"
+        )
+    return files
+
+
+def _json(result: AnyMap, name: str, about: Sequence[str]) -> dict[str, str]:
+    told = {"about": [*about, *described(result)]}
+    return {f"{name}.json": json.dumps(document(result) | told, indent=1, allow_nan=False) + "\n"}
+
+
+Writer = Callable[[AnyMap, str, Sequence[str]], dict[str, str]]
+WRITERS: Mapping[str, Writer] = {
+    "latex": latex_files,
+    "python": lambda result, name, about: python_files(program_of(result, name, about), document(result)),
+    "c": lambda result, name, about: c_files(program_of(result, name, about)),
+    "julia": lambda result, name, about: julia_files(program_of(result, name, about)),
+    "matlab": lambda result, name, about: matlab_files(program_of(result, name, about)),
+    "json": _json,
+}
