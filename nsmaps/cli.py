@@ -1,12 +1,14 @@
-"""The command line: `nsmaps systems | check STUDY | run STUDY | figures DIR | animate DIR | report DIR |
+"""The command line: `nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR |
 export DIR | new-plugin NAME | schema | cite | bench`.
 
-Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, 130 stopped by Ctrl-C.
+Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read or the output not be written,
+130 stopped by Ctrl-C, 141 nobody reads on.
 Nothing heavy is imported before a command needs it.
 """
 
 import os
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -14,15 +16,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps import commands
-from nsmaps.commands import figures_of
-from nsmaps.terminal import FAILED, STOPPED, event_table, examples, piece_table, transient_table, verdict_table
+from nsmaps.commands import draw_listed, figures_of
+from nsmaps.terminal import FAILED, STOPPED, Program, examples, summary, written
 from nsmaps.terminal import bar as _bar
 from nsmaps.terminal import told as _told
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.run import Interrupted
-    from nsmaps.study.spec import PieceSection, Study
+    from nsmaps.study.spec import Study
 
 
 def _studies(beginning: str) -> list[str]:
@@ -33,6 +35,7 @@ def _studies(beginning: str) -> list[str]:
 
 
 app = typer.Typer(
+    cls=Program,
     help="Global analysis of non-smooth dynamics: a YAML study in, attracting domains with their verdicts out.",
     epilog=examples("nsmaps systems", "nsmaps run vi_pair/fp", "nsmaps run --help"),
     no_args_is_help=True,
@@ -43,12 +46,18 @@ StudyName = Annotated[
     str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study such as vi_pair/fp.", autocompletion=_studies)
 ]
 
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A parameter in place of the study's own, such as r=0.45; may be repeated."),
+]
+
 
 def main() -> None:
     """The console entry point. NumPy, not loaded yet, is to keep to one core: threads slow its many small problems."""
     for library in ("OPENBLAS", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    app(prog_name="nsmaps")
+    with written():
+        app(prog_name="nsmaps")
 
 
 def _print_version(asked: bool) -> None:
@@ -90,32 +99,43 @@ def systems() -> None:
         typer.echo("no system is installed; install a package that gives one, or name a file: path/to/mine.py:Class")
 
 
-@app.command(epilog=examples("nsmaps check vi_pair/fp", "nsmaps check mine.yaml"))
-def check(study: StudyName) -> None:
+@app.command(epilog=examples("nsmaps check vi_pair/fp", "nsmaps check mine.yaml", "nsmaps check vi_pair/pd --set r=0.45"))
+def check(study: StudyName, set_: Settings = None) -> None:
     """Read a study and say what a run of it would compute, without computing it.
 
     What is wrong is told a line each, with file, line, column, what is accepted and a near match; the exit code is then 2.
+    So is a displacement that does not start where its impact is.
     """
+    from nsmaps.exact.definition import check_start
+    from nsmaps.study.about import about
+    from nsmaps.study.changes import assignments
     from nsmaps.study.reader import load_study
-    from nsmaps.study.steps import steps_of
 
     with _told():
-        read = load_study(study)
+        read = load_study(study, assignments(set_ or []))
+        with read.source.located(("system",)):
+            check_start(read.system_object())
     typer.echo(f"{read.name}: {read.title}" if read.title else read.name)
     given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())
     typer.echo(f"  system: {read.system} ({given or 'parameters as they come'})")
-    for name in steps_of(read)[1:]:
-        typer.echo(f"  {name}: {_about(read, name)}")
+    for name, text in about(read).items():
+        typer.echo(f"  {name}{text and ': '}{text}")
     if read.figures:
         typer.echo(f"  figures: {', '.join(read.figures)}")
     typer.echo(f"  required: {', '.join(_required(read)) or 'no verdict'}")
 
 
 @app.command(
-    epilog=examples("nsmaps run vi_pair/fp", "nsmaps run mine.yaml --out results", "nsmaps run mine.yaml --out results --resume")
+    epilog=examples(
+        "nsmaps run vi_pair/fp",
+        "nsmaps run vi_pair/pd --set r=0.45",
+        "nsmaps run mine.yaml --out results",
+        "nsmaps run mine.yaml --out results --resume",
+    )
 )
 def run(
     study: StudyName,
+    set_: Settings = None,
     out: Annotated[
         Path | None, typer.Option(help="The folder to write to.", show_default="runs/<study>", file_okay=False)
     ] = None,
@@ -133,31 +153,24 @@ def run(
     with _told(), _bar(quiet) as progress:
         progress("imports", 0, 1)
         begun = perf_counter()
+        from nsmaps.study.changes import assignments
         from nsmaps.study.reader import load_study
         from nsmaps.study.run import Interrupted
         from nsmaps.study.run import run as compute
 
-        read = load_study(study)
+        read = load_study(study, assignments(set_ or []))
         seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:
             result = compute(read, folder, progress, resume)
         except Interrupted as stopped:
-            _say_stopped(stopped, study, folder)
+            _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None
-        for what, asked in (("figures", figures_of(result) and not no_figures), ("report", not no_report)):
-            if asked:
-                progress(what, 0, 1)
-                begun = perf_counter()
-                _figures(result, folder) if what == "figures" else _report(result, folder)
-                seconds[what] = perf_counter() - begun
+        result, spent = _shown(result, folder, progress, not no_figures, not no_report)
     if not quiet:
-        piece_table(result)
-        transient_table(result)
-        event_table(result)
-        verdict_table(result)
-        spent = {"imports": 0.0, **result.timings, **seconds}
-        typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in spent.items())}")
+        summary(result)
+        seconds |= result.timings | spent
+        typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
         typer.echo(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
     if not result.holds:
         raise typer.Exit(FAILED)
@@ -181,10 +194,23 @@ def bench(
         typer.echo(f"written to {out / 'bench.md'} and {figure(result, out / 'bench.png')}")
 
 
-def _figures(result: "StudyResult", folder: Path) -> None:
-    from nsmaps.figures import draw
+def _shown(
+    result: "StudyResult", folder: Path, progress: Callable[[str, float, int], None], figures: bool, report: bool
+) -> "tuple[StudyResult, dict[str, float]]":
+    """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
+    from nsmaps.study.archive import timed
 
-    draw(result, figures_of(result), folder / "figures")
+    if figures and figures_of(result):
+        progress("figures", 0, 1)
+        begun = perf_counter()
+        draw_listed(result, figures_of(result), folder)
+        result = timed(result, folder, "figures", perf_counter() - begun)
+    if not report:
+        return result, {}
+    progress("report", 0, 1)
+    begun = perf_counter()
+    _report(result, folder)
+    return result, {"report": perf_counter() - begun}
 
 
 def _report(result: "StudyResult", folder: Path) -> None:
@@ -193,44 +219,12 @@ def _report(result: "StudyResult", folder: Path) -> None:
     write_report(result, folder)
 
 
-def _say_stopped(stopped: "Interrupted", study: str, folder: Path) -> None:
+def _say_stopped(stopped: "Interrupted", study: str, settings: list[str], folder: Path) -> None:
     """What a stopped run kept, and how to go on with it."""
     done = ", ".join(stopped.result.timings) or "nothing"
-    again = shlex.join(["nsmaps", "run", study, "--out", str(folder), "--resume"])
+    given = [word for setting in settings for word in ("--set", setting)]
+    again = shlex.join(["nsmaps", "run", study, *given, "--out", str(folder), "--resume"])
     typer.echo(f"stopped; {folder} keeps what was finished: {done}\nto go on: {again}", err=True)
-
-
-def _about(study: "Study", step: str) -> str:
-    """What one step of a study would compute, in a few words."""
-    if step == "surfaces":
-        size = " x ".join(str(span.points) for span in (study.grid or {}).values())
-        return f"{', '.join(study.families) or 'words'} over {size} states"
-    if step == "composite":
-        return ", ".join(f"{p.name} ({_map_of(p)})" for p in study.composite)
-    if step == "partition" and study.partition:
-        return f"{study.partition.kind}, tolerance {study.partition.tolerance:g}"
-    if step == "parametric" and (made := study.parametric):
-        return f"order {made.order} in {made.parameter} from {made.low:g} to {made.high:g}"
-    if step == "orbits":
-        return ", ".join(f"{orbit.returns} returns" for orbit in study.orbits)
-    if step == "branches":
-        return ", ".join(f"{b.name} ({b.parameter} from {b.low:g} to {b.high:g})" for b in study.branches)
-    if step == "stability" and (two := study.stability):
-        return " x ".join(f"{span.points} values of {span.parameter}" for span in (two.along, two.across))
-    if step == "domains":
-        return ", ".join(f"{d.name} (map {d.map}, {d.updates} updates)" for d in study.domains)
-    if step == "diagonal" and study.diagonal:
-        sweep = study.diagonal.sweep
-        over = f" over {sweep.points} values of {sweep.parameter}" if sweep else ""
-        return f"{study.diagonal.family} within a factor {study.diagonal.delta:g} of the diagonals{over}"
-    if step in ("morse", "transient") and (section := dict(study)[step]):
-        return f"{section.cells} cells an axis, halved {section.depth} times"
-    return f"of the domain {study.second_iterate.domain}" if study.second_iterate else ""
-
-
-def _map_of(piece: "PieceSection") -> str:
-    """Where the map of a piece comes from."""
-    return f"fit of {piece.family}" if piece.fit else "printed" if piece.polynomial else "reset"
 
 
 def _required(study: "Study") -> list[str]:

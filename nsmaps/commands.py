@@ -1,5 +1,7 @@
-"""Commands about files: `nsmaps figures`, `animate`, `report`, `export`, `schema`, `cite` and `new-plugin`."""
+"""Commands about files: `nsmaps copy`, `figures`, `animate`, `report`, `export`, `schema`, `cite` and `new-plugin`."""
 
+import shlex
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +15,6 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")]
-MODELINE = "# yaml-language-server: $schema="
 
 
 class Format(StrEnum):
@@ -28,6 +29,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the commands to the program."""
     app.command(epilog=examples("nsmaps figures runs/vi_pair/fp --only cobweb --format pdf --format svg"))(figures)
     app.command(epilog=examples("nsmaps animate runs/vi_pair/fp cobweb", "nsmaps animate DIR surfaces --format mp4"))(animate)
+    app.command(epilog=examples("nsmaps copy vi_pair/pd", "nsmaps copy vi_pair/pd mine.yaml"))(copy)
     app.command(epilog=examples("nsmaps report runs/vi_pair/fp"))(report)
     exports = examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export runs/vi_pair/fp --to c --iterate 2 --piece R1+")
     app.command(epilog=exports)(export)
@@ -39,6 +41,22 @@ def add_to(app: typer.Typer) -> None:
 def figures_of(result: "StudyResult") -> list[str]:
     """The figures that the study names, and that of speed and error wherever both were measured."""
     return [*result.study.figures, *(["speed_error"] if result.speed else [])]
+
+
+def draw_listed(
+    result: "StudyResult",
+    names: list[str],
+    folder: Path,
+    out: Path | None = None,
+    kinds: Sequence[str] = ("png",),
+    dpi: float = 200,
+) -> list[Path]:
+    """Figures of a run, drawn into a folder, its own if omitted, and listed among what is of these results."""
+    from nsmaps.figures import draw
+    from nsmaps.study.folder import listed
+
+    with listed(folder, place := out or folder / "figures"):
+        return draw(result, names, place, kinds, dpi)
 
 
 def _names(beginning: str) -> list[str]:
@@ -56,13 +74,12 @@ def figures(
     dpi: Annotated[float, typer.Option(min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")] = 200,
 ) -> None:
     """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for."""
-    from nsmaps.figures import draw
     from nsmaps.study.archive import read_result
 
     with told():
         result = read_result(folder)
         kinds = [kind.value for kind in format or [Format.png]]
-        paths = draw(result, only or figures_of(result), out or folder / "figures", kinds, dpi)
+        paths = draw_listed(result, only or figures_of(result), folder, out, kinds, dpi)
     for path in paths:
         typer.echo(str(path))
 
@@ -81,9 +98,11 @@ def animate(
     """Write an animation of a run: its surfaces turning round, or a cobweb of its composite map growing step by step."""
     from nsmaps.figures.animate import animate
     from nsmaps.study.archive import read_result
+    from nsmaps.study.folder import listed
 
-    with told(), bar(quiet) as progress:
-        result, place = read_result(folder), out or folder / "figures"
+    place = out or folder / "figures"
+    with told(), bar(quiet) as progress, listed(folder, place):
+        result = read_result(folder)
         path = animate(result, name, place, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi, progress=progress)
     typer.echo(str(path))
 
@@ -114,16 +133,34 @@ def export(
     import nsmaps
     from nsmaps.exports.finished import held_by
     from nsmaps.exports.write import export_iterate
+    from nsmaps.study.folder import listed
 
-    with told():
+    with told(), listed(folder, place := out or folder / "export"):
         if piece is not None and iterate is None:
             raise nsmaps.NsmapsError(f"a piece {piece!r} and no iterate; accepted: --iterate N --piece {piece}")
-        result, place = nsmaps.read_result(folder), out or folder / "export"
+        result = nsmaps.read_result(folder)
         files = export_iterate(result, iterate, piece, to, place) if iterate else nsmaps.export(result, to, place)
         left = () if iterate else held_by(result).skipped
     typer.echo("\n".join(str(place / name) for name in files))
     for line in left:
         typer.echo(f"not written: {line}", err=True)
+
+
+def copy(
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="An installed study, such as vi_pair/pd.")],
+    to: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="The file to write, or its folder.", show_default="<study>.yaml")
+    ] = None,
+) -> None:
+    """Copy a study that an installed system ships, to be edited; what it refers to is copied beside it.
+
+    Nothing is overwritten. The copy's first line names the schema that is installed, for editors.
+    """
+    from nsmaps.study.copying import copy_study
+
+    with told():
+        paths = copy_study(study, to)
+    typer.echo(f"written to {', '.join(map(str, paths))}\nto run it: {shlex.join(['nsmaps', 'run', str(paths[0])])}")
 
 
 def new_plugin(
@@ -146,6 +183,8 @@ def schema(
     An editor with a YAML language server reads it by the first line of a study, which names the schema's file.
     """
     from importlib.resources import files
+
+    from nsmaps.study.copying import MODELINE
 
     text = files("nsmaps.study").joinpath("schema.json").read_text(encoding="utf-8")
     if out is None:

@@ -22,6 +22,10 @@ class SystemDefinitionError(NsmapsError):
     """A system whose flight, walls or parameters cannot be turned into a return map."""
 
 
+class ParameterError(NsmapsError):
+    """A parameter that a system does not have, or a value that it does not accept: says which, and what is accepted."""
+
+
 class StateError(NsmapsError):
     """States of the wrong shape or kind were passed to a map."""
 
@@ -45,12 +49,13 @@ class CheckError(NsmapsError):
 
 
 def near_match(word: str, known: Iterable[str]) -> str:
-    """`, did you mean 'x'?` for the closest of the known words, or nothing.
+    """`, did you mean 'x'?` for the closest of the known words, whatever their case, or nothing.
 
     >>> near_match("vi_piar", ["vi_pair", "bouncing_ball"])
     ", did you mean 'vi_pair'?"
     """
     from difflib import get_close_matches
 
-    close = get_close_matches(word, list(known), n=1, cutoff=0.6)
-    return f", did you mean {close[0]!r}?" if close else ""
+    folded = {name.casefold(): name for name in known}
+    close = get_close_matches(word.casefold(), folded, n=1, cutoff=0.6)
+    return f", did you mean {folded[close[0]]!r}?" if close else ""

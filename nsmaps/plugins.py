@@ -60,9 +60,11 @@ def system_class(name: str) -> "type[ImpactSystem]":
 def load_system(name: str, **parameters: Any) -> "ImpactSystem":
     """The system of this name with these parameters, validated.
 
-    Errors as `system_class`, and pydantic's ValidationError (a ValueError) for a parameter that is not accepted.
+    Errors as `system_class`, and ParameterError for a parameter that is unknown, missing or not accepted.
     """
-    return system_class(name)(**parameters)
+    from nsmaps.exact.system import with_parameters
+
+    return with_parameters(system_class(name), parameters)
 
 
 def sketch_of(name: str) -> "Callable[[Axes], Axes]":

@@ -3,21 +3,25 @@
 Escape codes go to a terminal only, and colours not where NO_COLOR is set; what goes to a file or a pipe is plain text.
 """
 
+import os
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
+from typer.core import TyperGroup
 
 from nsmaps.errors import NsmapsError
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from nsmaps.study.result import StudyResult
 
-FAILED, BAD, STOPPED = 1, 2, 130  #: exit codes: a required verdict fails, something cannot be read, Ctrl-C
+FAILED, BAD, STOPPED, UNREAD = 1, 2, 130, 141  #: exit codes: a required verdict fails, what cannot be read, Ctrl-C, broken pipe
 WIDE = 200  #: columns of a table that goes to a file or a pipe
 
 
@@ -28,16 +32,45 @@ def examples(*lines: str) -> str:
 
 @contextmanager
 def told(fatal: bool = True) -> Iterator[None]:
-    """An error of nsmaps is printed without a traceback, and ends the program if it is fatal; so does Ctrl-C."""
+    """An error of nsmaps is printed without a traceback, and ends the program if it is fatal; so does Ctrl-C.
+
+    An error of the system, as of a file, is told too where it is fatal; where it is not, it is of the output (`written`).
+    """
     try:
         yield
     except KeyboardInterrupt:
         typer.echo("stopped; nothing more was written", err=True)
         raise typer.Exit(STOPPED) from None
     except (NsmapsError, OSError) as error:
+        if isinstance(error, BrokenPipeError) or not (fatal or isinstance(error, NsmapsError)):
+            raise
         typer.echo(str(error), err=True)
         if fatal:
             raise typer.Exit(BAD) from None
+
+
+@contextmanager
+def written() -> Iterator[None]:
+    """Where the output cannot be written the program ends: silently if nobody reads on, else with an error."""
+    try:
+        yield
+        sys.stdout.flush()
+    except OSError as error:
+        with suppress(OSError):  # what is left to be written goes nowhere, so that it is not tried again at the end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise SystemExit(UNREAD) from None
+        typer.echo(f"the output cannot be written: {error.strerror or error}", err=True)
+        raise SystemExit(BAD) from None
+
+
+class Program(TyperGroup):
+    """The commands, of which none goes on where its output cannot be written."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        with written():
+            return TyperGroup.invoke(self, ctx)
 
 
 @contextmanager
@@ -85,6 +118,25 @@ def console(stderr: bool = False) -> "Console":
     return made if made.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
 
 
+def summary(result: "StudyResult") -> None:
+    """Print what a run found: its tables, what its orbits end on, its verdicts, and what they come to."""
+    from nsmaps.study.conclusion import conclusion
+
+    piece_table(result)
+    transient_table(result)
+    event_table(result)
+    verdict_table(result)
+    typer.echo(f"{conclusion(result)}\n")
+
+
+def _show(table: "Table") -> None:
+    """A table, printed as all other text is, so that what cannot be written is told once."""
+    screen = console()
+    with screen.capture() as caught:
+        screen.print(table)
+    typer.echo(caught.get(), nl=False)
+
+
 def verdict_table(result: "StudyResult") -> None:
     """Print every verdict."""
     from rich import box
@@ -97,7 +149,7 @@ def verdict_table(result: "StudyResult") -> None:
         holds, _, because = verdict.text.partition(": ")
         required = "yes" if verdict.required else ""
         table.add_row(escape(verdict.name), escape(verdict.of), required, f"[{colour}]{holds}[/]", escape(because))
-    console().print(table)
+    _show(table)
 
 
 def transient_table(result: "StudyResult") -> None:
@@ -123,7 +175,7 @@ def event_table(result: "StudyResult") -> None:
             value = f"{names[name]} = {known(event)}"
             table.add_row(escape(name), event.orbit.label, event.kind, value, f"{event.precision:.1g}", escape(event.detail))
     if table.rows:
-        console().print(table)
+        _show(table)
 
 
 def piece_table(result: "StudyResult") -> None:
@@ -138,4 +190,4 @@ def piece_table(result: "StudyResult") -> None:
         error = " ".join(f"{value:.2g}" for value in row.max_error)
         share = f"{100 * row.share:.3g} %"
         table.add_row(row.name, row.role, row.word, share, row.order, str(row.terms), error, row.became.partition(":")[0])
-    console().print(table)
+    _show(table)

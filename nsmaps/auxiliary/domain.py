@@ -203,14 +203,19 @@ def _check(map: AnyMap, box: Floats, updates: int, samples: int) -> None:
         raise NsmapsError(f"updates is {updates} and samples is {samples}; at least 1 and 3 are accepted")
 
 
+def _apart(value: float, limit: float) -> str:
+    """A number with as many digits, two at least, as tell it from a limit."""
+    told = (f"{value:.{digits}g}" for digits in range(2, 18))
+    return next((text for text in told if float(text) != limit), f"{value:.17g}")
+
+
 def _reason(names: tuple[str, ...], made: list[Update], moved: float, settle: float) -> str:
     last = made[-1]
     if last.trapped:
         rests = "" if all(update.converged for update in made) else "; not every worst-case iteration came to rest"
-        verb = "settled" if moved <= settle else "still moving"
-        return (
-            f"every box is carried into itself; {verb}: update {last.number} moved a bound by {moved:.2g} of the start box{rests}"
-        )
+        beside = f"{_apart(100 * moved, 100 * settle)} % of the start box"
+        verb, more = ("settled", "") if moved <= settle else ("still moving", f", more than {100 * settle:g} %; raise `updates`")
+        return f"every box is carried into itself; {verb}: update {last.number} moved a bound by {beside}{more}{rests}"
     image = last.worst[1]
     if not np.isfinite(image).all():
         return f"update {last.number}: some states of the box have no image"

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
 from nsmaps.exact.impacts import Floats, Returns, Stretches
+from nsmaps.explain import explained
 
 
 @runtime_checkable
@@ -51,14 +52,9 @@ def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[Ret
 
 def _in_words(error: ValueError) -> str:
     """What was complained of in one line; of pydantic what, the value, and what is accepted."""
-    if not isinstance(error, ValidationError):
-        return " ".join(str(error).split())
-    told = []
-    for problem in error.errors():
-        name, cause = ".".join(map(str, problem["loc"])), problem.get("ctx", {}).get("error")
-        accepted = problem["msg"].removeprefix("Input should be ")
-        told.append(str(cause) if cause else f"{name} is {problem['input']!r}; accepted: {accepted}")
-    return "; ".join(told)
+    if isinstance(error, ValidationError):
+        return "; ".join(told.text for told in explained(error, None))
+    return " ".join(str(error).split())
 
 
 def carried(final: Floats, before: Floats) -> Floats:

@@ -5,13 +5,15 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.generate import V, check_symbols, check_walls, formula_of, in_symbols
+from nsmaps.exact.files import place_of
+from nsmaps.exact.generate import V, W, Z, check_symbols, check_walls, formula_of, in_symbols, trials, values_told
 from nsmaps.exact.symbols import S, written_in_symbols
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 LARGEST = 700.0  # exp of more overflows
+NEAR = 1e-9  # to which the start of a flight is where it should be, with parameters that are floats
 
 
 def check_definition(cls: "type[ImpactSystem]") -> None:
@@ -32,6 +34,26 @@ def check_definition(cls: "type[ImpactSystem]") -> None:
         raise
     except Exception:
         return
+
+
+def check_start(system: "ImpactSystem") -> None:
+    """Refuse a displacement that does not start at the place and with the velocity of its impact, at the system's own parameters.
+
+    What is not a finite number there, as where a formula divides by the time since the impact, the first use will tell.
+
+    Raises:
+        SystemDefinitionError: says by how much, and where the formula is written.
+    """
+    name, period = type(system).__name__, sp.sympify(system.period())
+    given = formula_of(system, period)
+    for what, found, start in (("start at hit.z", given, Z), ("start with the velocity hit.w", sp.diff(given, S), W)):
+        residue = found.subs(S, 0) - start
+        for values in trials(residue):
+            off = sp.N(residue.subs(values))
+            if off.is_finite and abs(off) > NEAR * (1 + abs(values.get(start, 0))):
+                at = f" at {values_told(values)}" if values else ""
+                text = f"{name}.displacement does not {what}: off by {abs(off):.6g}{at}{place_of(type(system).displacement)}"
+                raise SystemDefinitionError(text)
 
 
 def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:

@@ -3,6 +3,7 @@
 import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
+from inspect import getsourcefile, getsourcelines
 from operator import attrgetter
 from traceback import walk_stack
 from typing import Any
@@ -33,6 +34,14 @@ def defined_at(module: str) -> str:
     """The file and line that a module is at, while it defines a class."""
     lines = (f"{frame.f_code.co_filename}:{line}" for frame, line in walk_stack(None) if frame.f_globals["__name__"] == module)
     return next(lines, module)
+
+
+def place_of(function: Any) -> str:
+    """` (FILE:LINE)` of where a function is written, or nothing where that cannot be told."""
+    try:
+        return f" ({getsourcefile(function)}:{getsourcelines(function)[1]})"
+    except (OSError, TypeError):
+        return ""
 
 
 def received(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:

@@ -5,6 +5,7 @@ after the impact; both are checked and then imposed, and no cancellation is left
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import count
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.files import place_of
 from nsmaps.exact.symbols import Flow, S, check_form, written_in_symbols
 
 if TYPE_CHECKING:
@@ -97,7 +99,10 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
     symbolic, symbols = in_symbols(cls, {name: getattr(system, name) for name in cls.model_fields if name not in names})
     with written_in_symbols(f"{cls.__name__}.period"):
         period = sp.sympify(symbolic.period())
-    flow, w = _displacement(symbolic, period, symbols)
+    try:
+        flow, w = _displacement(symbolic, period, symbols)
+    except SystemDefinitionError as error:
+        raise SystemDefinitionError(f"{error}{place_of(cls.displacement)}") from error
     rates = [w]
     for _ in range(6):  # velocity, acceleration, jerk, snap, crackle, pop
         rates.append(flow.rate(rates[-1]))
@@ -194,7 +199,7 @@ def _displacement(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.Symbol])
 def _check_restart(name: str, given: sp.Expr, period: sp.Expr) -> None:
     """Refuse a flight that does not go on as before when it is started again on its way, from its own place and velocity."""
     early, late = sp.Rational(2, 7), sp.Rational(3, 5)
-    for values in _trials(sp.diff(given, S), period, Z):
+    for values in trials(sp.diff(given, S), period, Z):
         rest = {x: value for x, value in values.items() if x not in (S, PHI, Z, W)}
         start = {PHI: values.get(PHI, sp.S.One), Z: values.get(Z, sp.S.One), W: values.get(W, sp.S.One)}
         place, velocity = (sp.N(x.subs(rest).subs({S: early, **start}), 60) for x in (given, sp.diff(given, S)))
@@ -211,19 +216,19 @@ def _check_restart(name: str, given: sp.Expr, period: sp.Expr) -> None:
 def _check(name: str, what: str, residue: sp.Expr, symbols: dict[str, sp.Symbol]) -> None:
     """Refuse a displacement whose residue is not zero at a few points, to 40 digits."""
     check_symbols(name, [residue], set(symbols.values()))
-    for values in _trials(residue):
+    for values in trials(residue):
         value = abs(sp.N(residue.subs(values), 60))
         if not value < sp.Float("1e-40"):
-            at = ", ".join(f"{_shown(x)} = {number}" for x, number in values.items())
-            raise SystemDefinitionError(f"{name}.displacement does not {what}: off by {sp.N(value, 6)} at {at}")
+            raise SystemDefinitionError(f"{name}.displacement does not {what}: off by {sp.N(value, 6)} at {values_told(values)}")
 
 
-def _shown(x: sp.Symbol) -> str:
-    """A parameter, or a number of the flight, as an author knows it."""
-    return {PHI: "phi", Z: "hit.z", W: "hit.w", S: "t - hit.t"}.get(x, str(x).removeprefix("_p_"))
+def values_told(values: Mapping[sp.Symbol, Any]) -> str:
+    """Values of parameters and of numbers of the flight, by the names that an author has for them."""
+    told = {PHI: "phi", Z: "hit.z", W: "hit.w", S: "t - hit.t"}
+    return ", ".join(f"{told.get(x, str(x).removeprefix('_p_'))} = {value}" for x, value in values.items())
 
 
-def _trials(*exprs: sp.Expr) -> list[dict[sp.Symbol, sp.Expr]]:
+def trials(*exprs: sp.Expr) -> list[dict[sp.Symbol, sp.Expr]]:
     """Three points to try expressions at."""
     free = sorted(set().union(*(expr.free_symbols for expr in exprs)), key=str)
     return [{x: sp.Rational(7 + 3 * i + 5 * k, 11 + 4 * i + k) for i, x in enumerate(free)} for k in range(3)]
@@ -243,7 +248,7 @@ def _check_period(name: str, exprs: list[sp.Expr]) -> None:
     """Refuse a flight that is not the same one period of the forcing later."""
     for expr in exprs:
         if expr.has(PHI):
-            for values in _trials(expr):
+            for values in trials(expr):
                 later = expr.subs(PHI, PHI + 2 * sp.pi).subs(values)
                 off = abs(sp.N(later - expr.subs(values), 60))
                 if not off < sp.Float("1e-40") * (1 + abs(sp.N(later, 20))):

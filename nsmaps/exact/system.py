@@ -7,20 +7,24 @@ from dataclasses import dataclass, replace
 from inspect import isabstract
 from pickle import PicklingError
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
-from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError, near_match
+from nsmaps.errors import ParameterError, StateError, SystemDefinitionError
 from nsmaps.exact.files import REFUSED, defined_at, received
 from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, Stretches, as_states
+from nsmaps.explain import refused
 
 if TYPE_CHECKING:
     from nsmaps.exact.boxes import BoxImages
     from nsmaps.exact.grazing import GrazingCurve
     from nsmaps.exact.kernel import Kernel
+
+
+System = TypeVar("System", bound="ImpactSystem")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,15 +89,8 @@ class ImpactSystem(BaseModel, ABC):
         return tuple(self.walls())
 
     def at(self, **changes: Any) -> Self:
-        """The same system with some parameters changed, validated."""
-        unknown = [name for name in changes if name not in type(self).model_fields]
-        if unknown:
-            known = tuple(type(self).model_fields)
-            raise NsmapsError(
-                f"{type(self).__name__} has no parameter {unknown[0]!r}{near_match(unknown[0], known)}; "
-                f"accepted: {', '.join(known)}"
-            )
-        return type(self)(**{**self.model_dump(), **changes})
+        """The same system with some parameters changed, validated. ParameterError for one that is not accepted."""
+        return with_parameters(type(self), {**self.model_dump(), **changes})
 
     def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
         """The first returns to the base wall, eq. exactmap, of a batch of states.
@@ -253,6 +250,14 @@ def _check_class(cls: type[ImpactSystem]) -> None:
         from nsmaps.exact.definition import check_definition
 
         check_definition(cls)
+
+
+def with_parameters(cls: type[System], parameters: Mapping[str, Any]) -> System:
+    """The system of a class with these parameters, or a ParameterError in place of pydantic's ValidationError."""
+    try:
+        return cls(**parameters)
+    except ValidationError as error:
+        raise ParameterError(refused(error, cls)) from error
 
 
 def _check_chatter(chatter: float) -> None:

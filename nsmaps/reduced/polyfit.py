@@ -22,6 +22,7 @@ Bools = NDArray[np.bool_]
 Degree = Annotated[int, Field(ge=0, le=40)]
 
 ILL_CONDITIONED = 1e8  #: beyond this, half of a float's digits are lost in the fit
+POOR = 0.9  #: below this R2 a fit is warned of
 UNBOUND = 10.0  #: a point that is missed by so many times more when it is left out shows an order that is too high
 SEAM = 0.5  #: radians that a cut of the circle elsewhere must gain before the data are moved there
 
@@ -265,6 +266,9 @@ def _warnings(report: FitReport, data: _Data, error: Floats, i: int) -> list[str
         texts.append(f"{name}': kept in Chebyshev products of its box the fit is off by {report.loss[i]:.2g}")
     if report.condition[i] > ILL_CONDITIONED:
         texts.append(f"{name}': the least squares problem has condition {report.condition[i]:.2g}; its digits are doubtful")
+    if report.r2[i] < POOR:
+        most = f"its largest error is {report.max_error[i]:.2g}, and the data span {reach:.2g}"
+        texts.append(f"{name}': R2 is {report.r2[i]:.3g}, below {POOR:g}: the polynomial does not follow the data; {most}")
     outside = np.mean((y < 0) | (y >= TWO_PI))
     if angle_mask(report.coordinates)[i] and outside > 0:
         where = f"{name}' reaches from {y.min():.4g} to {y.max():.4g}, {100 * outside:.3g} % of it outside [0, 2 pi)"

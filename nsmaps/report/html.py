@@ -64,6 +64,8 @@ def tables(data: Any, level: int = 3, name: str = "") -> list[Element]:
                 [[first, *(told(row[key]) for key in columns)] for first, row in rows],
             ),
         ]
+    if isinstance(data, list) and _nested(data):
+        data = {str(number): item for number, item in enumerate(data, 1)}
     if not isinstance(data, Mapping):
         return [*heading, tag("p", told(data))]
     plain = {key: value for key, value in data.items() if not _nested(value)}

@@ -9,7 +9,9 @@ from xml.etree.ElementTree import Element, tostring
 from nsmaps.figures.captions import CAPTIONS
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.html import table, tables, tag, told
+from nsmaps.report.legend import legend
 from nsmaps.study.archive import replace_file
+from nsmaps.study.conclusion import conclusion
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.summary import numbers
 
@@ -68,21 +70,8 @@ def _about(result: StudyResult) -> Element:
 
 def _summary(result: StudyResult) -> Element:
     """One sentence on the verdicts, before anything else."""
-    required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
-    failed = [verdict.name for verdict in required if not verdict.holds]
-    if failed:
-        text = (
-            f"{len(failed)} of {len(required)} required verdicts {'fail' if len(failed) > 1 else 'fails'}: {'; '.join(failed)}."
-        )
-    elif required:
-        text = f"All {len(required)} required verdicts hold." if len(required) > 1 else "The one required verdict holds."
-    else:
-        text = "The study requires no verdict."
-    if others:
-        text += f" Of {len(others)} that are not required, {sum(verdict.holds for verdict in others)} hold."
-    if not result.finished:
-        text = f"Unfinished: the run was stopped, and this is what it had computed. {text}"
-    return tag("p", text, class_=f"summary {'no' if failed or not result.finished else 'yes'}", role="status")
+    kind = "yes" if result.holds and result.finished else "no"
+    return tag("p", conclusion(result), class_=f"summary {kind}", role="status")
 
 
 def _verdicts(result: StudyResult) -> list[Element]:
@@ -94,7 +83,8 @@ def _verdicts(result: StudyResult) -> list[Element]:
         if not (cell.text or len(cell)):
             cell.set("class", "empty")
     note = "A claim speaks of one map: the exact map, or a map put in its place. Required ones decide the exit code of the run."
-    return [tag("p", note, class_="soft"), made]
+    terms = [part for term, text in legend(result) for part in (tag("dt", term), tag("dd", text))]
+    return [tag("p", note, class_="soft"), made, tag("h3", "Terms"), tag("dl", *terms)]
 
 
 def _verdict(verdict: Verdict) -> list[Element | str]:
@@ -138,7 +128,10 @@ def _figure(path: Path, name: str, of: str) -> Element:
 def _timings(result: StudyResult) -> list[Element]:
     total = sum(result.timings.values())
     rows = [[name.replace("_", " "), f"{spent:.2f}", f"{100 * spent / total:.0f} %"] for name, spent in result.timings.items()]
-    note = "Seconds of wall-clock time by step; the first, of the system, compiles the map or fetches it from the cache."
+    note = (
+        "Seconds of wall-clock time by step; the first, of the system, compiles the map or fetches it from the cache. "
+        "Figures are those that the run drew; this page is made after them."
+    )
     return [tag("p", note, class_="soft"), table(["step", "seconds", "share"], [*rows, ["all", f"{total:.2f}", ""]])]
 
 

@@ -21,6 +21,7 @@ from ruamel.yaml import YAML
 from nsmaps.errors import NsmapsError
 from nsmaps.plugins import entry_of, is_file, owner_of
 from nsmaps.study.domains import second_iterate_of
+from nsmaps.study.folder import RECORD, clear
 from nsmaps.study.reader import read_study
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.spec import Study
@@ -86,10 +87,9 @@ def resolved(study: Study) -> str:
 
 
 def write(result: StudyResult, folder: Path) -> None:
-    """Write a result's files to a folder, which is made if it is not there."""
+    """Write a result's files to a folder, which is made if it is not there; what was drawn of an earlier result goes."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in ("result.json", "report.html"):  # which would speak of an earlier run
-        (folder / name).unlink(missing_ok=True)
+    clear(folder)
     arrays: Arrays = {}
     objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
     packed = BytesIO()
@@ -97,6 +97,14 @@ def write(result: StudyResult, folder: Path) -> None:
     replace_file(folder / "study.yaml", resolved(result.study).encode())
     replace_file(folder / "arrays.npz", packed.getvalue())
     replace_file(folder / "result.json", json.dumps(_record(result) | {"objects": objects}, indent=1).encode())
+
+
+def timed(result: StudyResult, folder: Path, name: str, seconds: float) -> StudyResult:
+    """The result with one more timing, of what was made of it afterwards, in its folder too."""
+    timings = {**result.timings, name: seconds}
+    record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    replace_file(folder / RECORD, json.dumps(record | {"timings": timings}, indent=1).encode())
+    return replace(result, timings=timings)
 
 
 def _record(result: StudyResult) -> dict[str, Any]:

@@ -207,8 +207,12 @@ class _Maker:
         source = self.study.source
         source.known((*loc, "parameter"), parameter, self.system.parameters, "parameter")
         for key, value in zip(("from", "to"), ends, strict=True):
-            with source.located(loc, type(self.system), **{parameter: key}):
-                self.system.at(**{parameter: value})
+            self.accepted(loc, parameter, value, key)
+
+    def accepted(self, loc: Loc, parameter: str, value: float, key: str) -> None:
+        """A StudyError at the key of a section unless the system accepts the value of the parameter that it says."""
+        with self.study.source.located(loc, type(self.system), **{parameter: key}):
+            type(self.system)(**{**self.system.model_dump(), parameter: value})
 
     def some_values(self, loc: Loc, range: Range) -> None:
         """One value of a sweep at least must be one that the system accepts; its result says which are not."""
@@ -225,8 +229,7 @@ class _Maker:
         if not section.low <= value <= section.high:
             text = f"{name} = {value:g} is not from {section.low:g} to {section.high:g}; accepted: 'at' within the range"
             raise source.error(loc if section.at is None else (*loc, "at"), text)
-        with source.located(loc, type(self.system), **{name: "at"}):
-            self.system.at(**{name: value})
+        self.accepted(loc, name, value, "at")
         return self.start((*loc, "start"), section.start)
 
     def orders(self) -> dict[str, PolyFit]:

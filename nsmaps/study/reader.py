@@ -1,6 +1,7 @@
 """From a file to a study, or to an error that says file, line, column, what is accepted and a near match."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,18 +12,25 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from nsmaps.errors import NsmapsError, StudyError, near_match
 from nsmaps.plugins import is_file, study_files, study_names
+from nsmaps.study.changes import changed
 from nsmaps.study.plan import prepare
 from nsmaps.study.source import Loc, Source
 from nsmaps.study.spec import Study, name_of
 
 
-def load_study(name: str | os.PathLike[str]) -> Study:
+def load_study(name: str | os.PathLike[str], parameters: Mapping[str, Any] | None = None) -> Study:
     """The study of a YAML file, or one that an installed system ships, by its name: `vi_pair/fp`.
+
+    Args:
+        parameters: values in place of the study's own, by name; the study is then called `vi_pair/fp-r=0.45`, and its title
+            says so.
 
     Raises StudyError, one line a complaint, for a study that cannot be run.
     """
     path, asked = Path(name), os.fspath(name)
-    study = read_study(path, name_of(path)) if path.is_file() else read_study(_shipped(asked), asked)
+    study = read_study(path, name_of(path)) if path.is_file() else read_study(shipped_file(asked), asked)
+    if parameters:
+        study = changed(study, parameters)
     prepare(study)
     return study
 
@@ -103,8 +111,15 @@ def _found_from(path: Path, system: str) -> str:
     return f"{(beside if beside.is_file() else Path(file)).resolve()}:{attribute}"
 
 
-def _shipped(name: str) -> Path:
-    """The file of an installed study, or the errors that list what there is."""
+def files_beside(path: Path) -> list[str]:
+    """The files that a study refers to, by their paths from its folder."""
+    pieces = _plain(_parsed(path)).get("composite", [])
+    printed = [piece.get("polynomial") for piece in pieces]
+    return list(dict.fromkeys(text.partition("#")[0] for text in printed if isinstance(text, str)))
+
+
+def shipped_file(name: str) -> Path:
+    """The file of an installed study, or the StudyError that lists what there is."""
     system, _, stem = name.rpartition("/")
     try:
         files = study_files(system) if system and not name.endswith((".yaml", ".yml")) else {}

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.transient import Transient
     from nsmaps.dynamics.basins import Basins, Boundary
     from nsmaps.dynamics.bifurcation import Bifurcation
+    from nsmaps.dynamics.ending import Ending
     from nsmaps.dynamics.impactdiagram import ImpactDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.orbit import Orbit
@@ -58,6 +59,8 @@ class OrbitPair:
     exact: "Orbit"
     composite: "Orbit | None"
     track: "Track | None" = None  #: the exact motion at and between its first impacts, if the study asks for it
+    ends: "Ending | None" = None  #: what the exact map's orbit ends on; None where it has no image
+    composite_ends: "Ending | None" = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

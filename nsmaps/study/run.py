@@ -10,6 +10,7 @@ from time import perf_counter
 
 from nsmaps.errors import NsmapsError
 from nsmaps.study.archive import read_result, versions_of, write
+from nsmaps.study.folder import check_folder
 from nsmaps.study.plan import Plan, prepare
 from nsmaps.study.reader import load_study
 from nsmaps.study.result import StudyResult
@@ -43,12 +44,16 @@ def run(
     With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again, and of
     the step that it stopped in the finished parts: those of diagrams, exponents, basins and noise of the exact map.
 
-    Raises StudyError for a study that cannot be run, in which case no result is written; NsmapsError for a folder to be resumed
-    that holds something else; Interrupted on Ctrl-C, when what is finished has been written.
+    What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
+
+    Raises StudyError for a study that cannot be run, in which case no result is written; NsmapsError for a folder that holds a
+    run of another study, or, to be resumed, of other versions; Interrupted on Ctrl-C, when what is finished has been written.
     """
     study = study if isinstance(study, Study) else load_study(study)
     plan = prepare(study)
     folder = None if out is None else Path(out)
+    if folder:
+        check_folder(folder, study.name)
     result = StudyResult(study, plan.system, versions=versions_of(study.system))
     if resume and folder and (folder / "result.json").is_file():
         result = _kept(result, folder)

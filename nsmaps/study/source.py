@@ -1,6 +1,6 @@
 """Where in a file a study says what: every error about a study begins with file, line and column."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,7 +10,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString, ScalarString, SingleQuotedScalarString
 
 from nsmaps.errors import ConditionError, NsmapsError, StudyError, near_match
-from nsmaps.study.explain import explained
+from nsmaps.explain import explained
 
 Loc = tuple[str | int, ...]
 
@@ -22,6 +22,7 @@ class Source:
 
     name: str = field(default="study", compare=False)  #: the file as it was named, or "study" for one made in Python
     root: Any = field(default=None, compare=False, repr=False)  #: what ruamel read, with a line and column per key
+    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict, compare=False)  #: parameters set otherwise: before, now
 
     def position(self, loc: Loc, key: bool = False) -> tuple[int, int]:
         """Line and column, from one, of the value at `loc` or of its key; of what holds it where there is no such."""

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, Discriminator, Field, PrivateAtt
 
 from nsmaps.errors import NsmapsError
 from nsmaps.names import FigureName
-from nsmaps.plugins import load_system
+from nsmaps.plugins import system_class
 from nsmaps.reduced.condition import Number, read_number
 from nsmaps.reduced.partition import Partition
 from nsmaps.reduced.polyfit import Degree
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Bounds = dict[str, tuple[Number, Number]]
 
 
-def _scalar(value: object) -> object:
+def scalar(value: object) -> object:
     """A number, a text that reads as one (`pi/3`), a switch, or a word; which of them fits is for the system to say."""
     if isinstance(value, bool | int | float):
         return value
@@ -36,7 +36,7 @@ def _scalar(value: object) -> object:
         return value
 
 
-Parameter = Annotated[Any, AfterValidator(_scalar)]
+Parameter = Annotated[Any, AfterValidator(scalar)]
 
 
 def _kind_of_degrees(value: object) -> str:
@@ -228,7 +228,7 @@ class Study(BaseModel):
     """
 
     model_config = SPEC
-    name: str = Field("study", pattern=r"^\w[\w .+-]*(/\w[\w .+-]*)*$")
+    name: str = Field("study", pattern=r"^\w[\w .+=-]*(/\w[\w .+=-]*)*$")
     title: str = ""
     system: str
     parameters: dict[str, Parameter] = {}
@@ -264,8 +264,8 @@ class Study(BaseModel):
         return self._source
 
     def system_object(self) -> "ImpactSystem":
-        """The system with the study's parameters; errors as `load_system`."""
-        return load_system(self.system, **self.parameters)
+        """The system with the study's parameters; errors as `system_class`, and pydantic's ValidationError, for its places."""
+        return system_class(self.system)(**self.parameters)
 
     def names(self, section: str) -> bool:
         """Whether the study names a section."""

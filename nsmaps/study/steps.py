@@ -39,7 +39,8 @@ Step = Callable[[Plan, StudyResult], Parts]
 
 def _system(plan: Plan, result: StudyResult) -> Parts:
     """The compiled map, made or fetched from its cache; alone, so that its time is not another step's."""
-    plan.system.first_return(np.zeros((1, len(plan.system.coordinates))))
+    with plan.study.source.located(("system",)):
+        plan.system.first_return(np.zeros((1, len(plan.system.coordinates))))
     return {}
 
 
@@ -195,15 +196,18 @@ def _refit(plan: Plan, system: "ImpactSystem") -> tuple[CompositeMap, dict[str, 
 
 
 def _orbits(plan: Plan, result: StudyResult) -> Parts:
-    """The orbits of every start under the exact map and under the composite map."""
+    """The orbits of every start under the exact map and under the composite map, and what they end on."""
+    from nsmaps.dynamics.ending import ending
     from nsmaps.dynamics.orbit import orbit
 
     pairs, count = [], 2 * len(plan.starts)
     for k, (section, start) in enumerate(zip(plan.study.orbits, plan.starts, strict=True)):
         first, then = (plan.part(half, count, section.returns) for half in (2 * k, 2 * k + 1))
         reduced = orbit(result.reduced, start, section.returns, first) if result.reduced else None
+        exact = orbit(plan.system, start, section.returns, then)
+        reduced_ends = ending(result.reduced, reduced) if result.reduced and reduced else None
         kept = track(plan.system, start, section.track) if section.track else None
-        pairs.append(OrbitPair(start, orbit(plan.system, start, section.returns, then), reduced, kept))
+        pairs.append(OrbitPair(start, exact, reduced, kept, ending(plan.system, exact), reduced_ends))
     return {"orbits": tuple(pairs)}
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
     from nsmaps.auxiliary.twocycle import TwoCycle
     from nsmaps.dynamics.bifurcation import Bifurcation
+    from nsmaps.dynamics.ending import Ending
     from nsmaps.reduced.accurate import AccurateResult
     from nsmaps.reduced.parametric import ParametricMap
     from nsmaps.reduced.partition import PartitionResult
@@ -114,7 +115,23 @@ def _partition(made: "PartitionResult") -> dict[str, Any]:
 
 def _orbit(pair: OrbitPair) -> dict[str, Any]:
     ends = {"start": _finite(pair.start), "exact": _finite(pair.exact.states[-1])}
-    return ends | ({"composite": _finite(pair.composite.states[-1])} if pair.composite else {})
+    found = {"exact": pair.ends, "composite": pair.composite_ends}
+    attractors = {of: _ending(made) for of, made in found.items() if made is not None}
+    ends |= {"composite": _finite(pair.composite.states[-1])} if pair.composite else {}
+    return ends | ({"attractor": attractors} if attractors else {})
+
+
+def _ending(made: "Ending") -> dict[str, Any]:
+    """What an orbit ends on: the states of a cycle, and the hull of all that it visits."""
+    pairs = [[value.real, value.imag] for value in made.multipliers.tolist()]
+    hull = np.stack([made.states.min(axis=0), made.states.max(axis=0)], axis=1)
+    where = {
+        "states": [_finite(state) for state in made.states] if made.period else None,
+        "hull": [_finite(side) for side in hull],
+    }
+    about = {"period": made.period, "looked_to": made.looked, "label": made.label, "words": " ".join(made.words)}
+    exponent, error = _finite([made.exponent, made.exponent_error])
+    return about | where | {"multipliers": pairs, "stable": made.stable, "exponent": exponent, "exponent_error": error}
 
 
 def _bifurcation(made: "Bifurcation") -> dict[str, Any]:
@@ -157,9 +174,10 @@ def _morse(cover: "MorseCover") -> dict[str, Any]:
 
 
 def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
-    """p and q of one coordinate, found twice."""
+    """p and q of one coordinate, found twice, and the largest difference."""
+    apart = _finite([np.abs(cycle.iterated - cycle.roots).max()])[0]
     p_and_q = {"iterated": _finite(cycle.iterated), "roots": _finite(cycle.roots), "slope": _finite([cycle.slope])[0]}
-    return {"coordinate": str(cycle.coordinate), **p_and_q, "stable": cycle.stable, "agree": cycle.agree}
+    return {"coordinate": str(cycle.coordinate), **p_and_q, "stable": cycle.stable, "agree": cycle.agree, "apart": apart}
 
 
 def _parametric(made: "ParametricMap") -> dict[str, Any]:

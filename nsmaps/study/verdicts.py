@@ -5,22 +5,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.exact.impacts import Floats, Outcome, angle_mask, nearest_turn
+from nsmaps.exact.impacts import Floats
+from nsmaps.study.hints import on_domain, pieces_of_others
 from nsmaps.study.longverdicts import branches, missing
-from nsmaps.study.result import OrbitPair, StudyResult, Verdict
+from nsmaps.study.orbitverdicts import orbit_verdicts
+from nsmaps.study.result import StudyResult, Verdict
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
-    from nsmaps.dynamics.orbit import Orbit
     from nsmaps.study.spec import DomainSection
-
-
-_TAIL = 32  # states at the end of an orbit that stand for where it arrived
 
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, sweeps, domains."""
-    long = (_orbits, missing, branches)
+    long = (orbit_verdicts, missing, branches)
     sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, *long, _domains, _morse)
     return tuple(verdict for section in sections for verdict in section(result))
 
@@ -34,6 +32,8 @@ def _coverage(result: StudyResult) -> Iterator[Verdict]:
     if not holds:
         hull = " or ".join(_intervals(result.system.coordinates, box) for box in cover.boxes)
         text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
+        why = pieces_of_others(result)
+        text += f"; {why}" if why else ""
     yield Verdict("covered", "composite map", holds, "covered" in result.study.require, text)
 
 
@@ -88,41 +88,11 @@ def _parametric(result: StudyResult) -> Iterator[Verdict]:
     yield Verdict("parametric: follows", "parametric map", report.follows, "follows" in section.require, text)
 
 
-def _orbits(result: StudyResult) -> Iterator[Verdict]:
-    coordinates = result.system.coordinates
-    for pair in result.orbits:
-        name = f"orbit from {_point(coordinates, pair.start)}"
-        yield Verdict(f"{name}: arrives", "exact map", *_arrival(coordinates, pair.exact))
-        if pair.composite is not None:
-            holds, required, text = _arrival(coordinates, pair.composite)
-            text += f"; {_distance(coordinates, pair):.2g} between the last {_TAIL} states of both, as sets" if holds else ""
-            yield Verdict(f"{name}: arrives", "composite map", holds, required, text)
-
-
-def _arrival(coordinates: Sequence[str], orbit: "Orbit") -> tuple[bool, bool, str]:
-    """Whether an orbit reaches its last return, that nobody requires it, and where it is then or where it ended."""
-    alive = np.isfinite(orbit.states).all(axis=-1)
-    returns = len(orbit.states) - 1
-    if alive.all():
-        return True, False, f"yes: after {returns} returns at {_point(coordinates, orbit.states[-1])}"
-    last = int(np.argmin(alive)) - 1
-    reason = Outcome(int(orbit.outcome[last])).advice
-    return False, False, f"no: after {last} of {returns} returns at {_point(coordinates, orbit.states[last])}. {reason}"
-
-
-def _distance(coordinates: Sequence[str], pair: OrbitPair) -> float:
-    """The Hausdorff distance between the last states of the two orbits, angles the short way round."""
-    assert pair.composite is not None
-    ours, exact = pair.composite.states[-_TAIL:, None], pair.exact.states[None, -_TAIL:]
-    apart = np.linalg.norm(np.where(angle_mask(coordinates), nearest_turn(ours, exact), ours) - exact, axis=-1)
-    return float(max(apart.min(axis=0).max(), apart.min(axis=1).max()))
-
-
 def _domains(result: StudyResult) -> Iterator[Verdict]:
     for section in result.study.domains:
         domain = result.domains.get(section.name)
         if domain is not None:
-            yield _verdict(section, domain, "trapped", domain.trapped, _trapped(domain))
+            yield _verdict(section, domain, "trapped", domain.trapped, _trapped(result, section, domain))
             yield _verdict(section, domain, "settled", domain.settled, _settled(domain))
 
 
@@ -142,11 +112,11 @@ def _verdict(section: "DomainSection", domain: "AttractingDomain", claim: str, h
     return Verdict(f"domain {section.name}: {claim}", domain.of, bool(holds), claim in section.require, text)
 
 
-def _trapped(domain: "AttractingDomain") -> str:
+def _trapped(result: StudyResult, section: "DomainSection", domain: "AttractingDomain") -> str:
     if domain.trapped:
         bound = "no bound: sampled" if domain.status == "sampled" else f"a bound for the {domain.of}: {domain.status}"
         return f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({bound})"
-    return f"no: {domain.reason} ({domain.status})"
+    return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
 
 
 def _settled(domain: "AttractingDomain") -> str:
@@ -162,7 +132,3 @@ def _settled(domain: "AttractingDomain") -> str:
 
 def _intervals(coordinates: Sequence[str], box: Floats) -> str:
     return " x ".join(f"{name} in [{low:.4g}, {high:.4g}]" for name, (low, high) in zip(coordinates, box, strict=True))
-
-
-def _point(coordinates: Sequence[str], state: Floats) -> str:
-    return "(" + ", ".join(f"{name} = {x:.5g}" for name, x in zip(coordinates, state, strict=True)) + ")"

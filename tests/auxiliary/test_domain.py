@@ -73,6 +73,19 @@ def test_a_contraction_that_is_not_at_rest_is_not_settled():
     assert not attracting_domain(quick, [[-1, 1], [-1, 1]], updates=2).settled
 
 
+@pytest.mark.parametrize("share", [0.99, 0.999999])
+def test_what_still_moves_says_by_more_than_what_and_what_to_do(share):
+    """Bounds that move by a little more than is allowed, told with digits enough to see it."""
+    map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
+    moved = np.abs(np.diff(attracting_domain(map, [[-1, 1], [-1, 1]], updates=1).boxes, axis=0)).max() / 2
+    reason = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, settle=share * moved).reason
+    told = float(reason.partition("moved a bound by ")[2].partition(" %")[0])
+    assert told == pytest.approx(100 * moved, rel=1e-2)
+    assert told > 100 * share * moved
+    assert reason.endswith(f"more than {100 * share * moved:g} %; raise `updates`")
+    assert "raise" not in attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, settle=moved).reason
+
+
 def test_an_angle_is_taken_on_the_turn_of_the_box():
     """phi' = phi + 0.5 sin(phi) near phi = pi, given with whole turns to spare."""
     map = Plain(lambda x, y: (0.5 * x, y + 0.5 * np.sin(y) + 4 * np.pi), ("x", Angle("y")))

@@ -111,7 +111,7 @@ def test_what_takes_numbers_is_refused_at_first_use(body, why):
 
 def test_numbers_are_told_by_the_names_that_the_author_knows():
     cls = made(lambda self, t, hit: falls(self, t, hit) + self.pull * sp.sin(hit.t) * (t - hit.t), pull=(float, 1.0))
-    with pytest.raises(SystemDefinitionError, match=r"off by 0\.\d+ at pull = 7/11, phi = 2/3$"):
+    with pytest.raises(SystemDefinitionError, match=r"off by 0\.\d+ at pull = 7/11, phi = 2/3 \(.*\.py:\d+\)$"):
         cls(h=1).first_return([[1.0, 0.0]])
 
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from toys import BouncingBall, Oscillator, Table
 
-from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.errors import NsmapsError, ParameterError, StateError, SystemDefinitionError
 from nsmaps.exact.impacts import TWO_PI, Outcome, decode, encode
 from nsmaps.exact.system import ImpactSystem, Wall
 
@@ -165,9 +165,9 @@ def test_words_have_one_grammar():
 
 
 def test_a_parameter_is_validated_and_unknown_ones_are_named(pair):
-    with pytest.raises(NsmapsError, match="no parameter 'dd'"):
+    with pytest.raises(NsmapsError, match="unknown parameter 'dd'"):
         pair(0.35).at(dd=1)
-    with pytest.raises(ValidationError):
+    with pytest.raises(ParameterError, match=r"VIPair: d is -1; accepted: greater than 0$"):
         pair(0.35).at(d=-1)
     assert pair(0.35).at(d=0.3).d == 0.3
     with pytest.raises(ValidationError, match="s given but not used"):

@@ -150,5 +150,5 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
             for name in one:
                 assert np.array_equal(one[name].member, two[name].member)
                 assert np.array_equal(one[name].image, two[name].image)
-    with pytest.raises(nsmaps.NsmapsError, match="no parameter 'dd'"):
+    with pytest.raises(nsmaps.NsmapsError, match="unknown parameter 'dd'"):
         sweep(system, "dd", [0.3], grid, families)

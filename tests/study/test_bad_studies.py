@@ -49,9 +49,9 @@ BAD = {
         "{a: 0.2,",
         "{a: 0.2, rr: 1,",
         "rr",
-        "unknown key 'rr'; accepted: a, r, mode, did you mean 'r'?",
+        "unknown parameter 'rr'; accepted: a, r, mode, did you mean 'r'?",
     ),
-    "missing parameter": ("a: 0.2, ", "", "{r: 1/2}", "the key 'a' is missing"),
+    "missing parameter": ("a: 0.2, ", "", "{r: 1/2}", "the parameter 'a' is missing"),
     "parameter out of range": ("a: 0.2", "a: -0.2", "-0.2", "a is -0.2; accepted: greater than 0"),
     "parameter not finite": ("a: 0.2", "a: .inf", ".inf", "inf is not finite; accepted: a finite number, or text as 'pi/3'"),
     "parameter no number": (

@@ -131,7 +131,7 @@ def test_check_says_what_would_be_followed() -> None:
     Path("s.yaml").write_text(BALL + STABILITY)
     lines = CliRunner().invoke(app, ["check", "s.yaml"]).stdout.splitlines()
     assert "  branches: one (a from 0.5 to 1.8)" in lines
-    assert "  stability: 4 values of a x 5 values of r" in lines
+    assert "  stability: 4 values of a x 5 values of r; 4,640 returns" in lines
 
 
 def test_doublings_that_are_not_in_the_range_are_said() -> None:
@@ -174,7 +174,7 @@ def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
     assert abs(branch.events[1].parameter - 1) < 1e-8
     (told,) = made.verdicts
     assert told.text.startswith("no: up: end of the valid domain at ")
-    assert re.search(r", r is 1\.0\d*; accepted: less than or equal to 1$", told.text)
+    assert re.search(r", Ball: r is 1\.0\d*; accepted: less than or equal to 1$", told.text)
 
 
 def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() -> None:
@@ -215,13 +215,14 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     along, start, values = Along(made.system, "r"), [4.19, 0.5], np.linspace(0.8, 1.2, 5)
     if section == "stability":
         assert told.text == (
-            "no: none at 12 of 15 points, as there is no map at any of 5 values; at 0.8: a is -0.5; accepted: greater than 0"
+            "no: none at 12 of 15 points, as there is no map at any of 5 values; "
+            "at 0.8: Ball: a is -0.5; accepted: greater than 0"
         )
         assert made.stability is not None
         assert (made.stability.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
         assert "less than or equal to 1" in made.stability.reasons[2]
         return
-    assert told.text.startswith("no: none at 2 of 5 values, as r is 1.1; accepted: less than or equal to 1"), told.text
+    assert told.text.startswith("no: none at 2 of 5 values, as Ball: r is 1.1; accepted: less than or equal to 1"), told.text
     if section == "bifurcation":
         each = made.bifurcation["exact"]
         assert np.array_equal(each.states[:3], bifurcation(along, values[:3], start, 4, 9).states)

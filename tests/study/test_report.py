@@ -95,14 +95,14 @@ def test_every_figure_is_within_with_a_text_in_its_place(good: str) -> None:
 def test_verdicts_come_first_and_all_of_them(good: str) -> None:
     folder = ran(good)
     page, result = page_of(folder), nsmaps.read_result(folder)
-    assert len(result.verdicts) == 6
+    assert len(result.verdicts) == 7
     for verdict in result.verdicts:
         assert verdict.name in page.text
         assert verdict.text.partition(": ")[2] in page.text
     headings = re.findall(r"<h2>(.*?)</h2>", (folder / "report.html").read_text())
     assert headings == ["Verdicts", "What was asked", "Figures", "Numbers", "Timings", "Versions", "How to cite"]
     held = sum(verdict.holds for verdict in result.verdicts[1:])
-    assert f"The one required verdict holds. Of 5 that are not required, {held} hold." in page.text
+    assert f"The one required verdict holds. Of 6 that are not required, {held} hold." in page.text
     assert (folder / "study.yaml").read_text() in page.text
     for name, seconds in result.timings.items():
         assert f"{name}{seconds:.2f}" in page.text.replace("\n", "")
@@ -110,9 +110,25 @@ def test_verdicts_come_first_and_all_of_them(good: str) -> None:
     assert "@article{bao2025computer," in page.text
 
 
+def test_terms_of_the_verdicts_are_explained_and_no_others(good: str) -> None:
+    page = page_of(ran(good.replace("map: exact", "map: exact\n    bounds: sampled"))).text
+    for part in (
+        "coveredevery state of the study's grid",
+        "keeps returningthe orbit has an image",
+        "same attractorthe orbits of both maps",
+        "trappedthe worst case",
+        "sampledtaken from grids of states: no bound",
+        "domain exactof the exact map, from the study's box",
+    ):
+        assert part in page
+    assert "images of boxes, computed so that" not in page
+    assert "moved out by the error of its fit" not in page
+    assert [tag for tag, _ in page_of(Path("out")).tags].count("dt") == [tag for tag, _ in page_of(Path("out")).tags].count("dd")
+
+
 def test_a_required_verdict_that_fails_is_said_in_the_first_sentence(good: str) -> None:
     folder = ran(good.replace("where: v > 0.2,", "where: v > 0.3,"))
-    assert "1 of 1 required verdicts fails: covered." in page_of(folder).text
+    assert "1 of 1 required verdicts fails: covered (composite map)." in page_of(folder).text
 
 
 def test_hostile_names_are_text(good: str) -> None:

@@ -131,8 +131,9 @@ def test_every_verdict_names_its_map_and_its_numbers(whole: StudyResult) -> None
     assert list(by_name) == [
         ("covered", "composite map"),
         ("words are the exact map's", "composite map"),
-        ("orbit from (v = 0.3, phi = 1): arrives", "exact map"),
-        ("orbit from (v = 0.3, phi = 1): arrives", "composite map"),
+        ("orbit from (v = 0.3, phi = 1): keeps returning", "exact map"),
+        ("orbit from (v = 0.3, phi = 1): keeps returning", "composite map"),
+        ("orbit from (v = 0.3, phi = 1): same attractor as the exact map", "composite map"),
         *((f"domain fitted: {claim}", "fitted map all") for claim in ("trapped", "settled")),
         *((f"domain exact: {claim}", "exact map") for claim in ("trapped", "settled")),
         *((f"domain both: {claim}", "composite map") for claim in ("trapped", "settled")),
@@ -143,9 +144,9 @@ def test_every_verdict_names_its_map_and_its_numbers(whole: StudyResult) -> None
         assert verdict.text.startswith("yes: " if verdict.holds else "no: ")
     exact = by_name["domain exact: trapped", "exact map"]
     assert exact.holds == whole.domains["exact"].trapped
-    arrives = by_name["orbit from (v = 0.3, phi = 1): arrives", "exact map"].text
+    returning = by_name["orbit from (v = 0.3, phi = 1): keeps returning", "exact map"].text
     v, phi = whole.orbits[0].exact.states[-1]
-    assert f"(v = {v:.5g}, phi = {phi:.5g})" in arrives
+    assert f"(v = {v:.5g}, phi = {phi:.5g})" in returning
     assert whole.holds == all(verdict.holds for verdict in whole.verdicts if verdict.required)
 
 
@@ -205,6 +206,10 @@ def test_the_folder_of_a_run(whole: StudyResult) -> None:
     assert [verdict["name"] for verdict in record["verdicts"]] == [verdict.name for verdict in whole.verdicts]
     assert sum(record["numbers"]["returns"]["outcomes"].values()) == 31 * 41
     assert record["numbers"]["domains"]["fitted"]["boxes"][0] == [[0.1, 0.3], [0.2, 1.0]]
+    for name, domain in whole.domains.items():
+        apart = [abs(cycle.iterated - cycle.roots).max() for cycle in domain.cycles]
+        told = [cycle["apart"] for cycle in record["numbers"]["domains"][name]["cycles"]]
+        assert told == [None if np.isnan(value) else value for value in apart]
     with np.load("out/arrays.npz") as arrays:
         assert np.array_equal(arrays["domains/fitted/boxes"], whole.domains["fitted"].boxes)
 
@@ -332,14 +337,15 @@ def test_ctrl_c_keeps_what_is_finished() -> None:
     assert (kept.finished, kept.domains, kept.second_iterate) == (False, {}, None)
     assert list(kept.timings) == ["system", "surfaces", "diagonal", "composite", "orbits"]
     assert np.array_equal(kept.orbits[0].exact.states, stopped.value.result.orbits[0].exact.states)
-    assert [verdict.of for verdict in kept.verdicts] == ["composite map", "composite map", "exact map", "composite map"]
+    composite = "composite map"
+    assert [verdict.of for verdict in kept.verdicts] == [composite, composite, "exact map", composite, composite]
 
 
 def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:
-    Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
-    run("small.yaml", out="out")
+    Path("whole.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    run("whole.yaml", out="out")
     again = read_result("out")
-    assert (again.study.name, again.composite, again.surfaces) == ("small", None, {})
+    assert (again.study.title, again.composite, again.surfaces) == ("", None, {})
     assert {path.name for path in Path("out").iterdir()} == {"study.yaml", "result.json", "arrays.npz"}
 
 

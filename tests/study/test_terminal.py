@@ -159,3 +159,41 @@ def test_check_says_where_and_what_was_meant() -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("s.yaml:3:1: unknown key 'orbit'; accepted: name, title, system")
     assert done.stderr.endswith("did you mean 'orbits'?\n")
+
+
+def piped(*arguments: str, reads: int) -> "subprocess.CompletedProcess[str]":
+    """The program with a reader that closes the pipe after some bytes."""
+    command = [sys.executable, "-u", "-m", "nsmaps", *arguments]
+    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment())
+    assert running.stdout is not None
+    assert running.stderr is not None
+    running.stdout.read(reads)
+    running.stdout.close()
+    error = running.stderr.read().decode()
+    return subprocess.CompletedProcess(command, running.wait(), "", error)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes as POSIX has them")
+def test_a_reader_that_stops_is_no_error() -> None:
+    done = piped("systems", reads=1)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("given", [["systems"], ["schema"], ["check", "ball/drop"], ["--help"]], ids=lambda given: given[0])
+def test_a_full_disk_is_told_once(given: list[str]) -> None:
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "nsmaps", *given]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, env=environment(), check=False)
+    assert (done.returncode, done.stderr) == (2, "the output cannot be written: No space left on device\n")
+
+
+def test_a_run_ends_with_what_its_verdicts_come_to(good: str) -> None:
+    Path("s.yaml").write_text(good)
+    lines = program("run", "s.yaml", "--no-figures").stdout.splitlines()
+    (told,) = [line for line in lines if line.startswith("The one required verdict holds. Of 6 that are not required, ")]
+    assert lines.index(told) > max(number for number, line in enumerate(lines) if "domain exact: settled" in line)
+    Path("t.yaml").write_text(good.replace("where: v > 0.2,", "where: v > 0.3,"))
+    done = program("run", "t.yaml", "--no-figures")
+    assert done.returncode == 1
+    assert "1 of 1 required verdicts fails: covered (composite map)." in done.stdout

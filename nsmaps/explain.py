@@ -37,13 +37,13 @@ def _there_misspelt(problem: ErrorDetails, misspelt: list[tuple[str | int, ...]]
 def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Told:
     """One complaint of pydantic about `model` as a sentence."""
     loc = tuple(step for step in problem["loc"] if "[" not in str(step))  # no "[key]", nor the forms of a union
-    name = str(loc[-1]) if loc else "study"
+    name, what = str(loc[-1]) if loc else "study", _what(model, loc[:-1])
     kind, value = problem["type"], problem["input"]
     if kind == "extra_forbidden":
         known = accepted_keys(model, loc[:-1])
-        return Told(loc, f"unknown key {name!r}; accepted: {', '.join(known)}{near_match(name, known)}", at_key=True)
+        return Told(loc, f"unknown {what} {name!r}; accepted: {', '.join(known)}{near_match(name, known)}", at_key=True)
     if kind == "missing":
-        return Told(loc[:-1], f"the key {name!r} is missing")
+        return Told(loc[:-1], f"the {what} {name!r} is missing")
     if kind in ("value_error", "assertion_error"):
         cause = problem["ctx"]["error"]
         return Told(loc, str(cause), cause=cause)
@@ -54,14 +54,29 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Told:
     return Told(loc, f"{name} is {_brief(value)}; accepted: {accepted}")
 
 
+def refused(error: ValidationError, model: type[BaseModel]) -> str:
+    """What a call of a model with wrong parameters is told: every complaint, with the model's name."""
+    return f"{model.__name__}: {'; '.join(told.text for told in explained(error, model))}"
+
+
 def accepted_keys(model: type[BaseModel] | None, loc: tuple[str | int, ...]) -> list[str]:
     """The keys that the section at `loc` of a model may have, as a file spells them."""
+    here = _section(model, loc)
+    fields = [field.alias or name for name, field in here.model_fields.items()] if _is_model(here) else []
+    return [*fields, *getattr(here, "instead", {})]
+
+
+def _section(model: type[BaseModel] | None, loc: tuple[str | int, ...]) -> Any:
+    """The annotation of the section at `loc` of a model."""
     here: Any = model
     for step in loc:
         here = _inside(here, step)
-    here = _bare(here)
-    fields = [field.alias or name for name, field in here.model_fields.items()] if _is_model(here) else []
-    return [*fields, *getattr(here, "instead", {})]
+    return _bare(here)
+
+
+def _what(model: type[BaseModel] | None, loc: tuple[str | int, ...]) -> str:
+    """What the section at `loc` has: the parameters of a system, or keys."""
+    return "key" if getattr(_section(model, loc), "instead", None) is None else "parameter"
 
 
 def _is_model(annotation: Any) -> bool:

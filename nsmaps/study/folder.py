@@ -1,0 +1,71 @@
+"""The folder of a run: whose it is, and what commands wrote into it beside the results."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from nsmaps.errors import NsmapsError
+
+RECORD = "result.json"
+RESULTS = ("study.yaml", RECORD, "arrays.npz")
+LISTED = "written.txt"  #: the paths of what was drawn and exported from the results, a line each
+
+
+def check_folder(folder: Path, study: str) -> None:
+    """Refuse a folder with the run of a study of another name, or with files of a run's names that no run wrote."""
+    accepted = "accepted: a folder of this study's own, or one that is empty or not there"
+    if (folder / RECORD).is_file():
+        found = _study_of(folder / RECORD)
+        if found is None:
+            raise NsmapsError(f"{folder / RECORD} is there, and no run wrote it; {accepted}")
+        if found != study:
+            raise NsmapsError(f"{folder} holds a run of {found!r}, and would become one of {study!r}; {accepted}")
+    elif (folder / "study.yaml").exists() and not (folder / "arrays.npz").exists():
+        raise NsmapsError(f"{folder / 'study.yaml'} is there, and no run wrote it; the run's own would replace it; {accepted}")
+
+
+def _study_of(record: Path) -> str | None:
+    """The name of the study that a record is of, as it says."""
+    try:
+        data = json.loads(record.read_text(encoding="utf-8"))
+    except ValueError:
+        return None
+    name = data.get("study") if isinstance(data, dict) else None
+    return name if isinstance(name, str) else None
+
+
+@contextmanager
+def listed(folder: Path, part: Path) -> Iterator[None]:
+    """What is written into the folder `part` of a run's folder inside is listed, so that it goes with the results it is of."""
+    before = _files(part)
+    try:
+        yield
+    finally:
+        made = [path for path, stamp in _files(part).items() if before.get(path) != stamp]
+        root = folder.resolve()
+        inside = [path.resolve().relative_to(root).as_posix() for path in made if path.resolve().is_relative_to(root)]
+        if inside and (folder / RECORD).is_file():
+            (folder / LISTED).write_text("\n".join(sorted({*_listed(folder), *inside})) + "\n", encoding="utf-8")
+
+
+def clear(folder: Path) -> None:
+    """Remove what speaks of earlier results: the record, the report, and what is listed; nothing else."""
+    root = folder.resolve()
+    for name in (RECORD, "report.html", *_listed(folder), LISTED):
+        path = folder / name
+        if path.resolve().is_relative_to(root):
+            path.unlink(missing_ok=True)
+            if path.parent != folder:
+                with suppress(OSError):  # not there, or with something else in it
+                    path.parent.rmdir()
+
+
+def _listed(folder: Path) -> list[str]:
+    path = folder / LISTED
+    return path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+
+
+def _files(part: Path) -> dict[Path, int]:
+    """The files of a folder and when each was last written."""
+    return {path: path.stat().st_mtime_ns for path in part.glob("*") if path.is_file()}

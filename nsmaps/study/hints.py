@@ -1,0 +1,57 @@
+"""What is at hand about a verdict that fails: fits that do not follow their data, other words, parameters set otherwise."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.exact.impacts import angle_mask, nearest_turn
+from nsmaps.reduced.polyfit import POOR
+from nsmaps.study.needs import DIAGONAL
+from nsmaps.study.result import StudyResult
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.study.spec import DomainSection
+
+
+def on_domain(result: StudyResult, section: "DomainSection", domain: "AttractingDomain") -> str:
+    """What may be why a domain is not trapped, each part after a semicolon; empty where nothing is at hand."""
+    own = pieces_of_others(result) if section.map != "exact" and section.require else ""
+    box = "" if section.box == DIAGONAL else _before(result, "its start box is that of the study at")
+    return "".join(f"; {text}" for text in (_fit(result, section.map), _words(result, domain), box, own) if text)
+
+
+def pieces_of_others(result: StudyResult) -> str:
+    """That the pieces were given for other parameters, where parameters were set otherwise than the study's own."""
+    told = _before(result, "the pieces are those of the study at") if result.study.composite else ""
+    return told and f"{told}; `partition: {{tolerance: 1e-3}}` in place of `composite` finds them anew"
+
+
+def _before(result: StudyResult, what: str) -> str:
+    changed = result.study.source.changed
+    before = ", ".join(f"{name} = {own}" for name, (own, _) in changed.items() if own is not None)
+    return f"{what} {before or 'other parameters'}" if changed else ""
+
+
+def _fit(result: StudyResult, name: str) -> str:
+    """The outputs of a piece whose fit does not follow its data."""
+    pieces = result.composite.pieces if result.composite else ()
+    reports = [piece.map.report for piece in pieces if piece.name == name and piece.map.report]
+    fits = [fit for report in reports for fit in zip(report.coordinates, report.r2, strict=True)]
+    poor = [f"{r2:.3g} for {of}'" for of, r2 in fits if r2 < POOR]
+    return f"the fit of {name} follows its data badly: R2 = {' and '.join(poor)}" if poor else ""
+
+
+def _words(result: StudyResult, domain: "AttractingDomain") -> str:
+    """The share of the grid's states in the start box whose word is not the commonest there."""
+    if result.returns is None:
+        return ""
+    box, names = domain.boxes[0], domain.coordinates
+    x = result.returns.start
+    x = np.where(angle_mask(names), nearest_turn(x, box.mean(axis=1)), x)
+    inside = ((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1) & result.returns.valid
+    words, counts = np.unique(result.returns.words[inside], return_counts=True)
+    if len(words) < 2:
+        return ""
+    share = 1 - counts.max() / counts.sum()
+    return f"{100 * share:.2g} % of the grid's states in its start box have another word than {words[np.argmax(counts)]}"

@@ -1,0 +1,89 @@
+"""What a run says of its orbits' attractors, and when it says that both maps have the same."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ruamel.yaml import YAML
+
+import nsmaps
+from nsmaps.plugins import study_files
+
+SECTIONS = ("system", "parameters", "grid", "families", "composite", "orbits")
+
+
+@pytest.fixture
+def pd() -> str:
+    """The part of the paper's case PD that orbits of both maps need, as a file."""
+    whole = YAML(typ="safe").load(study_files("vi_pair")["pd"].read_text())
+    Path("pd.yaml").write_text(json.dumps({name: whole[name] for name in SECTIONS}))
+    return "pd.yaml"
+
+
+def same(result: nsmaps.StudyResult) -> nsmaps.Verdict:
+    (verdict,) = (v for v in result.verdicts if v.name.endswith(": same attractor as the exact map"))
+    return verdict
+
+
+def by_hand(map: nsmaps.ReturnMap, start: list[float], returns: int) -> np.ndarray:
+    """The last two states of an orbit, by nothing but returns."""
+    states = np.array([start])
+    for _ in range(returns):
+        last, states = states, map.first_return(states).image
+    return np.sort(np.concatenate([last, states]), axis=0)
+
+
+def test_the_paper_s_two_cycle_is_that_of_both_maps(pd: str) -> None:
+    result = nsmaps.run(pd, out="out")
+    verdict = same(result)
+    assert (verdict.of, verdict.holds, verdict.required) == ("composite map", True, False)
+    exact, ours = (by_hand(map, [0.2, 0.1], 400) for map in (result.system, result.composite))
+    apart = np.linalg.norm(exact - ours, axis=1).max()  # each is nearest to its like: the cycles are 0.2 long
+    assert verdict.text.startswith("yes: period 2 (1:1/2T) of the exact map, period 2 (1:1, period 2) of the composite map, ")
+    assert f", {apart:.2g} apart (within 0.099, 3% of the extent of the states)" in verdict.text
+    attractor = json.loads(Path("out/result.json").read_text())["numbers"]["orbits"][0]["attractor"]["exact"]
+    assert (attractor["period"], attractor["label"], attractor["words"], attractor["stable"]) == (2, "1:1/2T", "BTB BTB", True)
+    assert np.array(attractor["states"]) == pytest.approx(exact, abs=1e-9)
+    slopes = result.system.first_return(exact, derivative=True).derivative
+    expected = np.sort_complex(np.linalg.eigvals(slopes[1] @ slopes[0]))
+    found = np.sort_complex([complex(*pair) for pair in attractor["multipliers"]])
+    assert found == pytest.approx(expected, abs=1e-7)
+    again = nsmaps.read_result("out").orbits[0]
+    assert np.array_equal(again.ends.multipliers, result.orbits[0].ends.multipliers)
+    assert again.composite_ends.text == result.orbits[0].composite_ends.text
+
+
+def test_an_orbit_that_ends_elsewhere_is_not_said_to_be_right(pd: str) -> None:
+    """At r = 0.45 the composite map's orbit keeps returning, and goes to rest beside the wall; the exact one does not."""
+    result = nsmaps.run(nsmaps.load_study(pd, parameters={"r": 0.45}))
+    returning = [v for v in result.verdicts if v.name.endswith(": keeps returning")]
+    assert [v.holds for v in returning] == [True, True]
+    exact, ours = (by_hand(map, [0.2, 0.1], 4000) for map in (result.system, result.composite))
+    assert np.linalg.norm(exact - ours, axis=1).min() > 0.5
+    verdict = same(result)
+    assert not verdict.holds
+    assert verdict.text.startswith("no: period 2 (1:1/2T) of the exact map, period 1 ")
+    assert "apart (beyond 0.099, " in verdict.text
+    assert not any("arrives" in v.name for v in result.verdicts)
+
+
+def test_an_orbit_that_leaves_all_pieces_has_no_attractor(good: str) -> None:
+    Path("s.yaml").write_text(good.replace("where: v > 0.2,", "where: v > 0.31,").replace("require: [covered]\n", ""))
+    result = nsmaps.run("s.yaml")
+    keeps = [v for v in result.verdicts if v.name.endswith(": keeps returning") and v.of == "composite map"]
+    assert [v.holds for v in keeps] == [False]
+    assert same(result).text == "no: the composite map's orbit does not keep returning"
+    assert result.orbits[0].composite_ends is None
+
+
+def test_chaos_is_told_by_its_exponent() -> None:
+    text = "system: vi_pair\nparameters: {d: 0.26, g_bar: 0.2113275}\norbits: [{start: {v: 0.7, phi: 0.3}, returns: 300}]\n"
+    Path("s.yaml").write_text(text)
+    result = nsmaps.run("s.yaml")
+    found = result.orbits[0].ends
+    assert found.period == 0
+    independent = nsmaps.lyapunov(result.system, [0.7, 0.3], 20_000)
+    assert found.exponent > 0
+    assert found.exponent == pytest.approx(independent.exponents[0], abs=5 * found.exponent_error)
+    assert f"largest Lyapunov exponent {found.exponent:.3g} +- " in result.verdicts[0].text
