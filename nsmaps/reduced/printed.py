@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Tag
 
@@ -11,6 +11,9 @@ from nsmaps.errors import FitError, near_match
 from nsmaps.reduced.condition import Number
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
 
 FACTOR = re.compile(r"\s*([^\W\d]\w*)\s*(?:\*\*\s*(\d{1,2})\s*)?")
 
@@ -59,6 +62,15 @@ class PrintedMap(BaseModel):
         point = None if value is None else _decimal(value)
         monomials = {name: self._collapsed(self.images[name], names, point) for name in names}
         return PolyMap.of_monomials(names, monomials, Box(coordinates=names, bounds=self.over).array, self.absolute)
+
+    def of(self, system: "ImpactSystem") -> PolyMap:
+        """The map at a system's own value of its parameter. FitError if the system has no such parameter."""
+        if self.parameter is None:
+            return self.at(system.coordinates)
+        if self.parameter not in system.parameters:
+            known = ", ".join(system.parameters)
+            raise FitError(f"parameter: no parameter {self.parameter!r} of the system; accepted: {known}")
+        return self.at(system.coordinates, system.parameters[self.parameter])
 
     def _collapsed(
         self, terms: Mapping[str, Coefficient], names: Sequence[str], value: Fraction | None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from nsmaps.dynamics.returnmap import map_or_reason
-from nsmaps.errors import FitError, SystemDefinitionError, UnknownSystemError
+from nsmaps.errors import SystemDefinitionError, UnknownSystemError
 from nsmaps.exact.family import WordFamily, letters_of
 from nsmaps.exact.impacts import Floats, encode
 from nsmaps.exact.parts import Along
@@ -17,7 +17,6 @@ from nsmaps.plugins import system_class
 from nsmaps.reduced.condition import as_number
 from nsmaps.reduced.diagonal import Diagonal
 from nsmaps.reduced.polyfit import Full, PolyFit, Separable
-from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.printed import PrintedMap
 from nsmaps.reduced.region import Box, Region, Where
 from nsmaps.study.branchspec import BranchSection
@@ -80,16 +79,6 @@ class Plan:
 def prepare(study: Study) -> Plan:
     """The study's objects, or a StudyError at the first line that does not fit the system or the rest of the study."""
     return _Maker(study, _system(study)).plan()
-
-
-def printed_at(printed: PrintedMap, system: "ImpactSystem") -> PolyMap:
-    """A printed map at the system's own value of its parameter."""
-    if printed.parameter is None:
-        return printed.at(system.coordinates)
-    if printed.parameter not in system.parameters:
-        known = ", ".join(system.parameters)
-        raise FitError(f"parameter: no parameter {printed.parameter!r} of the system; accepted: {known}")
-    return printed.at(system.coordinates, system.parameters[printed.parameter])
 
 
 def _system(study: Study) -> "ImpactSystem":
@@ -248,7 +237,7 @@ class _Maker:
         data = None if piece.data is None or near else self.where((*loc, "data"), piece.data)
         if piece.polynomial is not None:
             with self.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
-                printed_at(piece.polynomial, self.system)
+                piece.polynomial.of(self.system)
         return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial)
 
     def single(self, loc: Loc, family: str) -> None:

@@ -23,7 +23,7 @@ from nsmaps.reduced.region import Region
 from nsmaps.reduced.speed import speeds
 from nsmaps.study import branchsteps, enclosed, longsteps
 from nsmaps.study.domains import domain_of, near_diagonals, second_iterate_of
-from nsmaps.study.plan import PiecePlan, Plan, printed_at
+from nsmaps.study.plan import PiecePlan, Plan
 from nsmaps.study.result import OrbitPair, StudyResult
 from nsmaps.study.spec import DiagonalSection, Study
 
@@ -136,7 +136,7 @@ def _piece(plan: Plan, system: "ImpactSystem", surfaces: dict[str, Surface], pie
     """One piece, fitted to its own data where the study says so and otherwise to all that its region holds."""
     if piece.polynomial is not None:
         word = plan.families[piece.family].words[0] if piece.family else ""
-        return Piece(piece.name, piece.region, printed_at(piece.polynomial, system), word)
+        return Piece(piece.name, piece.region, piece.polynomial.of(system), word)
     surfaces, spec = _data(plan, surfaces, piece)
     made = build_composite(system.coordinates, system.wall_names, surfaces, [spec]).pieces[0]
     return replace(made, region=piece.region)
