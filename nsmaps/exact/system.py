@@ -47,6 +47,7 @@ class ImpactSystem(BaseModel, ABC):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     coordinates: ClassVar[tuple[str, ...]] = ("v", Angle("phi"))
+    dimensionless: ClassVar[bool] = False  #: whether speeds, places, times and parameters have no unit, which figures then say
     horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
     instead: ClassVar[Mapping[str, str]] = {}  #: what a validator accepts in place of parameters: names and descriptions
 

@@ -28,6 +28,7 @@ def draw(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from nsmaps.figures.sheets import SHEETS
+    from nsmaps.figures.style import units_of
 
     known = FigureCanvasAgg.get_supported_filetypes()
     for kind, asked, accepted in (("figure", names := list(names), NAMES), ("format", list(formats), known)):
@@ -36,4 +37,5 @@ def draw(
                 raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; accepted: {', '.join(accepted)}")
     sheets = [sheet for name in dict.fromkeys(names) for sheet in SHEETS[name](result)]
     Path(folder).mkdir(parents=True, exist_ok=True)
-    return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi)]
+    with units_of(result.system):
+        return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi)]

@@ -15,12 +15,13 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.exact.impacts import Floats
+from nsmaps.exact.impacts import Angle, Floats, nearest_turn
+from nsmaps.figures.areas import colours_of
 from nsmaps.figures.cobweb import composite_states, draw_pieces, look
 from nsmaps.figures.lines import staircase
 from nsmaps.figures.needs import Drawable, composite_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import STYLE, piece_colours, piece_label
+from nsmaps.figures.style import STYLE, piece_label, units_of
 from nsmaps.figures.surfaces import AZIMUTH, ELEVATION
 from nsmaps.figures.surfaces import sheets as surface_sheets
 
@@ -70,7 +71,7 @@ def animate(
             "(apt install ffmpeg, brew install ffmpeg, conda install ffmpeg), or ask for gif"
         )
     path = Path(folder) / f"{name}.{format}"
-    with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+    with units_of(result.system), matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
         film = FILMS[name](result, frames, orbit)
         path.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=path.parent, prefix=".animate-", ignore_cleanup_errors=True) as beside:
@@ -143,19 +144,20 @@ class _Cobweb:
     def __init__(self, result: Drawable, ax: Axes, i: int, states: Floats) -> None:
         self._composite, self._states, self._i = composite_of(result, "cobweb"), states, i
         self._pieces = draw_pieces(result, ax, i)
-        self._colours = piece_colours(*zip(*((piece.name, not piece.word) for piece in self._composite.pieces), strict=True))
-        (self._path,) = ax.plot([], [], color="0.2", lw=1.1, zorder=5, label="orbit")
+        self._colours = colours_of(result, "cobweb")
+        (self._path,) = ax.plot([], [], color="0.2", lw=1.1, zorder=5, label="composite orbit")
         (self._curve,) = ax.plot([], [], lw=3.6, zorder=4, label="_")
         (self._point,) = ax.plot([], [], "o", color="black", ms=6, zorder=6, label="state")
         values = states[:, i]
         ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
         look(ax, values, self._composite.coordinates[i])
-        self._x = np.linspace(*ax.get_xlim(), 600)
+        self._x, self._middle = np.linspace(*ax.get_xlim(), 600), np.mean(ax.get_ylim())
 
     def show(self, step: int, active: int) -> None:
         """The first steps, and the piece that made the last of them, -1 for none."""
         for k, drawn in self._pieces.items():
-            drawn.set_alpha(1 if k == active else _PALE)
+            for artist in drawn:
+                artist.set_alpha(1 if k == active else _PALE)
         values = self._states[: step + 1, self._i]
         self._path.set_data(*staircase(values))
         self._point.set_data(values[-1:], values[-1:])
@@ -168,7 +170,10 @@ class _Cobweb:
             return np.full(len(self._x), np.nan)
         line = np.repeat(self._states[step - 1 : step], len(self._x), axis=0)
         line[:, self._i] = self._x
-        return np.where(self._composite.piece_of(line) == active, self._composite.first_return(line).image[:, self._i], np.nan)
+        image = self._composite.first_return(line).image[:, self._i]
+        if isinstance(self._composite.coordinates[self._i], Angle):
+            image = nearest_turn(image, self._middle)
+        return np.where(self._composite.piece_of(line) == active, image, np.nan)
 
 
 FILMS: Mapping[str, Callable[[Drawable, int | None, int], Film]] = {"surfaces": _turning, "cobweb": _stepping}

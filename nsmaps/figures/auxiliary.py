@@ -5,8 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.figures.envelopes import bounding, worst_steps
-from nsmaps.figures.lines import diagonal
+from nsmaps.figures.envelopes import bounding, frame, outer, worst_case, worst_steps
 from nsmaps.figures.needs import Drawable, domains_of, position
 from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, bare, dress, symbol
@@ -42,14 +41,15 @@ def auxiliary(result: Drawable, ax: Axes, coordinate: str = "", update: int = 0,
             held = ", ".join(f"{symbol(chosen.coordinates[k])} = {envelope.others[j, k]:.3g}" for k in others)
             ax.plot(envelope.x, curve, color=grey, lw=1.2, label=held if j in (0, len(envelope.family) - 1) else None)
     every = max(1, len(envelope.x) // 16)
-    for curve, colour, letter, first in ((envelope.upper, BLUE, "U", 0), (envelope.lower, ORANGE, "L", every // 2)):
-        (line,) = ax.plot(envelope.x, curve, color=colour, lw=2.4, zorder=4, label=bounding(i, letter))
+    lower, upper = outer(chosen, step, i)
+    for curve, colour, letter, first in ((upper, BLUE, "U", 0), (lower, ORANGE, "L", every // 2)):
+        (line,) = ax.plot(envelope.x, curve, color=colour, lw=2.4, zorder=4, label=bounding(i, letter, chosen))
         line.set(marker="D", markersize=5, markevery=(first, every))
-    diagonal(ax, envelope.x[0], envelope.x[-1])
     if steps:
         if step.trapped:
             ax.axvspan(*step.worst[1, i], color=GREEN, alpha=0.25, lw=0, zorder=0, label=rf"$I_{{1{bare(name)}}}$")
-        ax.plot(*worst_steps(step, i), color="black", lw=1.6, ls=":", zorder=5, label="worst case")
+        ax.plot(*worst_steps(step, i), color="black", lw=1.6, ls=":", zorder=5, label=worst_case(chosen))
+    frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel() if steps else []]))
     ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}")
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 _DOTS: dict[str, Any] = {"ms": 2.6, "mew": 0, "rasterized": True}
 _ROOM = 0.017  #: of the width of a panel that a letter of the name of a motion needs
+_UPRIGHT = 0.024  #: of the width of a panel that a name needs that is written upwards
+_VALUES = 4  #: of the parameter that a window with a name has; beside a doubling, motions that have not settled pass for chaos
+_COLUMNS = 5  #: of words in the legend
+_TIGHT: dict[str, Any] = {"handletextpad": 0.0, "columnspacing": 0.7, "borderaxespad": 0.0, "borderpad": 0.0}
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -42,7 +46,7 @@ def bifurcation(result: Drawable, ax: Axes, of: str = "exact", coordinate: int =
         ax.plot(values[own], made.states[..., coordinate][own], ".", color=colours.get(word, "0.5"), label=word, **_DOTS)
     ax.set_xlim(made.values.min(), made.values.max())
     _name_motions(ax, made)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, markerscale=4, ncols=4, handletextpad=0.1)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.1), frameon=False, markerscale=4, ncols=_COLUMNS, **_TIGHT)
     parameter = result.study.bifurcation.parameter
     ax.set_title(f"{of} map", loc="right")
     return dress(ax, (parameter, ""), (made.coordinates[coordinate], "k"))
@@ -55,13 +59,16 @@ def _name_motions(ax: Axes, made: "Bifurcation") -> None:
     middles = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
     edges = np.flatnonzero(labels[1:] != labels[:-1]) + 1
     low, high = ax.get_ylim()
-    ax.set_ylim(low, high + 0.1 * (high - low))
+    tall = 0.1
     for first, last in zip([0, *edges], [*edges, len(labels)], strict=True):
         left, right = middles[first], middles[last]
+        share = (right - left) / np.ptp(values)
         if not labels[first]:
             ax.axvspan(left, right, color="0.92", lw=0)
-        elif right - left > _ROOM * len(labels[first]) * np.ptp(values):
+        elif share > _UPRIGHT and last - first >= _VALUES:
+            upright = share <= _ROOM * len(labels[first])
+            tall = max(tall, (0.03 + 0.025 * len(labels[first])) * upright)
             ax.axvline(right, color="0.8", lw=0.6, zorder=0)
-            ax.text(
-                (left + right) / 2, 0.985, labels[first], transform=ax.get_xaxis_transform(), ha="center", va="top", fontsize=8.5
-            )
+            look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8.5, "rotation": 90 * upright}
+            ax.text((left + right) / 2, 0.985, labels[first], transform=ax.get_xaxis_transform(), **look)
+    ax.set_ylim(low, high + tall * (high - low))

@@ -10,18 +10,21 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle, Floats
+from nsmaps.exact.impacts import TWO_PI, Angle, Floats
 from nsmaps.exact.surface import Grid
-from nsmaps.figures.lines import cut, diagonal, finite_states, last_tenth, staircase, window
+from nsmaps.figures.areas import colours_of
+from nsmaps.figures.lines import diagonal, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
 from nsmaps.figures.needs import position as place
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import MAGENTA, dress, piece_colours, piece_label, tint
+from nsmaps.figures.style import MAGENTA, REST, dress, piece_label, tint
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite import Piece
 
-_ACROSS = 1200  #: values of each other coordinate among which the least and the largest image are looked for
+_ACROSS = 3000  #: values of each other coordinate among which the least and the largest image are looked for
+_REACH = 0.3  #: of the picture, beyond which images are cut off
+_MOST = (10, 90)  #: per cent of the outline of an area that the picture holds, for fits may run away at an end
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -42,7 +45,7 @@ def cobweb(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     i = place(composite.coordinates, coordinate or composite.coordinates[0])
     values = composite_states(result, number)[:, i]
     draw_pieces(result, ax, i)
-    ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="orbit")
+    ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="composite orbit")
     ends = last_tenth(values)
     ax.plot(*staircase(ends), "-", color=MAGENTA, lw=1.3, zorder=5)
     ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=5.5, zorder=6, label="last 10 %")
@@ -66,40 +69,60 @@ def look(ax: Axes, values: Floats, name: str) -> Axes:
     """Limits, legend and labels; the limits hold the grid's interval of the coordinate and the orbit, and images near it."""
     angle = isinstance(name, Angle)
     interval = ax.get_xlim()
-    images = np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines])
-    low, high = window(*interval, values, 1.0 if angle else 0.3)
+    lines = [np.ravel(line.get_ydata()) for line in ax.lines if line.get_label() != "_"]
+    low, high = window(*interval, values, 1.0 if angle else _REACH)
     diagonal(ax, low, high)
-    bottom, top = window(low, high, images, 1.0 if angle else 0.3)
-    margin = 0.03 * (top - bottom)
-    ax.set(xlim=(low, high), ylim=(bottom - margin, top + margin))
+    bottom, top = window(low, high, np.concatenate(lines), _REACH)
+    for area in ax.collections:
+        if area.get_label() != "_" and area.get_paths():
+            ends = np.nanpercentile(np.concatenate([np.asarray(path.vertices)[:, 1] for path in area.get_paths()]), _MOST)
+            bottom, top = window(bottom, top, ends, _REACH)
+    whole = angle and interval[1] - interval[0] >= TWO_PI * (1 - 1e-9)
+    margin = 0.0 if whole else 0.03 * (top - bottom)
+    ax.set(xlim=(low, high), ylim=interval if whole else (bottom - margin, top + margin))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def draw_pieces(result: Drawable, ax: Axes, i: int) -> dict[int, Line2D | PolyCollection]:
-    """The images of every piece over the grid of the surfaces, against coordinate i; what was drawn, by the piece's number."""
+def draw_pieces(result: Drawable, ax: Axes, i: int) -> dict[int, list[Line2D | PolyCollection]]:
+    """The images of every piece over the grid of the surfaces, against coordinate i; what was drawn, by the piece's number.
+
+    An angle is not wrapped, so that an area across the seam is not the whole circle: it is drawn on each turn.
+    """
     composite = composite_of(result, "cobweb")
     axes = next(iter(surfaces_of(result, "cobweb").values())).grid.axes
     finer = {name: axis if k == i else axis.model_copy(update={"points": _ACROSS}) for k, (name, axis) in enumerate(axes.items())}
     grid, x = Grid(axes=finer), list(axes.values())[i].values()
-    returns = composite.first_return(grid.states())
-    number = composite.piece_of(returns.start)
-    colours = piece_colours(*zip(*((piece.name, not piece.word) for piece in composite.pieces), strict=True))
+    states = grid.states()
+    number, colours = composite.piece_of(states), colours_of(result, "cobweb")
     ax.set_xlim(x[0], x[-1])
-    drawn: dict[int, Line2D | PolyCollection] = {}
+    angle = isinstance(composite.coordinates[i], Angle)
+    drawn: dict[int, list[Line2D | PolyCollection]] = {}
     for k, piece in enumerate(composite.pieces):
         own = number == k
         if not own.any():
             continue
-        if _separable(piece, i):
-            low, _ = _extremes(returns.image[:, i], own, grid.shape, i)
-            line = cut(low, np.pi) if isinstance(composite.coordinates[i], Angle) else low
-            (drawn[k],) = ax.plot(x, line, color=colours[k], lw=2.2, label=piece_label(piece.name), zorder=3)
-        else:  # angles not wrapped, so that an area across the seam is not the whole circle
-            low, high = _extremes(piece.map(returns.start)[:, i], own, grid.shape, i)
-            shade = tint(colours[k], 0.55)
-            drawn[k] = ax.fill_between(x, low, high, color=shade, lw=0, label=piece_label(piece.name), zorder=1)
+        low, high = _extremes(piece.map(states)[:, i], own, grid.shape, i)
+        middle = TWO_PI * np.round((np.nanmedian(low + high) - x[0] - x[-1]) / 2 / TWO_PI) if angle else 0.0
+        text = "_" if colours[k] == REST else piece_label(piece.name)
+        flat, above = _separable(piece, i), 2 - float(own.mean())  # a small area on top of a large one hides it not
+        drawn[k] = [_draw(ax, x, low - middle, high - middle, flat, colours[k], text, above)]
+        if angle:
+            drawn[k] += [
+                _draw(ax, x, low - middle + t, high - middle + t, flat, colours[k], "_", above) for t in (-TWO_PI, TWO_PI)
+            ]
+    if rest := [k for k in drawn if colours[k] == REST]:
+        ax.fill_between([], [], color=REST, lw=0, label=f"{len(rest)} more pieces")
     return drawn
+
+
+def _draw(
+    ax: Axes, x: Floats, low: Floats, high: Floats, flat: bool, colour: str, text: str, above: float
+) -> Line2D | PolyCollection:
+    """The images of one piece: a line if they are those of one coordinate, else the area between them."""
+    if flat:
+        return ax.plot(x, low, color=colour, lw=2.2, label=text, zorder=3)[0]
+    return ax.fill_between(x, low, high, color=tint(colour, 0.0 if colour == REST else 0.55), lw=0, label=text, zorder=above)
 
 
 def _extremes(images: Floats, own: NDArray[np.bool_], shape: tuple[int, ...], i: int) -> tuple[Floats, Floats]:

@@ -1,6 +1,7 @@
 """The size of the attracting domain against the update: fig. cobweb12d35_updates, Auximapsd30_updates, Auximapsd26."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nsmaps.figures.needs import Drawable, domains_of, position
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import LOOKS, symbol, unit
+from nsmaps.figures.style import LOOKS, symbol, with_unit
 
 _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale
 
@@ -16,15 +17,15 @@ _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a lo
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
     """One sheet: a panel a coordinate."""
     coordinates = next(iter(domains_of(result, "domain_size").values())).coordinates
-    panels = tuple(partial(domain_size, result, coordinate=name) for name in coordinates)
+    panels = tuple(partial(domain_size, result, coordinate=name, legend=name == coordinates[-1]) for name in coordinates)
     return (Sheet("domain_size", panels, len(panels), (6.8, 4.0)),)
 
 
-def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
+def domain_size(result: Drawable, ax: Axes, coordinate: str = "", legend: bool = True) -> Axes:
     """The width of every domain in one coordinate after each update; the box it started from is update 0.
 
-    A map that has several domains is told by their names in the study. A hollow marker: the worst case of the next update
-    leaves this box, so that its width is no bound.
+    The legend of all panels of the sheet is beside the last. A map that has several domains is told by their names in the
+    study. A hollow marker: the worst case of the next update leaves this box, so that its width is no bound.
     """
     named = domains_of(result, "domain_size")
     first = next(iter(named.values()))
@@ -37,17 +38,13 @@ def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
         sizes = domain.sizes[:, i]
         width = max(9 - 3 * k, 4)  # a later one on top of an earlier one hides it not
         text = domain.of if maps.count(domain.of) == 1 else key
-        ax.plot(
-            np.arange(len(sizes)),
-            sizes,
-            color=colour,
-            ls=dashes,
-            marker=marker,
-            ms=width,
-            label=text + ("" if domain.trapped else ",\nnot trapped"),
-        )
-        if not domain.trapped:
-            ax.plot([len(sizes) - 1], sizes[-1:], marker, mfc="white", mec=colour, ms=width)
+        look: dict[str, Any] = {"color": colour, "ls": dashes, "marker": marker, "ms": width}
+        look["label"] = text + ("" if domain.trapped else ", not trapped")
+        if len(sizes) == 1:  # a box that is not trapped at once
+            look |= {"ls": "", "mfc": "white"}
+        elif not domain.trapped:
+            ax.plot([len(sizes) - 1], sizes[-1:], marker, mfc="white", mec=colour, ms=width, zorder=3)
+        ax.plot(np.arange(len(sizes)), sizes, **look)
     if len(positive) and positive.max() > _DECADES * positive.min():
         ax.set_yscale("log")
     else:
@@ -55,7 +52,8 @@ def domain_size(result: Drawable, ax: Axes, coordinate: str = "") -> Axes:
     ax.set_xlim(-0.4, max(1, *(len(domain.sizes) - 1 for domain in named.values())) + 0.4)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.grid(axis="y", color="0.9")
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    if legend:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     name = first.coordinates[i]
-    ax.set(xlabel="update $N$", ylabel=f"width in {symbol(name)} ({unit(name)})")
+    ax.set(xlabel="update $N$", ylabel=with_unit(f"width in {symbol(name)}", name))
     return ax

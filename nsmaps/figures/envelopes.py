@@ -5,13 +5,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
+from scipy.ndimage import grey_closing, grey_opening, maximum_filter1d, uniform_filter1d
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 from nsmaps.figures.lines import diagonal, last_tenth, staircase
 from nsmaps.figures.needs import Drawable, domains_of, position
 from nsmaps.figures.sheet import Sheet, file_of
-from nsmaps.figures.style import BLUE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
+from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 
 _MOVED = 0.01  #: of a box's width, below which its picture is the same
+_TEETH = 9  #: samples of a curve, up to which a notch in it is a tooth
+_LEVEL = (grey_opening, grey_closing)  #: what levels teeth of a lower and of an upper map outwards
 _GENERIC = {True: "generic", False: "generic: no cycle"}  #: by whether it comes to rest; one that does not fills the picture
 
 
@@ -48,7 +52,7 @@ def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1
     """The upper and lower map of one coordinate at one update, by position (eq. auxv, auxphi).
 
     Dotted: the worst-case steps from the update's box (eq. WCScobweb-v, -phi); thin: the generic cobweb, its last tenth
-    red, if it comes to rest; yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
+    red, if it comes to rest; pale yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
     box is trapped.
     """
     named = domains_of(result, "envelopes")
@@ -58,7 +62,8 @@ def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1
     envelope, worst = step.envelopes[i], step.worst[:, i]
     name = chosen.coordinates[i]
     if step.trapped:
-        ax.axvspan(*worst[-1], color=tint(YELLOW, 0.4), lw=0, zorder=0, label=rf"$\mathcal{{A}}^{{({step.number + 1})}}$")
+        held = rf"$\mathcal{{A}}^{{({step.number + 1})}}$, {np.ptp(worst[-1]):.3g} wide"
+        ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.88), ec=OLIVE, lw=1.0, ls="--", zorder=0, label=held)
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
         ax.plot(worst[-1], worst[-1], "*", color="black", mec="white", mew=0.6, ms=13, zorder=7, label=text)
         generic = step.generic[:, i]
@@ -66,15 +71,12 @@ def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1
         ax.plot(*staircase(generic if rests else generic[:1]), color="0.4", lw=0.7, zorder=4, label=_GENERIC[rests])
         if rests:
             ax.plot(*staircase(last_tenth(generic)), color=RED, lw=2.2, zorder=6, label="its last 10 %")
-    ax.fill_between(envelope.x, envelope.lower, envelope.upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
-    ax.plot(envelope.x, envelope.upper, color=BLUE, lw=2.2, zorder=3, label=bounding(i, "U"))
-    ax.plot(envelope.x, envelope.lower, color=ORANGE, lw=2.2, zorder=3, label=bounding(i, "L"))
-    ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label="worst case")
-    ends = [envelope.x[0], envelope.x[-1], envelope.lower.min(), envelope.upper.max(), worst.min(), worst.max()]
-    low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
-    margin = 0.03 * (high - low)
-    diagonal(ax, low - margin, high + margin)
-    ax.set(xlim=(low - margin, high + margin), ylim=(low - margin, high + margin))
+    lower, upper = outer(chosen, step, i)
+    ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
+    ax.plot(envelope.x, upper, color=BLUE, lw=2.2, zorder=3, label=bounding(i, "U", chosen))
+    ax.plot(envelope.x, lower, color=ORANGE, lw=2.2, zorder=3, label=bounding(i, "L", chosen))
+    ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label=worst_case(chosen))
+    frame(ax, envelope.x, np.concatenate([lower, upper, worst.ravel()]))
     ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.trapped else ", not trapped"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))
@@ -85,6 +87,11 @@ def _update(domain: "AttractingDomain", number: int) -> "Update":
     if not -len(domain.updates) <= number < len(domain.updates):
         raise NsmapsError(f"there is no update at position {number}; the domain has {len(domain.updates)} updates")
     return domain.updates[number]
+
+
+def worst_case(domain: "AttractingDomain") -> str:
+    """What the legend calls the worst case: of a map that encloses images it is itself enclosed, and passes the samples."""
+    return "worst case,\nenclosed" if domain.status == "enclosed" else "worst case"
 
 
 def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
@@ -98,11 +105,43 @@ def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
     return np.array(x), np.array(y)
 
 
-def bounding(index: int, letter: str) -> str:
-    r"""The upper or lower map as the paper writes it: xi of the first coordinate, eta of the second.
+def frame(ax: Axes, x: Floats, values: Floats) -> None:
+    """Limits that hold the box along the one axis and the values along the other, and the diagonal as far as it is in them."""
+    for low, high, limits in ((x[0], x[-1], ax.set_xlim), (np.nanmin([*x, *values]), np.nanmax([*x, *values]), ax.set_ylim)):
+        margin = 0.03 * (high - low)
+        limits(low - margin, high + margin)
+    diagonal(ax, *ax.get_xlim())
+
+
+def outer(domain: "AttractingDomain", step: "Update", index: int) -> tuple[Floats, Floats]:
+    """The lower and upper map of one coordinate, each of shape (m,), for a line that has no teeth.
+
+    Samples of the exact map miss its extremes beside a graze, now more and now less, and overshoot there between samples: teeth
+    narrower than some samples are levelled outwards, and what passes the enclosed worst case, which holds, is cut off at it.
+    """
+    envelope = step.envelopes[index]
+    if domain.status != "enclosed":
+        return envelope.lower, envelope.upper
+    low, high = step.worst[1, index] if step.number == 1 or not step.trapped else (-np.inf, np.inf)
+    rough = [_toothed(curve) for curve in (envelope.lower, envelope.upper)]
+    made = np.clip(envelope.lower, low, None), np.clip(envelope.upper, None, high)
+    lower, upper = (np.where(at, level(curve, _TEETH), curve) for at, curve, level in zip(rough, made, _LEVEL, strict=True))
+    return lower, upper
+
+
+def _toothed(curve: Floats) -> NDArray[np.bool_]:
+    """Where a curve (m,) goes up and down more than once within so few samples."""
+    turns = np.pad(np.diff(curve)[1:] * np.diff(curve)[:-1] < 0, 1).astype(int)
+    many = uniform_filter1d(turns * float(_TEETH), _TEETH) > 1.5
+    return np.asarray(maximum_filter1d(many, _TEETH))
+
+
+def bounding(index: int, letter: str, domain: "AttractingDomain | None" = None) -> str:
+    r"""The upper or lower map as the paper writes it: xi of the first coordinate, eta of the second, and that it is of samples.
 
     >>> bounding(1, "U"), bounding(2, "L")
     ('$\\eta_U$', 'lower map')
     """
     greek = (r"\xi", r"\eta")
-    return f"${greek[index]}_{letter}$" if index < 2 else f"{'upper' if letter == 'U' else 'lower'} map"
+    name = f"${greek[index]}_{letter}$" if index < 2 else f"{'upper' if letter == 'U' else 'lower'} map"
+    return name + (", samples" if domain is not None and domain.status == "enclosed" else "")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from nsmaps.exact.impacts import Floats
 from nsmaps.figures.needs import Drawable, orders_of, position
 from nsmaps.figures.sheet import Sheet, file_of
-from nsmaps.figures.style import dress, symbol, unit
+from nsmaps.figures.style import dress, symbol, with_unit
 from nsmaps.reduced.polyfit import unwrapped
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def fit_error(result: Drawable, ax: Axes, coordinate: str = "", delta: int = 0, 
     mesh = ax.pcolormesh(x, y, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True)
     ax.set(xlim=ends[0], ylim=ends[1])
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(mesh, cax=ax.inset_axes((1.03, 0, 0.035, 1)), extend="min")
-    bar.set_label(rf"$|$error of {symbol(names[i], 'k+1')}$|$ ({unit(names[i])})")
+    bar.set_label(with_unit(rf"$|$error of {symbol(names[i], 'k+1')}$|$", names[i]))
     ax.set_title(rf"$\delta = {one.delta:g}$, {len(one.surface.start)} states", loc="right")
     return dress(ax, (names[0], "k"), (names[1], "k"))
 

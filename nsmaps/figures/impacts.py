@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from nsmaps.figures.motion import legend, mark_impacts, marks_of
 from nsmaps.figures.needs import Drawable, tracks_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import ORANGE, angle_ticks
+from nsmaps.figures.style import ORANGE, angle_ticks, with_unit
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -33,6 +33,6 @@ def impacts(result: Drawable, ax: Axes, number: int = 0) -> Axes:
     start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1.6, ms=11, label="start")
     legend(ax, [*marks_of(track), start])
     angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
-    ax.set_xlabel(r"relative velocity $\dot{Z}_j$ (dimensionless)")
+    ax.set_xlabel(with_unit(r"relative velocity $\dot{Z}_j$"))
     ax.set_ylabel(r"phase $\psi_j$ (rad)")
     return ax

@@ -1,10 +1,12 @@
-"""The lines that several figures share: diagonals, cobwebs, and the last tenth of an orbit."""
+"""The lines that several figures share: diagonals, cobwebs, the last tenth of an orbit, and where a line is none."""
 
 from typing import TYPE_CHECKING
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import Floats
 
@@ -56,3 +58,26 @@ def cut(values: Floats, height: float) -> Floats:
     with np.errstate(invalid="ignore"):
         parted[:-1][np.abs(np.diff(parted)) > height] = np.nan
     return parted
+
+
+def jumps(values: Floats, least: float) -> NDArray[np.bool_]:
+    """Which steps of lines (..., m) are jumps of more than `least`, or lead to where there is nothing, shape (..., m - 1).
+
+    A jump is five times the median of the three steps on either side. At the end of a square root, as next to a graze, the last
+    step is at most 3.2 times that of those before it. Of the others, two steps of more than half of
+    `least`, one up and one down, are both jumps, as a smooth line turns in small steps and one that goes to and fro between
+    sheets does not; so is such a step between two jumps.
+    """
+    step = np.diff(values)
+    size = np.abs(step)
+    ends = [(0, 0)] * (step.ndim - 1)
+    beside = np.lib.stride_tricks.sliding_window_view(np.pad(size, [*ends, (3, 3)], constant_values=np.nan), 7, axis=-1)
+    with np.errstate(invalid="ignore"), catch_warnings():
+        simplefilter("ignore", RuntimeWarning)  # of a step with nothing beside it, which is no jump
+        usual = np.nanmedian(np.delete(beside, 3, axis=-1), axis=-1)
+        jump = np.isnan(size) | ((size > least) & (size > 5 * usual))
+        large = ~jump & (size > least / 2)
+    back = large[..., 1:] & large[..., :-1] & (step[..., 1:] * step[..., :-1] < 0)
+    jump |= np.pad(back, [*ends, (0, 1)]) | np.pad(back, [*ends, (1, 0)])
+    around = np.pad(jump, [*ends, (1, 1)], constant_values=True)
+    return np.asarray(jump | (large & around[..., 2:] & around[..., :-2]))

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from nsmaps.figures.needs import Drawable, lyapunov_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import BLUE, ORANGE, symbol
+from nsmaps.figures.style import BLUE, ORANGE, label
 
 _COLOURS = (BLUE, ORANGE, "0.45")
 
@@ -34,7 +34,7 @@ def lyapunov(result: Drawable, ax: Axes, per_time: bool = False) -> Axes:
             ax.fill_between(x, column - 2 * wide, column + 2 * wide, color=colour, alpha=0.25, lw=0)
     ax.axhline(0, color="black", lw=0.8, zorder=0)
     ax.set_xlim(x[0], x[-1])
-    ax.set_xlabel(f"{symbol(result.study.lyapunov.parameter)} (dimensionless)")
+    ax.set_xlabel(label(result.study.lyapunov.parameter))
     ax.set_ylabel("Lyapunov exponents, a unit of time" if per_time else "Lyapunov exponents, a return")
     ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=4)
     return ax

@@ -11,7 +11,7 @@ from nsmaps.exact.impacts import Floats
 from nsmaps.exact.track import Track
 from nsmaps.figures.needs import Drawable, tracks_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED
+from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED, with_unit
 
 MARKS = ((GREEN, "*", 11.0), (BLUE, "o", 6.0))  #: colour, shape and size of impacts, by wall: a star for the base wall
 _ARROWS = 14  #: flights with an arrow of time, at most: the first, before they lie over each other
@@ -40,8 +40,8 @@ def motion(result: Drawable, ax: Axes, number: int = 0) -> Axes:
     ax.margins(y=0.05)
     handles = [Line2D([], [], color="black", ls=(0, (4, 2)), label="walls"), Line2D([], [], color=RED, label="ball")]
     legend(ax, [*handles, *marks_of(track)])
-    ax.set_xlabel("time $t$ (dimensionless)")
-    ax.set_ylabel(f"{'absolute' if track.moving else 'relative'} displacement (dimensionless)")
+    ax.set_xlabel(with_unit("time $t$"))
+    ax.set_ylabel(with_unit(f"{'absolute' if track.moving else 'relative'} displacement"))
     return ax
 
 
@@ -61,8 +61,8 @@ def phase_plane(result: Drawable, ax: Axes, number: int = 0) -> Axes:
     ax.plot(track.at[track.impacts.wall[:1]], track.rates[:1], "o", mfc="none", mec=ORANGE, mew=1.6, ms=13)
     start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1.6, ms=11, label="start")
     legend(ax, [Line2D([], [], color="0.87", lw=6.0, label="walls"), *marks_of(track), start])
-    ax.set_xlabel("relative displacement $Z$ (dimensionless)")
-    ax.set_ylabel(r"relative velocity $\dot{Z}$ (dimensionless)")
+    ax.set_xlabel(with_unit("relative displacement $Z$"))
+    ax.set_ylabel(with_unit(r"relative velocity $\dot{Z}$"))
     return ax
 
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from nsmaps.figures.needs import Drawable, noise_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, symbol
+from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, symbol, with_unit
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.impactdiagram import ImpactDiagram
@@ -41,8 +41,8 @@ def impacts(result: Drawable, ax: Axes, follow: str = "down") -> Axes:
     ax.axhline(0, color="0.8", lw=0.6, zorder=0)
     parameter = result.study.noise.impacts.parameter
     ax.set_title(f"{symbol(parameter)} {'falling' if follow == 'down' else 'growing'}", loc="right")
-    ax.set_xlabel(f"{symbol(parameter)} (dimensionless)")
-    ax.set_ylabel("impact velocity (dimensionless)")
+    ax.set_xlabel(with_unit(symbol(parameter)))
+    ax.set_ylabel(with_unit("impact velocity"))
     legend = ax.legend(loc="center", bbox_to_anchor=(0.5, 0.68), fontsize=8, ncols=2, handletextpad=0.1, columnspacing=0.8)
     for handle in legend.get_lines():
         handle.set_markersize(5)
@@ -87,6 +87,6 @@ def rates(result: Drawable, ax: Axes) -> Axes:
 
 
 def _over_sizes(ax: Axes) -> Axes:
-    ax.set_xlabel(r"size of the noise $\sigma$ (dimensionless)")
+    ax.set_xlabel(with_unit(r"size of the noise $\sigma$"))
     ax.legend(loc="best")
     return ax

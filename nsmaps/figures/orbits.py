@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
+from nsmaps.figures.areas import paint_pieces
 from nsmaps.figures.lines import finite_states, last_tenth, window
 from nsmaps.figures.needs import Drawable, orbits_of, two
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import GREEN, ORANGE, dress
-from nsmaps.figures.words import paint_pieces
 
 _NEAR = 0.04  #: of the orbit's extent, within which it has come to the attractor, and its line is thin not to hide it
 
@@ -39,16 +39,17 @@ def orbits(result: Drawable, ax: Axes, number: int = 0) -> Axes:
         runs.append((finite_states(pair.composite), GREEN, "--", ("o", GREEN, "white", 5.5), "composite map"))
     if result.composite is not None and result.surfaces:
         points = np.concatenate([_between(states) for states, *_ in runs])
-        paint_pieces(ax, result.composite, next(iter(result.surfaces.values())).grid, beside=points)
+        paint_pieces(ax, result, "orbits", next(iter(result.surfaces.values())).grid, beside=points)
     for states, colour, dashes, (marker, fill, edge, size), name in runs:
         first = states[: _arrival(states) + 1]
         ax.plot(*around(states, coordinates).T, color=colour, lw=0.7, alpha=0.6, zorder=4)
         ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.8, label=name, zorder=4)
-        ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=1.2, ms=size, zorder=5)
+        ends = f"{name.split()[0]}, last 10 %"
+        ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=1.2, ms=size, zorder=5, label=ends)
     _look(ax, result, coordinates, np.concatenate([states for states, *_ in runs]))
     start = runs[0][0][:1]
     ax.plot(*start.T, "o", mfc="white", mec="black", mew=1.4, ms=8, zorder=6, clip_on=False, label="start")
-    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, columnspacing=1, handlelength=1.8)
+    ax.legend(loc="lower right", bbox_to_anchor=(1, 1.06), ncols=len(runs) + 1, frameon=False, columnspacing=1, handlelength=1.8)
     return dress(ax, (coordinates[0], "k"), (coordinates[1], "k"))
 
 

@@ -8,12 +8,12 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from nsmaps.exact.surface import Grid
+from nsmaps.figures.areas import name_area, paint
 from nsmaps.figures.needs import Drawable, partition_of, surfaces_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import BLUE, dress, family_colours, tint
-from nsmaps.figures.words import inmost, paint
+from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
 
-SMALL = 0.003  #: share of the picture below which a region is not named
+_ABOVE = 5  #: entries of a legend above the picture; one of more stands beside it
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -38,8 +38,13 @@ def partition(result: Drawable, ax: Axes) -> Axes:
     names = {row.name.partition(".")[0]: row.name[1:] for row in made.table()}
     for k, piece in enumerate(pieces):
         _name(ax, grid, (number == k).reshape(grid.shape), names.get(piece.name, ""))
-    handles = [Patch(color=colour, label=name) for name, colour in colours.items() if (kind == order[name]).any()]
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), frameon=False)
+    shown = {name: colour for name, colour in colours.items() if (kind == order[name]).any()}
+    handles = [Patch(color=colour, label=name) for name, colour in shown.items() if colour != tint(GREY, 0.75)]
+    if more := len(shown) - len(handles):
+        handles.append(Patch(color=tint(GREY, 0.75), label=f"{more} more words"))
+    beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": len(handles)}
+    ax.legend(handles=handles, frameon=False, **(beside if len(handles) > _ABOVE else above))
     return dress(ax, (made.composite.coordinates[0], "k"), (made.composite.coordinates[1], "k"))
 
 
@@ -48,7 +53,4 @@ def _name(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str) -> None:
     if area.any() and not area.all():
         first, second = (axis.values() for axis in grid.axes.values())
         ax.contour(first, second, area.T, levels=[0.5], colors="0.25", linewidths=0.6)
-    if area.mean() > SMALL:
-        x, y = grid.states()[inmost(area)]
-        size = 10 if area.mean() > 3 * SMALL else 7
-        ax.text(x, y, rf"$\mathcal{{R}}_{{{name}}}$", ha="center", va="center", fontsize=size, color="0.1", zorder=3)
+    name_area(ax, grid, area, rf"$\mathcal{{R}}_{{{name}}}$", (10, 7))

@@ -3,7 +3,6 @@
 from functools import partial
 from itertools import pairwise
 from typing import Any, cast
-from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from matplotlib import colormaps
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
 from nsmaps.exact.surface import Axis, Surface
-from nsmaps.figures.lines import diagonal
+from nsmaps.figures.lines import diagonal, jumps
 from nsmaps.figures.needs import Drawable, position, surfaces_of
 from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import BROWN, RED, angle_ticks, dress, label
@@ -69,7 +68,7 @@ def projections(result: Drawable, ax: Axes, coordinate: str = "", family: str = 
     scale = ScalarMappable(Normalize(low, high), _COLOURS)
     steps = np.concatenate([_segments(one, two) for one, two in zip(x, y, strict=True)])
     colour = np.concatenate([each[:-1] for each in shade])
-    shown = ~np.concatenate([_jumps(each, 0.02 * float(np.ptp(surface.image[:, i]))) for each in y])
+    shown = ~np.concatenate([jumps(each, 0.02 * float(np.ptp(surface.image[:, i]))) for each in y])
     look: dict[str, Any] = {"cmap": scale.cmap, "norm": scale.norm, "lw": 1.3, "capstyle": "round", "zorder": 3}
     ax.add_collection(LineCollection(list(steps[shown]), array=colour[shown], rasterized=True, **look))
     ends = (low, high) if i == len(axes) - 1 else (axes[i].low, axes[i].high)
@@ -91,20 +90,6 @@ def _segments(x: Floats, y: Floats) -> Floats:
     """The steps of a line (m,) as segments, shape (m - 1, 2, 2)."""
     points = np.column_stack([x, y])
     return np.stack([points[:-1], points[1:]], axis=1)
-
-
-def _jumps(values: Floats, least: float) -> NDArray[np.bool_]:
-    """Which steps of a line (m,) are jumps of more than `least`, or lead to where there is nothing, shape (m - 1,).
-
-    A jump is five times the median of the three steps on either side. At the end of a square root, as next to a graze, the last
-    step is at most 3.2 times that of those before it.
-    """
-    size = np.abs(np.diff(values))
-    beside = np.lib.stride_tricks.sliding_window_view(np.pad(size, 3, constant_values=np.nan), 7)
-    with np.errstate(invalid="ignore"), catch_warnings():
-        simplefilter("ignore", RuntimeWarning)  # of a step with nothing beside it, which is no jump
-        usual = np.nanmedian(np.delete(beside, 3, axis=1), axis=1)
-    return np.asarray(np.isnan(size) | ((size > least) & (size > 5 * usual)))
 
 
 def _strands(surface: Surface, keep: NDArray[np.bool_], values: Floats, other: int) -> Floats:

@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from nsmaps.exact.surface import Axis, Grid
+from nsmaps.figures.areas import colours_of, paint_pieces
 from nsmaps.figures.needs import Drawable, composite_of, surfaces_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import dress, piece_colours, piece_label, tint
-from nsmaps.figures.words import paint_pieces
+from nsmaps.figures.style import REST, dress, piece_label, tint
 
 POINTS = 601  #: an axis, so that edges that are no grid lines are drawn straight
 
@@ -30,11 +30,10 @@ def regions(result: Drawable, ax: Axes) -> Axes:
     composite = composite_of(result, "regions")
     window = next(iter(surfaces_of(result, "regions").values())).grid.axes
     grid = Grid(axes={name: Axis(low=axis.low, high=axis.high, points=POINTS) for name, axis in window.items()})
-    paint_pieces(ax, composite, grid)
+    paint_pieces(ax, result, "regions", grid)
     number = composite.piece_of(grid.states())
     places = [axis.values() for axis in grid.axes.values()]
-    resets = [not piece.word for piece in composite.pieces]
-    colours = piece_colours([piece.name for piece in composite.pieces], resets)
+    colours = colours_of(result, "regions")
     handles = []
     for k, (piece, colour) in enumerate(zip(composite.pieces, colours, strict=True)):
         own = number == k
@@ -42,8 +41,14 @@ def regions(result: Drawable, ax: Axes) -> Axes:
             continue
         if not own.all():
             ax.contour(*places, own.reshape(grid.shape).T, levels=[0.5], colors="0.25", linewidths=0.9)
+        if colour == REST:
+            continue
         text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"
         handles.append(Patch(fc=tint(colour, 0.65), ec="0.25", lw=0.9, label=text))
+    rest = np.isin(number, [k for k, colour in enumerate(colours) if colour == REST])
+    if rest.any():
+        text = f"{len(np.unique(number[rest]))} more: {100 * rest.mean():.3g} %"
+        handles.append(Patch(fc=REST, ec="0.25", lw=0.9, label=text))
     if np.any(number < 0):
         handles.append(Patch(fc="none", ec="0.6", hatch="////", lw=0, label=f"in no piece: {100 * np.mean(number < 0):.3g} %"))
     ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)

@@ -15,6 +15,8 @@ from nsmaps.figures.style import BLUE, ORANGE, bare, dress, symbol
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
 
+_PLATE = {"fc": "white", "ec": "0.8", "alpha": 0.9}
+
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
     """One sheet: the second and the last update as rows, coordinates as columns."""
@@ -45,6 +47,8 @@ def second_iterate(result: Drawable, ax: Axes, coordinate: str = "", update: int
     if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
         values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
         ax.plot(x, values, color="black", lw=1.6, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
+    if not any(_meets(x, curve) for curve in (first, second)):
+        ax.text(0.97, 0.05, "no fixed point in the box", transform=ax.transAxes, ha="right", va="bottom", bbox=_PLATE, zorder=6)
     if step.trapped:
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
         ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.6, ms=13, zorder=5, label=text)
@@ -61,6 +65,13 @@ def _domain(result: Drawable) -> "AttractingDomain":
     """The domain between whose bounds the study takes the second iterate."""
     second_iterate_of(result, "second_iterate")
     return domains_of(result, "second_iterate")[result.study.second_iterate.domain]
+
+
+def _meets(x: Floats, curve: Floats) -> bool:
+    """Whether a curve given at x, NaN where it leads out, touches the diagonal."""
+    apart = curve - x
+    near = np.abs(apart) <= 1e-9 * np.ptp(x)
+    return bool((near | np.append(apart[1:] * apart[:-1] < 0, False)).any())
 
 
 def _after(x: Floats, second: Floats, first: Floats) -> Floats:

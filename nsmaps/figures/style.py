@@ -4,7 +4,9 @@ Colours follow the paper: words BB black and BTB magenta, exact orbits orange an
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from fractions import Fraction
 from typing import Any
 
@@ -26,12 +28,15 @@ LOOKS = (
     (BLACK, "-", "v"),
 )  #: of lines: colour, dashes, marker
 _FAMILIES = (BLACK, MAGENTA, YELLOW, SKY, GREEN, BLUE, ORANGE, RED)
-_PIECES = (GREY, GREEN, SKY, RED, OLIVE, MAGENTA, BLUE, ORANGE)
+PIECES = (GREY, GREEN, SKY, RED, OLIVE, MAGENTA, BLUE, ORANGE)
+MOST = len(PIECES)  #: pieces that have a colour of their own where there are more
+REST = "#E4E4E4"  #: of all others
 _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same ticks
 _GREEK = re.compile(
     "alpha|beta|[gG]amma|[dD]elta|epsilon|zeta|eta|[tT]heta|kappa|[lL]ambda|mu|nu|[xX]i|rho|[sS]igma|tau|[pP]hi|chi|[pP]si|[oO]mega"
 )
-_PI_STEPS = (np.pi, np.pi / 2, np.pi / 4, np.pi / 6, np.pi / 12)
+_DIMENSIONLESS = ContextVar("dimensionless", default=False)
+_PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -69,6 +74,8 @@ def tint(colour: str, amount: float = 0.65) -> tuple[float, float, float]:
 def family_colours(names: Sequence[str]) -> dict[str, str]:
     """A colour a family, by the length of its word: two impacts black, three magenta, four yellow, as in the paper.
 
+    Eight are told apart; all that come after them are grey.
+
     >>> family_colours(["BTB", "BB"]) == {"BTB": MAGENTA, "BB": BLACK}
     True
     """
@@ -76,7 +83,7 @@ def family_colours(names: Sequence[str]) -> dict[str, str]:
     for name in names:
         wish = max(len(name) - 2, 0)
         slots = [_FAMILIES[(wish + k) % len(_FAMILIES)] for k in range(len(_FAMILIES))]
-        chosen[name] = next((colour for colour in slots if colour not in chosen.values()), slots[0])
+        chosen[name] = next((colour for colour in slots if colour not in chosen.values()), GREY)
     return chosen
 
 
@@ -87,11 +94,11 @@ def piece_colours(names: Sequence[str], resets: Sequence[bool]) -> list[str]:
     True
     """
     numbers = [re.fullmatch(r"R_?(\d+)", name) for name in names]
-    own = {k: (int(found[1]) - 1) % len(_PIECES) for k, found in enumerate(numbers) if found and not resets[k]}
-    free = [slot for slot in reversed(range(len(_PIECES))) if slot not in own.values()] or [0]
+    own = {k: (int(found[1]) - 1) % len(PIECES) for k, found in enumerate(numbers) if found and not resets[k]}
+    free = [slot for slot in reversed(range(len(PIECES))) if slot not in own.values()] or [0]
     rest = [k for k, reset in enumerate(resets) if k not in own and not reset]
     own |= {k: free[n % len(free)] for n, k in enumerate(rest)}
-    return [_PIECES[own[k]] if k in own else "#FFFFFF" for k in range(len(names))]
+    return [PIECES[own[k]] if k in own else "#FFFFFF" for k in range(len(names))]
 
 
 def piece_label(name: str) -> str:
@@ -124,14 +131,29 @@ def symbol(name: str, index: str = "") -> str:
     return f"${bare(name)}_{{{index}}}$" if index else f"${bare(name)}$"
 
 
-def unit(coordinate: str) -> str:
-    """`rad` of an angle, else `dimensionless`: the systems are scaled."""
-    return "rad" if isinstance(coordinate, Angle) else "dimensionless"
+@contextmanager
+def units_of(system: Any) -> Iterator[None]:
+    """While its figures are drawn, labels say that quantities are dimensionless if the system says so; else they name no unit."""
+    token = _DIMENSIONLESS.set(system.dimensionless)
+    try:
+        yield
+    finally:
+        _DIMENSIONLESS.reset(token)
+
+
+def with_unit(text: str, coordinate: str = "") -> str:
+    """The text of an axis with the unit of what it shows: `rad` of an angle, else what the system says.
+
+    >>> with_unit("phase", Angle("phi"))
+    'phase (rad)'
+    """
+    unit = "rad" if isinstance(coordinate, Angle) else "dimensionless" if _DIMENSIONLESS.get() else ""
+    return f"{text} ({unit})" if unit else text
 
 
 def label(coordinate: str, step: str = "") -> str:
-    """The text of an axis: symbol and unit."""
-    return f"{symbol(coordinate, step)} ({unit(coordinate)})"
+    """The text of an axis: symbol, and unit where there is one."""
+    return with_unit(symbol(coordinate, step), coordinate)
 
 
 def _in_pi(value: float, _: object = None) -> str:
@@ -152,14 +174,15 @@ def angle_ticks(axis: Axis, span: float) -> None:
 
 
 def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
-    """Labels with units on both axes, each given as (coordinate, step), and ticks in pi on angles; after the data."""
+    """Labels on both axes, each given as (coordinate, step), and ticks in pi on angles; after the data."""
     ax.set_xlabel(label(*x))
     ax.set_ylabel(label(*y))
     spans = [float(np.ptp(limits)) for limits in (ax.get_xlim(), ax.get_ylim())]
-    alike = x[0] == y[0] and max(spans) <= _ALIKE * min(spans)
+    if x[0] == y[0]:  # of one kind on both axes
+        spans = [max(spans) if max(spans) <= _ALIKE * min(spans) else min(spans)] * 2
     for axis, coordinate, span in ((ax.xaxis, x[0], spans[0]), (ax.yaxis, y[0], spans[1])):
         if isinstance(coordinate, Angle):
-            angle_ticks(axis, max(spans) if alike else span)
+            angle_ticks(axis, span)
         if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
             axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))  # few, for the many digits of a small domain
             axis.get_major_formatter().set_useOffset(False)  # type: ignore[attr-defined]

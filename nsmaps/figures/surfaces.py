@@ -11,6 +11,7 @@ from matplotlib.patches import Patch
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle, Floats
+from nsmaps.figures.lines import jumps
 from nsmaps.figures.needs import Drawable, position, surfaces_of
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import angle_ticks, dress, family_colours, label, tint
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 Colour = str | tuple[float, float, float]
 
 _LIGHT = np.array([-0.40, -0.50, 0.77])  #: where the light comes from
+_STEEP = 1.5  #: cells' share of the whole height, beyond which points are put between those of the grid
+_JUMP = 0.02  #: of a surface's height, below which a step is no jump
 ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
 
@@ -53,8 +56,11 @@ def raised(ax: Axes, figure: str, parts: Sequence[tuple["Surface", Floats, Colou
         raise NsmapsError(f"the figure {figure!r} needs axes made with projection='3d'; these are {ax.name!r}")
     space = cast(Any, ax)
     grid, names = parts[0][0].grid, parts[0][0].coordinates
-    points = np.concatenate([np.column_stack([surface.start, height]) for surface, height, _ in parts])
-    shades = np.concatenate([_shaded(*part) for part in parts])
+    drawn = [np.column_stack([surface.start, height, _shaded(surface, height, c)]) for surface, height, c in parts]
+    low, high = np.min([height.min() for _, height, _ in parts]), np.max([height.max() for _, height, _ in parts])
+    steep = _STEEP * max(float(high - low), 1e-300) / max(grid.shape)
+    drawn += [_between(part[0], rows, axis, steep) for part, rows in zip(parts, drawn, strict=True) for axis in (0, 1)]
+    points, shades = np.split(np.concatenate(drawn), [3], axis=1)
     # one collection of all families, so that each point is sorted by depth among all others; drawn as wide as its cell
     size = np.clip(450 / max(grid.shape), 1.3, 6) ** 2
     space.scatter(*points.T, c=shades, s=size, lw=0, depthshade=False, rasterized=True)
@@ -64,9 +70,25 @@ def raised(ax: Axes, figure: str, parts: Sequence[tuple["Surface", Floats, Colou
     space.view_init(elev=ELEVATION, azim=AZIMUTH)
     space.set_box_aspect((1, 1, 0.8), zoom=1.05)
     dress(ax, (names[0], "k"), (names[1], "k"))
-    space.set_zlabel(label(image, "k+1"))
+    space.zaxis.set_rotate_label(False)  # else it reads downwards from some sides
+    space.set_zlabel(label(image, "k+1"), rotation=90)
     if isinstance(image, Angle):
         angle_ticks(space.zaxis, float(np.ptp(space.get_zlim())))
+
+
+def _between(surface: "Surface", rows: Floats, axis: int, steep: float) -> Floats:
+    """Points between neighbours along an axis that are farther apart in height than `steep`, but for jumps, so that no gap shows.
+
+    Of members as rows (M, 6), place, height and colour; as many such rows between two as leave steps of less than `steep`.
+    """
+    table = np.moveaxis(np.stack([surface.on_grid(column) for column in rows.T], axis=-1), axis, -2)
+    height = table[..., 2]
+    size = np.where(jumps(height, _JUMP * float(np.ptp(rows[:, 2]))), 0.0, np.abs(np.diff(height)))
+    count = np.floor(size / steep).astype(int).ravel()
+    before, after = (np.repeat(part.reshape(-1, 6), count, axis=0) for part in (table[..., :-1, :], table[..., 1:, :]))
+    number = np.arange(len(before)) - np.repeat(np.cumsum(count) - count, count)
+    share = ((number + 1) / (np.repeat(count, count) + 1))[:, np.newaxis]
+    return np.asarray((1 - share) * before + share * after)
 
 
 def _shaded(surface: "Surface", values: Floats, colour: Colour) -> Floats:

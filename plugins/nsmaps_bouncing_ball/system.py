@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -21,6 +21,8 @@ class BouncingBall(ImpactSystem):
     doubles its period at Gamma^2 = (pi (1 - r)/(1 + r))^2 + (2 (1 + r^2)/(1 + r)^2)^2. A ball at rest is released where
     Gamma sin phi = 1, for ever at rest if Gamma < 1.
     """
+
+    dimensionless: ClassVar[bool] = True
 
     Gamma: float = Field(gt=0, description="largest acceleration of the table in units of gravity, A omega^2/g")
     r: float = Field(0.5, ge=0, le=1, description="restitution coefficient")

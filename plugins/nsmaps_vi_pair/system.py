@@ -32,6 +32,7 @@ class VIPair(ImpactSystem):
     F (N), gravity g (m/s^2), tilt beta (rad), capsule length s (m) and angular frequency omega (rad/s).
     """
 
+    dimensionless: ClassVar[bool] = True
     instead: ClassVar[Mapping[str, str]] = PHYSICAL
 
     d: float = Field(gt=0, description="dimensionless length of the capsule")

@@ -1,5 +1,6 @@
 """A small result to draw: a linear map of (v, phi) with two words, its pieces, orbits and domains."""
 
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,6 +29,7 @@ from nsmaps.exact.impacts import Angle, Impacts, Returns, encode, wrap
 from nsmaps.exact.slices import Slice
 from nsmaps.exact.surface import Axis, Grid, Surface
 from nsmaps.exact.track import Track
+from nsmaps.figures.style import units_of
 from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.deltas import compare_deltas
 from nsmaps.reduced.diagonal import Diagonal, diagonal_region
@@ -64,6 +66,7 @@ class Toy:
     """The coupled map, as if of an exact system: word BTB above a line, BB below it."""
 
     coordinates = COORDINATES
+    dimensionless = True
 
     def first_return(self, states: Any, derivative: bool = False) -> Returns:
         start = np.asarray(states, float)
@@ -237,6 +240,13 @@ def result() -> SimpleNamespace:
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
         **covers(),
     )
+
+
+@pytest.fixture(autouse=True)
+def dimensionless() -> Iterator[None]:
+    """Labels as in figures of a system that says that it is dimensionless."""
+    with units_of(Toy()):
+        yield
 
 
 @pytest.fixture

@@ -54,7 +54,7 @@ def test_each_step_of_the_cobweb_lies_on_the_curve_of_the_active_piece(result):
         for i, ax in enumerate(film.figure.axes):
             lines = {line.get_label(): line for line in ax.lines}
             before, after = orbit.states[step - 1 : step + 1, i]
-            assert lines["orbit"].get_xydata()[-1].tolist() == [after, after]
+            assert lines["composite orbit"].get_xydata()[-1].tolist() == [after, after]
             assert lines["state"].get_xydata().tolist() == [[after, after]]
             x, y = lines["_"].get_data()
             assert np.interp(before, x[np.isfinite(y)], y[np.isfinite(y)]) == pytest.approx(after, abs=1e-6)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from figures.conftest import COORDINATES
 from matplotlib.collections import PolyCollection
 
 from nsmaps.auxiliary.domain import attracting_domain
@@ -14,11 +15,14 @@ from nsmaps.figures.auxiliary import auxiliary
 from nsmaps.figures.auxiliary import sheets as auxiliary_sheets
 from nsmaps.figures.cobweb import cobweb
 from nsmaps.figures.domain_size import domain_size
+from nsmaps.figures.domain_size import sheets as size_sheets
 from nsmaps.figures.envelopes import envelopes, shown
 from nsmaps.figures.envelopes import sheets as envelope_sheets
 from nsmaps.figures.lines import staircase
 from nsmaps.figures.second_iterate import second_iterate
+from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Box
 
 
 def by_label(ax):
@@ -29,7 +33,7 @@ def by_label(ax):
 def test_cobweb_steps_through_the_composite_orbit(result, ax, coordinate, index):
     assert cobweb(result, ax, coordinate) is ax
     states = result.orbits[0].composite.states[:, index]
-    assert np.array_equal(by_label(ax)["orbit"].get_xydata(), np.column_stack(staircase(states)))
+    assert np.array_equal(by_label(ax)["composite orbit"].get_xydata(), np.column_stack(staircase(states)))
     ends = by_label(ax)["last 10 %"].get_xydata()
     assert np.array_equal(ends, np.column_stack([states[-5:-1], states[-4:]]))  # of 40 steps the last four
 
@@ -131,7 +135,7 @@ def test_domain_size_has_a_line_a_domain_and_says_which_is_no_bound(result, ax):
     lines = by_label(ax)
     assert np.array_equal(lines["fitted map R1"].get_ydata(), result.domains["fitted"].sizes[:, 1])
     assert np.array_equal(lines["fitted map R1"].get_xdata(), np.arange(6))
-    assert "exact map,\nnot trapped" in lines
+    assert "exact map, not trapped" in lines
     assert ax.get_ylabel() == r"width in $\phi$ (rad)"
 
 
@@ -161,3 +165,104 @@ def test_second_iterate_polynomial_is_of_its_own_coordinate_only(result, ax):
 def test_a_coordinate_that_is_not_there(result, ax):
     with pytest.raises(NsmapsError, match="no coordinate 'w'; accepted: v, phi"):
         cobweb(result, ax, "w")
+
+
+def test_cobweb_of_a_curve_across_the_seam_of_a_phase_is_drawn_on_one_stretch(result, ax):
+    """phi -> 0.4 phi - 0.3 over [0, pi]: images just below zero are not wrapped to just below 2 pi."""
+    zeros = np.zeros(2), np.ones(2), np.array([[0.0, 1.0], [-1.0, 2.0]])
+    dips = PolyMap(
+        COORDINATES, (np.array([[0, 0]]), np.array([[0, 0], [0, 1]])), (np.array([0.5]), np.array([-0.3, 0.4])), *zeros
+    )
+    pieces = (Piece("R1", Box.of(COORDINATES, [[0, 2], [0, 4]]), dips, "BTB"),)
+    states = np.array([[0.5, 2.0], [0.5, 0.5], [0.5, 0.4]])
+    orbits = [SimpleNamespace(composite=SimpleNamespace(states=states))]
+    made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
+    cobweb(SimpleNamespace(**{**vars(result), **made}), ax, "phi")
+    x, y = by_label(ax)[r"$\mathcal{R}_{1}$"].get_data()
+    assert np.allclose(y, 0.4 * x - 0.3)
+    low, high = ax.get_ylim()
+    assert -0.6 < low < -0.3
+    assert np.pi < high < 1.1 * np.pi
+    turned = [line.get_ydata() for line in ax.lines if line.get_label() == "_" and len(line.get_ydata()) == len(y)]
+    assert any(np.allclose(line, y + 2 * np.pi) for line in turned)
+
+
+def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
+    """v -> 0.5 + 0.01 v phi + 0.6 v^8 phi leaves the picture at its end, where it is cut off."""
+    limits = np.zeros(2), np.ones(2), np.array([[0.0, 1.0], [0.0, np.pi]])
+    terms = np.array([[0, 0], [1, 1], [8, 1]]), np.array([[0, 0], [0, 1]])
+    wild = PolyMap(COORDINATES, terms, (np.array([0.5, 0.01, 0.6]), np.array([0.5, 0.1])), *limits)
+    pieces = (Piece("R1", Box.of(COORDINATES, [[0, 2], [0, 4]]), wild, "BTB"),)
+    orbits = [SimpleNamespace(composite=SimpleNamespace(states=np.array([[0.5, 2.0], [0.52, 0.5], [0.51, 0.4]])))]
+    made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
+    cobweb(SimpleNamespace(**{**vars(result), **made}), ax, "v")
+    (area,) = [artist for artist in ax.collections if isinstance(artist, PolyCollection)]
+    assert area.get_datalim(ax.transData).y1 > 2
+    assert ax.get_ylim()[1] < 1.1
+
+
+def enclosed(result, lower):
+    """The trapped domain as if it were enclosed, its first lower map given."""
+    domain = result.domains["fitted"]
+    step = domain.updates[0]
+    first = replace(step.envelopes[0], lower=lower(step.envelopes[0]))
+    updates = (replace(step, envelopes=(first, step.envelopes[1])),)
+    return SimpleNamespace(domains={"exact": replace(domain, status="enclosed", updates=updates)}), step, first
+
+
+def test_teeth_of_samples_are_levelled_outwards_and_cut_at_the_enclosure(result, ax):
+    wide = np.arange(len(result.domains["fitted"].updates[0].envelopes[0].x))
+    teeth = lambda e: np.where(wide < 12, e.lower - 0.2 * (wide % 2), e.lower)  # noqa: E731
+    made, step, first = enclosed(result, teeth)
+    for draw in (envelopes, auxiliary):
+        ax.clear()
+        draw(made, ax, "v", **({"update": 0} if draw is envelopes else {"steps": True}))
+        lines = by_label(ax)
+        drawn = lines[r"$\xi_L$, samples"].get_ydata()
+        assert (drawn >= step.worst[1, 0, 0]).all(), "the worst case is enclosed"
+        turns = np.diff(drawn)[1:] * np.diff(drawn)[:-1] < 0
+        assert turns.sum() <= 1
+        assert (drawn <= np.maximum(first.lower, step.worst[1, 0, 0]) + 1e-12).all(), "outwards"
+        assert np.array_equal(drawn[22:], first.lower[22:])
+        assert np.array_equal(lines[r"$\xi_U$, samples"].get_ydata(), first.upper)
+        assert "worst case,\nenclosed" in lines
+
+
+def test_maps_without_teeth_are_drawn_as_they_are(result, ax):
+    made, _, first = enclosed(result, lambda e: e.lower)
+    envelopes(made, ax, "v", update=0)
+    assert np.array_equal(by_label(ax)[r"$\xi_L$, samples"].get_ydata(), first.lower)
+
+
+@pytest.mark.parametrize("draw", [envelopes, auxiliary])
+def test_the_picture_is_as_wide_as_the_box(result, ax, draw):
+    draw(result, ax, "v", domain="loose")
+    assert ax.get_xlim() == pytest.approx((0.9 - 0.0015, 0.95 + 0.0015))
+    assert ax.get_ylim()[1] - ax.get_ylim()[0] > 0.05
+
+
+def test_the_interval_of_the_attracting_domain_is_told_with_its_width_and_lets_curves_be_seen(result, ax):
+    envelopes(result, ax, "v", update=1)
+    (span,) = ax.patches
+    width = np.ptp(result.domains["fitted"].updates[1].worst[-1, 0])
+    assert span.get_label() == rf"$\mathcal{{A}}^{{(3)}}$, {width:.3g} wide"
+    assert min(span.get_facecolor()[:3]) > 0.7, "pale"
+
+
+def test_where_the_second_iterate_has_no_fixed_point_the_panel_says_so(result, ax):
+    second_iterate(result, ax, "v", 0)
+    assert not ax.texts
+    study = SimpleNamespace(second_iterate=SimpleNamespace(domain="loose"))
+    ax.clear()
+    second_iterate(SimpleNamespace(**{**vars(result), "study": study}), ax, "v", 0)
+    assert [text.get_text() for text in ax.texts] == ["no fixed point in the box"]
+
+
+def test_sizes_have_one_legend_and_a_single_box_that_is_not_trapped_is_hollow(result, ax):
+    (sheet,) = size_sheets(result)
+    figure = sheet.figure()
+    assert [panel.get_legend() is not None for panel in figure.axes] == [False, True]
+    domain_size(result, ax, "v")
+    (line,) = [line for line in ax.lines if line.get_label() == "exact map, not trapped"]
+    assert len(line.get_xdata()) == len(result.domains["loose"].sizes) == 1
+    assert (line.get_markerfacecolor(), line.get_linestyle()) == ("white", "None")

@@ -35,3 +35,19 @@ def test_words_have_their_colours_and_gaps_are_grey(result, ax):
     assert {line.get_label() for line in ax.lines if not line.get_label().startswith("_")} == {"BTB", "BB"}
     assert len(ax.patches) == 1
     assert ax.patches[0].get_x() == -0.1
+
+
+def test_a_narrow_window_is_named_upwards_and_three_values_are_none(ax):
+    labels = np.array(["1:1/T"] * 60 + ["1:1/2T"] * 4 + ["C"] * 3 + ["2:1/T"] * 33)[:, np.newaxis]
+    values, shape = np.linspace(0, 1, 100), (100, 1, 2)
+    made = SimpleNamespace(
+        values=values,
+        labels=labels,
+        codes=np.zeros(shape),
+        words=np.full(shape, "BB"),
+        states=np.zeros((*shape, 2)),
+        coordinates=("v", "w"),
+    )
+    study = SimpleNamespace(bifurcation=SimpleNamespace(parameter="d"))
+    bifurcation(SimpleNamespace(bifurcation={"exact": made}, study=study), ax)
+    assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}

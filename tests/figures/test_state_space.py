@@ -243,3 +243,24 @@ def test_regions_are_named_with_their_words_and_shares(result, ax):
 def test_states_of_other_words_are_told(result, ax):
     words(SimpleNamespace(**{**vars(result), "surfaces": {"BB": result.surfaces["BB"]}}), ax)
     assert legend_texts(ax) == ["BB", "near diagonals", "other"]
+
+
+def test_the_last_tenths_are_in_the_legend_of_the_orbits(result, ax):
+    orbits(result, ax)
+    assert legend_texts(ax) == ["exact map", "exact, last 10 %", "composite map", "composite, last 10 %", "start"]
+    (line,) = [line for line in ax.lines if line.get_label() == "composite, last 10 %"]
+    assert np.array_equal(line.get_xydata(), result.orbits[0].composite.states[-5:])
+
+
+def test_a_steep_part_of_a_surface_has_no_gaps_and_a_jump_has(ax3d):
+    """The square root next to a graze at v = 0.5, beyond which the image jumps from 0 to 2."""
+    bent = lambda v, phi: (np.where(v < 0.5, np.sqrt(np.maximum(0.5 - v, 0)), 2.0), phi)  # noqa: E731
+    made = surface_of(bent, (0.0, 1.0, 100), (0.1, 1.0, 5))
+    surfaces(SimpleNamespace(surfaces={"F": made}), ax3d, "v")
+    ax3d.figure.canvas.draw()
+    (points,) = ax3d.collections
+    x, y, z = (np.asarray(part) for part in points._offsets3d)
+    line = np.sort(z[(np.abs(y - 0.1) < 1e-9) & (x < 0.5)])
+    assert np.diff(line).max() < 1.5 * 2 / 100
+    assert not ((z > 0.75) & (z < 1.99)).any()
+    assert (ax3d.zaxis.get_rotate_label(None), ax3d.zaxis.label.get_rotation()) == (False, 90), "read upwards from every side"

@@ -1,12 +1,14 @@
 """Labels, colours and lines."""
 
 import doctest
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from nsmaps import load_system
 from nsmaps.exact.impacts import Angle
-from nsmaps.figures import lines, style
+from nsmaps.figures import draw, lines, style
 from nsmaps.figures.sheet import _letter
 
 
@@ -41,3 +43,51 @@ def test_a_line_is_cut_where_it_jumps():
 
 def test_panels_are_lettered_beyond_z():
     assert [_letter(k) for k in (0, 25, 26, 27)] == ["a", "z", "aa", "ab"]
+
+
+X = np.linspace(0, 1, 200)
+JUMPS = {
+    "to and fro between sheets": (np.where(np.arange(200) % 2 == 0, X, X + 0.5), 199),
+    "a parabola": (4 * (X - 0.5) ** 2, 0),
+    "a square root": (np.sqrt(np.maximum(1 - X, 0)), 0),
+    "a seam": (np.mod(0.6 + X, 1.0), 1),
+    "a lone step between two jumps": (np.concatenate([X[:100], [0.9, 0.93], X[102:] - 0.5]), 3),
+}
+
+
+@pytest.mark.parametrize("line", JUMPS)
+def test_jumps_are_told_from_steep_parts(line):
+    values, count = JUMPS[line]
+    assert lines.jumps(values, 0.02).sum() == count
+    assert np.array_equal(lines.jumps(np.stack([values, X]), 0.02)[0], lines.jumps(values, 0.02))
+
+
+@pytest.mark.parametrize(("span", "in_pi"), [(0.92, False), (1.5, False), (np.pi, True), (2 * np.pi, True)])
+def test_a_short_span_of_a_phase_has_decimal_ticks(ax, span, in_pi):
+    ax.set(xlim=(0.1, 0.1 + span), ylim=(0, 1))
+    style.dress(ax, (Angle("phi"), "k"), ("v", "k"))
+    ax.figure.canvas.draw()
+    inside = [tick.get_text() for tick in ax.get_xticklabels() if 0.1 <= tick.get_position()[0] <= 0.1 + span]
+    assert any("pi" in text for text in inside) == in_pi
+    assert len(inside) >= 2
+
+
+def test_a_system_that_says_nothing_of_units_has_none(ax):
+    with style.units_of(SimpleNamespace(dimensionless=False)):
+        style.dress(ax, (Angle("phi"), "k"), ("a", ""))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\phi_{k}$ (rad)", "$a$")
+
+
+def test_units_are_those_of_the_system_whose_files_are_drawn(result, tmp_path):
+    for dimensionless in (True, False):
+        system = SimpleNamespace(dimensionless=dimensionless)
+        (path,) = draw(SimpleNamespace(**{**vars(result), "system": system}), ["domain_size"], tmp_path, ["svg"])
+        assert ("(dimensionless)" in path.read_text()) == dimensionless
+    assert load_system("vi_pair", d=0.3, g_bar=0.2).dimensionless
+
+
+def test_both_axes_of_a_phase_have_ticks_of_one_kind(ax):
+    ax.set(xlim=(0.1, 1.0), ylim=(0, 6))
+    style.dress(ax, (Angle("phi"), "k"), (Angle("phi"), "k+1"))
+    ax.figure.canvas.draw()
+    assert not any("pi" in text.get_text() for text in (*ax.get_xticklabels(), *ax.get_yticklabels()))

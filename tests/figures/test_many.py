@@ -1,0 +1,145 @@
+"""Figures of many pieces and words: what is told apart, what is not, and what is written where."""
+
+import warnings
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from figures.conftest import COORDINATES, GRID, WALLS, linear
+from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.colors import to_rgba
+
+from nsmaps.exact.surface import Surface
+from nsmaps.figures.areas import colours_of
+from nsmaps.figures.cobweb import cobweb
+from nsmaps.figures.cobweb import sheets as cobweb_sheets
+from nsmaps.figures.partition import partition
+from nsmaps.figures.regions import regions
+from nsmaps.figures.style import GREY, PIECES, REST, family_colours, tint
+from nsmaps.figures.words import pieces, words
+from nsmaps.figures.words import sheets as word_sheets
+from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.region import Box
+
+STRIPS = 34
+
+
+@pytest.fixture
+def many(result):
+    """The plane in 34 strips along v, the last ones narrow, each of a word of its own; orbits stay in the last."""
+    edges = 1.0 - 0.9 * np.linspace(0, 1, STRIPS + 1) ** 0.5
+    moved = linear((0.3, 0.1, 0.02), (0.5, 0.1, 0.05))
+    names = [f"R{k + 1}" for k in range(STRIPS)]
+    boxes = [Box.of(COORDINATES, [[edges[k + 1], edges[k]], [0.0, 7.0]]) for k in range(STRIPS)]
+    made = tuple(Piece(name, box, moved, f"B{'T' * k}B") for k, (name, box) in enumerate(zip(names, boxes, strict=True)))
+    whole = result.system.first_return(GRID.states())
+    number = np.minimum((GRID.states()[:, 0] - 0.1) / 0.9 * 12, 11).astype(int)
+    surfaces = {f"B{'T' * k}B": Surface(f"B{'T' * k}B", GRID, number == k, whole.select(number == k)) for k in range(12)}
+    ends = SimpleNamespace(coordinates=COORDINATES, states=np.full((40, 2), [0.105, 1.0]))
+    parts = {
+        "composite": CompositeMap(COORDINATES, WALLS, made),
+        "surfaces": surfaces,
+        "orbits": [SimpleNamespace(exact=ends, composite=ends)],
+        "partition": None,
+    }
+    return SimpleNamespace(**{**vars(result), **parts})
+
+
+def legend_texts(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_eight_pieces_have_a_colour_first_those_in_which_orbits_end(many):
+    told = colours_of(many, "words")
+    assert sorted(set(told)) == sorted({*PIECES, REST})
+    assert told.count(REST) == STRIPS - 8
+    assert told[-1] != REST, "the narrowest holds the orbit"
+    share = np.bincount(many.composite.piece_of(GRID.states()), minlength=STRIPS)
+    grey = [k for k in range(STRIPS) if told[k] == REST]
+    assert max(share[grey]) <= min(share[k] for k in range(STRIPS - 1) if told[k] != REST)
+
+
+def test_a_cobweb_of_many_pieces_names_eight_and_counts_the_rest(many, ax):
+    cobweb(many, ax, "v")
+    texts = legend_texts(ax)
+    drawn = len(np.unique(many.composite.piece_of(GRID.states())))
+    assert [text for text in texts if "more" in text] == [f"{drawn - 8} more pieces"]
+    assert len([text for text in texts if "mathcal" in text]) == 8
+
+
+def test_small_areas_are_drawn_over_large_ones(result, ax):
+    names = COORDINATES
+    inner, outer = (Box.of(names, [[low, 1.0], [0.0, 7.0]]) for low in (0.9, 0.0))
+    made = CompositeMap(
+        names,
+        WALLS,
+        tuple(Piece(n, b, linear((0.3, 0.1, 0.1), (0.5, 0.1, 0.05)), "BB") for n, b in zip("ab", (inner, outer), strict=True)),
+    )
+    cobweb(SimpleNamespace(**{**vars(result), "composite": made}), ax, "v")
+    height = {area.get_label(): area.get_zorder() for area in ax.collections if isinstance(area, PolyCollection)}
+    assert height["a"] > height["b"]
+
+
+@pytest.mark.parametrize("sheets", [cobweb_sheets, word_sheets])
+def test_panels_keep_their_size_beside_a_long_legend(many, sheets):
+    (sheet,) = sheets(many)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure = sheet.figure()
+        figure.canvas.draw()
+    for ax in figure.axes:
+        height, width = ax.get_window_extent().height, ax.get_window_extent().width
+        assert height > 0.6 * figure.bbox.height
+        assert width > 0.2 * figure.bbox.width
+        legend = ax.get_legend()
+        if legend is not None:
+            inside = legend.get_window_extent()
+            assert inside.y0 >= 0
+            assert inside.y1 <= figure.bbox.height
+            assert inside.x1 <= figure.bbox.width
+
+
+def test_a_name_lies_within_its_piece(many, ax):
+    pieces(many, ax)
+    ax.figure.canvas.draw()
+    assert 0 < len(ax.texts) < STRIPS
+    label = {rf"$\mathcal{{R}}_{{{k + 1}}}$": k for k in range(STRIPS)}
+    for text in ax.texts:
+        extent = ax.transData.inverted().transform(text.get_window_extent())
+        corners = [[x, y] for x in extent[:, 0] for y in extent[:, 1]]
+        assert set(many.composite.piece_of(corners)) == {label[text.get_text()]}
+
+
+def test_the_ninth_word_and_all_after_it_are_grey(many, ax):
+    words(many, ax)
+    assert legend_texts(ax)[:9] == [*(f"B{'T' * k}B" for k in range(8)), "4 more words"]
+    (mesh,) = [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
+    colours = [tuple(colour) for colour in mesh.get_cmap().colors]
+    assert len(set(colours[:8])) == 8
+    assert set(colours[8:]) == {tint(GREY, 0.25)}
+
+
+def test_families_beyond_eight_share_a_grey():
+    told = list(family_colours([f"B{'T' * k}B" for k in range(11)] + ["BT~B"]).values())
+    assert len(set(told[:8])) == 8
+    assert set(told[8:]) == {GREY}
+    assert GREY not in told[:8]
+
+
+def test_shares_of_pieces_without_a_colour_are_summed(many, ax):
+    regions(many, ax)
+    texts = legend_texts(ax)
+    assert len(texts) == 9 + ("in no piece" in texts[-1])
+    shares = [float(text.rpartition(":")[2].split()[0]) for text in texts]
+    assert sum(shares) == pytest.approx(100, abs=1)
+
+
+def test_a_partition_of_many_words_counts_those_beyond_eight(many, ax):
+    made = SimpleNamespace(composite=many.composite, attracting=(), table=lambda: [])
+    partition(SimpleNamespace(**{**vars(many), "partition": made}), ax)
+    texts = legend_texts(ax)
+    drawn = len(np.unique(many.composite.piece_of(GRID.states())))
+    assert len(texts) <= 9
+    assert texts[-1] == f"{drawn - len(texts) + 1} more words"
+    patches = ax.get_legend().get_patches()
+    assert to_rgba(patches[-1].get_facecolor()) == to_rgba(tint(GREY, 0.75))
