@@ -147,6 +147,7 @@ def test_that_a_kernel_is_made_is_said_on_a_terminal_only(monkeypatch, tmp_path)
     assert again.getvalue() == ""
 
 
+@pytest.mark.usefixtures("interpreted")
 def test_classes_in_between_may_be_abstract():
     """Without an impact law, without a flight, and with hooks of their own."""
     assert issubclass(Floor, ImpactSystem)
@@ -185,6 +186,7 @@ def test_classes_in_between_may_be_abstract():
             displacement = falls
 
 
+@pytest.mark.usefixtures("interpreted")
 def test_a_formula_may_use_what_is_defined_below_it():
     space = {"Floor": Floor}
     text = "class Late(Floor):\n    r: float = 0.5\n    def displacement(self, t, hit):\n        return later(self, t, hit)\n"
@@ -203,6 +205,7 @@ def chosen(self, t, hit):
 KIND = Literal["good", "bad"]
 
 
+@pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize(("kind", "default"), [(KIND, ...), (KIND | None, None), (KIND, "good"), (KIND, Field("good"))])
 def test_a_choice_that_is_not_made_is_left_to_first_use(kind, default):
     cls = made(chosen, kind=(kind, default))
@@ -217,6 +220,7 @@ def test_a_choice_that_is_made_by_default_is_refused_when_defined(default):
         made(chosen, kind=(KIND, default))
 
 
+@pytest.mark.usefixtures("interpreted")
 def test_what_pydantic_offers_is_no_obstacle():
     """Constraints, private attributes, things done after validation, and factories that see other fields."""
 
