@@ -46,9 +46,9 @@ def nsmaps(*arguments: object) -> None:
 
 
 def small(path: Path) -> None:
-    """Keep a picture in 256 colours, which halves it."""
+    """Keep a picture in 256 colours, also those that are rare in it, which halves it."""
     with Image.open(path) as picture:
-        fewer = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+        fewer = picture.convert("RGB").quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=4, dither=Image.Dither.NONE)
     fewer.save(path, optimize=True)
 
 

@@ -19,7 +19,7 @@ from nsmaps.exact.surface import Axis, Surface
 from nsmaps.figures.lines import diagonal, jumps
 from nsmaps.figures.needs import Drawable, position, surfaces_of
 from nsmaps.figures.sheet import Sheet, file_of
-from nsmaps.figures.style import BROWN, RED, angle_ticks, dress, label
+from nsmaps.figures.style import BLACK, BROWN, RED, angle_ticks, dress, label
 from nsmaps.reduced.diagonal import DiagonalRegion, near_diagonal, own_slopes
 
 Part = tuple[float, float]  #: of the last coordinate, from and to
@@ -104,8 +104,8 @@ def _stars(diagonal: DiagonalRegion, surface: Surface, keep: NDArray[np.bool_], 
     """Stars on the strands near both diagonals: filled on gentle slopes, hollow on steep ones and next to an edge."""
     near = keep & near_diagonal(surface.returns, diagonal.delta)
     gentle = (np.abs(own_slopes(surface)) <= (diagonal.slope or GENTLE)).all(axis=1)
-    for chosen, colour, fill, text in ((near & gentle, "white", RED, "gentle"), (near & ~gentle, BROWN, "white", "steep")):
+    for chosen, colour, fill, text in ((near & gentle, BLACK, RED, "gentle"), (near & ~gentle, BROWN, "white", "steep")):
         x, y = (_strands(surface, keep, np.where(chosen, c[:, i], np.nan), 1 - i) for c in (surface.start, surface.image))
         if np.isfinite(x).any():
-            look: dict[str, Any] = {"mfc": fill, "mec": colour, "mew": 0.7, "ms": 8.5, "markevery": 0.02, "zorder": 4}
+            look: dict[str, Any] = {"mfc": fill, "mec": colour, "mew": 0.6, "ms": 9.5, "markevery": 0.02, "zorder": 4}
             ax.plot(x[np.isfinite(x)], y[np.isfinite(x)], "*", label=f"near both, {text}", **look)

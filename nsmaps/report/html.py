@@ -38,7 +38,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence["Element | str"]], **attr
 
 def told(value: Any) -> str:
     """A plain value as a reader likes it: four digits, lists in brackets, long ones by their last entry."""
-    if value is None or value == []:
+    if value is None or (isinstance(value, list) and not value):  # a NumPy number is compared with [] as an array
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from nsmaps.cli import app
 from nsmaps.errors import StudyError
+from nsmaps.report.page import write_report
 from nsmaps.study.archive import read_result
 from nsmaps.study.reader import load_study
 from nsmaps.study.result import StudyResult
@@ -132,6 +133,7 @@ figures: [words, strips, orbits]
     result = run("strips.yaml", tmp_path / "out")
     held = {verdict.name: verdict for verdict in result.verdicts}
     assert held["partition: tolerance met everywhere (held out)"].holds
+    assert "uniform" in write_report(result, tmp_path / "out").read_text(encoding="utf-8")
     assert held["partition: tolerance met everywhere (held out)"].required
     assert result.composite is None
     assert result.accurate.uniform.largest < 1e-4

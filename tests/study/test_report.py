@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree.ElementTree import tostring
 
+import numpy as np
 import pytest
 from ruamel.yaml import YAML
 from typer.testing import CliRunner
@@ -196,6 +197,7 @@ def test_plain_data_become_tables() -> None:
     page = Page("".join(text))
     assert [page.text.count(part) for part in ("states4", "none–", "R10.1235", "R21", "1yes")] == [1, 1, 1, 1, 1]
     assert told([[0.0, 1.0]] * 12) == "12 rows, the last [0, 1]"
+    assert told(np.float64(0.5)) == "0.5", "as the numbers of a run are before they are read back"
     assert tostring(tag("a", "x<", tag("b"), " & y", href='"')) == b'<a href="&quot;">x&lt;<b /> &amp; y</a>'
 
 
