@@ -21,10 +21,23 @@ def on_domain(result: StudyResult, section: "DomainSection", domain: "Attracting
     return "".join(f"; {text}" for text in (_fit(result, section.map), _words(result, domain), box, own) if text)
 
 
+def elsewhere(result: StudyResult, domain: "AttractingDomain") -> str:
+    """That a trapped domain holds nothing of what the study's orbits of the exact map end on, or empty."""
+    ends = [pair.ends for pair in result.orbits if pair.ends is not None]
+    if not (domain.trapped and ends):
+        return ""
+    states = np.concatenate([end.states for end in ends])
+    box = domain.box
+    x = np.where(angle_mask(domain.coordinates), nearest_turn(states, box.mean(axis=1)), states)
+    held = ((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1).any()
+    return "" if held else "; it holds nothing of what the study's orbits of the exact map end on"
+
+
 def pieces_of_others(result: StudyResult) -> str:
     """That the pieces were given for other parameters, where parameters were set otherwise than the study's own."""
     told = _before(result, "the pieces are those of the study at") if result.study.composite else ""
-    return told and f"{told}; `partition: {{tolerance: 1e-3}}` in place of `composite` finds them anew"
+    anew = "`partition: {tolerance: 1e-3}` in place of `composite` finds them anew"
+    return told and f"{told}; {anew}, and domains then ask for `map: composite`, `box: diagonal`"
 
 
 def _before(result: StudyResult, what: str) -> str:

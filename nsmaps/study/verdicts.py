@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.exact.impacts import Floats
-from nsmaps.study.hints import on_domain, pieces_of_others
+from nsmaps.study.hints import elsewhere, on_domain, pieces_of_others
 from nsmaps.study.longverdicts import branches, missing
 from nsmaps.study.orbitverdicts import orbit_verdicts
 from nsmaps.study.result import StudyResult, Verdict
@@ -115,7 +115,7 @@ def _verdict(section: "DomainSection", domain: "AttractingDomain", claim: str, h
 def _trapped(result: StudyResult, section: "DomainSection", domain: "AttractingDomain") -> str:
     if domain.trapped:
         bound = "no bound: sampled" if domain.status == "sampled" else f"a bound for the {domain.of}: {domain.status}"
-        return f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({bound})"
+        return f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({bound}){elsewhere(result, domain)}"
     return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
 
 

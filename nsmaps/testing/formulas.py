@@ -148,7 +148,11 @@ def check_equation(flight: Flight, acceleration: Acceleration) -> None:
     for length, *hit in flight.trials():
         t = hit[0] + length
         found, place, velocity = (f(t, *hit) for f in (flight.acceleration, flight.place, flight.velocity))
-        expected = mp.mpf(str(sp.N(acceleration(t, place, velocity), DIGITS)))
+        try:
+            expected = mp.mpf(str(sp.N(acceleration(t, place, velocity), DIGITS)))
+        except (TypeError, AttributeError) as error:
+            taken = f"the acceleration does not take numbers of {DIGITS} digits ({error})"
+            raise CheckError(f"{taken}; use sympy's functions (from sympy import cos)") from error
         if not _same(found, expected):
             slip = ": it has the wrong sign" if _same(found, -expected) else ": a term has a wrong sign or factor, or is missing"
             raise CheckError(

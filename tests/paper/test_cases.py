@@ -46,6 +46,17 @@ def test_required_verdicts_hold_and_the_composite_map_covers_the_state_space(cas
     assert {v.of for v in result.verdicts} - {"exact map, by fitted map R1+"} == {"composite map", "exact map", "fitted map R1+"}
 
 
+def test_a_trapped_box_without_the_attractor_says_so(case):
+    """Of case FP the fitted map's last box: R1+'s fixed point is 0.015 from the exact one, which the exact map's box holds."""
+    _, result = case
+    told = [
+        name
+        for name in result.domains
+        if "it holds nothing of what the study's orbits" in verdict(result, f"domain {name}: trapped").text
+    ]
+    assert told == (["fitted"] if "fp" in result.study.name else [])
+
+
 def test_the_pseudocode_alone_leaves_a_hole(case):
     """Without R6, 7.6 % of the states lie in no piece (appendix, pseudocode)."""
     _, result = case

@@ -2,6 +2,7 @@
 
 import warnings
 
+import numpy as np
 import pytest
 import sympy as sp
 from nsmaps_bouncing_ball import BouncingBall
@@ -38,6 +39,11 @@ def test_what_is_right_passes_without_a_word(system, acceleration):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_system(system, acceleration)
+
+
+def test_an_acceleration_of_numpy_is_told_what_to_take():
+    with pytest.raises(CheckError, match=r"the acceleration does not take numbers of .* use sympy's functions"):
+        check_system(BouncingBall(**BALL), lambda t, x, u: -1 - 1.3 * np.sin(t))
 
 
 class TableTheOtherWay(BouncingBall):
