@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stumbles import again
 
 import nsmaps
 from nsmaps.dynamics import basins, bifurcation
@@ -138,6 +139,7 @@ def test_labels_do_not_depend_on_chunks() -> None:
         assert nsmaps.basins(BISTABLE, starts, known, 300, executor=executor).label.tolist() == alone
 
 
+@again
 def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
     """Two worker processes, of which one is killed after the second part."""
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ball import BALL
+from stumbles import again
 
 import nsmaps
 from nsmaps.exact.parts import Along, Arrays, in_parts
@@ -120,6 +121,7 @@ def test_the_note_tells_formulas_apart(tmp_path: Path) -> None:
         in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a"), 0.9)], keep=tmp_path / "kept")
 
 
+@again
 def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
     """The same numbers as here, on the extra `cluster`; a worker that dies on the way is replaced."""
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
