@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
-from nsmaps.dynamics.returnmap import ReturnMap, carried, map_or_reason
+from nsmaps.dynamics.returnmap import ReturnMap, followed
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, decoded
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
@@ -194,16 +194,10 @@ def _attractors(
     progress: Callable[[int], None] | None = None,
 ) -> Arrays:
     """What starts (S, n) come to at values, in this order, and the last states: arrays of a `Bifurcation`, where a map is."""
-    runs: list[Orbit] = []
-    reasons = [""] * len(values)
-    for k, value in enumerate(values.tolist()):
-        map, reasons[k] = map_or_reason(map_of, value)
-        if map is not None:
-            runs.append(_attractor(map, starts, transient, returns))
-            starts = carried(runs[-1].final, starts) if follow else starts
-        if progress is not None:
-            progress(k + 1)
-    about = {"last": starts, "reasons": np.array(reasons, str)}
+    runs, reasons, last = followed(
+        map_of, values, starts, lambda map, states: _attractor(map, states, transient, returns), follow, progress
+    )
+    about = {"last": last, "reasons": np.array(reasons, str)}
     if not runs:
         return about
     tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in ("turns", "codes")}

@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap, carried, map_or_reason
+from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap, followed
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.impacts import Floats, Outcome, Stretches
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
@@ -213,13 +214,7 @@ def _exponents(
     map_of: Callable[[float], ReturnMap], values: Floats, state: Floats, n: int, transient: int, follow: bool
 ) -> Arrays:
     """The arrays of `lyapunov` at values, taken in this order, where there are maps."""
-    found: list[Lyapunov] = []
-    reasons = [""] * len(values)
-    for k, value in enumerate(values.tolist()):
-        map, reasons[k] = map_or_reason(map_of, value)
-        if map is not None:
-            found.append(lyapunov(map, state, n, transient))
-            state = carried(found[-1].final, state) if follow else state
+    found, reasons, _ = followed(map_of, values, state, partial(lyapunov, n=n, transient=transient), follow)
     about = {"reasons": np.array(reasons, str)}
     if not found:
         return about

@@ -1,7 +1,7 @@
 """The one interface of every return map: exact systems and composite maps satisfy it."""
 
 from collections.abc import Callable
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +9,16 @@ from pydantic import ValidationError
 
 from nsmaps.exact.impacts import Floats, Returns, Stretches
 from nsmaps.explain import explained
+
+
+class Ended(Protocol):
+    """What a run of a map leaves, with the states (..., n) it ended in, NaN where it ended before."""
+
+    @property
+    def final(self) -> Floats: ...
+
+
+Run = TypeVar("Run", bound=Ended)
 
 
 @runtime_checkable
@@ -57,6 +67,27 @@ def _in_words(error: ValueError) -> str:
     return " ".join(str(error).split())
 
 
-def carried(final: Floats, before: Floats) -> Floats:
-    """The states (..., n) from which orbits go on at the next value: their last ones, or the ones before of those that ended."""
-    return np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, before)
+def followed(
+    map_of: Callable[[float], ReturnMap],
+    values: Floats,
+    start: Floats,
+    run: Callable[[ReturnMap, Floats], Run],
+    follow: bool,
+    progress: Callable[[int], None] | None = None,
+) -> tuple[list[Run], list[str], Floats]:
+    """Runs of the maps at values, in this order; why there is no map, "" where there is one; and the last states (..., n).
+
+    Followed, each run starts where the one before ended, of those states that ended nowhere where that one started.
+    """
+    runs: list[Run] = []
+    reasons = [""] * len(values)
+    for k, value in enumerate(values.tolist()):
+        map, reasons[k] = map_or_reason(map_of, value)
+        if map is not None:
+            runs.append(run(map, start))
+            if follow:
+                final = runs[-1].final
+                start = np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, start)
+        if progress is not None:
+            progress(k + 1)
+    return runs, reasons, start

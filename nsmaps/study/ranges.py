@@ -34,12 +34,17 @@ class Span(BaseModel):
     _in_order = model_validator(mode="after")(in_order)
 
 
-class Range(BaseModel):
-    """Equally spaced values of a parameter, both ends included."""
+class Sweep(BaseModel):
+    """Equally spaced values of a parameter, both ends included, up or down."""
 
     model_config = SPEC
     parameter: str
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")
     points: int = Field(ge=2)
+
+
+class Range(Sweep):
+    """Equally spaced values of a parameter, both ends included, in order."""
+
     _in_order = model_validator(mode="after")(in_order)

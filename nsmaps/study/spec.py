@@ -15,7 +15,7 @@ from nsmaps.reduced.polyfit import Degree
 from nsmaps.reduced.printed import PrintedMap
 from nsmaps.study.branchspec import BranchSection, StabilitySection
 from nsmaps.study.longrun import BasinsSection, LyapunovSection, NoiseSection
-from nsmaps.study.ranges import SPEC, Range, Span, in_order
+from nsmaps.study.ranges import SPEC, Range, Span, Sweep, in_order
 from nsmaps.study.source import Source
 
 if TYPE_CHECKING:
@@ -56,16 +56,6 @@ def _one_of(given: dict[str, object], where: str) -> None:
     if len(named) != 1:
         keys = " or ".join(repr(name) for name in given)
         raise ValueError(f"{where} has {' and '.join(map(repr, named)) or 'neither'}; accepted: exactly one of {keys}")
-
-
-class Sweep(BaseModel):
-    """The values of the parameter over which the region near the diagonals is united (eq. r1uniond)."""
-
-    model_config = SPEC
-    parameter: str
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
-    points: int = Field(ge=2)
 
 
 class FitSection(BaseModel):
