@@ -13,6 +13,7 @@ ROOT = Path(__file__).parents[1]
 RANK = {
     "errors": 0,
     "names": 0,
+    "interrupts": 0,
     "explain": 0.5,
     "exact": 1,
     "dynamics": 1.5,  # below `reduced`, which follows orbits to tell where a map attracts

@@ -1,5 +1,6 @@
 """The steps of a study that rest on enclosures of the exact map: what stays in a window, what is left, cycles."""
 
+from itertools import count
 from typing import Any
 
 from nsmaps.errors import NsmapsError
@@ -13,8 +14,12 @@ def morse(plan: Plan, result: StudyResult) -> dict[str, Any]:
 
     section = plan.study.morse
     assert section is not None
+    told = plan.levels(0, 1, section.depth)
     with plan.study.source.located(("morse",)):
-        cover = morse_sets(plan.system, plan.windows["morse"].array, section.depth, section.cells)
+        window, levels = plan.windows["morse"].array, count()
+        cover = morse_sets(plan.system, window, section.depth, section.cells, progress=lambda _: told(next(levels)))
+    if not cover.finished:  # by Ctrl-C: a run that goes on begins this step anew
+        raise KeyboardInterrupt
     return {"morse": cover, "trap": trap(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
 
 
@@ -30,7 +35,8 @@ def transient(plan: Plan, result: StudyResult) -> dict[str, Any]:
     with plan.study.source.located(("transient",)):
         if result.composite is None:
             raise NsmapsError("strips have no regions; accepted: a 'composite' map, or a 'partition' of closed forms")
-        found = find_cycles(plan.system, window, section.period, *how) if section.period else None
-        cycles = found.cycles if found else ()
-        made = transient(plan.system, result.composite, window, *how, target=target, cycles=cycles)
+        searched = plan.levels(0, 2, section.depth)
+        found = find_cycles(plan.system, window, section.period, *how, progress=searched) if section.period else None
+        cycles, told = found.cycles if found else (), plan.levels(1, 2, section.depth)
+        made = transient(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=told)
     return {"cycles": found, "transient": made}

@@ -75,6 +75,10 @@ class Plan:
         """A `progress` for one of some equal parts of a step, to be called with how many of its units are done."""
         return lambda done: self.told((number + done / units) / of)
 
+    def levels(self, number: int, of: int, depth: int) -> Callable[..., None]:
+        """As `part`, for cells that are divided `depth` times, to be called with the level; each takes about twice the last."""
+        return lambda level, *_: self.told((number + 2.0 ** (level - depth)) / of)
+
 
 def prepare(study: Study) -> Plan:
     """The study's objects, or a StudyError at the first line that does not fit the system or the rest of the study."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from time import perf_counter
 
 from nsmaps.errors import NsmapsError
+from nsmaps.interrupts import heard
 from nsmaps.study.archive import read_result, versions_of, write
 from nsmaps.study.folder import check_folder
 from nsmaps.study.plan import Plan, prepare
@@ -61,13 +62,16 @@ def run(
         shutil.rmtree(folder / PARTS, ignore_errors=True)
     names = steps_of(study)
     try:
-        for done, name in enumerate(names):
-            progress(name, done, len(names))
-            if name not in result.timings:
-                keep = folder and folder / PARTS / name
-                result = _with_step(replace(plan, told=_share(progress, name, done, len(names)), keep=keep), result, name)
-        progress("done", len(names), len(names))
-        result = replace(result, verdicts=verdicts(result), finished=True)
+        with heard() as stopped:
+            for done, name in enumerate(names):
+                progress(name, done, len(names))
+                if name not in result.timings:
+                    keep = folder and folder / PARTS / name
+                    told = _share(progress, stopped, name, done, len(names))
+                    result = _with_step(replace(plan, told=told, keep=keep), result, name)
+                stopped()
+            progress("done", len(names), len(names))
+            result = replace(result, verdicts=verdicts(result), finished=True)
     except KeyboardInterrupt:
         result = replace(result, verdicts=verdicts(result))
         if folder:
@@ -87,9 +91,14 @@ def _write(result: StudyResult, folder: Path) -> None:
         (folder / PARTS).rmdir()
 
 
-def _share(progress: Progress, name: str, done: int, total: int) -> Callable[[float], None]:
-    """What a step tells of itself, told as part of the run."""
-    return lambda share: progress(name, done + min(share, ALMOST), total)
+def _share(progress: Progress, stopped: Callable[[], None], name: str, done: int, total: int) -> Callable[[float], None]:
+    """What a step tells of itself, told as part of the run, which ends there if it was stopped."""
+
+    def told(share: float) -> None:
+        progress(name, done + min(share, ALMOST), total)
+        stopped()
+
+    return told
 
 
 def _with_step(plan: Plan, result: StudyResult, name: str) -> StudyResult:

@@ -1,8 +1,11 @@
 """A study's run: what it names and nothing else, its verdicts with their numbers, its folder, its figures again."""
 
 import json
+import signal
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +15,9 @@ from nsmaps import StudyResult, load_study, read_result, run
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
 from nsmaps.plugins import study_files
+from nsmaps.study import steps
 from nsmaps.study.archive import FORMAT, resolved
+from nsmaps.study.plan import Plan
 from nsmaps.study.run import Interrupted
 
 WHOLE = """\
@@ -339,6 +344,55 @@ def test_ctrl_c_keeps_what_is_finished() -> None:
     assert np.array_equal(kept.orbits[0].exact.states, stopped.value.result.orbits[0].exact.states)
     composite = "composite map"
     assert [verdict.of for verdict in kept.verdicts] == [composite, composite, "exact map", composite, composite]
+
+
+def test_ctrl_c_that_a_step_loses_still_stops_the_run(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    work, handler = steps.STEPS["orbits"], signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def lost(plan: Plan, result: StudyResult) -> dict[str, Any]:
+        with suppress(KeyboardInterrupt):  # as C code may that looks up an attribute
+            signal.raise_signal(signal.SIGINT)
+        work(plan, result)
+        raise AssertionError("the next progress of the step stops it")
+
+    monkeypatch.setitem(steps.STEPS, "orbits", lost)
+    Path("s.yaml").write_text(good)
+    try:
+        with pytest.raises(Interrupted):
+            run("s.yaml", out="out")
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    kept = read_result("out")
+    assert not kept.finished
+    assert list(kept.timings) == ["system", "surfaces", "composite"]
+    monkeypatch.setitem(steps.STEPS, "orbits", work)
+    assert run("s.yaml", out="out", resume=True).finished
+
+
+def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    from nsmaps.auxiliary import cover
+
+    whole, levels = cover._next, []
+
+    def stopped(map: Any, stage: Any, level: int) -> Any:
+        levels.append(level)
+        if level == 1:
+            raise KeyboardInterrupt
+        return whole(map, stage, level)
+
+    Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\nmorse: {box: {v: [0.1, 0.3], phi: [0.2, 1]}, depth: 2}\n")
+    with monkeypatch.context() as patched:
+        patched.setattr(cover, "_next", stopped)
+        with pytest.raises(Interrupted):
+            run("s.yaml", out="out")
+    assert levels == [0, 1]
+    assert "morse" not in read_result("out").timings
+    shares: list[float] = []
+    result = run("s.yaml", out="out", progress=lambda what, done, total: shares.append(done), resume=True)
+    assert result.morse is not None
+    assert result.morse.finished
+    assert [share % 1 for share in shares if share % 1] == pytest.approx([0.25, 0.5, 0.999])
 
 
 def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:

@@ -122,7 +122,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(slow: str) -> None:
     from nsmaps import read_result
 
     text = Path(slow).read_text()
-    Path(slow).write_text(text.replace("returns: 1000", "returns: 20000000"))
+    Path(slow).write_text(text.replace("returns: 1000", "returns: 200000"))
     code, written = on_terminal("run", slow, "--out", "out", stop_at="left of orbits")
     assert code == 130
     assert "to go on: nsmaps run s.yaml --out out --resume" in written

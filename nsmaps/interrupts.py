@@ -1,0 +1,36 @@
+"""Ctrl-C that is heard wherever it falls."""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+@contextmanager
+def heard() -> Iterator[Callable[[], None]]:
+    """Ctrl-C is not lost in code that drops every exception, as C code may; NumPy does where it looks up attributes (gh-14801).
+
+    What is yielded raises KeyboardInterrupt if Ctrl-C was pressed before: long work calls it now and then. Only Python's own
+    handler is stood in for, in the main thread; where there is another, or none can be set, nothing changes.
+    """
+    pressed = False
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal pressed
+        pressed = True
+        signal.default_int_handler(number, frame)
+
+    def ask() -> None:
+        if pressed:
+            raise KeyboardInterrupt
+
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield ask
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield ask
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
