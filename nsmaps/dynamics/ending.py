@@ -12,7 +12,7 @@ from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.motion import differences, label
 from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap
+from nsmaps.dynamics.returnmap import CompiledOrbit, CompiledStretches, ReturnMap, compiled
 from nsmaps.exact.impacts import Floats, angle_mask
 
 LONGEST = 64  #: returns of the longest period that is looked for
@@ -148,7 +148,7 @@ def _visited(map: ReturnMap, seen: Orbit) -> Ending:
     words = seen.words.tolist()
     name = label(words, _turns(seen), 0, seen.walls)
     states = on_circle(seen.states[1:], seen.coordinates)
-    grows = lyapunov(map, seen.final, VISITED, 0) if isinstance(map, CompiledStretches) else None
+    grows = lyapunov(map, seen.final, VISITED, 0) if isinstance(compiled(map), CompiledStretches | CompiledOrbit) else None
     exponent = (float(grows.exponents[0]), float(grows.error[0])) if grows else (math.nan, math.nan)
     every = tuple(sorted(set(words)))
     return Ending(seen.coordinates, 0, _looked(seen), name, every, states, np.zeros(0, complex), *exponent)

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.returnmap import CompiledStretches, ReturnMap, followed
+from nsmaps.dynamics.returnmap import CompiledOrbit, CompiledStretches, ReturnMap, compiled, followed
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.impacts import Floats, Outcome, Stretches
+from nsmaps.exact.impacts import Floats, Outcome, Returns, Stretches
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
 
 BATCHES = 32  #: of successive returns, whose means tell the error
@@ -70,12 +70,13 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
     flat = start.reshape(-1, dim)
     frames = np.tile(np.eye(dim), (len(flat), 1, 1))
     outcome = np.full(len(flat), Outcome.invalid, np.int8)
-    for part in _stretches(map, flat, frames, transient):
+    loop = compiled(map) if len(flat) else None
+    for part in _stretches(map, loop, flat, frames, transient):
         flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
     sums, counts = [], np.diff(np.arange(BATCHES + 1) * n // BATCHES)
     for count in counts.tolist():
         total = np.zeros((len(flat), dim + 2))
-        for part in _stretches(map, flat, frames, count):
+        for part in _stretches(map, loop, flat, frames, count):
             flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
             table = np.concatenate([part.growth, part.log_det[..., None], part.time[..., None]], axis=-1)
             total += table.sum(axis=0)
@@ -83,32 +84,35 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
     return _summary(map, np.stack(sums), counts, start.shape, outcome, flat)
 
 
-def _stretches(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[Stretches]:
-    """What n returns of states (M, dim) do to frames, in parts of one or many returns."""
-    compiled = map if isinstance(map, CompiledStretches) and len(states) else None
-    block = max(BLOCK // len(states), 1) if compiled else 1
+def _stretches(map: ReturnMap, loop: object, states: Floats, frames: Floats, n: int) -> Iterator[Stretches]:
+    """What n returns of states (M, dim) do to frames, in parts of many returns where there is a compiled loop for the map."""
+    block = max(BLOCK // len(states), 1) if isinstance(loop, CompiledStretches | CompiledOrbit) else 1
     for first in range(0, n, block):
-        part = compiled.stretches(states, frames, min(block, n - first)) if compiled else _stretched(map, states, frames)
+        count = min(block, n - first)
+        if isinstance(loop, CompiledStretches):
+            part = loop.stretches(states, frames, count)
+        elif isinstance(loop, CompiledOrbit):
+            part = _carried(map, loop.orbits(states, count), frames)
+        else:
+            part = _carried(map, map.first_return(states, derivative=True), frames)
         states, frames = part.states, part.frames
         yield part
 
 
-def _stretched(map: ReturnMap, states: Floats, frames: Floats) -> Stretches:
-    """What one return of each state does to its frame, by modified Gram-Schmidt."""
-    made = map.first_return(states, derivative=True)
-    assert made.derivative is not None
-    columns = made.derivative @ frames
-    growth = np.empty(states.shape)
-    for i in range(states.shape[1]):
-        growth[:, i] = np.linalg.norm(columns[:, :, i], axis=1)
-        columns[:, :, i] /= np.where(growth[:, i] > 0, growth[:, i], 1.0)[:, None]
-        along = np.einsum("mj,mjk->mk", columns[:, :, i], columns[:, :, i + 1 :])
-        columns[:, :, i + 1 :] -= columns[:, :, i : i + 1] * along[:, None, :]
-    lost = (growth == 0).any(axis=1)
-    columns[lost] = np.eye(states.shape[1])
+def _carried(map: ReturnMap, made: Returns, frames: Floats) -> Stretches:
+    """What returns of M states, the first of every state first, do to their frames, by modified Gram-Schmidt."""
+    from nsmaps.dynamics.frames import carried
+
+    m, dim, frames = len(frames), frames.shape[1], frames.copy()
+    n = len(made) // m if m else 1
+    derivative = made.derivative if made.derivative is not None else map.first_return(made.start, derivative=True).derivative
+    assert derivative is not None
+    growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(derivative).reshape(n, m, dim, dim)
+    carried(slopes, frames, growth)
     with np.errstate(divide="ignore", invalid="ignore"):
-        log_det, growth = np.log(np.abs(np.linalg.det(made.derivative))), np.log(growth)
-    return Stretches(made.image, columns, growth[None], log_det[None], made.time[None], made.outcome[None])
+        log_det = np.log(np.abs(np.linalg.det(slopes)))
+    time, outcome = made.time.reshape(n, m), made.outcome.reshape(n, m)
+    return Stretches(made.image[len(made) - m :], frames, growth, log_det, time, outcome)
 
 
 def _last(part: Stretches, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:

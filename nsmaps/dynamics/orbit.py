@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap
+from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap, compiled
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import Floats, Outcome, Returns, decoded
 
@@ -76,31 +76,31 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
     if n < 0:
         raise StateError(f"n is {n}; a number of returns >= 0 is accepted")
     flat = start.reshape(-1, dim)
-    parts: list[Returns] = []
-    made = 0
-    for part in returns_of(map, flat, n, **how):
-        parts.append(part)
-        made += len(part) // max(len(flat), 1)
+    m, made = len(flat), 0
+    states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
+    codes, outcome = np.empty((n, m), np.int64), np.empty((n, m), np.int8)
+    states[0], walls = flat, map.first_return(flat[:0], **how).walls
+    for part in returns_of(map, flat, n, **how) if m else ():
+        rows = slice(made, made + len(part) // m)
+        made = rows.stop
+        states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.turns.reshape(-1, m, dim)
+        codes[rows], outcome[rows] = part.codes.reshape(-1, m), part.outcome.reshape(-1, m)
         if progress is not None:
             progress(made)
-    parts = parts or [map.first_return(flat[:0], **how)]
-    image, turns, codes, outcome = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("image", "turns", "codes", "outcome")
-    )
     shape = n, *start.shape
-    states = np.concatenate([start[np.newaxis], image.reshape(shape)])
-    codes, outcome = codes.reshape(shape[:-1]), outcome.reshape(shape[:-1])
-    return Orbit(map.coordinates, parts[0].walls, states, turns.reshape(shape), codes, outcome)
+    each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1])
+    return Orbit(map.coordinates, walls, states.reshape(n + 1, *start.shape), *each)
 
 
 def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
     """The first n returns of each of M states, shape (M, dim), in parts: rows as of `CompiledOrbit.orbits`."""
-    compiled = map if isinstance(map, CompiledOrbit) and 0 < len(states) < MANY else None
-    block = BLOCK // len(states) if compiled else 1
+    made = compiled(map) if 0 < len(states) < MANY else None
+    loop = made if isinstance(made, CompiledOrbit) else None
+    block = BLOCK // len(states) if loop else 1
     outcome = np.full(len(states), Outcome.invalid, np.int8)
     for first in range(0, n, block):
         ended = np.isnan(states).any(axis=1)
-        part = compiled.orbits(states, min(block, n - first), **how) if compiled else map.first_return(states, **how)
+        part = loop.orbits(states, min(block, n - first), **how) if loop else map.first_return(states, **how)
         if ended.any():
             part.outcome.reshape(-1, len(states))[:, ended] = outcome[ended]
         states, outcome = part.image[-len(states) :], part.outcome[-len(states) :]

@@ -52,6 +52,12 @@ class CompiledStretches(Protocol):
         """What the first n returns of each of M states do to frames, shape (M, dim, dim)."""
 
 
+def compiled(map: object) -> object:
+    """What makes a map's returns in compiled loops, if anything does: what it offers as `compiled`, or the map itself."""
+    offer = getattr(map, "compiled", None)
+    return map if offer is None else offer()
+
+
 def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[ReturnMap | None, str]:
     """The map at values of parameters, or why there is none, in one line: a `map_of` says so by a ValueError."""
     try:

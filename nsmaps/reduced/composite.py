@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,9 @@ from nsmaps.reduced.condition import Number
 from nsmaps.reduced.polyfit import PolyFit
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Region
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.compiled import CompiledComposite
 
 Bools = NDArray[np.bool_]
 
@@ -111,6 +114,12 @@ class CompositeMap:
         time = np.full(len(start), np.nan)
         tangents = slopes if derivative else None
         return Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, tangents, fitted=True)
+
+    def compiled(self) -> "CompiledComposite | None":
+        """What makes many returns of few states in a compiled loop; None where a region is of a class of one's own."""
+        from nsmaps.reduced.compiled import CompiledComposite
+
+        return CompiledComposite.of(self)
 
     def coverage(self, states: Grid | ArrayLike) -> Coverage:
         """How much of a grid or of states (N, n) the pieces hold, and where they do not."""

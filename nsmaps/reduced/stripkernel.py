@@ -262,3 +262,26 @@ def rasterize(tables):
                 if same < 0:
                     break
             raster[i, j] = same
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def chain(tables, low, words, rate, at, states, turns, codes, outcome, time):
+    """Returns of one orbit from number `at` on, up to one that the exact map must answer: its number, or how many there are."""
+    v, phi, u, w = np.empty(1), np.empty(1), np.empty(1), np.empty(1)
+    speed, advance, number = np.empty(1), np.empty(1), np.empty(1, np.int64)
+    for i in range(at, len(codes)):
+        turned_into(low, states[i : i + 1], v, phi)
+        leaves_of(tables, v, phi, number)
+        if number[0] == EXACT:
+            return i
+        speed[0], advance[0] = math.nan, math.nan
+        if number[0] >= 0:
+            row = tables.leaf[number[0]]
+            u[0], w[0] = v[0], phi[0]
+            places(row, tables.curve, u, w)
+            speed[0], advance[0] = polynomials(tables.coefficient, int(row[13]), int(row[12]), u[0], w[0])
+        one, image = slice(i, i + 1), states[i + 1 : i + 2]
+        finish(states[one], phi, speed, advance, number, words, rate, image, turns[one], codes[one], outcome[one], time[one])
+        if i > 0 and outcome[i] == INVALID:
+            outcome[i] = outcome[i - 1]
+    return len(codes)

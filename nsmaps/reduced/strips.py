@@ -16,6 +16,7 @@ from nsmaps.reduced.slabs import Slab, clear_phase, slabs
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.compiledstrips import CompiledStrips
     from nsmaps.reduced.stripkernel import Tables
 
 #: total degrees that are tried, by the tolerance down to which they are the best choice
@@ -94,6 +95,12 @@ class StripMap:
         if len(rest):
             _put(returns, rest, self.system.first_return(start[rest], derivative=derivative))
         return returns
+
+    def compiled(self) -> "CompiledStrips":
+        """What makes many returns of few states in a compiled loop."""
+        from nsmaps.reduced.compiledstrips import CompiledStrips
+
+        return CompiledStrips(self)
 
     def _evaluated(self, start: Floats) -> tuple[Floats, Floats, Floats, Ints]:
         """Phases in the box's turn, speeds and advances of the phase after the return, and leaves, each (N,)."""

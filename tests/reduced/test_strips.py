@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from toys import BouncingBall, Oscillator
 
-from nsmaps import ReturnMap
+from nsmaps import ReturnMap, orbit
 from nsmaps.errors import FitError
 from nsmaps.exact.impacts import Outcome
 from nsmaps.reduced.heldout import held_out
@@ -129,6 +129,25 @@ def test_next_to_an_edge_the_exact_map_answers(wide):
     states = np.column_stack([slab.speeds(s), slab.phases(s)[1]])
     assert (wide.leaf_of(states) == -1).all()
     np.testing.assert_array_equal(wide.first_return(states).image, wide.system.first_return(states).image)
+
+
+def test_an_orbit_is_a_chain_of_first_returns(wide):
+    slab = max(wide.strips.slabs, key=lambda slab: slab.high - slab.low)
+    edge = np.column_stack([slab.speeds(np.linspace(-0.9, 0.9, 20)), slab.phases(np.linspace(-0.9, 0.9, 20))[1]])
+    inside = np.random.default_rng(7).uniform((0.001, -20), (1.07, 20), (60, 2))
+    start = np.concatenate([edge, inside, [[2.0, 1.0], [np.nan, 1.0], [0.5, np.inf]]])
+    made = orbit(wide, start, 40)
+    ended = np.full(len(start), Outcome.invalid, np.int8)
+    for k, now in enumerate(made.states[:-1]):
+        asked = wide.first_return(now)
+        ended = np.where(np.isnan(now).any(axis=1), ended, asked.outcome).astype(np.int8)
+        np.testing.assert_array_equal(made.outcome[k], ended)
+        np.testing.assert_allclose(made.states[k + 1], asked.image, rtol=0, atol=1e-13)
+        np.testing.assert_array_equal(made.turns[k], asked.turns)
+        np.testing.assert_array_equal(made.codes[k], asked.codes)
+    np.testing.assert_array_equal(made.states[1, :20], wide.system.first_return(edge).image)
+    times = wide.compiled().orbits(start, 2).time.reshape(2, -1)
+    np.testing.assert_allclose(times[0], wide.first_return(start).time, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,53 @@
+"""One orbit of composite maps and of a map of strips in compiled loops: beside the exact map's, and asked return by return.
+
+Run by hand, on a quiet machine: `python tests/bench/orbits.py`. Times alternate in one run; medians, in us a return.
+"""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import nsmaps
+
+MANY, FEW, ROUNDS, START = 200_000, 2_000, 7, (0.3, 1.0)
+
+
+class OneByOne:
+    """A map without its compiled loops."""
+
+    def __init__(self, map: Any) -> None:
+        self.coordinates, self.first_return = map.coordinates, map.first_return
+
+
+def timed(work: Callable[[Any, Any, int], object], map: Any, returns: int) -> float:
+    """A return's time."""
+    begun = time.perf_counter()
+    work(map, START, returns)
+    return (time.perf_counter() - begun) / returns * 1e6
+
+
+def exponents(map: Any, start: Any, returns: int) -> object:
+    """Lyapunov exponents without a transient."""
+    return nsmaps.lyapunov(map, start, returns, 0)
+
+
+def main() -> None:
+    """Print a table."""
+    print("| study | orbit | exact orbit | ratio | exponents | exact exponents | ratio | orbit, one by one |")
+    print("|---|--:|--:|--:|--:|--:|--:|--:|")
+    for name in ("pd", "cd", "auto", "accurate"):
+        made = nsmaps.run(f"vi_pair/{name}")
+        map, exact = made.reduced, made.system
+        jobs = [(work, of, MANY) for work in (nsmaps.orbit, exponents) for of in (map, exact)]
+        jobs.append((nsmaps.orbit, OneByOne(map), FEW))
+        for job in jobs:
+            timed(*job)
+        ours, theirs, grown, grows, slow = np.median([[timed(*job) for job in jobs] for _ in range(ROUNDS)], axis=0)
+        row = f"{ours:.2f} | {theirs:.2f} | {ours / theirs:.2f} | {grown:.2f} | {grows:.2f} | {grown / grows:.2f} | {slow:.0f}"
+        print(f"| {name} | {row} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

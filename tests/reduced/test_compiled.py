@@ -1,0 +1,198 @@
+"""Composite maps in compiled loops: the same pieces, images, derivatives and ends as in NumPy, whatever the regions say."""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike, NDArray
+
+from nsmaps.dynamics.lyapunov import lyapunov
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.returnmap import CompiledOrbit, compiled
+from nsmaps.exact.impacts import Angle, Outcome
+from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.compositekernel import holds
+from nsmaps.reduced.condition import read_condition
+from nsmaps.reduced.conditioncode import code_of
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Box, Region, Where
+
+NAMES = ("v", Angle("phi"))
+PLACES = (-1.0, 0.0, 0.5, 1.0, 2.0, 7.0)
+
+
+def numbers(region: Region, states: Sequence[Sequence[float]]) -> list[bool]:
+    """What the code of a region says of states."""
+    code = code_of(region)
+    assert code is not None
+    operation, number = (np.array(column) for column in zip(*code, strict=True))
+    stack = np.empty(len(code) + 1)
+    return [bool(holds(operation, number.astype(float), 0, len(code), np.array(x, float), stack)) for x in states]
+
+
+terms = st.recursive(
+    st.sampled_from(["v", "phi", "0.5", "2", "pi/3", "-1"]),
+    lambda inner: st.one_of(
+        st.builds("({} {} {})".format, inner, st.sampled_from("+-*"), inner),
+        st.builds("({} / {})".format, inner, st.sampled_from(["v", "phi", "4"])),
+        st.builds("({})**{}".format, inner, st.sampled_from(["2", "3", "0.5", "-1", "(-2)"])),
+        st.builds("{}({})".format, st.sampled_from(["sin", "cos", "sqrt", "exp", "log", "-", "+"]), inner),
+    ),
+    max_leaves=5,
+)
+compared = st.builds("{} {} {}".format, terms, st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), terms)
+chained = st.builds("{} {} {}".format, compared, st.sampled_from(["<", "<=", "!="]), terms)
+conditions = st.recursive(
+    compared | chained,
+    lambda inner: st.one_of(
+        st.builds("({} {} {})".format, inner, st.sampled_from(["and", "or"]), inner), st.builds("not ({})".format, inner)
+    ),
+    max_leaves=4,
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(conditions)
+def test_any_condition_says_the_same_as_in_numpy(text: str) -> None:
+    states = [(v, phi) for v in PLACES for phi in PLACES]
+    try:
+        asked = read_condition(text, NAMES)
+        region = Where(text=text, coordinates=NAMES)
+    except ValueError:  # a constant without a real value, a division by zero
+        return
+    moved = 1e-9 * np.array([[1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
+    firm = [np.ptp(asked(np.add(x, moved)).astype(int)) == 0 and asked([x])[0] == asked([np.add(x, moved[0])])[0] for x in states]
+    said = numbers(region, states)
+    told = asked(states)
+    assert [a for a, sure in zip(said, firm, strict=True) if sure] == [b for b, sure in zip(told, firm, strict=True) if sure]
+
+
+EDGES = """\
+v == 0.5
+v != 0.5 or phi == 2
+0 < v <= 1 and not phi >= 2
+v**2 == 1 and v**3 == 1
+sqrt(v) >= 0
+1/v > 1e300
++v > -phi
+phi**0.5 == sqrt(phi)
+v**-1 == 1/v"""
+
+
+@pytest.mark.parametrize("text", EDGES.splitlines())
+def test_conditions_at_their_edges(text: str) -> None:
+    states = [(v, phi) for v in PLACES for phi in PLACES]
+    assert numbers(Where(text=text, coordinates=NAMES), states) == read_condition(text, NAMES)(states).tolist()
+
+
+@given(st.tuples(st.floats(-7, 7), st.floats(0.1, 6.0)), st.lists(st.floats(-7, 14), min_size=1, max_size=5))
+def test_boxes_on_the_circle(side: tuple[float, float], angles: list[float]) -> None:
+    box = Box(coordinates=NAMES, bounds={"v": (0.0, 1.0), "phi": (side[0], side[0] + side[1])})
+    states = [(v, angle) for v in (0.0, 1.0, 1.1) for angle in (*angles, side[0], side[0] + side[1])]
+    assert numbers(box, states) == box.contains(states).tolist()
+
+
+def polymap(names: Sequence[str], rng: np.random.Generator, absolute: tuple[str, ...] = (), degree: int = 3) -> PolyMap:
+    """A map of random polynomials in a box."""
+    n = len(names)
+    box = np.column_stack([-rng.uniform(0.5, 1, n), rng.uniform(0.5, 2, n)])
+    exponents = tuple(rng.integers(0, degree + 1, (rng.integers(1, 6), n)) for _ in names)
+    coefficients = tuple(rng.normal(0, 0.4, len(each)) for each in exponents)
+    return PolyMap(tuple(names), exponents, coefficients, box.mean(axis=1), np.ptp(box, axis=1) / 2, box, absolute)
+
+
+def random_map(names: Sequence[str], seed: int) -> CompositeMap:
+    """A map of pieces of every kind: boxes, conditions, resets, absolute values, an overflow."""
+    rng, first, last = np.random.default_rng(seed), names[0], names[-1]
+    regions: list[Region] = [
+        Box(coordinates=names, bounds=dict.fromkeys(names, (-0.3, 0.4))),
+        Where(coordinates=names, text=f"{first} > 0.9 and {last} > 1"),
+        Where(coordinates=names, text=f"{first} < -0.8 or ({last} > 5 and {first} > 0)"),
+        Where(coordinates=names, text=f"{first} < 0.8 and {last}**2 < 30"),
+    ]
+    maps = [polymap(names, rng), PolyMap.reset(names, {last: 0.3}), polymap(names, rng, (first,)), polymap(names, rng)]
+    high = tuple(np.full((1, len(names)), 300) for _ in names)
+    huge = PolyMap(tuple(names), high, (np.ones(1),) * len(names), *(np.full(len(names), x) for x in (0.0, 1e-3)), maps[0].domain)
+    regions.append(Where(coordinates=names, text=f"{last} < 5.5"))
+    words = ("BTB", "BB", "", "BTB", "BB")
+    pieces = zip(regions, [*maps, huge], words, strict=True)
+    return CompositeMap(tuple(names), ("B", "T"), tuple(Piece(str(k), *piece) for k, piece in enumerate(pieces)))
+
+
+SPACES = [("x",), (Angle("phi"),), NAMES, ("v", "x", Angle("phi"))]
+
+
+@pytest.mark.parametrize("names", SPACES, ids=[" ".join(names) for names in SPACES])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_return_is_that_of_first_return(names: tuple[str, ...], seed: int) -> None:
+    map = random_map(names, seed)
+    rng = np.random.default_rng(seed)
+    states = np.concatenate([rng.uniform(-2, 7, (400, len(names))), rng.uniform(-0.3, 0.4, (20, len(names)))])
+    states[0], states[1, 0] = np.nan, np.inf
+    asked, loop = map.first_return(states), map.compiled()
+    assert loop is not None
+    made = loop.orbits(states, 1)
+    assert {Outcome.returned, Outcome.invalid, Outcome.escaped, Outcome.uncovered} >= set(made.outcome.tolist())
+    assert len(set(made.outcome.tolist())) >= 3
+    for name in ("outcome", "codes", "turns"):
+        assert np.array_equal(getattr(made, name), getattr(asked, name)), name
+    assert np.array_equal(np.isfinite(made.image), np.isfinite(asked.image))
+    assert np.allclose(made.image, asked.image, rtol=1e-9, atol=1e-9, equal_nan=True)
+
+
+def test_an_orbit_is_a_chain_of_first_returns() -> None:
+    map = random_map(NAMES, 1)
+    start = np.random.default_rng(5).uniform(-1, 3, (50, 2))
+    made = orbit(map, start, 12)
+    now, ended = start, np.full(50, Outcome.invalid, np.int8)
+    for k in range(12):
+        asked = map.first_return(now)
+        ended = np.where(np.isnan(now).any(axis=1), ended, asked.outcome).astype(np.int8)
+        assert np.array_equal(made.outcome[k], ended)
+        assert np.allclose(made.states[k + 1], asked.image, atol=1e-9, equal_nan=True)
+        assert np.array_equal(made.turns[k], asked.turns)
+        now = made.states[k + 1]
+    assert (made.outcome[-1] == Outcome.escaped).any()
+    assert (made.outcome[-1] == Outcome.returned).any()
+
+
+def test_exponents_of_a_map_known_by_hand() -> None:
+    domain = np.array([[0.0, 1.0], [0.0, 1.0]])
+    quarter = {(0, 1): Fraction(1, 4)}
+    line = PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): Fraction(2)}, "y": quarter}, domain)
+    back = PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): Fraction(2), (0, 0): Fraction(-1)}, "y": quarter}, domain)
+    low = Piece("low", Where(coordinates=("x", "y"), text="x < 0.5"), line)
+    map = CompositeMap(("x", "y"), ("B",), (low, Piece("high", Where(coordinates=("x", "y"), text="x >= 0.5"), back)))
+    found = lyapunov(map, (0.2137, 0.6), 40, 0)
+    assert np.allclose(found.exponents, [math.log(2), -math.log(4)], rtol=1e-12)
+    assert np.isclose(found.log_det, math.log(0.5))
+
+
+class Half(Region):
+    """A region of a class of one's own."""
+
+    def contains(self, states: ArrayLike) -> NDArray[np.bool_]:
+        return np.asarray(np.asarray(states)[:, 0] >= 0)
+
+    def condition(self) -> sp.Basic:
+        return sp.Symbol("v", real=True) >= 0
+
+
+def test_a_region_of_ones_own_is_asked_in_python() -> None:
+    rng = np.random.default_rng(0)
+    made = polymap(NAMES, rng)
+    own, same = (
+        CompositeMap(NAMES, ("B",), (Piece("half", region, made),))
+        for region in (Half(coordinates=NAMES), Where(coordinates=NAMES, text="v >= 0"))
+    )
+    assert compiled(own) is None
+    assert isinstance(compiled(same), CompiledOrbit)
+    assert CompositeMap(NAMES, ("B",), ()).compiled() is None
+    start = rng.uniform(0, 1, (5, 2))
+    assert np.allclose(orbit(own, start, 6).states, orbit(same, start, 6).states, atol=1e-9, equal_nan=True)
+    assert orbit(own, start[:0], 3).states.shape == (4, 0, 2)
