@@ -1,14 +1,17 @@
-"""A composite map whose returns run in compiled loops."""
+"""The compiled form of a composite map."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.exact.impacts import LONGER, Returns, angle_mask, as_states, encode
-from nsmaps.reduced.compositekernel import Floats, Tables, Work, orbits
-from nsmaps.reduced.conditioncode import code_of
+from nsmaps.exact.impacts import LONGER, Floats, Returns, angle_mask, as_states, encode
+from nsmaps.exact.kernel import in_chunks
+from nsmaps.reduced.compositekernel import BLOCK, Ints, Tables, Work, images, pieces_of
+from nsmaps.reduced.compositeorbits import orbits
+from nsmaps.reduced.conditioncode import Code, code_of, depth_of
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite import CompositeMap
@@ -17,60 +20,107 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CompiledComposite:
-    """A composite map for many returns of few states: a `CompiledOrbit`.
-
-    Its returns are those of `CompositeMap.first_return` but for rounding, which sums terms in another order.
-    """
+    """A composite map as arrays, with the loops that run it; a `CompiledOrbit`, whose numbers do not depend on the batch."""
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]
     tables: Tables
+    asked: bool  #: whether the regions are asked in Python, for one is of a class of one's own
 
     @classmethod
-    def of(cls, map: "CompositeMap") -> Self | None:
-        """The compiled form of a map; None without pieces, or where only Python can ask a region: one of a class of one's own."""
+    def of(cls, map: "CompositeMap") -> Self:
+        """The compiled form of a map."""
         codes = [code_of(piece.region) for piece in map.pieces]
         written = [code for code in codes if code is not None]
-        if not written or len(written) < len(codes):
-            return None
-        maps = [piece.map for piece in map.pieces]
-        operations = np.array([operation for code in written for operation in code]).reshape(-1, 2)
-        exponents = [each for polymap in maps for each in polymap.exponents]
-        names, angles = map.coordinates, angle_mask(map.coordinates)
-        terms = np.array([len(each) for each in exponents]).reshape(len(maps), len(names))
-        ends = terms.cumsum().reshape(terms.shape)
-        tables = Tables(
-            angle=angles,
-            operation=operations[:, 0].astype(np.int64),
-            number=np.ascontiguousarray(operations[:, 1]),
-            first_operation=np.cumsum([0, *(len(code) for code in written)]),
-            middle=np.array([_middle(polymap, angles) for polymap in maps]),
-            centre=np.array([polymap.centre for polymap in maps], float),
-            scale=np.array([polymap.scale for polymap in maps], float),
-            absolute=np.array([[name in polymap.absolute for name in names] for polymap in maps], bool),
-            degree=np.array([np.max([each.max(axis=0) for each in polymap.exponents], axis=0) for polymap in maps]),
-            first_term=np.column_stack([ends - terms, ends[:, -1:]]),
-            exponent=np.concatenate(exponents).astype(np.int64),
-            coefficient=np.concatenate([each for polymap in maps for each in polymap.coefficients]),
-            word=np.array([0 if LONGER in piece.word else encode(piece.word, map.walls) for piece in map.pieces], np.int64),
-        )
-        return cls(map.coordinates, map.walls, tables)
+        asked = len(written) < len(codes)
+        return cls(map.coordinates, map.walls, _tables(map, [[] for _ in codes] if asked else written), asked)
+
+    def pieces_of(self, states: Floats) -> Ints:
+        """The number of the first piece that holds each state (N, n), shape (N,): -1 for none, -2 of what is no state."""
+        piece = np.empty(len(states), np.int64)
+        in_chunks(len(states), lambda k: pieces_of(self.tables, self._work(0), states[k], piece[k]))
+        return piece
+
+    def first_returns(self, start: Floats, piece: Ints) -> Returns:
+        """The first returns of states (N, n) whose pieces are known."""
+        n, dim = start.shape
+        image, turns, time = np.empty((n, dim)), np.empty((n, dim), np.int32), np.full(n, np.nan)
+        codes, outcome = np.empty(n, np.int64), np.empty(n, np.int8)
+
+        def run(k: slice) -> None:
+            images(self.tables, self._work(k.stop - k.start), start[k], piece[k], image[k], turns[k], codes[k], outcome[k])
+
+        in_chunks(n, run)
+        return Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, fitted=True)
 
     def orbits(self, states: ArrayLike, n: int) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
         start = as_states(states, self.coordinates)
         m, dim = start.shape
-        made, turns = np.empty((n + 1, m, dim)), np.zeros((n, m, dim), np.int32)
+        made, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
         codes, outcome = np.empty((n, m), np.int64), np.empty((n, m), np.int8)
         made[0] = start
-        orbits(self.tables, self._work(), made, turns, codes, outcome)
+        orbits(self.tables, self._work(0), made, turns, codes, outcome)
         rows, none = made.reshape(-1, dim), np.full(n * m, np.nan)
         each = rows[m:], turns.reshape(-1, dim), codes.ravel(), outcome.ravel(), none
         return Returns(self.coordinates, self.walls, rows[:-m], *each, fitted=True)
 
-    def _work(self) -> Work:
-        n, degree = self.tables.centre.shape[1], int(self.tables.degree.max())
-        return Work(np.empty(len(self.tables.operation) + 1), np.empty(n), np.empty(n), np.empty((n, max(degree, 1) + 1)))
+    def _work(self, states: int) -> Work:
+        """Room for a batch."""
+        pieces, n = self.tables.centre.shape
+        degrees = int(self.tables.degree.max(initial=1)) + 1
+        stack, basis = np.empty((self.tables.depth, BLOCK)), np.empty((n, degrees, BLOCK))
+        order, first = np.empty(states, np.int64), np.empty(pieces + 1, np.int64)
+        x, left, inner, total = np.empty((n, BLOCK)), np.empty(BLOCK, np.int64), np.empty(BLOCK), np.empty((n, BLOCK))
+        return Work(x, stack, left, basis, inner, total, order, first)
+
+
+@lru_cache(maxsize=16)
+def compiled(map: "CompositeMap") -> CompiledComposite:
+    """The compiled form of a map, kept for the maps that were asked last."""
+    return CompiledComposite.of(map)
+
+
+def _tables(map: "CompositeMap", codes: list[Code]) -> Tables:
+    maps, names = [piece.map for piece in map.pieces], map.coordinates
+    n, angles = len(names), angle_mask(names)
+    operations = np.array([each for code in codes for each in code], float).reshape(-1, 2)
+    terms = np.array([[len(each) for each in polymap.exponents] for polymap in maps], np.int64).reshape(-1, n)
+    ends = terms.cumsum().reshape(terms.shape)
+    outputs = [_in_order(*pair) for polymap in maps for pair in zip(polymap.exponents, polymap.coefficients, strict=True)]
+    degrees = [np.max([each.max(axis=0) for each in polymap.exponents], axis=0) for polymap in maps]
+    begins = (ends - terms).ravel().tolist()
+    runs = [first + end for (exponents, _), first in zip(outputs, begins, strict=True) for end in _runs(exponents)]
+    words = [0 if LONGER in piece.word else encode(piece.word, map.walls) for piece in map.pieces]
+    return Tables(
+        angle=angles,
+        operation=operations[:, 0].astype(np.int64),
+        number=np.ascontiguousarray(operations[:, 1]),
+        first_operation=np.cumsum([0, *(len(code) for code in codes)]),
+        depth=max((depth_of(code) for code in codes), default=0),
+        middle=np.array([_middle(polymap, angles) for polymap in maps]).reshape(-1, n),
+        centre=np.array([polymap.centre for polymap in maps], float).reshape(-1, n),
+        scale=np.array([polymap.scale for polymap in maps], float).reshape(-1, n),
+        absolute=np.array([[name in polymap.absolute for name in names] for polymap in maps], bool).reshape(-1, n),
+        degree=np.array(degrees, np.int64).reshape(-1, n),
+        first_term=np.column_stack([ends - terms, ends[:, -1:]]),
+        exponent=np.array([each for exponents, _ in outputs for each in exponents], np.int64).reshape(-1, n),
+        coefficient=np.array([each for _, coefficients in outputs for each in coefficients], float),
+        until=np.array(runs, np.int64),
+        word=np.array(words, np.int64),
+    )
+
+
+def _in_order(exponents: Ints, coefficients: Floats) -> tuple[Ints, Floats]:
+    """Terms in the order of the first coordinate, then of the next."""
+    order = np.lexsort(exponents.T[::-1])
+    return exponents[order], coefficients[order]
+
+
+def _runs(exponents: Ints) -> Ints:
+    """Of each term in order, the number of the first that differs from it in more than the last coordinate."""
+    changes = np.flatnonzero((np.diff(exponents[:, :-1], axis=0) != 0).any(axis=1)) + 1
+    return np.append(changes, len(exponents))[np.searchsorted(changes, np.arange(len(exponents)), side="right")]
 
 
 def _middle(polymap: "PolyMap", angles: NDArray[np.bool_]) -> Floats:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol, Self
 
 import numpy as np
@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from nsmaps.errors import FitError, NsmapsError, near_match
-from nsmaps.exact.impacts import LONGER, TWO_PI, Floats, Outcome, Returns, angle_mask, as_states, encode, nearest_turn, wrap
+from nsmaps.exact.impacts import Floats, Returns, angle_mask, as_states, nearest_turn, wrap
 from nsmaps.exact.surface import Grid, Surface
 from nsmaps.reduced.condition import Number
 from nsmaps.reduced.polyfit import PolyFit
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.polymap import Ints, PolyMap
 from nsmaps.reduced.region import Region
 
 if TYPE_CHECKING:
@@ -69,18 +69,9 @@ class CompositeMap:
     walls: tuple[str, ...]
     pieces: tuple[Piece, ...]
 
-    def piece_of(self, states: ArrayLike) -> NDArray[np.int64]:
+    def piece_of(self, states: ArrayLike) -> Ints:
         """The number of the first piece that holds each state (N, n), -1 where there is none; shape (N,)."""
-        x = _wrapped(as_states(states, self.coordinates), self.coordinates)
-        number = np.full(len(x), -1, np.int64)
-        left = np.flatnonzero(np.isfinite(x).all(axis=1))
-        for k, piece in enumerate(self.pieces):
-            if not len(left):
-                break
-            holds = piece.region.contains(x[left])
-            number[left[holds]] = k
-            left = left[~holds]
-        return number
+        return np.maximum(self._pieces_of(as_states(states, self.coordinates)), -1)
 
     def piece(self, name: str) -> Piece:
         """The piece of a name."""
@@ -93,33 +84,19 @@ class CompositeMap:
         them, even where no state could be, as at a negative speed: no piece holds them unless its region says so. Times
         are NaN, and no image is `certified`.
         """
+        from nsmaps.reduced.compiled import compiled
+
         start = as_states(states, self.coordinates)
-        number, n = self.piece_of(start), len(self.coordinates)
-        lifted, slopes = np.full(start.shape, np.nan), np.full((*start.shape, n), np.nan)
-        codes = np.zeros(len(start), np.int64)
-        outcome = np.where(np.isfinite(start).all(axis=1), Outcome.uncovered, Outcome.invalid).astype(np.int8)
-        for k, piece in enumerate(self.pieces):
-            rows = np.flatnonzero(number == k)
-            if len(rows):
-                x = self._near(piece.map, start[rows])
-                lifted[rows] = piece.map(x) + np.where(angle_mask(self.coordinates), start[rows] - x, 0.0)
-                codes[rows] = 0 if LONGER in piece.word else encode(piece.word, self.walls)
-                outcome[rows] = Outcome.returned
-                if derivative:
-                    slopes[rows] = piece.map.derivative(x)
-        lost = (outcome == Outcome.returned) & ~np.isfinite(lifted).all(axis=1)  # a polynomial that overflows
-        lifted[lost], outcome[lost] = np.nan, Outcome.escaped
-        image = _wrapped(lifted, self.coordinates)
-        turns = np.clip(np.nan_to_num(np.round((lifted - image) / TWO_PI)), -(2**31), 2**31 - 1).astype(np.int32)
-        time = np.full(len(start), np.nan)
-        tangents = slopes if derivative else None
-        return Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, tangents, fitted=True)
+        number = self._pieces_of(start)
+        returns = compiled(self).first_returns(start, number)
+        return replace(returns, derivative=self._derivative(start, number)) if derivative else returns
 
     def compiled(self) -> "CompiledComposite | None":
         """What makes many returns of few states in a compiled loop; None where a region is of a class of one's own."""
-        from nsmaps.reduced.compiled import CompiledComposite
+        from nsmaps.reduced.compiled import compiled
 
-        return CompiledComposite.of(self)
+        made = compiled(self)
+        return None if made.asked else made
 
     def coverage(self, states: Grid | ArrayLike) -> Coverage:
         """How much of a grid or of states (N, n) the pieces hold, and where they do not."""
@@ -138,6 +115,33 @@ class CompositeMap:
             uncovered=missed[sample],
             boxes=np.array(hull).reshape(-1, len(self.coordinates), 2),
         )
+
+    def _pieces_of(self, states: Floats) -> Ints:
+        """As `piece_of`, -2 of what is no state: by compiled conditions, or by regions where one is of a class of one's own."""
+        from nsmaps.reduced.compiled import compiled
+
+        made = compiled(self)
+        if not made.asked:
+            return made.pieces_of(states)
+        x = _wrapped(states, self.coordinates)
+        number = np.where(np.isfinite(x).all(axis=1), -1, -2)
+        left = np.flatnonzero(number == -1)
+        for k, piece in enumerate(self.pieces):
+            if not len(left):
+                break
+            holds = piece.region.contains(x[left])
+            number[left[holds]] = k
+            left = left[~holds]
+        return number
+
+    def _derivative(self, states: Floats, number: Ints) -> Floats:
+        """The derivatives of the pieces' maps at states (N, n), shape (N, n, n); NaN where no piece holds."""
+        slopes = np.full((*states.shape, states.shape[1]), np.nan)
+        for k, piece in enumerate(self.pieces):
+            rows = np.flatnonzero(number == k)
+            if len(rows):
+                slopes[rows] = piece.map.derivative(self._near(piece.map, states[rows]))
+        return slopes
 
     def _near(self, polymap: PolyMap, states: Floats) -> Floats:
         """The states with angles on the turn nearest to where the map was fitted."""

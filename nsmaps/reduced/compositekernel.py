@@ -1,4 +1,4 @@
-"""The compiled returns of a composite map: which piece holds a state, then its polynomials, again and again."""
+"""The compiled returns of a composite map: which piece holds each state, then its polynomials, for many states side by side."""
 
 import math
 from typing import NamedTuple
@@ -8,198 +8,189 @@ from numba import njit
 from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import Outcome
-from nsmaps.reduced import conditioncode as code
+from nsmaps.reduced.conditionkernel import TWO_PI, ask
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TWO_PI = 2 * math.pi
+BLOCK = 512  #: states side by side
 MOST_TURNS = 2.0**31 - 1
 RETURNED, UNCOVERED = int(Outcome.returned), int(Outcome.uncovered)
 ESCAPED, INVALID = int(Outcome.escaped), int(Outcome.invalid)
-PUSH, LOAD, NEAR, NOT, AND, OR = code.PUSH, code.LOAD, code.NEAR, code.NOT, code.AND, code.OR
-ADD, SUB, MUL, DIV, POW, NEG = code.ADD, code.SUB, code.MUL, code.DIV, code.POW, code.NEG
-SQRT, SIN, COS, EXP, LOG = code.SQRT, code.SIN, code.COS, code.EXP, code.LOG
-LT, LE, GT, GE, EQ, NE = code.LT, code.LE, code.GT, code.GE, code.EQ, code.NE
+NOWHERE, NO_STATE = -1, -2  #: instead of a piece: in none; NaN or infinite
 
 
 class Tables(NamedTuple):
     """A composite map of P pieces over n coordinates in arrays: C operations of conditions, T terms of polynomials."""
 
     angle: NDArray[np.bool_]  #: shape (n,)
-    operation: Ints  #: shape (C,)
+    operation: Ints  #: shape (C,), none where the regions are asked in Python
     number: Floats  #: shape (C,), that of each operation
     first_operation: Ints  #: shape (P + 1,), where the condition of each piece begins
+    depth: int  #: places on the stack that the conditions need
     middle: Floats  #: shape (P, n), where the piece was fitted, of angles; NaN where the turn does not matter
     centre: Floats  #: shape (P, n)
     scale: Floats  #: shape (P, n)
     absolute: NDArray[np.bool_]  #: shape (P, n)
     degree: Ints  #: shape (P, n), the highest of each coordinate
     first_term: Ints  #: shape (P, n + 1), where the terms of each output begin
-    exponent: Ints  #: shape (T, n)
+    exponent: Ints  #: shape (T, n), of each output in the order of the first coordinate, then of the next
     coefficient: Floats  #: shape (T,)
+    until: Ints  #: shape (T,), where those that differ in the last coordinate alone end
     word: Ints  #: shape (P,), the code of each piece's word
 
 
 class Work(NamedTuple):
-    """Where numbers are put meanwhile."""
+    """Where numbers of a block of states, and the order of a batch, are put meanwhile."""
 
-    stack: Floats  #: as many as a condition can need
-    x: Floats  #: shape (n,), the state
-    lifted: Floats  #: shape (n,), its image, angles not wrapped
-    basis: Floats  #: shape (n, degrees), Chebyshev polynomials
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def power(a, b):
-    """As NumPy has it, with the powers that it treats apart."""
-    if b == 2.0:
-        return a * a
-    if b == 0.5:
-        return math.sqrt(a)
-    return 1.0 / a if b == -1.0 else a**b
+    x: Floats  #: shape (n, BLOCK), states
+    stack: Floats  #: shape (depth, BLOCK)
+    left: Ints  #: shape (BLOCK,), the states that no piece holds so far
+    basis: Floats  #: shape (n, degrees, BLOCK), Chebyshev polynomials
+    inner: Floats  #: shape (BLOCK,)
+    total: Floats  #: shape (n, BLOCK), images, angles not wrapped
+    order: Ints  #: shape (N,), the states piece by piece
+    first: Ints  #: shape (P + 1,), where those of each piece begin among them
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def joined(o, a, b):
-    """Two numbers by an operation or a comparison."""
-    if o == ADD:
-        return a + b
-    if o == SUB:
-        return a - b
-    if o == MUL:
-        return a * b
-    if o == DIV:
-        return a / b
-    if o == POW:
-        return power(a, b)
-    if o in (LT, LE):
-        true = a < b or (o == LE and a == b)
-    elif o in (GT, GE):
-        true = a > b or (o == GE and a == b)
-    else:
-        true = (a == b) == (o == EQ)
-    return 1.0 if true else 0.0
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def wrapped(x):
+    """An angle brought to [0, 2 pi), to the last bit as by the remainder, which takes longer."""
+    if 0.0 <= x < TWO_PI:
+        return x
+    if TWO_PI <= x < 2.0 * TWO_PI:
+        return x - TWO_PI
+    angle = x + TWO_PI if -TWO_PI <= x < 0.0 else x % TWO_PI
+    return angle if angle < TWO_PI else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changed(o, a, number):
-    """One number by an operation."""
-    if o == NEAR:
-        return a - TWO_PI * np.rint((a - number) / TWO_PI)
-    if o == NOT:
-        return 1.0 if a == 0.0 else 0.0
-    if o == NEG:
-        return -a
-    if o == SQRT:
-        return math.sqrt(a)
-    if o == SIN:
-        return math.sin(a)
-    if o == COS:
-        return math.cos(a)
-    return math.exp(a) if o == EXP else math.log(a)
+def pieces_of(tables, work, states, piece):
+    """Write the number of the first piece that holds each state, shape (N, n), or NOWHERE or NO_STATE."""
+    x, left, angle, first = work.x, work.left, tables.angle, tables.first_operation
+    for begin in range(0, len(states), BLOCK):
+        count = 0
+        for i in range(begin, min(begin + BLOCK, len(states))):
+            finite = True
+            for j in range(len(angle)):
+                x[j, count] = wrapped(states[i, j]) if angle[j] else states[i, j]
+                finite = finite and math.isfinite(states[i, j])
+            piece[i] = NOWHERE if finite else NO_STATE
+            if finite:
+                left[count] = i
+                count += 1
+        for k in range(len(first) - 1):
+            if count == 0:
+                break
+            ask(tables.operation, tables.number, first[k], first[k + 1], x, count, work.stack)
+            kept = 0
+            for c in range(count):
+                if work.stack[0, c] != 0.0:
+                    piece[left[c]] = k
+                else:
+                    left[kept] = left[c]
+                    for j in range(len(x)):
+                        x[j, kept] = x[j, c]
+                    kept += 1
+            count = kept
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def holds(operation, number, at, end, x, stack):
-    """Whether the condition whose code stands in a range holds at a state."""
-    top = -1
-    while at < end:
-        o = operation[at]
-        if o == PUSH:
-            top += 1
-            stack[top] = number[at]
-        elif o == LOAD:
-            top += 1
-            stack[top] = x[int(number[at])]
-        elif o in (AND, OR):
-            if (stack[top] == 0.0) == (o == AND):
-                at += int(number[at])
-            else:
-                top -= 1
-        elif o in (ADD, SUB, MUL, DIV, POW) or o >= LT:
-            top -= 1
-            stack[top] = joined(o, stack[top], stack[top + 1])
-        else:
-            stack[top] = changed(o, stack[top], number[at])
-        at += 1
-    return stack[0] != 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def piece_of(tables, x, stack):
-    """The number of the first piece that holds a finite state, -1 where there is none."""
-    first = tables.first_operation
-    for k in range(len(first) - 1):
-        if holds(tables.operation, tables.number, first[k], first[k + 1], x, stack):
-            return k
-    return -1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def chebyshev(degree, s, basis):
-    """Chebyshev polynomials up to a degree."""
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def chebyshev(degree, basis):
+    """Chebyshev polynomials from the second on up to a degree, of a block."""
     basis[0] = 1.0
-    if degree > 0:
-        basis[1] = s
     for d in range(2, degree + 1):
-        basis[d] = basis[d - 1] * (2.0 * s) - basis[d - 2]
+        for c in range(basis.shape[1]):
+            basis[d, c] = basis[d - 1, c] * (2.0 * basis[1, c]) - basis[d - 2, c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def evaluate(tables, k, work):
-    """The image of a state by a piece, angles not wrapped; whether it is finite."""
-    n, finite = len(work.x), True
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def polynomial(tables, at, end, basis, inner, total):
+    """The sum of some terms, of a block: those that differ in the last coordinate alone are added up first."""
+    n = tables.exponent.shape[1]
+    total[:] = 0.0
+    while at < end:
+        inner[:] = 0.0
+        for t in range(at, tables.until[at]):
+            term, last = tables.coefficient[t], basis[n - 1, tables.exponent[t, n - 1]]
+            for c in range(len(inner)):
+                inner[c] += term * last[c]
+        for j in range(n - 1):
+            if tables.exponent[at, j] > 0:
+                factor = basis[j, tables.exponent[at, j]]
+                for c in range(len(inner)):
+                    inner[c] *= factor[c]
+        at = tables.until[at]
+        for c in range(len(inner)):
+            total[c] += inner[c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def evaluate(tables, k, work, states, order):
+    """Images by one piece of some of the states, angles not wrapped, written into `work.total`."""
+    n, count = states.shape[1], len(order)
     for j in range(n):
-        near = work.x[j]
-        if not math.isnan(tables.middle[k, j]):
-            near = changed(NEAR, near, tables.middle[k, j])
-        chebyshev(tables.degree[k, j], (near - tables.centre[k, j]) / tables.scale[k, j], work.basis[j])
-        work.lifted[j] = work.x[j] - near if tables.angle[j] else 0.0
+        centre, scale, middle = tables.centre[k, j], tables.scale[k, j], tables.middle[k, j]
+        basis, turned = work.basis[j, :, :count], not math.isnan(middle)
+        for c in range(count):
+            x = states[order[c], j]
+            near = x - TWO_PI * np.rint((x - middle) / TWO_PI) if turned else x
+            basis[1, c], work.x[j, c] = (near - centre) / scale, x - near
+        chebyshev(tables.degree[k, j], basis)
     for i in range(n):
-        total = 0.0
-        for t in range(tables.first_term[k, i], tables.first_term[k, i + 1]):
-            term = tables.coefficient[t]
-            for j in range(n):
-                term *= work.basis[j, tables.exponent[t, j]]
-            total += term
-        work.lifted[i] += abs(total) if tables.absolute[k, i] else total
-        finite = finite and math.isfinite(work.lifted[i])
-    return finite
+        at, end, total = tables.first_term[k, i], tables.first_term[k, i + 1], work.total[i, :count]
+        polynomial(tables, at, end, work.basis[:, :, :count], work.inner[:count], total)
+        for c in range(count):
+            value = abs(total[c]) if tables.absolute[k, i] else total[c]
+            total[c] = value + work.x[i, c] if tables.angle[i] else value
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def finish(angle, lifted, c, i, image, turns):
+    """Write one of the images of a block, angles wrapped, and its whole turns; the outcome."""
+    for j in range(len(lifted)):
+        if not math.isfinite(lifted[j, c]):
+            return ESCAPED
+    for j in range(len(lifted)):
+        image[i, j] = lifted[j, c]
+        if angle[j]:
+            image[i, j] = wrapped(lifted[j, c])
+            turns[i, j] = min(max(np.rint((lifted[j, c] - image[i, j]) / TWO_PI), -MOST_TURNS - 1.0), MOST_TURNS)
+    return RETURNED
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def in_order(piece, order, first):
+    """Write the states piece by piece, and where those of each piece begin."""
+    first[:] = 0
+    for k in piece:
+        if k >= 0:
+            first[k + 1] += 1
+    for k in range(len(first) - 1):
+        first[k + 1] += first[k]
+    count = first[-1]
+    for i in range(len(piece) - 1, -1, -1):
+        if piece[i] >= 0:
+            first[piece[i] + 1] -= 1
+            order[first[piece[i] + 1]] = i
+    for k in range(len(first) - 1):
+        first[k] = first[k + 1]
+    first[-1] = count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def step(tables, work, x, image, turns):
-    """How the first return of one state ends, and the word of its piece; its image and its turns are written."""
+def images(tables, work, states, piece, image, turns, codes, outcome):
+    """Write what `Returns` holds of states (N, n) whose pieces are known."""
     image[:] = math.nan
-    turns[:] = 0
-    for j in range(len(x)):
-        if not math.isfinite(x[j]):
-            return INVALID, 0
-        work.x[j] = x[j] % TWO_PI if tables.angle[j] else x[j]
-        if tables.angle[j] and work.x[j] >= TWO_PI:
-            work.x[j] = 0.0
-    k = piece_of(tables, work.x, work.stack)
-    if k < 0:
-        return UNCOVERED, 0
-    work.x[:] = x
-    if not evaluate(tables, k, work):
-        return ESCAPED, tables.word[k]
-    for i in range(len(x)):
-        image[i] = work.lifted[i]
-        if tables.angle[i]:
-            angle = work.lifted[i] % TWO_PI
-            image[i] = angle if angle < TWO_PI else 0.0
-            turns[i] = min(max(np.rint((work.lifted[i] - image[i]) / TWO_PI), -MOST_TURNS - 1), MOST_TURNS)
-    return RETURNED, tables.word[k]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def orbits(tables, work, states, turns, codes, outcome):
-    """Orbits of M states, written behind them into states (n + 1, M, dim); how one ended is repeated to the last."""
-    n, m = codes.shape
-    for k in range(m):
-        for i in range(n):
-            outcome[i, k], codes[i, k] = step(tables, work, states[i, k], states[i + 1, k], turns[i, k])
-            if i > 0 and outcome[i, k] == INVALID:
-                outcome[i, k] = outcome[i - 1, k]
+    turns[:], codes[:] = 0, 0
+    for i in range(len(piece)):
+        outcome[i] = INVALID if piece[i] == NO_STATE else UNCOVERED
+    in_order(piece, work.order, work.first)
+    for k in range(len(work.first) - 1):
+        for begin in range(work.first[k], work.first[k + 1], BLOCK):
+            order = work.order[begin : min(begin + BLOCK, work.first[k + 1])]
+            evaluate(tables, k, work, states, order)
+            for c in range(len(order)):
+                i = order[c]
+                codes[i] = tables.word[k]
+                outcome[i] = finish(tables.angle, work.total, c, i, image, turns)

@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import CompiledOrbit, compiled
-from nsmaps.exact.impacts import Angle, Outcome
+from nsmaps.exact.impacts import Angle, Outcome, angle_mask, nearest_turn, wrap
 from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.compositekernel import holds
 from nsmaps.reduced.condition import read_condition
-from nsmaps.reduced.conditioncode import code_of
+from nsmaps.reduced.conditioncode import code_of, depth_of
+from nsmaps.reduced.conditionkernel import ask, holds
 from nsmaps.reduced.polymap import PolyMap
 from nsmaps.reduced.region import Box, Region, Where
 
@@ -27,12 +27,16 @@ PLACES = (-1.0, 0.0, 0.5, 1.0, 2.0, 7.0)
 
 
 def numbers(region: Region, states: Sequence[Sequence[float]]) -> list[bool]:
-    """What the code of a region says of states."""
+    """What the code of a region says of states: the same one by one and side by side."""
     code = code_of(region)
     assert code is not None
     operation, number = (np.array(column) for column in zip(*code, strict=True))
-    stack = np.empty(len(code) + 1)
-    return [bool(holds(operation, number.astype(float), 0, len(code), np.array(x, float), stack)) for x in states]
+    block, stack = np.array(states, float).T.copy(), np.full((depth_of(code), len(states)), np.nan)
+    ask(operation, number.astype(float), 0, len(code), block, len(states), stack)
+    own = np.full(depth_of(code), np.nan)
+    one = [bool(holds(operation, number.astype(float), 0, len(code), np.array(x, float), own)) for x in states]
+    assert one == (stack[0] != 0).tolist()
+    return one
 
 
 terms = st.recursive(
@@ -93,7 +97,7 @@ def test_conditions_at_their_edges(text: str) -> None:
 @given(st.tuples(st.floats(-7, 7), st.floats(0.1, 6.0)), st.lists(st.floats(-7, 14), min_size=1, max_size=5))
 def test_boxes_on_the_circle(side: tuple[float, float], angles: list[float]) -> None:
     box = Box(coordinates=NAMES, bounds={"v": (0.0, 1.0), "phi": (side[0], side[0] + side[1])})
-    states = [(v, angle) for v in (0.0, 1.0, 1.1) for angle in (*angles, side[0], side[0] + side[1])]
+    states = [(v, wrap(angle).item()) for v in (0.0, 1.0, 1.1) for angle in (*angles, side[0], side[0] + side[1])]
     assert numbers(box, states) == box.contains(states).tolist()
 
 
@@ -127,35 +131,53 @@ def random_map(names: Sequence[str], seed: int) -> CompositeMap:
 SPACES = [("x",), (Angle("phi"),), NAMES, ("v", "x", Angle("phi"))]
 
 
+def by_numpy(map: CompositeMap, state: NDArray[np.float64]) -> tuple[Outcome, str, NDArray[np.float64]]:
+    """The outcome, the word and the image, angles not wrapped, of one state, by the regions' and polynomials' own NumPy."""
+    angles, nowhere = angle_mask(map.coordinates), np.full(len(state), np.nan)
+    if not np.isfinite(state).all():
+        return Outcome.invalid, "", nowhere
+    for piece in map.pieces:
+        if piece.region.contains(np.where(angles, wrap(state), state)[None])[0]:
+            bounded = np.isfinite(piece.map.domain).all(axis=1)
+            near = np.where(angles & bounded, nearest_turn(state, piece.map.centre), state)
+            lifted = piece.map(near[None])[0] + np.where(angles, state - near, 0.0)
+            fine = np.isfinite(lifted).all()
+            return (Outcome.returned, piece.word, lifted) if fine else (Outcome.escaped, piece.word, nowhere)
+    return Outcome.uncovered, "", nowhere
+
+
 @pytest.mark.parametrize("names", SPACES, ids=[" ".join(names) for names in SPACES])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_return_is_that_of_first_return(names: tuple[str, ...], seed: int) -> None:
-    map = random_map(names, seed)
-    rng = np.random.default_rng(seed)
-    states = np.concatenate([rng.uniform(-2, 7, (400, len(names))), rng.uniform(-0.3, 0.4, (20, len(names)))])
-    states[0], states[1, 0] = np.nan, np.inf
-    asked, loop = map.first_return(states), map.compiled()
-    assert loop is not None
-    made = loop.orbits(states, 1)
-    assert {Outcome.returned, Outcome.invalid, Outcome.escaped, Outcome.uncovered} >= set(made.outcome.tolist())
-    assert len(set(made.outcome.tolist())) >= 3
-    for name in ("outcome", "codes", "turns"):
-        assert np.array_equal(getattr(made, name), getattr(asked, name)), name
-    assert np.array_equal(np.isfinite(made.image), np.isfinite(asked.image))
-    assert np.allclose(made.image, asked.image, rtol=1e-9, atol=1e-9, equal_nan=True)
+def test_a_return_is_that_of_the_regions_and_polynomials(names: tuple[str, ...], seed: int) -> None:
+    map, rng, angles = random_map(names, seed), np.random.default_rng(seed), angle_mask(names)
+    states = np.concatenate([rng.uniform(-2, 7, (1400, len(names))), rng.uniform(-0.3, 0.4, (20, len(names)))])
+    states[0], states[1, 0], states[2:9, -1] = np.nan, np.inf, [-1e-20, 2 * np.pi, -2 * np.pi, 12.6, -6.3, 4 * np.pi, 100.0]
+    outcomes, words, lifted = zip(*(by_numpy(map, state) for state in states), strict=True)
+    made = map.first_return(states, derivative=True)
+    assert made.outcome.tolist() == list(outcomes)
+    assert len(set(outcomes)) >= 3
+    assert made.words.tolist() == list(words)
+    assert np.allclose(made.lifted, lifted, rtol=1e-9, atol=1e-9, equal_nan=True)
+    inside = made.image[made.valid][:, angles]
+    assert ((inside >= 0) & (inside < 2 * np.pi)).all()
+    assert np.array_equal(made.image[:, ~angles], made.lifted[:, ~angles], equal_nan=True)
+    assert made.derivative is not None
+    assert np.isnan(made.derivative[~made.valid]).all()
 
 
-def test_an_orbit_is_a_chain_of_first_returns() -> None:
+def test_an_orbit_is_a_chain_of_first_returns_to_the_last_bit() -> None:
     map = random_map(NAMES, 1)
     start = np.random.default_rng(5).uniform(-1, 3, (50, 2))
+    start[0], start[1, 0] = np.nan, -np.inf
     made = orbit(map, start, 12)
     now, ended = start, np.full(50, Outcome.invalid, np.int8)
     for k in range(12):
         asked = map.first_return(now)
         ended = np.where(np.isnan(now).any(axis=1), ended, asked.outcome).astype(np.int8)
         assert np.array_equal(made.outcome[k], ended)
-        assert np.allclose(made.states[k + 1], asked.image, atol=1e-9, equal_nan=True)
+        assert np.array_equal(made.states[k + 1], asked.image, equal_nan=True)
         assert np.array_equal(made.turns[k], asked.turns)
+        assert np.array_equal(made.codes[k], asked.codes)
         now = made.states[k + 1]
     assert (made.outcome[-1] == Outcome.escaped).any()
     assert (made.outcome[-1] == Outcome.returned).any()
@@ -192,7 +214,9 @@ def test_a_region_of_ones_own_is_asked_in_python() -> None:
     )
     assert compiled(own) is None
     assert isinstance(compiled(same), CompiledOrbit)
-    assert CompositeMap(NAMES, ("B",), ()).compiled() is None
     start = rng.uniform(0, 1, (5, 2))
-    assert np.allclose(orbit(own, start, 6).states, orbit(same, start, 6).states, atol=1e-9, equal_nan=True)
+    assert np.array_equal(orbit(own, start, 6).states, orbit(same, start, 6).states, equal_nan=True)
+    empty = CompositeMap(NAMES, ("B",), ())
+    assert orbit(empty, start, 2).outcome.tolist() == [[Outcome.uncovered] * 5] * 2
+    assert empty.first_return(start, derivative=True).outcome.tolist() == [Outcome.uncovered] * 5
     assert orbit(own, start[:0], 3).states.shape == (4, 0, 2)
