@@ -45,6 +45,11 @@ def bounds_at(p: Any, at: Numbers, z: float, w: float) -> tuple[float, float, fl
     raise NotImplementedError
 
 
+def held_at(p: Any, at: Numbers, z: float) -> tuple[float, float, float]:
+    """Acceleration of a ball held at rest at z, its rate in time, and a bound on its second rate at all phases."""
+    raise NotImplementedError
+
+
 def evaluate(c: Numbers, s: float) -> tuple[float, float, float, float, float, float]:
     """Displacement since the start, velocity, acceleration, jerk, snap and crackle at s."""
     raise NotImplementedError

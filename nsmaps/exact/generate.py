@@ -82,6 +82,7 @@ class Formulas:
     horizon: sp.Expr
     flow: Flow
     limits: list[sp.Expr]  #: bounds on |jerk|, |snap|, |crackle| and |pop|
+    held: list[sp.Expr]  #: acceleration of a ball held at Z, its rate in time, and a bound on its second rate at all phases
     free: list[sp.Expr]  #: what is free of s, the numbers c of `sums`
     sums: list[sp.Expr]  #: displacement and its rates up to crackle, by c, s and its remainders
     tangent: list[sp.Expr]  #: displacement and velocity by phase and velocity
@@ -108,11 +109,12 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
         rates.append(flow.rate(rates[-1]))
     horizon = sp.Integer(int(system.horizon)) * period
     limits = [flow.bound(rates[k], horizon) for k in (3, 4, 5, 6)]
+    held = _held(flow.restore(rates[2].subs(dict.fromkeys(flow.generators, 0))).subs(W, 0), period)
     free, sums, named = _evaluation(flow, rates[:6])
     tangent = [sp.diff(flow.restore(expr), x) for expr in rates[:2] for x in (PHI, W)]
-    check_symbols(cls.__name__, [*free, *limits, *flow.frequencies], set(symbols.values()))
+    check_symbols(cls.__name__, [*free, *limits, *held, *flow.frequencies], set(symbols.values()))
     _check_period(cls.__name__, free)
-    return Formulas(cls.__name__, symbolic, symbols, period, horizon, flow, limits, free, sums, tangent, named)
+    return Formulas(cls.__name__, symbolic, symbols, period, horizon, flow, limits, held, free, sums, tangent, named)
 
 
 def flow_source(system: "ImpactSystem") -> str:
@@ -130,12 +132,21 @@ def flow_source(system: "ImpactSystem") -> str:
             _function("horizon(p)", "The longest flight followed.", [f.horizon], p, single=True),
             _function("coefficients_at(p, at, z, w)", "What is free of s.", f.free, state),
             _function("bounds_at(p, at, z, w)", "Bounds on |jerk|, |snap|, |crackle| and |pop|.", f.limits, state),
+            _function("held_at(p, at, z)", "Acceleration of a ball held at z, its rate, a bound on that.", f.held, state[:-1]),
             _function("evaluate(c, s)", "Displacement, velocity, acceleration, jerk, snap, crackle.", f.sums, named),
             _function("start(c)", "Acceleration to crackle at the start.", first, []),
             _function("tangent_at(p, at, z, w, s)", "By phase and velocity at fixed s.", f.tangent, [*state, "_s = s", *waves]),
         ]
     )
     return HEAD.format(name=f.name) + f"WIDE = {not NARROW.search(functions)}\n" + functions
+
+
+def _held(acceleration: sp.Expr, period: sp.Expr) -> list[sp.Expr]:
+    """The acceleration of a ball held at a place, its rate in time, and a bound on its second rate over a period."""
+    rate, flow = 2 * sp.pi / period, Flow()
+    later = acceleration.subs(PHI, rate * S)
+    check_form(later)
+    return [acceleration, rate * sp.diff(acceleration, PHI), flow.bound(flow.rate(flow.rate(flow.split(later))), period)]
 
 
 def in_symbols(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> tuple[Any, dict[str, sp.Symbol]]:

@@ -15,6 +15,7 @@ from nsmaps.exact.flow import (
     HAS_UP,
     coefficients_at,
     evaluate,
+    held_at,
     phase_rate,
     rebound,
     start,
@@ -35,27 +36,28 @@ NO_SPEED = 1e-300  # what leaves a wall slower than this stays on it: its recipr
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def release(p, phi, up):
-    """How long the ball rests on a wall from phase phi on, or infinity: the first time that the wall no longer presses."""
+    """How long the ball rests on a wall from phase phi on, or infinity: the first time that the wall no longer presses.
+
+    A march: no step can carry the force of the wall through zero, and steps close in on a root at second order.
+    """
     top, bottom = wall_places(p)
     z = top if up else bottom
     into = 1.0 if up else -1.0
-    c = coefficients(p, phi, z, 0.0)
-    snap = bounds(p, phi, z, 0.0)[1] * OUTWARD
-    period = TWO_PI / phase_rate(p)
+    turning = phase_rate(p)
     s = 0.0
     for _ in range(MOST_STEPS):
-        _, _, a, jk, _, _ = evaluate(c, s)
-        press, rate = into * a, into * jk
+        a, rate, bend = held_at(p, angle(phi + turning * s), z)
+        press, rate, bend = into * a, into * rate, bend * OUTWARD
         if press <= 0.0 and rate < 0.0:
             return max(s - press / rate, 0.0)
         press = max(press, 0.0)
-        if snap == 0.0 and rate >= 0.0:
+        if bend == 0.0 and rate >= 0.0:
             return math.inf
-        h = 2.0 * press / (math.sqrt(rate * rate + 2.0 * snap * press) - rate) if press > 0.0 else 2.0 * rate / snap
-        if rate < 0.0 and snap * h * h <= 1e-17 * period * -rate:
+        h = 2.0 * press / (math.sqrt(rate * rate + 2.0 * bend * press) - rate) if press > 0.0 else 2.0 * rate / bend
+        if rate < 0.0 and bend * h * h <= 1e-17 * TWO_PI / turning * -rate:
             return s - press / rate
         s += h
-        if s > 1.000001 * period:
+        if turning * s > 1.000001 * TWO_PI:
             break
     return math.inf
 
@@ -73,7 +75,8 @@ def next_impact(p, up, phi, v, chatter):
 
     Returns (how it ended, on the upper wall, time taken, speed, undecided, du/dv of the rebound, velocity after the impact).
     Chatter whose first speed is at most `chatter` is summed up as soon as the sum is exact to rounding: with acceleration alpha
-    into the wall, alpha' = beta and x = 2 u/(alpha (1 - r)) the impacts accumulate after x - beta x^2/(3 alpha) + O(x^3).
+    into the wall, alpha' = beta of a ball held there and x = 2 u/(alpha (1 - r)) the impacts accumulate after
+    x - beta x^2/(3 alpha) + O(x^3), where velocity does not count; where it does, flights have another jerk j than beta.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -95,7 +98,8 @@ def next_impact(p, up, phi, v, chatter):
     elif press > 0.0 and v <= chatter and u < v:
         x, summable = accumulation(u, v, press, limits)
         if summable:
-            x -= into * jk * x * x / (3.0 * press)
+            r, j, beta = u / v, into * jk, into * held_at(p, angle(phi), z)[1]
+            x += x * x * (j * (2.0 * r - 1.0) / 3.0 - beta * r - (j - beta) * r * (1.0 - r) / 2.0) / (press * (1.0 + r))
             phase = phi + x * phase_rate(p)
             rest = release(p, phase, up)
             if rest == math.inf:
