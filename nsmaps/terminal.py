@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 FAILED, BAD, STOPPED, UNREAD = 1, 2, 130, 141  #: exit codes: a required verdict fails, what cannot be read, Ctrl-C, broken pipe
+ROWS = 12  #: of a table of a diagram's motions, at most, of each map
+NARROW = 120  #: columns of a terminal below which verdicts stand below their names
 WIDE = 200  #: columns of a table that goes to a file or a pipe
 
 
@@ -122,8 +124,10 @@ def summary(result: "StudyResult") -> None:
     """Print what a run found: its tables, what its orbits end on, its verdicts, and what they come to."""
     from nsmaps.study.conclusion import conclusion
 
+    typer.echo(f"{result.study.title or result.study.name}\n")
     piece_table(result)
     transient_table(result)
+    motion_table(result)
     event_table(result)
     verdict_table(result)
     typer.echo(f"{conclusion(result)}\n")
@@ -134,22 +138,27 @@ def _show(table: "Table") -> None:
     screen = console()
     with screen.capture() as caught:
         screen.print(table)
-    typer.echo(caught.get(), nl=False)
+    typer.echo("\n".join(line.rstrip() for line in caught.get().split("\n")), nl=False)
 
 
 def verdict_table(result: "StudyResult") -> None:
-    """Print every verdict."""
+    """Print every verdict, if there is any; on a narrow terminal what it says below its name."""
     from rich import box
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table("verdict", "of", "required", "holds", "because", box=box.SIMPLE, title=escape(result.study.title) or None)
+    narrow = console().width < NARROW
+    heads = ("holds", "verdict") if narrow else ("verdict", "of", "required", "holds", "because")
+    table = Table(*heads, box=box.SIMPLE, title="Verdicts")
     for verdict in result.verdicts:
         colour = "green" if verdict.holds else "red" if verdict.required else "yellow"
-        holds, _, because = verdict.text.partition(": ")
-        required = "yes" if verdict.required else ""
-        table.add_row(escape(verdict.name), escape(verdict.of), required, f"[{colour}]{holds}[/]", escape(because))
-    _show(table)
+        text, _, because = verdict.text.partition(": ")
+        holds, required = f"[{colour}]{text}[/]", "yes" if verdict.required else ""
+        name, of, because = map(escape, (verdict.name, verdict.of, because))
+        told = f"[bold]{name}[/] ({of}{', required' * verdict.required})\n{because}"
+        table.add_row(*((holds, told) if narrow else (name, of, required, holds, because)))
+    if table.rows:
+        _show(table)
 
 
 def transient_table(result: "StudyResult") -> None:
@@ -158,6 +167,31 @@ def transient_table(result: "StudyResult") -> None:
         typer.echo(f"Transient regions of the {result.transient.of}, by enclosure\n\n{result.transient.table()}\n")
     if result.cycles is not None:
         typer.echo(f"{result.cycles.coverage}\n")
+
+
+def motion_table(result: "StudyResult") -> None:
+    """Print which motion each map of a bifurcation diagram has over which interval of the parameter: the widest intervals."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from nsmaps.study.motions import NONE, digits, widest
+
+    section = result.study.bifurcation
+    if section is None or not result.bifurcation:
+        return
+    table = Table("map", "motion", f"{section.parameter} from", "to", "values", box=box.SIMPLE, title="Motions")
+    every = {label for made in result.bifurcation.values() for label in made.labels.ravel().tolist()}
+    told = f"C: no period up to {section.returns // 2} returns: chaos, a longer period, or a motion that has not settled yet."
+    notes = [told] if any(label.endswith("C") for label in every) else []
+    for of, made in result.bifurcation.items():
+        rows, more, largest = widest(made, ROWS)
+        for row in rows:
+            table.add_row(of, escape(row["label"] or NONE), *digits([row["from"], row["to"]], made), str(row["values"]))
+        each = f"{largest} values" if largest > 1 else "one value"
+        notes += [f"Of the {of} map there are {more} more intervals, of at most {each}."] if more else []
+    _show(table)
+    typer.echo("\n".join([*notes, ""]))
 
 
 def event_table(result: "StudyResult") -> None:
@@ -185,9 +219,10 @@ def piece_table(result: "StudyResult") -> None:
 
     if result.partition is None:
         return
-    table = Table("region", "role", "word", "share", "order", "terms", "largest error", "", box=box.SIMPLE, title="Partition")
+    error = "largest error of " + ", ".join(f"{name}'" for name in result.system.coordinates)
+    table = Table("region", "role", "word", "share", "order", "terms", error, "", box=box.SIMPLE, title="Partition")
     for row in result.partition.table():
-        error = " ".join(f"{value:.2g}" for value in row.max_error)
+        largest = " ".join(f"{value:.2g}" for value in row.max_error)
         share = f"{100 * row.share:.3g} %"
-        table.add_row(row.name, row.role, row.word, share, row.order, str(row.terms), error, row.became.partition(":")[0])
+        table.add_row(row.name, row.role, row.word, share, row.order, str(row.terms), largest, row.became.partition(":")[0])
     _show(table)

@@ -47,15 +47,17 @@ class Ending:
 
     @property
     def name(self) -> str:
-        """The label, or nothing where it has none or one of many words, as motion that chatters."""
-        return self.label if len(self.label) <= LONG else ""
+        """The label without the period, or nothing where it has none or one of many words, as motion that chatters."""
+        return self.label.removesuffix(f", period {self.period}") if len(self.label) <= LONG else ""
 
     @property
     def text(self) -> str:
         """The same in a few words."""
         if not self.period:
             text = f"no period up to {self.looked} returns{f' ({self.name})' if self.name else ''}"
-            exponent = f"largest Lyapunov exponent {self.exponent:.3g} +- {self.exponent_error:.1g} a return"
+            exponent = f"largest Lyapunov exponent {self.exponent:.3g} +- {self.exponent_error:.1g} per return"
+            if math.isinf(self.exponent):
+                exponent = f"largest Lyapunov exponent {self.exponent}, as where orbits that rest become one"
             return text if math.isnan(self.exponent) else f"{text}, {exponent}"
         kind = {True: "stable", False: "unstable", None: "seen"}[self.stable]
         what = "fixed point" if self.period == 1 else f"cycle of {self.period} returns"

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import CHATTER, LONGER, REST, Floats, angle_mask, nearest_turn
 
+_RESTING = (CHATTER, REST, LONGER)
+_SPELLED = 3  #: returns of a motion that rests or chatters, up to which it is named by all of its words
+
 
 def differences(a: Floats, b: Floats, coordinates: Sequence[str]) -> Floats:
     """a - b of states, shape (..., n), angles on the nearest turn."""
@@ -45,9 +48,10 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequen
     """The motion n:m/pT: impacts n on the base wall, m on the other, in p periods of the forcing.
 
     Impacts are counted for each of as many equal parts as n, m and p have: a doubled 1:1 motion is 1:1/2T, as in the paper. A
-    fitted map whose phases do not tell whole turns has the period in returns instead: 1:1, period 2. Without a period it is
-    n:m/C if the impacts repeat although the states do not, else C. Motion that rests or chatters on its way is named by its
-    words, motion of unknown words by nothing.
+    fitted map whose phases do not tell whole turns, or run back, has the period in returns instead: 1:1, period 2. Without a
+    period it is n:m/C if the impacts repeat although the states do not, else C. Motion that rests or chatters on its way is named
+    by its words, of more than three returns by those of rest and chatter and the period in returns, as B~, period 53; that of
+    unknown words by nothing.
 
     Args:
         words, turns: of successive returns, at least one period of them; turns are whole turns of the phase.
@@ -55,12 +59,24 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequen
     """
     if not all(words):
         return ""
-    if any(mark in word for word in words for mark in (CHATTER, REST, LONGER)):
-        return " ".join(words[:period]) or "C"
+    if any(mark in word for word in words for mark in _RESTING):
+        return _resting(words[:period]) or "C"
     others = [sum(word.count(wall) for wall in walls[1:]) for word in words]
     if period:
         n, m, p = period, sum(others[:period]), sum(turns[:period])
         parts = gcd(n, m, p)
-        return f"{n // parts}:{m // parts}/{p if p != 1 else ''}T" if p else f"{n // gcd(n, m)}:{m // gcd(n, m)}, period {period}"
+        return (
+            f"{n // parts}:{m // parts}/{p if p != 1 else ''}T"
+            if p > 0
+            else f"{n // gcd(n, m)}:{m // gcd(n, m)}, period {period}"
+        )
     n = next((q for q in range(1, len(words) // 2 + 1) if others[q:] == others[:-q]), 0)
     return f"{n}:{sum(others[:n])}/C" if n else "C"
+
+
+def _resting(words: Sequence[str]) -> str:
+    """The name of motion that rests or chatters, of the words of one period, wherever in it the orbit was met."""
+    if len(words) > _SPELLED:
+        rests = sorted({word for word in words if any(mark in word for mark in _RESTING)})
+        return f"{' '.join(rests)}, period {len(words)}"
+    return " ".join(min(([*words[k:], *words[:k]] for k in range(len(words))), default=[]))

@@ -106,7 +106,7 @@ def _between(ax: Axes) -> None:
         middle, low, first = _x(last) + 0.65 * _WIDE, -row * _ROW, 0.35 * _WIDE
         turn = low - 0.36 * (_ROW - _HIGH) if row == 0 else low - 0.68 * (_ROW - _HIGH)
         _arrow(ax, [(middle, low), (middle, turn), (first, turn), (first, low - _ROW + _HIGH)])
-    text = "every fit satisfies"
+    text = "every fit is good enough"
     ax.text(_x(2), -_ROW - 0.71 * (_ROW - _HIGH), text, ha="center", va="top", fontsize=10, color="0.25")
 
 

@@ -7,11 +7,12 @@ from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 
-from nsmaps.exact.impacts import Floats
+from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
 from nsmaps.exact.surface import Grid
 from nsmaps.figures.lines import finite_states, last_tenth
 from nsmaps.figures.needs import Drawable, composite_of, surfaces_of
 from nsmaps.figures.style import MOST, PIECES, REST, piece_colours, piece_label, tint
+from nsmaps.reduced.composite import CompositeMap
 
 _POINTS = 72.0  #: an inch
 _PADDING = 1.25  #: of a name's width and height, which must be free
@@ -39,17 +40,33 @@ def colours_of(result: Drawable, figure: str) -> list[str]:
 def paint_pieces(ax: Axes, result: Drawable, figure: str, grid: Grid, beside: Floats | None = None) -> None:
     """The pieces as pale areas, named where there is room, beside the given points (N, 2); uncovered states are hatched."""
     composite = composite_of(result, figure)
-    number = composite.piece_of(grid.states())
-    paint(ax, grid, number, [tint(colour, 0.0 if colour == REST else 0.65) for colour in colours_of(result, figure)])
+    number = pieces_on(composite, grid)
+    colours = colours_of(result, figure)
+    paint(ax, grid, number, [tint(colour, 0.0 if colour == REST else 0.65) for colour in colours])
     taken = np.zeros(grid.shape, bool) if beside is None else _near(grid, beside)
     for k, piece in enumerate(composite.pieces):
         area = (number == k).reshape(grid.shape)
         name_area(ax, grid, area & ~taken, piece_label(piece.name)) or name_area(ax, grid, area, piece_label(piece.name))
+        if colours[k] == REST:
+            outline(ax, grid, area, color="white", lw=1.2)
     if np.any(number < 0):
         first, second = (axis.values() for axis in grid.axes.values())
         empty = (number < 0).reshape(grid.shape).T
         hatch = ax.contourf(first, second, empty, levels=[0.5, 1.5], colors="none", hatches=["////"], zorder=1)
         hatch.set(edgecolor="0.6", linewidth=0)
+
+
+def pieces_on(composite: CompositeMap, grid: Grid) -> NDArray[np.int64]:
+    """The number of the piece of each state of a grid; a last row at 2 pi is the edge of the circle and not phase zero."""
+    states = grid.states()
+    below = np.where(angle_mask(composite.coordinates) & (states == TWO_PI), np.nextafter(TWO_PI, 0), states)
+    return composite.piece_of(below)
+
+
+def outline(ax: Axes, grid: Grid, area: NDArray[np.bool_], color: str, lw: float) -> None:
+    """A line around an area, of the grid's shape, where it does not end with the picture."""
+    if area.any() and not area.all():
+        ax.contour(*(axis.values() for axis in grid.axes.values()), area.T, levels=[0.5], colors=color, linewidths=lw)
 
 
 def name_area(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str, sizes: tuple[float, ...] = (12, 9)) -> bool:

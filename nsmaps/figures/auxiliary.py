@@ -50,6 +50,6 @@ def auxiliary(result: Drawable, ax: Axes, coordinate: str = "", update: int = 0,
             ax.axvspan(*step.worst[1, i], color=GREEN, alpha=0.25, lw=0, zorder=0, label=rf"$I_{{1{bare(name)}}}$")
         ax.plot(*worst_steps(step, i), color="black", lw=1.6, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel() if steps else []]))
-    ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}")
+    ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}" + ("" if step.trapped else ", not trapped"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))

@@ -47,7 +47,8 @@ def basins(result: Drawable, ax: Axes) -> Axes:
 
 def _motion(attractor: "Attractor") -> str:
     """What an attractor is called: its motion and its period in returns."""
-    return f"{attractor.label}, {f'period {attractor.period}' if attractor.period else 'no period'}"
+    period = f", period {attractor.period}" if attractor.period else ", no period"
+    return attractor.label.removesuffix(period) + period
 
 
 def arrival(result: Drawable, ax: Axes) -> Axes:

@@ -46,7 +46,10 @@ def bifurcation(result: Drawable, ax: Axes, of: str = "exact", coordinate: int =
         ax.plot(values[own], made.states[..., coordinate][own], ".", color=colours.get(word, "0.5"), label=word, **_DOTS)
     ax.set_xlim(made.values.min(), made.values.max())
     _name_motions(ax, made)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.1), frameon=False, markerscale=4, ncols=_COLUMNS, **_TIGHT)
+    if shown.any():
+        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.1), frameon=False, markerscale=4, ncols=_COLUMNS, **_TIGHT)
+    else:
+        ax.text(0.5, 0.5, "no attractor", transform=ax.transAxes, ha="center")
     parameter = result.study.bifurcation.parameter
     ax.set_title(f"{of} map", loc="right")
     return dress(ax, (parameter, ""), (made.coordinates[coordinate], "k"))

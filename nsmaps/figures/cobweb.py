@@ -1,7 +1,7 @@
 """Cobwebs of the composite map, a picture a coordinate: fig. glosmallic."""
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,13 +13,14 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
 from nsmaps.exact.surface import Grid
 from nsmaps.figures.areas import colours_of
-from nsmaps.figures.lines import diagonal, finite_states, last_tenth, staircase, window
+from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
 from nsmaps.figures.needs import position as place
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import MAGENTA, REST, dress, piece_label, tint
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.orbit import Orbit
     from nsmaps.reduced.composite import Piece
 
 _ACROSS = 3000  #: values of each other coordinate among which the least and the largest image are looked for
@@ -36,7 +37,7 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
 
 
 def cobweb(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
-    """The cobweb of one coordinate of a composite orbit, with its last tenth in magenta.
+    """The cobweb of one coordinate of a composite orbit, with its last tenth in magenta; of one that ends, a cross at its end.
 
     A piece whose map is separable in this coordinate is a curve; of any other the area of its images is shaded.
     The picture holds the grid, the orbit and the curves as far as they stay near; what lies farther out is cut off.
@@ -46,15 +47,25 @@ def cobweb(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     values = composite_states(result, number)[:, i]
     draw_pieces(result, ax, i)
     ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="composite orbit")
-    ends = last_tenth(values)
-    ax.plot(*staircase(ends), "-", color=MAGENTA, lw=1.3, zorder=5)
-    ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=5.5, zorder=6, label="last 10 %")
+    dots: dict[str, Any] = {"mfc": MAGENTA, "mec": "black", "mew": 0.5, "zorder": 6}
+    low, high = ax.get_xlim()
+    if not ended(_orbit(result, number)):
+        ends = last_tenth(values)
+        ax.plot(*staircase(ends), "-", color=MAGENTA, lw=1.3, zorder=5)
+        ax.plot(ends[:-1], ends[1:], "o", ms=5.5, label="last 10 %", **dots)
+    elif low <= values[-1] <= high:
+        ax.plot(values[-1:], values[-1:], "X", ms=9, label="end", **dots)
     ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
     return look(ax, values, composite.coordinates[i])
 
 
 def composite_states(result: Drawable, number: int = 0) -> Floats:
-    """The states (m, n) of one orbit of the composite map, by position, or the error that says what to name."""
+    """The states (m, n) of one orbit of the composite map, by position, before it ends."""
+    return finite_states(_orbit(result, number))
+
+
+def _orbit(result: Drawable, number: int) -> "Orbit":
+    """One orbit of the composite map, by position, or the error that says what to name."""
     composite_of(result, "cobweb")
     pairs = orbits_of(result, "cobweb")
     if not 0 <= number < len(pairs):
@@ -62,7 +73,7 @@ def composite_states(result: Drawable, number: int = 0) -> Floats:
     orbit = pairs[number].composite
     if orbit is None:
         raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; name 'composite' in the study")
-    return finite_states(orbit)
+    return orbit
 
 
 def look(ax: Axes, values: Floats, name: str) -> Axes:

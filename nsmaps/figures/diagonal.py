@@ -36,8 +36,8 @@ def diagonal(result: Drawable, ax: Axes, coordinate: str = "", value: int = 0) -
     starts = [states for _, states in region.values]
     union = np.column_stack([np.concatenate(parts)[:, i] for parts in (starts, region.images)])
     if sweep is not None:
-        ends = sorted((sweep.low, sweep.high))
-        _dots(ax, union, tint(BLUE, 0.35), f"{sweep.points} {symbol(sweep.parameter)} in [{ends[0]:g}, {ends[1]:g}]")
+        low, high = sorted((sweep.low, sweep.high))
+        _dots(ax, union, tint(BLUE, 0.35), f"{sweep.points} values in [{low:g}, {high:g}]")
     text = "at the study's own parameters" if sweep is None else f"{symbol(sweep.parameter)} = {region.values[value][0]:g}"
     _dots(ax, here, GREEN, text)
     low, high = _window(union)
@@ -45,7 +45,15 @@ def diagonal(result: Drawable, ax: Axes, coordinate: str = "", value: int = 0) -
     for ratio, text in ((delta, rf"ratio ${delta:g}^{{\pm 1}}$"), (1 / delta, "_")):
         ax.plot([low, high], [ratio * low, ratio * high], color="0.45", lw=1, ls=":", label=text, zorder=2)
     ax.set(xlim=(low, high), ylim=(low, high))
-    ax.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=3, frameon=False, handlelength=1.2, columnspacing=1.0)
+    ax.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.02, 1.0),
+        ncols=3,
+        frameon=False,
+        handlelength=1.2,
+        handletextpad=0.3,
+        columnspacing=1.0,
+    )
     return dress(ax, (name, "k"), (name, "k+1"))
 
 

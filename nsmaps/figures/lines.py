@@ -41,6 +41,11 @@ def finite_states(orbit: "Orbit") -> Floats:
     return states[np.isfinite(states).all(axis=1)]
 
 
+def ended(orbit: "Orbit") -> bool:
+    """Whether one orbit ends before the last of its returns: its last states are then of no attractor."""
+    return len(finite_states(orbit)) < len(orbit.states)
+
+
 def window(low: float, high: float, values: Floats, reach: float = 0.3) -> tuple[float, float]:
     """The interval, widened to the values that lie within `reach` of its length, so that a wild one spoils no picture.
 

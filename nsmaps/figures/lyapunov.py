@@ -13,7 +13,7 @@ _COLOURS = (BLUE, ORANGE, "0.45")
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
-    """One sheet of two panels: a return and a unit of time."""
+    """One sheet of two panels: per return and per unit of time."""
     lyapunov_of(result, "lyapunov")
     panels = tuple(partial(lyapunov, result, per_time=per_time) for per_time in (False, True))
     return (Sheet("lyapunov", panels, 2),)
@@ -35,6 +35,6 @@ def lyapunov(result: Drawable, ax: Axes, per_time: bool = False) -> Axes:
     ax.axhline(0, color="black", lw=0.8, zorder=0)
     ax.set_xlim(x[0], x[-1])
     ax.set_xlabel(label(result.study.lyapunov.parameter))
-    ax.set_ylabel("Lyapunov exponents, a unit of time" if per_time else "Lyapunov exponents, a return")
+    ax.set_ylabel(f"Lyapunov exponents per {'unit of time' if per_time else 'return'}")
     ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=4)
     return ax

@@ -71,7 +71,7 @@ def shares(result: Drawable, ax: Axes) -> Axes:
 
 
 def rates(result: Drawable, ax: Axes) -> Axes:
-    """Changes from motion to motion a unit of time, with standard errors; sizes without a change are left out."""
+    """Changes from motion to motion per unit of time in the first, with standard errors; sizes without a change are left out."""
     made = noise_of(result, "noise")
     modes = made.stays[0].modes
     pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
@@ -82,7 +82,7 @@ def rates(result: Drawable, ax: Axes) -> Axes:
         look = {"color": _COLOURS[number % len(_COLOURS)], "capsize": 2, "ms": 4, "label": f"{modes[i]} to {modes[j]}"}
         ax.errorbar(x, y, wide, fmt="o-", **look)  # type: ignore[arg-type]
     ax.set_yscale("log")
-    ax.set_ylabel("changes a unit of time spent")
+    ax.set_ylabel("changes per unit of time spent")
     return _over_sizes(ax)
 
 

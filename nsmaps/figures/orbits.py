@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
 from nsmaps.figures.areas import paint_pieces
-from nsmaps.figures.lines import finite_states, last_tenth, window
+from nsmaps.figures.lines import ended, finite_states, last_tenth, window
 from nsmaps.figures.needs import Drawable, orbits_of, two
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import GREEN, ORANGE, dress
@@ -28,29 +28,43 @@ def sheets(result: Drawable) -> tuple[Sheet, ...]:
 def orbits(result: Drawable, ax: Axes, number: int = 0) -> Axes:
     """The two orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths.
 
+    An orbit that ends before has none: a cross marks its last state, or the last one in the picture, if it leaves that.
     A step across the seam of a phase, where it is wrapped, is no line across the picture: the line leaves at one edge and
     comes in at the other.
     """
     pair = orbits_of(result, "orbits")[number]
     coordinates = pair.exact.coordinates
     two(coordinates, "orbits")
-    runs = [(finite_states(pair.exact), ORANGE, "-", ("D", "none", ORANGE, 8.0), "exact map")]
+    runs = [(pair.exact, ORANGE, "-", ("D", "none", ORANGE, 8.0), "exact map")]
     if pair.composite is not None:
-        runs.append((finite_states(pair.composite), GREEN, "--", ("o", GREEN, "white", 5.5), "composite map"))
+        runs.append((pair.composite, GREEN, "--", ("o", GREEN, "white", 5.5), "composite map"))
+    every = [finite_states(orbit) for orbit, *_ in runs]
     if result.composite is not None and result.surfaces:
-        points = np.concatenate([_between(states) for states, *_ in runs])
+        points = np.concatenate([_between(states) for states in every])
         paint_pieces(ax, result, "orbits", next(iter(result.surfaces.values())).grid, beside=points)
-    for states, colour, dashes, (marker, fill, edge, size), name in runs:
-        first = states[: _arrival(states) + 1]
+    for states, (orbit, colour, dashes, (marker, fill, edge, size), name) in zip(every, runs, strict=True):
+        first = states if ended(orbit) else states[: _arrival(states) + 1]
         ax.plot(*around(states, coordinates).T, color=colour, lw=0.7, alpha=0.6, zorder=4)
         ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.8, label=name, zorder=4)
         ends = f"{name.split()[0]}, last 10 %"
-        ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=1.2, ms=size, zorder=5, label=ends)
-    _look(ax, result, coordinates, np.concatenate([states for states, *_ in runs]))
-    start = runs[0][0][:1]
+        if not ended(orbit):
+            ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=1.2, ms=size, zorder=5, label=ends)
+    _look(ax, result, coordinates, np.concatenate(every))
+    for states, (orbit, colour, *_, name) in zip(every, runs, strict=True):
+        if ended(orbit):
+            _end(ax, states, colour, name)
+    start = every[0][:1]
     ax.plot(*start.T, "o", mfc="white", mec="black", mew=1.4, ms=8, zorder=6, clip_on=False, label="start")
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1.06), ncols=len(runs) + 1, frameon=False, columnspacing=1, handlelength=1.8)
     return dress(ax, (coordinates[0], "k"), (coordinates[1], "k"))
+
+
+def _end(ax: Axes, states: Floats, colour: str, name: str) -> None:
+    """A cross at the last state, or at the last one within the limits of the picture."""
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+    inside = np.flatnonzero(((low <= states) & (states <= high)).all(axis=1))
+    text = f"{name} ends" if inside[-1] == len(states) - 1 else f"{name}, last inside"
+    ax.plot(*states[inside[-1:]].T, "X", mfc=colour, mec="black", mew=0.8, ms=9, zorder=6, clip_on=False, label=text)
 
 
 def _arrival(states: Floats) -> int:
@@ -84,7 +98,8 @@ def _look(ax: Axes, result: Drawable, coordinates: Sequence[str], states: Floats
         ends = window(low, high, states[:, i], 1.0 if isinstance(coordinates[i], Angle) else 0.25)
         margin = 0.03 * (ends[1] - ends[0])
         below, above = axis is None or ends[0] < low, axis is None or ends[1] > high
-        ax.set(**{name: (ends[0] - margin * below, ends[1] + margin * above)})
+        limits = np.array([ends[0] - margin * below, ends[1] + margin * above])
+        ax.set(**{name: np.clip(limits, 0, TWO_PI) if isinstance(coordinates[i], Angle) and low >= 0 else limits})
 
 
 def _between(states: Floats, points: int = 25) -> Floats:

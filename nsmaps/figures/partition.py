@@ -8,7 +8,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from nsmaps.exact.surface import Grid
-from nsmaps.figures.areas import name_area, paint
+from nsmaps.figures.areas import name_area, outline, paint, pieces_on
 from nsmaps.figures.needs import Drawable, partition_of, surfaces_of
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
@@ -28,7 +28,7 @@ def partition(result: Drawable, ax: Axes) -> Axes:
     made = partition_of(result, "partition")
     grid = next(iter(surfaces_of(result, "partition").values())).grid
     pieces = made.composite.pieces
-    number = made.composite.piece_of(grid.states())
+    number = pieces_on(made.composite, grid)
     words = list(dict.fromkeys(piece.word for piece in pieces if piece.word))
     colours = {"attracting": tint(BLUE, 0.45)} | {word: tint(c, 0.75) for word, c in family_colours(words).items()}
     order = {name: k for k, name in enumerate(colours)}
@@ -50,7 +50,5 @@ def partition(result: Drawable, ax: Axes) -> Axes:
 
 def _name(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str) -> None:
     """An outline around an area, and its name in it if there is room."""
-    if area.any() and not area.all():
-        first, second = (axis.values() for axis in grid.axes.values())
-        ax.contour(first, second, area.T, levels=[0.5], colors="0.25", linewidths=0.6)
+    outline(ax, grid, area, color="0.25", lw=0.6)
     name_area(ax, grid, area, rf"$\mathcal{{R}}_{{{name}}}$", (10, 7))

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from nsmaps.exact.surface import Axis, Grid
-from nsmaps.figures.areas import colours_of, paint_pieces
+from nsmaps.figures.areas import colours_of, outline, paint_pieces, pieces_on
 from nsmaps.figures.needs import Drawable, composite_of, surfaces_of
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import REST, dress, piece_label, tint
@@ -31,16 +31,14 @@ def regions(result: Drawable, ax: Axes) -> Axes:
     window = next(iter(surfaces_of(result, "regions").values())).grid.axes
     grid = Grid(axes={name: Axis(low=axis.low, high=axis.high, points=POINTS) for name, axis in window.items()})
     paint_pieces(ax, result, "regions", grid)
-    number = composite.piece_of(grid.states())
-    places = [axis.values() for axis in grid.axes.values()]
+    number = pieces_on(composite, grid)
     colours = colours_of(result, "regions")
     handles = []
     for k, (piece, colour) in enumerate(zip(composite.pieces, colours, strict=True)):
         own = number == k
         if not own.any():
             continue
-        if not own.all():
-            ax.contour(*places, own.reshape(grid.shape).T, levels=[0.5], colors="0.25", linewidths=0.9)
+        outline(ax, grid, own.reshape(grid.shape), color="0.25", lw=0.9)
         if colour == REST:
             continue
         text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"

@@ -15,7 +15,7 @@ from nsmaps.figures.style import BLUE, ORANGE, bare, dress, symbol
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
 
-_PLATE = {"fc": "white", "ec": "0.8", "alpha": 0.9}
+_OUT = {True: "", False: ",\nleads out"}  #: by whether the curve stays in the box anywhere
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -41,14 +41,16 @@ def second_iterate(result: Drawable, ax: Axes, coordinate: str = "", update: int
     worst = step.part[i] == 2
     first = _worst(x, lower, upper) if worst else _after(x, lower, upper)
     second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
-    ax.plot(x, first, color=BLUE, lw=2.2, label="lower of upper map" + ", worst" * worst)
-    ax.plot(x, second, color=ORANGE, lw=2.2, label="upper of lower map" + ", worst" * worst)
+    ax.plot(x, first, color=BLUE, lw=2.2, label="lower of upper map" + ", worst" * worst + _OUT[bool(np.isfinite(first).any())])
+    ax.plot(
+        x, second, color=ORANGE, lw=2.2, label="upper of lower map" + ", worst" * worst + _OUT[bool(np.isfinite(second).any())]
+    )
     closed = step.envelopes[i].kind == "closed form"
     if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
         values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
         ax.plot(x, values, color="black", lw=1.6, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
     if not any(_meets(x, curve) for curve in (first, second)):
-        ax.text(0.97, 0.05, "no fixed point in the box", transform=ax.transAxes, ha="right", va="bottom", bbox=_PLATE, zorder=6)
+        ax.text(1.03, 0.05, "no fixed point\nin the box", transform=ax.transAxes, va="bottom")
     if step.trapped:
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
         ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.6, ms=13, zorder=5, label=text)

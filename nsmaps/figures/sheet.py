@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 
 from nsmaps.figures.style import STYLE
 
+LONG = 40  #: letters of a panel's title in a line, beside its letter
 Panel = Callable[[Axes], Axes]
 
 
@@ -36,6 +38,7 @@ class Sheet:
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
             ax = figure.add_subplot(rows, self.columns, number + 1, projection=projection)
             panel(ax)
+            ax.set_title(fill(ax.get_title(), LONG))
             if len(self.panels) > 1:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
         if self.title:

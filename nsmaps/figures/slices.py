@@ -8,7 +8,9 @@ from matplotlib.axes import Axes
 from nsmaps.exact.impacts import LONGER, Angle
 from nsmaps.figures.needs import Drawable, position, slices_of
 from nsmaps.figures.sheet import Sheet
-from nsmaps.figures.style import dress, family_colours, symbol
+from nsmaps.figures.style import GREY, dress, family_colours, symbol
+
+_ABOVE = 3  #: entries of a legend above the picture; one of more stands beside it
 
 
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
@@ -33,11 +35,19 @@ def slices(result: Drawable, ax: Axes, coordinate: str = "", number: int = 0) ->
     for rows in pieces:
         word = str(words[rows[0]])
         mark = "." if len(rows) == 1 else ""  # a piece of one state is a point, for it has no line
-        ax.plot(x[rows], y[rows], color=colours.get(word, "0.5"), lw=2.2, marker=mark, label="_" if word in named else word)
+        colour = colours.get(word, GREY)
+        known = word in named or (colour == GREY and word in colours)  # which are counted
+        ax.plot(x[rows], y[rows], color=colour, lw=2.2, marker=mark, label="_" if known else word)
         named.add(word)
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not isinstance(names[i], Angle) else 0.0)
-    held = ", ".join(f"{symbol(name, 'k')} = {value:.4g}" for name, value in made.at.items())
-    ax.set_title(held)
-    ax.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=4, frameon=False, handlelength=1.4, columnspacing=1.0)
+    angles = {name for name in names if isinstance(name, Angle)}
+    held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in made.at.items()]
+    ax.set_title(", ".join(held))
+    if more := sum(colour == GREY for colour in colours.values()):
+        ax.plot([], [], color=GREY, lw=2.2, label=f"{more} more words")
+    many = len(ax.get_legend_handles_labels()[0]) > _ABOVE
+    beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    above = {"loc": "lower right", "bbox_to_anchor": (1.02, 1.0), "ncols": _ABOVE}
+    ax.legend(frameon=False, handlelength=1.4, columnspacing=1.0, **(beside if many else above))
     return dress(ax, (names[along], "k"), (names[i], "k+1"))

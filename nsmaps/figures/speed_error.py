@@ -38,7 +38,7 @@ def speed_error(result: Drawable, ax: Axes) -> Axes:
     ax.xaxis.set_major_formatter("{x:g}")
     ax.grid(color="0.9", zorder=0)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, ncols=2)
-    ax.set(xlabel="processor time a state (ns)", ylabel="largest error (of a speed, or rad)")
+    ax.set(xlabel="processor time per state (ns)", ylabel="largest error (of a speed, or rad)")
     return ax
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 
-from nsmaps.figures.areas import paint, paint_pieces
+from nsmaps.figures.areas import paint, paint_pieces, pieces_on
 from nsmaps.figures.needs import Drawable, composite_of, surfaces_of
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
@@ -55,7 +55,7 @@ def pieces(result: Drawable, ax: Axes) -> Axes:
     composite = composite_of(result, "words")
     first = next(iter(surfaces_of(result, "words").values()))
     paint_pieces(ax, result, "words", first.grid)
-    if np.any(composite.piece_of(first.grid.states()) < 0):
+    if np.any(pieces_on(composite, first.grid) < 0):
         handle = Patch(fc="none", ec="0.6", hatch="////", lw=0, label="in no piece")
         ax.legend(handles=[handle], loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))

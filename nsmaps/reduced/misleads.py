@@ -23,8 +23,10 @@ class Misleads:
     def text(self) -> str:
         """The figures as a sentence."""
         word = f"{100 * self.wrong_words:.3g} % of {self.states} states of the grid get another word than the exact map's"
-        far = f"half of them within {self.typical:.2g} of a piece's edge (in sides of the box), all within {self.farthest:.2g}"
-        return f"{word}{', ' + far if self.wrong_words else ''}; the images of {100 * self.leaves:.3g} % lie in no piece"
+        near = f"half of them within {self.typical:.2g} of an edge between pieces, all within {self.farthest:.2g}"
+        far = f", {near} (grid scaled to unit sides)"
+        gone = f"; the images of {100 * self.leaves:.3g} % lie in no piece"
+        return f"{word}{far if self.wrong_words else ''}{gone if self.leaves else ''}"
 
 
 def misleads(composite: CompositeMap, grid: Grid, exact: Returns) -> Misleads:

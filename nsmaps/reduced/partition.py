@@ -95,7 +95,7 @@ class PartitionResult:
             return f"no region of the grid attracts, by the diagonals and by where orbits stay; {tolerance}"
         missing = [name for name in self.attracting if name in self.unmet]
         short = f"; {', '.join(missing)} given up" if missing else ""
-        many = f"{len(self.attracting)} attracting pieces"
+        many = f"{len(self.attracting)} attracting piece{'s' * (len(self.attracting) != 1)}"
         return f"largest error {self.max_error:.2g} at {self.points} held-out states of {many}, {tolerance}{short}"
 
     @property

@@ -5,6 +5,7 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 EXACT = 1e15  #: below which a float that is whole is written so
+ONE = 5e-4  #: distance from 1 below which a number is told by it
 LONGEST = 300  #: letters of a text that are shown
 LONG = 40  #: letters from which the text of a cell is broken into lines
 SEVERAL = 4  #: rows of a list that are shown; of a longer one, such as the boxes of all updates, its length and its last
@@ -43,7 +44,9 @@ def told(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.0f}" if value.is_integer() and abs(value) < EXACT else f"{value:.4g}"
+        whole = value.is_integer() and abs(value) < EXACT
+        near = not whole and abs(value - 1) < ONE  # as an R2, of which four digits would say that it is 1
+        return f"{value:.0f}" if whole else f"1 {'+' if value > 1 else '-'} {abs(value - 1):.2g}" if near else f"{value:.4g}"
     if isinstance(value, list | tuple):
         if len(value) > SEVERAL:
             return f"{len(value)} rows, the last {told(value[-1])}"
@@ -55,15 +58,14 @@ def told(value: Any) -> str:
 def tables(data: Any, level: int = 3, name: str = "") -> list[Element]:
     """Nested plain data as tables under headings: what has one set of keys is one table."""
     heading = [tag(f"h{min(level, 6)}", name.replace("_", " "))] if name else []
+    if isinstance(data, Mapping) and not data:
+        return [*heading, tag("p", "none")]
     if rows := _rows(data):
-        columns = list(rows[0][1])
-        return [
-            *heading,
-            table(
-                ["", *(str(key).replace("_", " ") for key in columns)],
-                [[first, *(told(row[key]) for key in columns)] for first, row in rows],
-            ),
-        ]
+        texts = [key for key in rows[0][1] if any(_sentences(row[key]) for _, row in rows)]
+        columns = [key for key in rows[0][1] if key not in texts]
+        notes = [tag("p", f"{first}: {'; '.join(row[key])}", class_="soft") for key in texts for first, row in rows if row[key]]
+        head = ["", *(str(key).replace("_", " ") for key in columns)]
+        return [*heading, table(head, [[first, *(told(row[key]) for key in columns)] for first, row in rows]), *notes]
     if isinstance(data, list) and _nested(data):
         data = {str(number): item for number, item in enumerate(data, 1)}
     if not isinstance(data, Mapping):
@@ -83,6 +85,11 @@ def _rows(data: Any) -> list[tuple[str, Mapping[str, Any]]]:
     rows = [(name, row) for name, row in pairs if isinstance(row, Mapping)]
     same = len(rows) == len(pairs) and len({tuple(row) for _, row in rows}) == 1
     return rows if same and not any(_nested(value) for _, row in rows for value in row.values()) else []
+
+
+def _sentences(value: Any) -> bool:
+    """Whether a value is a list of texts too long for a cell, as warnings are: they stand below the table."""
+    return isinstance(value, list) and any(isinstance(item, str) and len(item) > LONG for item in value)
 
 
 def _nested(value: Any) -> bool:

@@ -12,6 +12,7 @@ from nsmaps.report.html import table, tables, tag, told
 from nsmaps.report.legend import legend
 from nsmaps.study.archive import replace_file
 from nsmaps.study.conclusion import conclusion
+from nsmaps.study.motions import digits
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.summary import numbers
 
@@ -36,7 +37,7 @@ def _page(result: StudyResult, folder: Path) -> Element:
         "Verdicts": _verdicts(result),
         "What was asked": _asked(result, folder),
         "Figures": _figures(result, folder),
-        "Numbers": [part for name, data in numbers(result).items() for part in tables(data, 3, name.capitalize())],
+        "Numbers": _numbers(result),
         "Timings": _timings(result),
         "Versions": [table(["what", "version"], [[name, version] for name, version in result.versions.items()])],
         "How to cite": _cite(result, folder),
@@ -100,7 +101,7 @@ def _asked(result: StudyResult, folder: Path) -> list[Element]:
 
 def _figures(result: StudyResult, folder: Path) -> list[Element]:
     named = dict.fromkeys([*result.study.figures, *(["speed_error"] if result.speed else [])])
-    found = sorted((folder / "figures").glob("*.png"))
+    found = sorted((folder / "figures").glob("*.png"), key=lambda path: path.stem)  # the first domain's before the others'
     made = [
         _figure(path, name, path.stem.removeprefix(name).strip("-"))
         for name in named
@@ -123,6 +124,20 @@ def _figure(path: Path, name: str, of: str) -> Element:
     box = tag("div", image, class_="scroll", tabindex="0")
     label = tag("figcaption", tag("b", f"{name.replace('_', ' ')}{f' ({of})' if of else ''}. "), caption)
     return tag("figure", box, label, class_=("wide" if width > WIDE else "narrow") + (" tall" if height > width else ""))
+
+
+def _numbers(result: StudyResult) -> list[Element]:
+    """The numbers of each section as tables; those of a diagram have the parameter to the digits that tell its values apart."""
+    data = numbers(result)
+    for of, made in result.bifurcation.items():
+        for rows in data["bifurcation"][of].values():
+            for row in rows if isinstance(rows, list) else ():
+                row["from"], row["to"] = digits([row["from"], row["to"]], made)
+    note = "Those of result.json, by section. Angles are in radians, times of the section Speed in nanoseconds per state."
+    return [
+        tag("p", note, class_="soft"),
+        *(part for name, section in data.items() for part in tables(section, 3, name.capitalize())),
+    ]
 
 
 def _timings(result: StudyResult) -> list[Element]:

@@ -42,7 +42,7 @@ def changed(study: Study, parameters: Mapping[str, Any]) -> Study:
     except ValueError as error:
         raise StudyError(f"{study.name} with {_listed(parameters)}: {error}") from error
     others = {name: (study.parameters.get(name), value) for name, value in values.items() if value != study.parameters.get(name)}
-    before = [f"{_text(value)} in place of {_text(own)}" if own is not None else _text(value) for own, value in others.values()]
+    before = [_in_place(value, own) for own, value in others.values()]
     told = ", ".join(f"{name} = {text}" for name, text in zip(others, before, strict=True))
     made = study.model_copy(
         update={
@@ -59,8 +59,16 @@ def _listed(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
-def _text(value: Any) -> str:
-    return f"{value:.15g}" if isinstance(value, float) else str(value)
+def _in_place(value: Any, own: Any) -> str:
+    """A value and that of the study, to six digits or as many as tell them apart."""
+    if own is None:
+        return _text(value, 6)
+    pairs = [(_text(value, digits), _text(own, digits)) for digits in (6, 15)]
+    return "{} in place of {}".format(*(pairs[0] if len(set(pairs[0])) > 1 else pairs[1]))
+
+
+def _text(value: Any, digits: int = 15) -> str:
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
 
 
 def _plain(value: Any) -> str:

@@ -1,10 +1,11 @@
-"""What a run comes to, in a sentence."""
+"""What a run comes to, in a sentence or two."""
 
+from nsmaps.study.motions import coexisting
 from nsmaps.study.result import StudyResult
 
 
 def conclusion(result: StudyResult) -> str:
-    """Which required verdicts fail, or that all hold; how many of the others do."""
+    """Which required verdicts fail, or that all hold; how many of the others do, and what coexists."""
     required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
     failed = [f"{verdict.name} ({verdict.of})" for verdict in required if not verdict.holds]
     if failed:
@@ -17,4 +18,5 @@ def conclusion(result: StudyResult) -> str:
         text = "The study requires no verdict."
     if others:
         text += f" Of {len(others)} that are not required, {sum(verdict.holds for verdict in others)} hold."
+    text = " ".join(filter(None, (text, coexisting(result))))
     return text if result.finished else f"Unfinished: the run was stopped, and this is what it had computed. {text}"

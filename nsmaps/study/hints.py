@@ -3,14 +3,17 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from nsmaps.exact.impacts import angle_mask, nearest_turn
+from nsmaps.exact.impacts import Floats, angle_mask, nearest_turn
 from nsmaps.reduced.polyfit import POOR
 from nsmaps.study.needs import DIAGONAL
 from nsmaps.study.result import StudyResult
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.domain import AttractingDomain
+    from nsmaps.dynamics.ending import Ending
+    from nsmaps.dynamics.orbit import Orbit
     from nsmaps.study.spec import DomainSection
 
 
@@ -38,6 +41,35 @@ def pieces_of_others(result: StudyResult) -> str:
     told = _before(result, "the pieces are those of the study at") if result.study.composite else ""
     anew = "`partition: {tolerance: 1e-3}` in place of `composite` finds them anew"
     return told and f"{told}; {anew}, and domains then ask for `map: composite`, `box: diagonal`"
+
+
+def astray(result: StudyResult, orbit: "Orbit", last: int) -> str:
+    """Why the map in place of the exact one has no image of the last state of an orbit, and which piece led astray."""
+    map = result.composite
+    if map is None:
+        return "That state lies outside the grid, which is all that the map of strips holds for."
+    names = [map.pieces[k].name if k >= 0 else "" for k in map.piece_of(orbit.states[: last + 1]).tolist()]
+    if not names[last]:
+        return f"That state lies in no piece{f'; piece {names[last - 1]} led there' if last else ''}."
+    out = _outside(result, orbit.states[: last + 1])
+    first = int(np.argmax(out))
+    left = f"; piece {names[first - 1]} led out of the grid at return {first}" if out.any() and first else ""
+    return f"The polynomial of piece {names[last]} overflows there{left}."
+
+
+def beyond(result: StudyResult, ends: "Ending") -> str:
+    """That what an orbit ends on, or a part of it, lies outside the study's grid, or empty."""
+    out = _outside(result, ends.states)
+    return f"; {'' if out.all() else 'in part '}outside the study's grid" if out.any() else ""
+
+
+def _outside(result: StudyResult, states: Floats) -> NDArray[np.bool_]:
+    """Which of the states (N, n) lie outside the study's grid, if it has one; angles are taken on the turn nearest to it."""
+    if not result.study.grid:
+        return np.zeros(len(states), bool)
+    low, high = np.array([(span.low, span.high) for span in result.study.grid.values()]).T
+    x = np.where(angle_mask(result.system.coordinates), nearest_turn(states, (low + high) / 2), states)
+    return np.asarray(((x < low) | (x > high)).any(axis=1))
 
 
 def _before(result: StudyResult, what: str) -> str:

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from nsmaps.dynamics.branch import CLOSED
 from nsmaps.dynamics.events import DOUBLING
 from nsmaps.exact.impacts import Outcome
@@ -27,6 +29,17 @@ def missing(result: StudyResult) -> Iterator[Verdict]:
     if made is not None and (made.outcome == Outcome.invalid).any() and any(made.reasons):
         none, why = int((made.outcome == Outcome.invalid).sum()), next(filter(None, made.reasons))
         yield _missing("stability", "exact map", none, f"{made.outcome.size} points", why)
+
+
+def ended(result: StudyResult) -> Iterator[Verdict]:
+    """A verdict that fails for each diagram with values at which an orbit ends, and how most of them do."""
+    for of, made in result.bifurcation.items():
+        lost = ~made.held & np.array([[not reason] for reason in made.reasons])
+        if lost.any():
+            most = Outcome(int(np.bincount(made.outcome[lost]).argmax()))
+            why = "A polynomial overflows." if of == "composite" and most == Outcome.escaped else most.advice
+            text = f"no: one ends at {lost.any(axis=1).sum()} of {len(lost)} values, most often so: {why}"
+            yield Verdict(f"bifurcation {of}: orbits go on at every value", f"{of} map", False, False, text)
 
 
 def _missing(name: str, of: str, count: int, all: str, reason: str) -> Verdict:

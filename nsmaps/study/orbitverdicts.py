@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.exact.impacts import Floats, Outcome
+from nsmaps.study.hints import astray, beyond
 from nsmaps.study.result import OrbitPair, StudyResult, Verdict
 
 if TYPE_CHECKING:
@@ -20,22 +21,23 @@ def orbit_verdicts(result: StudyResult) -> Iterator[Verdict]:
     coordinates = result.system.coordinates
     for pair in result.orbits:
         name = f"orbit from {_point(coordinates, pair.start)}"
-        yield Verdict(f"{name}: keeps returning", "exact map", *_returning(coordinates, pair.exact, pair.ends))
+        yield Verdict(f"{name}: keeps returning", "exact map", *_returning(result, pair.exact, pair.ends))
         if pair.composite is not None:
-            returning = _returning(coordinates, pair.composite, pair.composite_ends)
+            returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
             yield Verdict(f"{name}: keeps returning", "composite map", *returning)
             yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
 
 
-def _returning(coordinates: Sequence[str], orbit: "Orbit", ends: "Ending | None") -> tuple[bool, bool, str]:
+def _returning(result: StudyResult, orbit: "Orbit", ends: "Ending | None", fitted: bool = False) -> tuple[bool, bool, str]:
     """Whether an orbit has an image at every return, that nobody requires it, and what it ends on or where it ended."""
+    coordinates = result.system.coordinates
     alive = np.isfinite(orbit.states).all(axis=-1)
     returns = len(orbit.states) - 1
     if alive.all():
         text = f"yes: after {returns} returns at {_point(coordinates, orbit.states[-1])}"
-        return True, False, f"{text}; {ends.text}" if ends else text
+        return True, False, f"{text}; {ends.text}{beyond(result, ends)}" if ends else text
     last = int(np.argmin(alive)) - 1
-    reason = Outcome(int(orbit.outcome[last])).advice
+    reason = astray(result, orbit, last) if fitted else Outcome(int(orbit.outcome[last])).advice
     return False, False, f"no: after {last} of {returns} returns at {_point(coordinates, orbit.states[last])}. {reason}"
 
 

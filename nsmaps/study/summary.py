@@ -1,13 +1,12 @@
 """The numbers of a result that a reader looks for, as plain data for result.json."""
 
 from dataclasses import asdict
-from itertools import groupby
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nsmaps.study.longsummary import long_run
+from nsmaps.study.motions import attractors, motions
 from nsmaps.study.result import OrbitPair, StudyResult
 
 if TYPE_CHECKING:
@@ -136,14 +135,9 @@ def _ending(made: "Ending") -> dict[str, Any]:
 
 def _bifurcation(made: "Bifurcation") -> dict[str, Any]:
     """The intervals of one motion of the first orbit in the order of the values, how many orbits ended, what coexists."""
-    from nsmaps.dynamics.coexistence import coexistence
-
-    pairs = zip(made.labels[:, 0].tolist(), made.values.tolist(), strict=True)
-    runs = [(label, [value for _, value in run]) for label, run in groupby(pairs, key=itemgetter(0))]
-    motions = [{"label": label, "from": values[0], "to": values[-1]} for label, values in runs]
-    spans = coexistence([made]).spans if made.held.shape[1] > 1 else ()
-    attractors = [{"attractor": span.attractor, "label": span.label, "from": span.low, "to": span.high} for span in spans]
-    return {"ended": int((~made.held).sum()), "motions": motions} | ({"attractors": attractors} if attractors else {})
+    spans, beside = attractors(made)
+    found = {"attractors": spans, "coexisting": beside} if spans else {}
+    return {"ended": int((~made.held).sum()), "motions": motions(made)} | found
 
 
 def _finite(state: Any) -> list[float | None]:

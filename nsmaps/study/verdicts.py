@@ -1,13 +1,15 @@
 """The claims that a result supports or refutes, each with the map it speaks of and the numbers it rests on."""
 
 from collections.abc import Iterator, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from math import floor, log10
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsmaps.exact.impacts import Floats
 from nsmaps.study.hints import elsewhere, on_domain, pieces_of_others
-from nsmaps.study.longverdicts import branches, missing
+from nsmaps.study.longverdicts import branches, ended, missing
 from nsmaps.study.orbitverdicts import orbit_verdicts
 from nsmaps.study.result import StudyResult, Verdict
 
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, sweeps, domains."""
-    long = (orbit_verdicts, missing, branches)
+    long = (orbit_verdicts, missing, ended, branches)
     sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, *long, _domains, _morse)
     return tuple(verdict for section in sections for verdict in section(result))
 
@@ -49,9 +51,12 @@ def _accurate(result: StudyResult) -> Iterator[Verdict]:
     if made is None:
         return
     where = zip(("over the box", "beside edges"), (made.uniform, made.beside), strict=True)
-    errors = [f"{e.largest:.2g} at {e.points - e.by_exact_map} states {place}, {e.over} over" for place, e in where]
+    errors = [
+        f"{e.largest:.2g} at {e.points - e.by_exact_map} states {place} ({e.over or 'none'} over the tolerance)"
+        for place, e in where
+    ]
     share = f"the exact map answers for {made.strips.report.exact_share:.2g} of the area"
-    text = f"{'yes' if made.met else 'no'}: largest error {', '.join(errors)}; {share}"
+    text = f"{'yes' if made.met else 'no'}: largest error {' and '.join(errors)}; {share}"
     required = "tolerance" in result.study.require
     yield Verdict("partition: tolerance met everywhere (held out)", "composite map", made.met, required, text)
 
@@ -71,7 +76,9 @@ def _partition(result: StudyResult) -> Iterator[Verdict]:
     yield Verdict("partition: tolerance met in the attracting regions", "composite map", made.met, required, text)
     exact, composite = made.arrives
     holds = bool(made.attracting) and composite >= exact
-    text = f"{'yes' if holds else 'no'}: of random starts {100 * composite:.3g} % end there, of the exact map {100 * exact:.3g} %"
+    text = (
+        f"{'yes' if holds else 'no'}: {100 * composite:.3g} % of random starts end there, under the exact map {100 * exact:.3g} %"
+    )
     yield Verdict("partition: orbits arrive in the attracting regions", "composite map", holds, False, text)
 
 
@@ -131,4 +138,12 @@ def _settled(domain: "AttractingDomain") -> str:
 
 
 def _intervals(coordinates: Sequence[str], box: Floats) -> str:
-    return " x ".join(f"{name} in [{low:.4g}, {high:.4g}]" for name, (low, high) in zip(coordinates, box, strict=True))
+    """Intervals, one a coordinate, rounded outwards to a hundredth of their width or finer: a bound that is printed holds."""
+    parts = []
+    for name, (low, high) in zip(coordinates, box, strict=True):
+        wide, large = high - low, max(abs(low), abs(high))
+        places = 3 - floor(log10(min(wide * 10, large) if wide > 0 else large)) if large > 0 else 0
+        unit = Decimal(1).scaleb(-min(places, 17))
+        ends = (Decimal(str(x)).quantize(unit, way) for x, way in ((low, ROUND_FLOOR), (high, ROUND_CEILING)))
+        parts.append(f"{name} in [{', '.join(f'{float(end):.15g}' for end in ends)}]")
+    return " x ".join(parts)

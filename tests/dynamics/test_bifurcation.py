@@ -155,10 +155,14 @@ def test_angles_repeat_over_the_cut():
         (["BB", "BTB"] * 4, [0, 1] * 4, 4, "2:1/2T"),
         (["BTTB"] * 4, [1] * 4, 1, "1:2/T"),
         (["BTB"] * 4, [0] * 4, 2, "1:1, period 2"),
+        (["BB"] * 4, [-1] * 4, 1, "1:0, period 1"),  # of a fitted map, whose phase may run back
         (["BTB"] * 4, [1] * 4, 0, "1:1/C"),
         (["BB", "BTB"] * 2, [0, 1] * 2, 0, "2:1/C"),
         (["BB", "BB", "BTB", "BTB", "BTB"], [1] * 5, 0, "C"),
         (["BB", "B~", "BTB"] * 2, [1] * 6, 3, "BB B~ BTB"),
+        (["B~", "BTB", "BB"] * 2, [1] * 6, 3, "BB B~ BTB"),  # wherever on the cycle the orbit was met
+        (["BB", "B~", "BB", "BB"] * 2, [1] * 8, 4, "B~, period 4"),
+        (["BB", "B~", "BB", "BTB"], [1] * 4, 0, "C"),
         ([""] * 4, [0] * 4, 1, ""),
     ],
 )

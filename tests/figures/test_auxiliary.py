@@ -255,7 +255,7 @@ def test_where_the_second_iterate_has_no_fixed_point_the_panel_says_so(result, a
     study = SimpleNamespace(second_iterate=SimpleNamespace(domain="loose"))
     ax.clear()
     second_iterate(SimpleNamespace(**{**vars(result), "study": study}), ax, "v", 0)
-    assert [text.get_text() for text in ax.texts] == ["no fixed point in the box"]
+    assert [text.get_text() for text in ax.texts] == ["no fixed point\nin the box"]
 
 
 def test_sizes_have_one_legend_and_a_single_box_that_is_not_trapped_is_hollow(result, ax):
@@ -266,3 +266,16 @@ def test_sizes_have_one_legend_and_a_single_box_that_is_not_trapped_is_hollow(re
     (line,) = [line for line in ax.lines if line.get_label() == "exact map, not trapped"]
     assert len(line.get_xdata()) == len(result.domains["loose"].sizes) == 1
     assert (line.get_markerfacecolor(), line.get_linestyle()) == ("white", "None")
+
+
+@pytest.mark.parametrize(("end", "shown"), [(0.5, True), (1e90, False)])
+def test_the_cobweb_of_an_orbit_that_ends_has_no_last_tenth(result, ax, end, shown):
+    pair = result.orbits[0]
+    states = np.array(pair.composite.states)
+    states[7, 0], states[8:] = end, np.nan
+    stopped = SimpleNamespace(**{**vars(pair), "composite": SimpleNamespace(states=states)})
+    cobweb(SimpleNamespace(**{**vars(result), "orbits": (stopped,)}), ax)
+    named = by_label(ax)
+    assert "last 10 %" not in named
+    assert ("end" in named) is shown
+    assert not shown or named["end"].get_xydata().tolist() == [[end, end]]

@@ -51,3 +51,19 @@ def test_a_narrow_window_is_named_upwards_and_three_values_are_none(ax):
     study = SimpleNamespace(bifurcation=SimpleNamespace(parameter="d"))
     bifurcation(SimpleNamespace(bifurcation={"exact": made}, study=study), ax)
     assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}
+
+
+def test_a_diagram_without_an_attractor_says_so(ax):
+    shape = (5, 1, 2)
+    made = SimpleNamespace(
+        values=np.linspace(0, 1, 5),
+        labels=np.full((5, 1), ""),
+        codes=np.zeros(shape),
+        words=np.full(shape, ""),
+        states=np.full((*shape, 2), np.nan),
+        coordinates=("v", "w"),
+    )
+    study = SimpleNamespace(bifurcation=SimpleNamespace(parameter="d"))
+    bifurcation(SimpleNamespace(bifurcation={"exact": made}, study=study), ax)
+    assert [text.get_text() for text in ax.texts] == ["no attractor"]
+    assert ax.get_legend() is None

@@ -52,7 +52,7 @@ def test_the_diagonal_shows_one_value_within_all(result, ax, coordinate, i):
     assert 0 < len(inner) < len(states)
     assert rows(union) == rows(np.column_stack([states[:, i], IMAGE[i](*states.T)]))
     assert rows(here) == rows(np.column_stack([inner[:, i], IMAGE[i](*inner.T)]))
-    assert {"4 $d$ in [0.1, 0.3]", "$d$ = 0.17", "ratio $1.2^{\\pm 1}$"} <= set(shown)
+    assert {"4 values in [0.1, 0.3]", "$d$ = 0.17", "ratio $1.2^{\\pm 1}$"} <= set(shown)
     assert (ax.get_xlabel(), ax.get_ylabel()) == LABELS[i]
 
 

@@ -1,15 +1,18 @@
 """The pictures of the motion: over time, in the phase plane, at impacts, along a slice; the algorithm and the sketches."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from figures.conftest import COORDINATES, WALLS
 from matplotlib import rc_context
 from matplotlib.colors import to_rgba
 from matplotlib.patches import FancyBboxPatch
 
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Returns, encode
 from nsmaps.figures.algorithm import STEPS, algorithm
 from nsmaps.figures.algorithm import sheets as algorithm_sheets
 from nsmaps.figures.impacts import impacts
@@ -72,7 +75,7 @@ def test_slices_have_a_line_a_piece_in_the_colour_of_its_word(result, ax):
     drawn = np.concatenate([line.get_xydata() for line in ax.lines])
     assert np.array_equal(drawn, np.column_stack([made.returns.start[:, 0], made.returns.image[:, 1]]))
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]
-    assert ax.get_title() == r"$\phi_{k}$ = 1"
+    assert ax.get_title() == r"$\phi_{k}$ = 1 rad"
 
 
 def test_the_algorithm_names_every_step_and_counts_the_log(result, ax):
@@ -109,3 +112,17 @@ def test_every_system_of_the_project_has_a_sketch(result, ax, name):
 def test_a_system_without_a_sketch_says_so(ax):
     with pytest.raises(NsmapsError, match=r"no package offers a sketch of the system 'mine\.py:Mine'"):
         sketch(SimpleNamespace(study=SimpleNamespace(system="mine.py:Mine")), ax)
+
+
+def test_slices_of_many_words_count_those_beyond_eight_beside_the_picture(result, ax):
+    words = [f"B{'T' * k}B" for k in range(11)]
+    start, image = np.column_stack([np.linspace(0.1, 1, 22), np.ones(22)]), np.full((22, 2), 0.5)
+    codes = np.repeat([encode(word, WALLS) for word in words], 2)
+    zeros = np.zeros(22)
+    returns = Returns(COORDINATES, WALLS, start, image, np.zeros((22, 2), np.int32), codes, zeros.astype(np.int8), zeros)
+    many = replace(result.slices[0], returns=returns, jump=np.zeros(21, bool))
+    slices(SimpleNamespace(**{**vars(result), "slices": (many,)}), ax)
+    legend = ax.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == [*words[:8], "3 more words"]
+    ax.figure.canvas.draw()
+    assert legend.get_window_extent().x0 >= ax.get_window_extent().x1

@@ -11,6 +11,9 @@ from matplotlib.patches import Rectangle
 from sheets import surface_of
 
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.impacts import Angle
+from nsmaps.exact.surface import Axis, Grid
+from nsmaps.figures.areas import pieces_on
 from nsmaps.figures.orbits import around, orbits
 from nsmaps.figures.orbits import sheets as orbit_sheets
 from nsmaps.figures.partition import partition
@@ -20,7 +23,10 @@ from nsmaps.figures.regions import regions
 from nsmaps.figures.style import BROWN, GREEN, ORANGE, RED
 from nsmaps.figures.surfaces import surfaces
 from nsmaps.figures.words import pieces, sheets, words
+from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.diagonal import Diagonal, diagonal_region
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Where
 
 
 def labels(ax):
@@ -264,3 +270,37 @@ def test_a_steep_part_of_a_surface_has_no_gaps_and_a_jump_has(ax3d):
     assert np.diff(line).max() < 1.5 * 2 / 100
     assert not ((z > 0.75) & (z < 1.99)).any()
     assert (ax3d.zaxis.get_rotate_label(None), ax3d.zaxis.label.get_rotation()) == (False, 90), "read upwards from every side"
+
+
+def test_the_last_row_of_a_whole_circle_is_not_phase_zero():
+    grid = Grid(axes={"v": Axis(low=0.1, high=1.0, points=3), "phi": Axis(low=0.0, high=2 * np.pi, points=5)})
+    names, map = ("v", Angle("phi")), PolyMap.reset(("v", Angle("phi")), {"phi": 1.2})
+    regions = [Where(text=text, coordinates=names) for text in ("phi < 1", "phi >= 1")]
+    made = CompositeMap(names, ("B", "T"), tuple(Piece(region.text, region, map) for region in regions))
+    assert pieces_on(made, grid).reshape(3, 5).tolist() == [[0, 1, 1, 1, 1]] * 3
+    assert made.piece_of([[0.5, 2 * np.pi]]).tolist() == [0], "where a state at 2 pi is one at zero"
+
+
+def test_an_orbit_that_ends_has_a_cross_and_no_last_tenth(result, ax):
+    pair = result.orbits[0]
+    whole = np.array(pair.composite.states)
+    for last, beyond, text in ((7, False, "composite map ends"), (7, True, "composite map, last inside")):
+        states = whole.copy()
+        states[last + 1 :] = np.nan
+        if beyond:
+            states[last] = 1e90
+        stopped = SimpleNamespace(**{**vars(pair), "composite": SimpleNamespace(states=states)})
+        other = ax.figure.add_subplot()
+        orbits(SimpleNamespace(**{**vars(result), "orbits": (stopped,)}), other)
+        assert legend_texts(other) == ["exact map", "exact, last 10 %", "composite map", text, "start"]
+        (cross,) = [line for line in other.lines if line.get_label() == text]
+        assert cross.get_xydata().tolist() == [whole[last - beyond].tolist()]
+
+
+def test_a_picture_of_orbits_ends_where_a_circle_of_phases_does(result, ax):
+    pair = result.orbits[0]
+    states = np.array(pair.exact.states)
+    states[3, 1] = 6.28
+    far = SimpleNamespace(**{**vars(pair), "exact": SimpleNamespace(states=states, coordinates=pair.exact.coordinates)})
+    orbits(SimpleNamespace(**{**vars(result), "orbits": (far,)}), ax)
+    assert ax.get_ylim() == pytest.approx((0.0, 2 * np.pi))

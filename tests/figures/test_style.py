@@ -9,7 +9,7 @@ import pytest
 from nsmaps import load_system
 from nsmaps.exact.impacts import Angle
 from nsmaps.figures import draw, lines, style
-from nsmaps.figures.sheet import _letter
+from nsmaps.figures.sheet import Sheet, _letter
 
 
 @pytest.mark.parametrize("module", [style, lines])
@@ -91,3 +91,15 @@ def test_both_axes_of_a_phase_have_ticks_of_one_kind(ax):
     style.dress(ax, (Angle("phi"), "k"), (Angle("phi"), "k+1"))
     ax.figure.canvas.draw()
     assert not any("pi" in text.get_text() for text in (*ax.get_xticklabels(), *ax.get_yticklabels()))
+
+
+def test_a_long_title_is_broken_so_that_it_leaves_room_for_the_letter():
+    long = "exact map, by fitted map R1+, update 1, not trapped"
+    panels = [lambda ax, text=text: ax.set_title(text) and ax for text in ("short", long)]
+    figure = Sheet("envelopes", tuple(panels), 2, (5.8, 4.4)).figure()
+    short, broken = (ax.get_title() for ax in figure.axes)
+    assert short == "short"
+    assert broken.replace("\n", " ") == long
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        assert not ax.title.get_window_extent().overlaps(ax._left_title.get_window_extent())

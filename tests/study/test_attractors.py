@@ -1,6 +1,7 @@
 """What a run says of its orbits' attractors, and when it says that both maps have the same."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ def test_the_paper_s_two_cycle_is_that_of_both_maps(pd: str) -> None:
     assert (verdict.of, verdict.holds, verdict.required) == ("composite map", True, False)
     exact, ours = (by_hand(map, [0.2, 0.1], 400) for map in (result.system, result.composite))
     apart = np.linalg.norm(exact - ours, axis=1).max()  # each is nearest to its like: the cycles are 0.2 long
-    assert verdict.text.startswith("yes: period 2 (1:1/2T) of the exact map, period 2 (1:1, period 2) of the composite map, ")
+    assert verdict.text.startswith("yes: period 2 (1:1/2T) of the exact map, period 2 (1:1) of the composite map, ")
     assert f", {apart:.2g} apart (within 0.099, 3% of the extent of the states)" in verdict.text
     attractor = json.loads(Path("out/result.json").read_text())["numbers"]["orbits"][0]["attractor"]["exact"]
     assert (attractor["period"], attractor["label"], attractor["words"], attractor["stable"]) == (2, "1:1/2T", "BTB BTB", True)
@@ -73,6 +74,7 @@ def test_an_orbit_that_leaves_all_pieces_has_no_attractor(good: str) -> None:
     result = nsmaps.run("s.yaml")
     keeps = [v for v in result.verdicts if v.name.endswith(": keeps returning") and v.of == "composite map"]
     assert [v.holds for v in keeps] == [False]
+    assert keeps[0].text == "no: after 0 of 5 returns at (v = 0.3, phi = 1). That state lies in no piece."
     assert same(result).text == "no: the composite map's orbit does not keep returning"
     assert result.orbits[0].composite_ends is None
 
@@ -83,6 +85,8 @@ def test_chaos_is_told_by_its_exponent() -> None:
     result = nsmaps.run("s.yaml")
     found = result.orbits[0].ends
     assert found.period == 0
+    resting = replace(found, exponent=-np.inf, exponent_error=np.nan)
+    assert resting.text.endswith(", largest Lyapunov exponent -inf, as where orbits that rest become one")
     independent = nsmaps.lyapunov(result.system, [0.7, 0.3], 20_000)
     assert found.exponent > 0
     assert found.exponent == pytest.approx(independent.exponents[0], abs=5 * found.exponent_error)

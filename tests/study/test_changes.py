@@ -135,3 +135,11 @@ def test_no_such_study_has_a_near_match() -> None:
     answer = CliRunner().invoke(app, ["copy", "ball/drip"])
     assert answer.exit_code == 2
     assert answer.stderr.endswith(", did you mean 'ball/drop'?\n")
+
+
+@pytest.mark.parametrize(
+    ("beta", "told"), [("pi/4", "0.785398 in place of 1.0472"), ("pi/3 + 1e-9", "1.0471975521966 in place of 1.0471975511966")]
+)
+def test_a_title_has_no_more_digits_than_tell_the_values_apart(beta: str, told: str) -> None:
+    study = nsmaps.load_study("vi_pair/pd", parameters={"beta": beta})
+    assert study.title == f"Case PD: the stable two-cycle at d = 0.30; with beta = {told}"

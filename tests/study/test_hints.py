@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.study.hints import astray
+from nsmaps.study.verdicts import _intervals
 
 BASE = """\
 system: vi_pair
@@ -71,3 +73,72 @@ def test_the_same_across_phase_zero() -> None:
     share = 1 - max(words.count(word) for word in set(words)) / len(words)
     assert 0 < share < 1
     assert f"; {100 * share:.2g} % of the grid's states in its start box" in text(result, "exact")
+
+
+STRAY = """\
+system: vi_pair
+parameters: {d: 0.35, g_bar: 0.2113275}
+grid: {v: {from: 0.02, to: 1, points: 41}, phi: {from: 0, to: 2*pi, points: 63}}
+families: {low: [BTB]}
+composite:
+  - {name: flat, box: {v: [0, 0.3], phi: [0, 2*pi]}, family: low, data: v > 0.6, fit: {full: {}}}
+  - {name: steep, where: v > SEAM or v < 0, family: low, data: v > 0.6, fit: {full: {v: 9, phi: 0}}}
+orbits: [{start: {v: 0.1, phi: 1}, returns: 30}]
+"""
+
+
+def stray(seam: float) -> tuple[nsmaps.StudyResult, str]:
+    """An orbit that a constant leads to v of about 0.8, where a piece begins or not, and what is said of it."""
+    Path("s.yaml").write_text(STRAY.replace("SEAM", str(seam)))
+    made = nsmaps.run("s.yaml")
+    (verdict,) = (v for v in made.verdicts if v.name.endswith(": keeps returning") and v.of == "composite map")
+    return made, verdict.text
+
+
+def test_an_orbit_that_leaves_all_pieces_says_where_and_from_which() -> None:
+    made, said = stray(2.0)
+    v, phi = made.composite.first_return([[0.1, 1.0]]).image[0]
+    assert 0.3 < v < 2
+    where = f"no: after 1 of 30 returns at (v = {v:.5g}, phi = {phi:.5g})."
+    assert said == f"{where} That state lies in no piece; piece flat led there."
+
+
+def test_a_polynomial_that_overflows_is_named_with_the_return_that_left_the_grid() -> None:
+    made, _ = stray(0.3)
+    path = nsmaps.orbit(made.composite, [0.31, 1.0], 400)  # far from the data of a polynomial of order nine
+    last = int(np.isfinite(path.states).all(axis=1).sum()) - 1
+    speeds = path.states[: last + 1, 0]
+    left = next(k for k, v in enumerate(speeds) if not 0.02 <= v <= 1)
+    assert 1 <= left < last < 400
+    said = f"The polynomial of piece steep overflows there; piece steep led out of the grid at return {left}."
+    assert astray(made, path, last) == said
+    beyond = nsmaps.orbit(made.composite, [5.0, 1.0], 400)
+    assert astray(made, beyond, int(np.isfinite(beyond.states).all(axis=1).sum()) - 1) == said.partition(";")[0] + "."
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [
+        (0.65, 1.0, "v in [0.65, 1]"),
+        (0.0033, 0.55, "v in [0.0033, 0.55]"),
+        (0.0, 3.141592653589793, "v in [0, 3.142]"),
+        (5.44051234561234, 5.44051235411876, "v in [5.44051234561, 5.44051235412]"),
+        (-1.00004, -0.5, "v in [-1.001, -0.5]"),
+        (2.0, 2.0, "v in [2, 2]"),
+        (0.0, 0.0, "v in [0, 0]"),
+    ],
+)
+def test_bounds_are_told_rounded_outwards_and_to_their_width(low: float, high: float, text: str) -> None:
+    assert _intervals(("v",), np.array([[low, high]])) == text
+
+
+@pytest.mark.parametrize(("to", "said"), [(1, True), (1.1, False)])
+def test_an_attractor_outside_the_grid_is_said_to_be(to: float, said: bool) -> None:
+    """At d = 0.5 the fixed point has v = 1.0017, phi = 0.6313."""
+    grid = f"grid: {{v: {{from: 0.02, to: {to}, points: 9}}, phi: {{from: 0, to: pi, points: 9}}}}\n"
+    orbits = "orbits: [{start: {v: 0.35, phi: 1.5}, returns: 200}]\n"
+    Path("s.yaml").write_text("system: vi_pair\nparameters: {d: 0.5, g_bar: 0.2113275}\n" + grid + orbits)
+    made = nsmaps.run("s.yaml")
+    assert made.orbits[0].ends.states[0] == pytest.approx([1.0017, 0.6313], abs=1e-4)
+    (verdict,) = made.verdicts
+    assert verdict.text.endswith("; outside the study's grid") is said

@@ -268,3 +268,26 @@ def test_a_browser_prints_the_page(good: str) -> None:
     printed = Path("page.pdf").read_bytes()
     assert printed.startswith(b"%PDF")
     assert printed.count(b"/Type /Page\n") + printed.count(b"/Type /Page ") >= 2
+
+
+def test_a_number_next_to_one_is_not_told_as_one() -> None:
+    assert told(1 - 4.2e-8) == "1 - 4.2e-08"
+    assert told(1.0001) == "1 + 0.0001"
+    assert (told(1.0), told(0.9991), told(1.002)) == ("1", "0.9991", "1.002")
+
+
+def test_warnings_stand_below_their_table_and_nothing_is_told_as_such() -> None:
+    long = "v': R2 is 0.395, below 0.9: the polynomial does not follow the data"
+    fits = {"R1": {"r2": [0.5], "warnings": []}, "R7": {"r2": [0.395], "warnings": [long, long]}}
+    text = "".join(tostring(part, encoding="unicode") for part in tables({"uncovered": {}, "fits": fits}))
+    assert text.count(f"R7: {long}; {long}</p>") == 1
+    assert "warnings" not in text
+    assert "R1: " not in text
+    assert ">uncovered</h4><p>none</p>" in text
+
+
+def test_the_first_domain_s_figure_comes_first(good: str) -> None:
+    more = "domains:\n  - {name: a, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}\n"
+    folder = ran(good.replace("domains:\n", more) + "figures: [envelopes]\n")
+    captions = re.findall(r"<b>(envelopes[^<]*?)\. </b>", (folder / "report.html").read_text(encoding="utf-8"))
+    assert captions == ["envelopes", "envelopes (exact)"]

@@ -197,3 +197,15 @@ def test_a_run_ends_with_what_its_verdicts_come_to(good: str) -> None:
     done = program("run", "t.yaml", "--no-figures")
     assert done.returncode == 1
     assert "1 of 1 required verdicts fails: covered (composite map)." in done.stdout
+
+
+@pytest.mark.parametrize(("columns", "narrow"), [("80", True), ("160", False)])
+def test_verdicts_stand_below_their_names_on_a_narrow_terminal(good: str, columns: str, narrow: bool) -> None:
+    Path("s.yaml").write_text(good)
+    _, written = on_terminal("run", "s.yaml", "--no-figures", "--no-report", COLUMNS=columns, NO_COLOR="1")
+    lines = [re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", line) for line in written.splitlines()]
+    told = "every state of the grid lies in a piece"
+    (number,) = (k for k, line in enumerate(lines) if told in line)
+    assert ("covered (composite map, required)" in lines[number - 1]) is narrow
+    assert ("covered" in lines[number]) is not narrow
+    assert max(len(line) for line in lines if told in line) <= int(columns)

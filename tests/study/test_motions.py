@@ -1,0 +1,92 @@
+"""What a sweep says in words: motions by interval, and attractors beside each other, on the terminal and in the report."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import nsmaps
+from nsmaps.cli import app
+from nsmaps.study.conclusion import conclusion
+from nsmaps.study.motions import digits, motions, widest
+from nsmaps.study.summary import numbers
+
+FOLD, CRISIS = 0.227713761, 0.22505  #: of 2:1/T and of the chaos beside it; see test_branch.py and docs/dynamics.md
+PAIR = """\
+system: vi_pair
+parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}
+bifurcation:
+  {parameter: d, from: 0.222, to: 0.238, points: 33, start: {v: 0.6, phi: 0.3}, transient: 3000, returns: 120, follow: both}
+"""
+BALL = """\
+system: bouncing_ball
+parameters: {Gamma: 1.4}
+bifurcation: {parameter: Gamma, from: 1.5, to: 1.9, points: 41, start: {v: 4.1887902, phi: 0.15}, returns: 240, follow: up}
+"""
+
+
+@pytest.fixture
+def both() -> nsmaps.StudyResult:
+    """One orbit up and one down through the window in which two attractors coexist."""
+    Path("s.yaml").write_text(PAIR)
+    return nsmaps.run("s.yaml", out="out")
+
+
+def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: nsmaps.StudyResult) -> None:
+    values = both.bifurcation["exact"].values
+    inside = [value for value in values if CRISIS < value < FOLD]
+    sentence = f"Attractors of the exact map coexist: 2:1/T beside C for d from {inside[0]:.6g} to {inside[-1]:.6g}."
+    assert conclusion(both) == f"The study requires no verdict. {sentence}"
+    (row,) = numbers(both)["bifurcation"]["exact"]["coexisting"]
+    assert row == {"motion": "2:1/T", "beside": "C", "from": inside[0], "to": inside[-1]}
+    assert sentence in CliRunner().invoke(app, ["run", "s.yaml", "--out", "again"]).output
+    page = Path("again/report.html").read_text()
+    assert page.count(sentence) == 1
+    assert re.search(f"coexisting</h.>.*2:1/T</td>.*{inside[0]:.6g}</td>.*{inside[-1]:.6g}</td>", page)
+    assert json.loads(Path("out/result.json").read_text())["numbers"]["bifurcation"]["exact"]["coexisting"] == [row]
+
+
+def test_one_orbit_tells_of_no_coexistence() -> None:
+    Path("s.yaml").write_text(PAIR.replace("follow: both", "follow: up"))
+    result = nsmaps.run("s.yaml")
+    assert conclusion(result) == "The study requires no verdict."
+    assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions"}
+
+
+def test_the_table_keeps_the_widest_intervals_and_counts_the_rest() -> None:
+    Path("s.yaml").write_text(BALL)
+    told = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"]).output
+    made = nsmaps.read_result("out").bifurcation["exact"]
+    rows = motions(made)
+    counts = [sum(row["from"] <= value <= row["to"] for value in made.values) for row in rows]
+    assert sum(counts) == len(made.values)
+    assert len(rows) > 12
+    kept, more, largest = widest(made, 12)
+    assert (len(kept), more) == (12, len(rows) - 12)
+    assert sorted((row["values"] for row in kept), reverse=True) == sorted(counts, reverse=True)[:12]
+    assert largest == sorted(counts, reverse=True)[12] == 1
+    assert [row["from"] for row in kept] == sorted(row["from"] for row in kept)
+    assert f"Of the exact map there are {more} more intervals, of at most one value." in told
+    assert "C: no period up to 120 returns" in told
+    assert re.search(r"exact\s+1:0/2T\s+1\.53\s+1\.66\s+14", told), "the doublings are at 1.5249 and 1.6673"
+    assert all(len(line) < 100 for line in told.splitlines()), "motion that sticks is named by more than its words"
+
+
+def test_values_have_the_digits_that_tell_them_apart() -> None:
+    Path("s.yaml").write_text(BALL)
+    made = nsmaps.run("s.yaml").bifurcation["exact"]
+    assert digits([1.5, 1.5100000000000002, 1.9], made) == ["1.5", "1.51", "1.9"]
+    assert len(set(digits(made.values.tolist(), made))) == len(made.values)
+
+
+def test_orbits_of_a_diagram_that_end_are_a_verdict_with_the_reason() -> None:
+    """Below Gamma = 1 gravity is never outweighed: a ball that has come to rest stays."""
+    Path("s.yaml").write_text(BALL.replace("from: 1.5", "from: 0.5").replace("to: 1.9, points: 41", "to: 0.9, points: 5"))
+    told = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"]).output
+    (verdict,) = nsmaps.read_result("out").verdicts
+    assert (verdict.holds, verdict.required) == (False, False)
+    assert verdict.text == f"no: one ends at 5 of 5 values, most often so: {nsmaps.Outcome.rests.advice}"
+    assert re.search(r"exact\s+no attractor\s+0.5\s+0.9\s+5", told)
+    assert "C: no period" not in told
