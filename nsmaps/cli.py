@@ -8,7 +8,8 @@ Nothing heavy is imported before a command needs it.
 
 import os
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +18,7 @@ import typer
 
 from nsmaps import commands
 from nsmaps.commands import draw_listed, figures_of
+from nsmaps.errors import NsmapsError
 from nsmaps.terminal import FAILED, STOPPED, Program, examples, summary, written
 from nsmaps.terminal import bar as _bar
 from nsmaps.terminal import told as _told
@@ -203,7 +205,9 @@ def _shown(
     if figures and figures_of(result):
         progress("figures", 0, 1)
         begun = perf_counter()
-        draw_listed(result, figures_of(result), folder)
+        for name in figures_of(result):
+            with _drawing(name):
+                draw_listed(result, [name], folder)
         result = timed(result, folder, "figures", perf_counter() - begun)
     if not report:
         return result, {}
@@ -211,6 +215,16 @@ def _shown(
     begun = perf_counter()
     _report(result, folder)
     return result, {"report": perf_counter() - begun}
+
+
+@contextmanager
+def _drawing(name: str) -> Iterator[None]:
+    """A figure that cannot be drawn is told, and does not take the others, the tables and the report with it."""
+    try:
+        yield
+    except Exception as error:
+        why = str(error) if isinstance(error, NsmapsError) else f"{type(error).__name__}: {error}"
+        typer.echo(f"the figure {name!r} cannot be drawn: {why}", err=True)
 
 
 def _report(result: "StudyResult", folder: Path) -> None:

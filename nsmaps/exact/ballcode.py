@@ -20,6 +20,7 @@ WAVES = {
     sp.Abs: "babs({0})",
 }
 DECORATOR = '@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)'  #: as `INNER` of `swarm.py`
+LONG = 16  #: parts of a sum or product that are written one within the other
 CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin"}
 
 
@@ -52,6 +53,8 @@ def ball_code(expr: sp.Expr) -> str:
 
 
 def _chain(name: str, parts: Sequence[str]) -> str:
+    if len(parts) > LONG:  # Python reads at most 200 parentheses within each other
+        return f"{name}({_chain(name, parts[: len(parts) // 2])}, {_chain(name, parts[len(parts) // 2 :])})"
     code = parts[0]
     for part in parts[1:]:
         code = f"{name}({code}, {part})"

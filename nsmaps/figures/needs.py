@@ -104,8 +104,14 @@ def _there(part: T | None, figure: str, what: str, sections: str) -> T:
 
 
 def surfaces_of(result: Drawable, figure: str) -> Mapping[str, "Surface"]:
-    """The surfaces by family, of two coordinates, or the error that says what to name."""
-    surfaces = _there(result.surfaces, figure, "return surfaces", "'grid' and 'families'")
+    """The surfaces by family, of two coordinates, of families with states on the grid, or the error that says what to name."""
+    named = _there(result.surfaces, figure, "return surfaces", "'grid' and 'families'")
+    surfaces = {name: surface for name, surface in named.items() if len(surface.start)}
+    if not surfaces:
+        raise NsmapsError(
+            f"the figure {figure!r} has nothing to show: no state of the grid is in {' or '.join(map(repr, named))}; accepted: "
+            "families of words that occur on the grid"
+        )
     two(next(iter(surfaces.values())).coordinates, figure)
     return surfaces
 

@@ -63,19 +63,14 @@ def projections(result: Drawable, ax: Axes, coordinate: str = "", family: str = 
     axes = list(surface.grid.axes.values())
     low, high = part or (axes[-1].low, axes[-1].high)
     keep = (surface.start[:, -1] >= low - 1e-9) & (surface.start[:, -1] <= high + 1e-9)
-    columns = surface.start[:, i], surface.image[:, i], surface.start[:, -1]
-    x, y, shade = (_strands(surface, keep, column, 1 - i) for column in columns)
     scale = ScalarMappable(Normalize(low, high), _COLOURS)
-    steps = np.concatenate([_segments(one, two) for one, two in zip(x, y, strict=True)])
-    colour = np.concatenate([each[:-1] for each in shade])
-    shown = ~np.concatenate([jumps(each, 0.02 * float(np.ptp(surface.image[:, i]))) for each in y])
-    look: dict[str, Any] = {"cmap": scale.cmap, "norm": scale.norm, "lw": 1.3, "capstyle": "round", "zorder": 3}
-    ax.add_collection(LineCollection(list(steps[shown]), array=colour[shown], rasterized=True, **look))
+    if keep.any():
+        _draw(ax, surface, keep, i, scale)
     ends = (low, high) if i == len(axes) - 1 else (axes[i].low, axes[i].high)
     top = TWO_PI if isinstance(name, Angle) else 1.05 * float(surface.image[:, i].max(initial=ends[1]))
     ax.set(xlim=ends, ylim=(min(0.0, ends[0]), top))
     diagonal(ax, *ends).set_label("_")
-    if result.diagonal is not None:
+    if result.diagonal is not None and keep.any():
         _stars(result.diagonal, surface, keep, ax, i)
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(scale, cax=ax.inset_axes((1.03, 0, 0.035, 1)))
     bar.set_label(label(surface.coordinates[-1], "k"))
@@ -84,6 +79,17 @@ def projections(result: Drawable, ax: Axes, coordinate: str = "", family: str = 
     handles = [Line2D([], [], color=_COLOURS(0.5), label=surface.name), *ax.get_legend_handles_labels()[0]]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=3, frameon=False, **_TIGHT)
     return dress(ax, (name, "k"), (name, "k+1"))
+
+
+def _draw(ax: Axes, surface: Surface, keep: NDArray[np.bool_], i: int, scale: ScalarMappable) -> None:
+    """The strands of one coordinate's next value against its present one."""
+    columns = surface.start[:, i], surface.image[:, i], surface.start[:, -1]
+    x, y, shade = (_strands(surface, keep, column, 1 - i) for column in columns)
+    steps = np.concatenate([_segments(one, two) for one, two in zip(x, y, strict=True)])
+    colour = np.concatenate([each[:-1] for each in shade])
+    shown = ~np.concatenate([jumps(each, 0.02 * float(np.ptp(surface.image[:, i]))) for each in y])
+    look: dict[str, Any] = {"cmap": scale.cmap, "norm": scale.norm, "lw": 1.3, "capstyle": "round", "zorder": 3}
+    ax.add_collection(LineCollection(list(steps[shown]), array=colour[shown], rasterized=True, **look))
 
 
 def _segments(x: Floats, y: Floats) -> Floats:

@@ -8,7 +8,9 @@ import json
 import os
 import platform
 import tempfile
-from contextlib import suppress
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from importlib.metadata import PackageNotFoundError, version
 from io import BytesIO, StringIO
@@ -144,10 +146,12 @@ def read_result(folder: str | os.PathLike[str]) -> StudyResult:
     place = Path(folder)
     if not (place / "result.json").is_file():
         raise NsmapsError(f"{place} holds no result.json; accepted: a folder that `nsmaps run` wrote")
-    record = json.loads((place / "result.json").read_text(encoding="utf-8"))
+    with _whole(place / "result.json"):
+        record = json.loads((place / "result.json").read_text(encoding="utf-8"))
     _check_format(place, record)
-    study = read_study(place / "study.yaml", record["study"])
-    with np.load(place / "arrays.npz", allow_pickle=False) as arrays:
+    with _whole(place / "study.yaml"):
+        study = read_study(place / "study.yaml", record["study"])
+    with _whole(place / "arrays.npz"), np.load(place / "arrays.npz", allow_pickle=False) as arrays:
         loaded = {name: arrays[name] for name in arrays.files}
     try:
         result = StudyResult(
@@ -165,6 +169,16 @@ def read_result(folder: str | os.PathLike[str]) -> StudyResult:
         ) from error
     again = "second_iterate" in result.timings
     return replace(result, second_iterate=second_iterate_of(result)) if again else result
+
+
+@contextmanager
+def _whole(file: Path) -> Iterator[None]:
+    """A file of a run that is missing or cut off is an error that says what to do."""
+    try:
+        yield
+    except (OSError, EOFError, json.JSONDecodeError, zipfile.BadZipFile) as error:
+        what = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
+        raise NsmapsError(f"{file} {what}; accepted: a folder as `nsmaps run` wrote it; run the study again") from error
 
 
 def _check_format(place: Path, record: dict[str, Any]) -> None:

@@ -47,8 +47,8 @@ def run(
 
     What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
 
-    Raises StudyError for a study that cannot be run, in which case no result is written; NsmapsError for a folder that holds a
-    run of another study, or, to be resumed, of other versions; Interrupted on Ctrl-C, when what is finished has been written.
+    Raises StudyError for a study that cannot be run; NsmapsError for a folder that holds a run of another study, or, to be
+    resumed, of other versions; Interrupted on Ctrl-C. When a step is stopped or fails, the steps before it have been written.
     """
     study = study if isinstance(study, Study) else load_study(study)
     plan = prepare(study)
@@ -77,6 +77,10 @@ def run(
         if folder:
             _write(result, folder)
         raise Interrupted(result, folder) from None
+    except Exception:
+        if folder and result.timings:
+            _write(replace(result, verdicts=verdicts(result)), folder)
+        raise
     if folder:
         _write(result, folder)
     return result
