@@ -80,10 +80,21 @@ def awkward():
     return CompositeMap(names, ("B",), (Piece('*/ """ "$x" \\ % 1 & #_{^~', region, polymap),))
 
 
+def shadowing():
+    """A map whose names are those of variables and functions that programs use, and whose pieces differ in case only."""
+    names = ("left", Angle("pow"))
+    first = "left**1.5 < 0.5 and left**left > 0.9 and pow > 1"
+    last = "sqrt(left) < 0.8 and 1 < pow < 2 or 1/pow < -9 or 6.28 < pow and left > 0.1"
+    regions = [Where(text=text, coordinates=names) for text in (first, last)]
+    maps = [random_map([[0.0, 1.0], [0.0, 1.0]], names=names, seed=seed) for seed in (1, 2)]
+    pieces = [Piece(*each) for each in zip(("R1", "r1"), regions, maps, strict=True)]
+    return CompositeMap(names, ("B",), tuple(pieces))
+
+
 def cases():
     """What is exported, by name: the thing, the box of its states, and its images (and pieces) at states by nsmaps itself."""
     plane, whole, over_d = random_map([[0.5, 1.0], [0.1, 0.9]], absolute=("v",)), composite(), parametric()
-    smooth = random_map([[0.5, 1.0], [0.1, 0.9]])
+    smooth, shadows = random_map([[0.5, 1.0], [0.1, 0.9]]), shadowing()
     second, second_d = second_iterate(smooth, 0.2, 0.7), second_iterate(over_d, 0.2, 0.4, "min_first", piece="P0")
     third, power = held_iterate(smooth, [0.2, 0.3, 0.8], variable="v"), iterate(line(), 4)
     return {
@@ -91,6 +102,7 @@ def cases():
         "line": (line(), [[-0.1, 1.1]], line()),
         "space": (space(), space().domain, space()),
         "composite": (whole, [[-0.2, 1.5], [-7.0, 14.0]], lambda x: (whole.first_return(x).image, whole.piece_of(x))),
+        "shadowing": (shadows, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (shadows.first_return(x).image, shadows.piece_of(x))),
         "parametric": (over_d, [[0.0, 1.0], [0.0, 1.0], [0.25, 0.36]], lambda x: each_value(over_d, x)),
         "second": (second, [[0.5, 1.0]], lambda x: chain(smooth, x, [0.7, 0.2])),
         "second in d": (second_d, [[0.6, 0.9], [0.26, 0.35]], lambda x: chain_of_parametric(over_d, x)),
@@ -133,7 +145,9 @@ def states_of(box, seed=1):
     x = rng.uniform(box[:, 0], box[:, 1], (POINTS, len(box)))
     corners = np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box))
     x[: len(corners)] = corners
-    edges = [0.6, 0.9, -0.3, 0.5, 0.55, np.pi / 3, 0.2, 1.0, 0.25, 1.2, 6.0, 0.1, 0.0, 2 * np.pi, -2 * np.pi, np.nextafter(0, -1)]
+    turn = 2 * np.pi
+    edges = [-0.0, 0.6, 0.9, -0.3, 0.5, 0.55, np.pi / 3, 0.2, 1.0, 0.25, 1.2, 6.0, 0.1, 0.0]
+    edges += [turn, -turn, np.nextafter(0, -1), np.nextafter(turn, 0)]
     for k, (edge, j) in enumerate((edge, j) for edge in edges for j in range(len(box))):
         if box[j, 0] <= edge <= box[j, 1]:
             x[100 + 100 * k : 200 + 100 * k, j] = edge

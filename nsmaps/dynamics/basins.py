@@ -216,12 +216,13 @@ def boundary(map: ReturnMap, made: Basins, tolerance: float = 1e-6, returns: int
     An edge that crosses several basins gives the end of that in which it begins, or where it first meets one such end.
 
     Args:
-        tolerance: length to which each edge is halved, in any coordinate.
+        tolerance: length to which each edge is halved, in any coordinate, or to rounding if it is less.
         returns: as of `basins`, for the states that are tried.
     """
     if not tolerance > 0:
         raise NsmapsError(f"the tolerance is {tolerance}; a positive length is accepted")
     ends, sides = made.edges()
+    tolerance = max(tolerance, 4 * float(np.spacing(np.abs(ends).max(initial=0.0))))
     low, high, sides = ends[:, 0].copy(), ends[:, 1].copy(), sides.copy()
     while len(low) and np.abs(high - low).max() > tolerance:
         middle = (low + high) / 2

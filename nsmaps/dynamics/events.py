@@ -17,6 +17,7 @@ GRAZING, DOMAIN = "grazing", "end of the valid domain"
 FINEST = 1e-13  #: of the arclength, to which an event is located
 AROUND = 1e-3  #: of a step, next to where two branches cross
 ROUNDING = 1e-13  #: of the largest multiplier, below which another is not known
+CONSERVED = 1e-9  #: a test that stays within this is zero but for rounding, as of area where a map preserves it
 COARSEST = 1e-8  #: of the range of the parameter, to which an event must be located
 
 
@@ -76,13 +77,19 @@ def between(curve: Curve, at: Place, along: Floats, new: Place, turned: Floats, 
     In order; where a doubled cycle ends on the one it came from is told always.
     """
     found: list[tuple[float, Event]] = []
-    passed = {kind for kind, test in TESTS.items() if test(at, along) * test(new, turned) < 0}
+    ends = {kind: (test(at, along), test(new, turned)) for kind, test in TESTS.items()}
+    passed = {kind for kind, (a, b) in ends.items() if (a * b < 0 or a != 0 == b) and max(abs(a), abs(b)) > CONSERVED}
     if FOLD in passed:
         passed.discard(BRANCH_POINT)
         if swapped(curve, at, new):
             passed = {HALVING}
     for kind in passed & {*kinds, HALVING}:
-        known = halving(curve, at, h) if kind == HALVING else located(curve, at, along, h, TESTS[kind])
+        if kind == HALVING:
+            known = halving(curve, at, h)
+        elif ends[kind][1] == 0:
+            known = h, new, float(FINEST * curve.unit + np.spacing(abs(new.value)))
+        else:
+            known = located(curve, at, along, h, TESTS[kind])
         s, place, precision = known or (h, new, abs(new.value - at.value))
         if kind != TORUS or np.abs(place.orbit.multipliers.imag).max() > 0:  # else two real ones whose product is one
             detail = "" if known else "not located: somewhere in the step before this orbit"
@@ -147,7 +154,7 @@ def swapped(curve: Curve, at: Place, new: Place) -> bool:
     q = curve.period
     rolled = replace(new.orbit.returns, start=np.roll(new.orbit.states, q // 2, axis=0))
     other = replace(new, orbit=PeriodicOrbit(rolled, curve.tolerance))
-    return q % 2 == 0 and curve.apart(at, other) < curve.apart(at, new)
+    return q % 2 == 0 and curve.apart(at, other) < (1 + AROUND) * curve.apart(at, new)  # or are one, where they change places
 
 
 def halving(curve: Curve, at: Place, h: float) -> tuple[float, Place, float] | None:

@@ -8,19 +8,26 @@ from numba import njit
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def orthonormalized(columns, growth):
-    """Make the columns of a frame orthonormal in place, by modified Gram-Schmidt, and write the logarithms of their lengths."""
-    lost = False
+    """Make the columns of a frame orthonormal in place, by modified Gram-Schmidt, and write the logarithms of their lengths.
+
+    Columns that have no length, where a return forgets a direction, go last, and turn to directions that are left.
+    """
+    left = len(columns)
     for i in range(len(columns)):
         length = math.sqrt((columns[:, i] ** 2).sum())
+        while length == 0.0 and i + 1 < left:
+            left -= 1
+            columns[:, i], columns[:, left] = columns[:, left].copy(), columns[:, i].copy()
+            length = math.sqrt((columns[:, i] ** 2).sum())
         growth[i] = math.log(length)
-        lost = lost or length == 0.0
-        columns[:, i] /= length if length != 0.0 else 1.0
+        if length == 0.0:
+            axis = np.argmin((columns[:, :i] ** 2).sum(axis=1))  # the farthest from the columns before
+            columns[:, i] = -(columns[:, :i] * columns[axis, :i]).sum(axis=1)
+            columns[axis, i] += 1.0
+            length = math.sqrt((columns[:, i] ** 2).sum())
+        columns[:, i] /= length
         for j in range(i + 1, len(columns)):
             columns[:, j] -= columns[:, i] * (columns[:, i] * columns[:, j]).sum()
-    if lost:  # a return that forgets a direction: any frame does
-        for i in range(len(columns)):
-            columns[i] = 0.0
-            columns[i, i] = 1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

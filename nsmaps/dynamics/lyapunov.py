@@ -78,6 +78,7 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
         total = np.zeros((len(flat), dim + 2))
         for part in _stretches(map, loop, flat, frames, count):
             flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
+            part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a direction was forgotten, but for rounding
             table = np.concatenate([part.growth, part.log_det[..., None], part.time[..., None]], axis=-1)
             total += table.sum(axis=0)
         sums.append(total)

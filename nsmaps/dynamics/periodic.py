@@ -75,7 +75,9 @@ class PeriodicOrbit:
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
-        """The eigenvalues of the derivative, shape (n,), the largest first."""
+        """The eigenvalues of the derivative, shape (n,), the largest first; NaN where it is not known."""
+        if not np.isfinite(self.derivative).all():
+            return np.full(len(self.derivative), complex(np.nan, np.nan))
         values = np.linalg.eigvals(self.derivative).astype(complex)
         return values[np.argsort(-np.abs(values), kind="stable")]
 

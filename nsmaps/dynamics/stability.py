@@ -78,6 +78,8 @@ def stability_diagram(
         NsmapsError, StateError: as `bifurcation`, where no row can be made.
     """
     rows, columns = np.atleast_1d(np.asarray(across, float)), np.atleast_1d(np.asarray(along, float))
+    if rows.ndim != 1:
+        raise NsmapsError(f"the values across have shape {rows.shape}; accepted: one or more numbers in a row")
     parts = [(map_of, columns, value, np.asarray(start, float), longest, transient, follow, tolerance) for value in rows.tolist()]
     made = in_parts(_row, parts, executor, keep, progress)
     reasons = tuple(str(row["reason"]) for row in made)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 CHUNK = 1_000  #: boxes a thread takes at a time
-MOST_PHASE = 1e12  #: radians; beyond, phases have lost their digits
+MOST_PHASE = 1e10  #: radians; beyond, phases have lost their digits
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -44,7 +44,7 @@ _ADVICE = {
     Outcome.escaped: "No return within the horizon. Look at the displacement, or raise the system's horizon.",
     Outcome.undecided: "A flight passes a wall within rounding of a graze; the image is that of one of the two words.",
     Outcome.uncovered: "The state lies in no piece of the composite map. Add a piece, or restrict the starts.",
-    Outcome.invalid: "The start is no state: NaN, infinite, with a negative impact speed or a phase beyond 1e12.",
+    Outcome.invalid: "The start is no state: NaN, infinite, with a negative impact speed or a phase beyond 1e10.",
 }
 
 

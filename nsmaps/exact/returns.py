@@ -30,7 +30,7 @@ IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
 RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID = 0, 1, 2, 3, 4, 5, 6  # values of Outcome
 MOST_IMPACTS = 100_000  # of one return
 INFINITE_CODE = 2**62
-MOST_PHASE = 1e12  # radians
+MOST_PHASE = 1e10  # radians, whose turns an int32 holds
 NO_SPEED = 1e-300  # what leaves a wall slower than this stays on it: its reciprocal would overflow
 
 

@@ -24,6 +24,8 @@ def stretched(d, frame):
     """The lengths of a frame's vectors after a derivative and modified Gram-Schmidt, which makes it orthonormal again."""
     first = d[0] * frame[0, 0] + d[1] * frame[1, 0], d[2] * frame[0, 0] + d[3] * frame[1, 0]
     second = d[0] * frame[0, 1] + d[1] * frame[1, 1], d[2] * frame[0, 1] + d[3] * frame[1, 1]
+    if first[0] == 0.0 and first[1] == 0.0:  # what a return forgets goes last
+        first, second = second, first
     one, x, y = unit(first[0], first[1], 1.0, 0.0)
     along = second[0] * x + second[1] * y
     two, s, t = unit(second[0] - along * x, second[1] - along * y, -y, x)

@@ -89,7 +89,7 @@ ANGLES = """#define TWO_PI 6.283185307179586
 /* The angle brought to [0, 2 pi). */
 static double wrap(double angle)
 {
-    double wrapped = fmod(angle, TWO_PI);
+    double wrapped = fmod(angle, TWO_PI) + 0.0; /* -0.0 is 0.0 */
     if (wrapped < 0.0)
         wrapped += TWO_PI;
     return wrapped >= TWO_PI ? 0.0 : wrapped;

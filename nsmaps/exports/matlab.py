@@ -56,7 +56,9 @@ end
 
 function wrapped = wrap(angle)
 % The angle brought to [0, 2 pi).
-    wrapped = mod(angle, 2 * pi);
+    wrapped = angle + 0;
+    out = angle < 0 | angle >= 2 * pi;  % of others, mod takes those next to 2 pi for it
+    wrapped(out) = mod(angle(out), 2 * pi);
     wrapped(wrapped >= 2 * pi) = 0;
 end
 
@@ -80,8 +82,10 @@ function value = real_log(x)
 end
 
 function value = real_power(x, y)
-    value = real(x .^ y);
-    value(x < 0 & y ~= fix(y)) = NaN;""")
+    none = x < 0 & y ~= fix(y);
+    base = x .* ones(size(none));
+    base(none) = NaN;  % one complex power makes all of them complex, and 0 ^ 0 no number
+    value = base .^ y;""")
 
 
 def matlab_files(program: Program) -> dict[str, str]:

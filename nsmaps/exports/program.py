@@ -179,7 +179,10 @@ def curve_map(curve: Any, names: Sequence[str], domain: "Domain") -> PolyMap:
 
 
 def identifiers(names: Iterable[str]) -> list[str]:
-    """Names as identifiers of every language, no two the same and none a word of a language; R1+ is R1_plus, R1' R1_prime."""
+    """Names as identifiers of every language, no two the same but for case and none a word of a language.
+
+    R1+ is R1_plus, R1' is R1_prime.
+    """
     made: list[str] = []
     for name in names:
         spelt = "".join(f" {SPELT[c]} " if c in SPELT else c for c in str(name))
@@ -187,7 +190,7 @@ def identifiers(names: Iterable[str]) -> list[str]:
         stem = plain if re.match(r"[A-Za-z]", plain) else f"x_{plain}"
         stem = f"{stem}_" if stem.lower() in RESERVED.split() else stem
         numbered = chain([stem], (f"{stem}_{k}" for k in count(2)))
-        made.append(next(each for each in numbered if each not in made))
+        made.append(next(each for each in numbered if each.lower() not in map(str.lower, made)))
     return made
 
 
@@ -203,9 +206,10 @@ SPELT = {"+": "plus", "*": "star", "'": "prime"}  #: signs by which names of reg
 
 #: words of one of the languages, and names that the programs use themselves
 RESERVED = """
-    and as assert async auto await baremodule begin bool break case catch char class const continue def default del do double e
-    elif else elseif end endif enum except export extern false finally float for from function global goto i if image images
-    import in inf inline int is isfinite j k lambda let local long macro module n nan near none nonlocal not np or otherwise
-    parfor pass persistent pi piece pieces quote raise register restrict return s series short signed sizeof spmd state states
-    static struct switch true try typedef union unsigned using void volatile while with wrap x yield
+    abs and any as assert async auto await baremodule begin bool break case catch char class const continue cos def default del do
+    double e elif else elseif end endif enum except exp export extern false finally float for from function global goto holds i if
+    image images import in inf inline int is isfinite j k lambda left let local log long macro module n nan near none nonlocal not
+    np or otherwise parfor pass persistent pi piece pieces pow quote raise register restrict return rows s series short signed sin
+    sizeof spmd sqrt start state states static struct switch true try typedef union unsigned using void volatile while with wrap x
+    yield
 """

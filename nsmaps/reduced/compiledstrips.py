@@ -28,7 +28,7 @@ class CompiledStrips:
         made[:, 0] = start
         for k in range(m):
             own, at = (made[k], turns[k], codes[k], outcome[k], time[k]), 0
-            while (at := chain(strips.tables, strips.bounds[1, 0], strips.words, rate, at, *own)) < n:
+            while (at := chain(strips.tables, strips.bounds[1], strips.words, rate, at, *own)) < n:
                 exact = map.system.first_return(made[k, at : at + 1])
                 made[k, at + 1], turns[k, at], codes[k, at] = exact.image[0], exact.turns[0], exact.codes[0]
                 outcome[k, at], time[k, at] = exact.outcome[0], exact.time[0]

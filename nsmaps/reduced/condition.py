@@ -33,7 +33,7 @@ class Condition:
     def __call__(self, states: ArrayLike) -> Bools:
         """Where the condition holds, states (N, n) -> shape (N,).
 
-        It holds at no state that is NaN or infinite; a comparison with what is not real, as sqrt(-1), is false.
+        It holds at no state that is NaN or infinite; a comparison with what is not real, as sqrt(-1), is false, != true.
         """
         array = as_states(states, self.names)
         with np.errstate(all="ignore"):
@@ -96,7 +96,10 @@ def _boolean(reader: Reader, node: ast.expr) -> Any:
         case ast.Compare():
             terms = [_expression(reader, part) for part in (node.left, *node.comparators)]
             names = [COMPARISONS[type(op)][1] for op in node.ops]
-            return sp.And(*(getattr(sp, name)(a, b) for name, a, b in zip(names, terms, terms[1:], strict=False)))
+            try:
+                return sp.And(*(getattr(sp, name)(a, b) for name, a, b in zip(names, terms, terms[1:], strict=False)))
+            except TypeError:  # infinite wherever the state is, as 1/(0*v)
+                reader.fail(node, f"{reader.source(node)} compares what is not real")
         case ast.BoolOp():
             join = sp.And if isinstance(node.op, ast.And) else sp.Or
             return join(*(_boolean(reader, part) for part in node.values))

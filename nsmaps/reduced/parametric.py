@@ -76,6 +76,7 @@ def parametric_map(
     Raises:
         FitError: fewer values than the order needs, or composites of different pieces.
     """
+    composites = dict(sorted(composites.items()))  # so that angles can be followed from value to value
     nodes = np.array(list(composites), float)
     first, *rest = composites.values()
     if len(np.unique(nodes)) <= order:
@@ -102,7 +103,7 @@ def report_on(parametric: ParametricMap, held: Sequence[tuple[float, CompositeMa
 def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -> Floats:
     """Largest errors of the refit and of ours, and the largest difference between both, shape (3, n)."""
     start, target = unwrapped(data)
-    a, b = ours.piece(name).map(start), refit.piece(name).map(start)
+    a, b = (map(composite._near(map, start)) for composite in (ours, refit) for map in (composite.piece(name).map,))
     differences = np.array([b - target, a - target, a - b])
     short = np.where(angle_mask(data.coordinates), nearest_turn(differences, 0.0), differences)
     return np.asarray(np.abs(short).max(axis=1), float)
@@ -110,7 +111,7 @@ def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -
 
 def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Floats) -> PolyMap:
     """One map of the coordinates and the parameter from the maps at its values; powers (K, order + 1)."""
-    first = maps[0]
+    first, maps = maps[0], _on_one_turn(maps)
     domains = np.array([each.domain for each in maps])
     box = np.stack([domains[:, :, 0].min(axis=0), domains[:, :, 1].max(axis=0)], axis=1)
     flat = np.ptp(box, axis=1, keepdims=True) == 0  # data on one line of the grid at every value
@@ -123,6 +124,14 @@ def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Float
     centre, scale = np.append(alike[0].centre, middle), np.append(alike[0].scale, half)
     names, domain = (*first.coordinates, parameter), np.vstack([box, ends])
     return PolyMap(names, exponents, coefficients, centre, scale, domain, first.absolute)
+
+
+def _on_one_turn(maps: Sequence[PolyMap]) -> list[PolyMap]:
+    """The maps at rising values of a parameter with the angles that they are of on turns that follow one another."""
+    centres = np.array([each.centre for each in maps])
+    shifts = np.where(angle_mask(maps[0].coordinates), np.unwrap(centres, axis=0) - centres, 0.0)
+    moved = [(each.centre + shift, each.domain + shift[:, None]) for each, shift in zip(maps, shifts, strict=True)]
+    return [replace(each, centre=centre, domain=domain) for each, (centre, domain) in zip(maps, moved, strict=True)]
 
 
 def _joined_output(maps: Sequence[PolyMap], i: int, powers: Floats) -> tuple[Ints, Floats]:

@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import Outcome
+from nsmaps.exact.returns import MOST_PHASE
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -15,6 +16,7 @@ Ints = NDArray[np.int64]
 ORDER = 8  #: coefficients of a segment of a curve
 BLOCK, FEW = 64, 8  # states of a leaf that are evaluated side by side, and too few for that
 TWO_PI = 2 * math.pi
+WHOLE = TWO_PI * (1 - 1e-12)  #: length from which phases are those of the whole circle
 UNCOVERED, INVALID = int(Outcome.uncovered), int(Outcome.invalid)
 EXACT, OUTSIDE = -1, -2  #: instead of a leaf: the exact map must answer; the state is not in the box
 
@@ -218,11 +220,14 @@ def evaluate(tables, v, phi, speed, advance, number):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
-def turned_into(low, start, v, phi):
-    """Write speeds, and phases in the turn from `low` on, of states (N, 2)."""
+def turned_into(phases, start, v, phi):
+    """Write speeds, and phases in the turn from the lowest phase on, of states (N, 2)."""
+    low, high = phases
     for i in range(len(v)):
         v[i] = start[i, 0]
-        phi[i] = start[i, 1] - TWO_PI * math.floor((start[i, 1] - low) / TWO_PI)
+        phi[i] = start[i, 1] - TWO_PI * math.floor((start[i, 1] - low) / TWO_PI) if abs(start[i, 1]) < MOST_PHASE else math.nan
+        if high - low >= WHOLE and abs(phi[i] - math.pi - low) < 4:  # else next to either end rounding leads out of the circle
+            phi[i] = min(max(phi[i], low), high)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
@@ -235,7 +240,7 @@ def finish(start, phi, speed, advance, number, words, rate, image, turns, codes,
         angle = angle if angle < TWO_PI else 0.0
         image[i, 0], image[i, 1], time[i] = speed[i], angle if k >= 0 else math.nan, advance[i] / rate
         turns[i, 0], turns[i, 1] = 0, 0
-        codes[i], outcome[i] = 0, UNCOVERED if math.isfinite(start[i, 0]) and math.isfinite(start[i, 1]) else INVALID
+        codes[i], outcome[i] = 0, UNCOVERED if math.isfinite(start[i, 0]) and abs(start[i, 1]) < MOST_PHASE else INVALID
         if k >= 0:
             turns[i, 1] = round((start[i, 1] + advance[i] - angle) / TWO_PI)
             codes[i], outcome[i] = words[k, 0], words[k, 1]
@@ -265,12 +270,12 @@ def rasterize(tables):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
-def chain(tables, low, words, rate, at, states, turns, codes, outcome, time):
+def chain(tables, phases, words, rate, at, states, turns, codes, outcome, time):
     """Returns of one orbit from number `at` on, up to one that the exact map must answer: its number, or how many there are."""
     v, phi, u, w = np.empty(1), np.empty(1), np.empty(1), np.empty(1)
     speed, advance, number = np.empty(1), np.empty(1), np.empty(1, np.int64)
     for i in range(at, len(codes)):
-        turned_into(low, states[i : i + 1], v, phi)
+        turned_into(phases, states[i : i + 1], v, phi)
         leaves_of(tables, v, phi, number)
         if number[0] == EXACT:
             return i

@@ -108,7 +108,7 @@ class StripMap:
 
         v, phi, speed, advance = (np.empty(len(start)) for _ in range(4))
         leaf = np.empty(len(start), np.int64)
-        turned_into(self.strips.bounds[1, 0], start, v, phi)
+        turned_into(self.strips.bounds[1], start, v, phi)
         evaluate(self.strips.tables, v, phi, speed, advance, leaf)
         return phi, speed, advance, leaf
 

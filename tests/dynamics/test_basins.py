@@ -94,6 +94,13 @@ def test_boundary_and_distance_are_those_of_the_closed_form():
         line.distance(2)
 
 
+def test_a_boundary_is_halved_to_rounding_at_most():
+    made = basins(TwoWells(), wells(6))
+    line = boundary(TwoWells(), made, 1e-18)
+    assert np.abs(line.points[:, 0] - 0.3 * np.cos(line.points[:, 1])).max() < 1e-14
+    assert 0 < line.tolerance < 1e-14
+
+
 def test_neighbours_are_neighbours_around_the_circle_too():
     grid, rng = wells(7), np.random.default_rng(5)
     label = rng.integers(-2, 3, 49)

@@ -33,6 +33,10 @@ class Plane:
             image, rows = (self.a - x**2 + 0.3 * y, x), ((-2 * x, 0.3), (1, 0))
         elif self.kind == "ring":  # fixed points on the circle x^2 + a^2 = 1
             image, rows = (x + 0.3 * (1 - x**2 - self.a**2), y / 2), ((1 - 0.6 * x, 0), (0, 0.5))
+        elif self.kind == "area":  # x' = a - x^2 - y, y' = x
+            image, rows = (self.a - x**2 - y, x), ((-2 * x, -1), (1, 0))
+        elif self.kind == "flip":  # the origin doubles its period at a = 1
+            image, rows = (x**3 - self.a * x, y / 2), ((3 * x**2 - self.a, 0), (0, 0.5))
         else:  # the delayed logistic map: x' = a x (1 - y), y' = x
             image, rows = (self.a * x * (1 - y), x), ((self.a * (1 - y), -self.a * x), (1, 0))
         n = len(x)
@@ -262,6 +266,35 @@ def test_torus_and_branch_point_of_the_delayed_logistic_map():
     down = continue_branch(delayed, fixed, 1.5, (0.5, 2.3), "down")
     assert abs(only(down, "branch point").parameter - 1) < 1e-8
     assert np.allclose(down.points[:, 0, 0], 1 - 1 / down.parameter, atol=1e-9)
+
+
+def test_a_map_that_preserves_area_has_no_torus_but_its_doubling():
+    """The product of its multipliers is one but for rounding, which passes one again and again."""
+    orbit = nsmaps.periodic_orbit(Plane(0.3, "area"), [0.1, 0.1])
+    assert abs(orbit.multipliers[0].imag) > 0.5
+    branch = continue_branch(lambda a: Plane(a, "area"), orbit, 0.3, (0.0, 4.0))
+    assert [event.kind for event in branch.events] == ["period doubling"]
+    assert only(branch, "period doubling").parameter == pytest.approx(3, abs=1e-9)
+
+
+@pytest.mark.parametrize("step", [1 / 32, 0.03])
+def test_an_event_at_an_orbit_of_the_branch_is_told_once(step):
+    """In binary steps the branch of the origin meets a = 1 exactly, where the test is zero."""
+    orbit = nsmaps.periodic_orbit(Plane(0.5, "flip"), [0.0, 0.0])
+    branch = continue_branch(lambda a: Plane(a, "flip"), orbit, 0.5, (0.0, 2.0), step=step)
+    assert (branch.parameter == 1).any() == (step == 1 / 32)
+    assert only(branch, "period doubling").parameter == pytest.approx(1, abs=1e-12)
+
+
+def test_a_doubled_branch_leads_back_to_where_it_began():
+    """Also by its own steps, which meet that place, a = 3 (1 - 0.3)^2/4, as exactly as Newton's method can."""
+    within = 0.0, 0.7
+    branch = continue_branch(lambda a: Plane(a, "henon"), nsmaps.periodic_orbit(Plane(0.2, "henon"), [0.1, 0.1]), 0.2, within)
+    doubled = doubled_branch(lambda a: Plane(a, "henon"), only(branch, "period doubling"), within)
+    for orbit, a in zip(doubled.orbits[2::3], doubled.parameter[2::3], strict=True):
+        back = continue_branch(lambda a: Plane(a, "henon"), orbit, a, within, toward="down")
+        assert back.ended == "period halving"
+        assert only(back, "period halving").parameter == pytest.approx(0.3675, abs=1e-9)
 
 
 def test_a_ring_of_fixed_points_closes():

@@ -92,6 +92,22 @@ def test_linear_maps_have_the_moduli_of_their_eigenvalues(count):
     assert np.isnan(made.per_time).all()
 
 
+@pytest.mark.parametrize("transient", [0, 10])
+@pytest.mark.parametrize(
+    ("matrix", "largest"),
+    [
+        ([[0, 0], [1, 2]], [2]),
+        ([[0, 5], [0, 3]], [3]),
+        ([[1, 1, 0], [0, 0, 0], [1, 2, 3]], [3, 1]),
+        ([[0, 0, 0], [1, 2, 1], [1, 1, 3]], [(5 + 5**0.5) / 2, (5 - 5**0.5) / 2]),
+    ],
+)
+def test_resets_keep_the_exponents_of_what_they_do_not_reset(matrix, largest, transient):
+    made = nsmaps.lyapunov(Linear(np.array(matrix, float)), np.ones(len(matrix)), 4000, transient)
+    assert np.allclose(made.exponents[: len(largest)], np.log(largest), atol=2e-3)
+    assert (made.exponents[len(largest) :] == -np.inf).all()
+
+
 def test_cycles_have_the_logarithms_of_their_multipliers(pair):
     fixed = nsmaps.lyapunov(pair(0.35), [0.8, 0.4], 320)
     assert np.allclose(fixed.exponents, np.log([0.82672902, 0.07559914]), atol=2e-7)
@@ -158,6 +174,20 @@ def test_a_rest_forgets_where_it_came_from(pair):
     assert (made.exponents[0] == -np.inf).all()
     assert made.log_det[0] == -np.inf
     assert np.isfinite(made.exponents[1]).all()
+
+
+def test_a_plastic_impact_forgets_the_speed():
+    """Without restitution a return depends on the phase alone: one exponent is that of a map of the circle."""
+    plastic = nsmaps.load_system("impact_oscillator", zeta=0.05, w=2.5, A=1.0, wall=0.1, r=0.0)
+    path = nsmaps.orbit(plastic, [0.5, 1.0], 320)
+    assert set(path.words[20:]) == {"BB"}
+    h = [0.0, 1e-6]
+    ahead, behind = (plastic.first_return(path.states[:-1] + side * np.array(h)).image[:, 1] for side in (1, -1))
+    slopes = np.log(np.abs((ahead - behind + np.pi) % (2 * np.pi) - np.pi) / 2e-6)[100:]
+    for map in (plastic, Slow(plastic)):
+        made = nsmaps.lyapunov(map, path.states[80], 220, transient=20)
+        assert made.exponents[0] == pytest.approx(slopes.mean(), abs=1e-6)
+        assert made.exponents[1] == -np.inf
 
 
 def test_sweeps_are_loops_over_values(pair):

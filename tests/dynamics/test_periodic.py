@@ -67,6 +67,8 @@ def test_what_does_not_converge_says_so(pair):
     lost = nsmaps.periodic_orbit(pair(0.35), [np.nan, 0.4])
     assert not lost.converged
     assert not lost.exists
+    assert np.isnan(lost.multipliers).all()
+    assert not lost.stable
     assert not nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4], tolerance=-1.0).converged
 
 

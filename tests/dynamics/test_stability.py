@@ -67,6 +67,8 @@ def test_sweeps_of_no_points_are_errors_and_a_curve_of_none_is_empty(pair):
         stability_diagram(pair, [0.3], [], [0.8, 0.4])
     with pytest.raises(NsmapsError, match=r"there is no row of 1: the values have shape \(0,\)"):
         stability_diagram(pair, [], [0.5], [0.8, 0.4])
+    with pytest.raises(NsmapsError, match=r"the values across have shape \(1, 1\)"):
+        stability_diagram(pair, [0.3], [[0.5]], [0.8, 0.4])
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
     assert event_curve(pair, fixed, 0.35, [], "period doubling", (0.33, 0.36)).values.shape == (0,)
 

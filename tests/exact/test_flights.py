@@ -119,6 +119,9 @@ def test_edge_inputs_are_data(pair):
     returns = pair(0.35).first_return(states)
     assert returns.outcome.tolist() == [Outcome.invalid] * 5 + [Outcome.returned]
     assert np.isnan(returns.image[:5]).all()
+    far = pair(0.35).first_return([[0.43, 9.9e9], [0.43, 1.4e10]])  # more turns than 32 bits hold
+    assert far.outcome.tolist() == [Outcome.returned, Outcome.invalid]
+    assert far.turns[0, 1] == round(9.9e9 / TWO_PI)
     plain = pair(0.35).first_return([[0.43, 0.26]])
     assert returns.image[5] == pytest.approx(plain.image[0], abs=1e-14)
     assert returns.lifted[5, 1] == pytest.approx(plain.lifted[0, 1] - 2 * TWO_PI, abs=1e-13)

@@ -157,6 +157,14 @@ def test_a_comparison_with_what_is_not_real_is_false():
     assert read_condition("sqrt(v) > -1 or phi > 0", NAMES)([[-1, 1], [-1, -1]]).tolist() == [True, False]
 
 
+@pytest.mark.parametrize("text", ["1 < log(0/v)", "v > 0 and (0/v)**-1 >= phi", "1/(v - v) < 2 < phi"])
+def test_what_is_nowhere_finite_has_no_symbols(text):
+    condition = read_condition(text, ("v", "phi"))
+    assert condition([[0.5, 3.0]]).shape == (1,)
+    with pytest.raises(ConditionError, match="compares what is not real"):
+        condition.sympy()
+
+
 def test_symbols_are_exact_where_they_can_be():
     v, phi = sp.symbols("v phi", real=True)
     assert read_condition("phi <= pi/3", NAMES).sympy() == sp.Le(phi, sp.pi / 3)

@@ -9,10 +9,11 @@ import sympy as sp
 from sheets import NAMES, TWO_PI
 
 from nsmaps.errors import FitError, NsmapsError
-from nsmaps.reduced.composite import PieceSpec, build_composite
+from nsmaps.reduced.composite import CompositeMap, Piece, PieceSpec, build_composite
 from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.polyfit import Full, Separable
-from nsmaps.reduced.region import Where
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.region import Box, Where
 
 LOW, HIGH = 0.26, 0.35
 NODES = chebyshev_nodes(LOW, HIGH, 7)
@@ -97,6 +98,31 @@ def test_angles_are_brought_onto_one_turn():
     for d in (0.27, 0.3, 0.33):
         image = parametric.at(d).first_return([[0.7, 0.3]]).image
         np.testing.assert_allclose(image, np.mod(np.column_stack(turning(d, 0.7, 0.3)), TWO_PI), atol=1e-12)
+
+
+def over_the_seam(d, turn):
+    """v' = (1 + v)/2 + d phi and phi' = phi/2 + 4 d over phi = 0, as fitted to phases on a turn."""
+    domain = np.array([[0.0, 1.0], [2 * np.pi * turn - 0.3, 2 * np.pi * turn + 0.3]])
+    exponents = np.array([[0, 0], [1, 0], [0, 1]]), np.array([[0, 0], [0, 1]])
+    coefficients = np.array([0.75, 0.25, 0.3 * d]), np.array([4 * d % TWO_PI, 0.15])
+    polymap = PolyMap(NAMES, exponents, coefficients, domain.mean(axis=1), np.array([0.5, 0.3]), domain)
+    box = Box(coordinates=NAMES, bounds={"v": (0.0, 1.0), "phi": (-0.3, 0.3)})
+    return CompositeMap(NAMES, ("B",), (Piece("P", box, polymap, "BB"),))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_neither_the_order_of_the_values_nor_the_turns_of_the_data_matter(seed):
+    rng = np.random.default_rng(seed)
+    composites = {d: over_the_seam(d, rng.integers(-1, 2)) for d in rng.permutation(np.linspace(0, 2, 9)).tolist()}
+    parametric = parametric_map(composites, "d", 0.0, 2.0, 2)
+    v, phi = np.random.default_rng(0).uniform([0, -0.3], [1, 0.3], (40, 2)).T
+    for d in (0.0, 0.31, 2.0):
+        got = parametric.at(d).first_return(np.column_stack([v, phi])).image
+        expected = np.column_stack([(1 + v) / 2 + d * phi, (phi / 2 + 4 * d) % TWO_PI])
+        np.testing.assert_allclose(got, expected, atol=1e-13)
+    whole = sheets.surface_of(lambda v, phi: ((1 + v) / 2 + 0.31 * phi, phi / 2 + 1.24), v=(0, 1, 9), phi=(-0.3, 0.3, 9))
+    report = report_on(parametric, [(0.31, over_the_seam(0.31, 1), {"P": whole})])
+    assert max(report.error.max(), report.refit.max()) < 1e-13
 
 
 @pytest.mark.parametrize(("order", "follows"), [(2, False), (8, True)])

@@ -106,6 +106,22 @@ def test_turns_and_times_are_those_of_the_exact_map(wide):
     np.testing.assert_allclose(ours.time, exact.time, atol=1e-6)
 
 
+def test_the_circle_has_no_gap_where_it_is_cut(pair):
+    """Floats next to the cut on any turn: rounding puts some of them below it, some above a turn from it."""
+    made = strip_map(pair(0.30), (0.3, 1.0), (0.0, 2 * np.pi), 1e-2)
+    cut = made.strips.bounds[1, 0] + 2 * np.pi * np.arange(-60, 60)
+    phases = (cut[:, None] + np.spacing(cut)[:, None] * np.arange(-4, 5)).ravel()
+    states = np.column_stack([np.full(len(phases), 0.5), phases])
+    own = made.first_return(states)
+    assert (own.outcome == Outcome.returned).all()
+    assert (made.compiled().orbits(states, 1).outcome == Outcome.returned).all()
+    far = made.first_return([[0.5, 9.9e9], [0.5, 1.4e10]])
+    assert far.outcome.tolist() == [Outcome.returned, Outcome.invalid]
+    assert far.turns[0, 1] == round(9.9e9 / (2 * np.pi))
+    apart = (own.image - pair(0.30).first_return(states).image)[:, 1]
+    assert np.abs(apart - 2 * np.pi * np.round(apart / (2 * np.pi))).max() < 1e-2
+
+
 def test_derivative_is_that_of_the_polynomials(pair):
     """Against the exact derivative, whose largest entries are beside edges, and against differences of the map itself."""
     made = strip_map(pair(0.30), *PAPER, 1e-8)
