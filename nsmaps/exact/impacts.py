@@ -192,6 +192,11 @@ class Returns:
         return self.image + TWO_PI * self.turns
 
     @property
+    def told_turns(self) -> NDArray[np.int32]:
+        """The turns, shape (N, n), but 0 where a fit tells no time: its phases are right but for whole turns."""
+        return np.where(np.isnan(self.time)[:, None], 0, self.turns).astype(np.int32) if self.fitted else self.turns
+
+    @property
     def valid(self) -> NDArray[np.bool_]:
         """Which returns have an image, shape (N,)."""
         return np.asarray(np.isfinite(self.image).all(axis=1))

@@ -17,7 +17,7 @@ from nsmaps.errors import SystemDefinitionError
 S = sp.Symbol("_s", real=True)
 NOT_NUMBERS = "use sympy's functions (from sympy import cos), not those of math or numpy, and no float() or int()"
 ADVICE = {  #: by what Python says of a formula
-    "truth value": "formulas may not branch on the value of a parameter: declare the choice as a field that is not float",
+    "truth value": "formulas may not branch on a value, of a parameter or of the flight: a choice is a field that is not float",
     "Cannot convert": NOT_NUMBERS,
     "ufunc": NOT_NUMBERS,
 }

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+COLOURED = 8  #: families that have a colour of their own
+
 
 class Pair(Protocol):
     """One start's orbits: under the exact map and, if the study has one, under the composite map."""
@@ -98,7 +100,7 @@ def _there(part: T | None, figure: str, what: str, sections: str) -> T:
     if not part:
         raise NsmapsError(
             f"the figure {figure!r} shows {what}, and the result has none; name {sections} in the study, "
-            f"or leave {figure!r} out of its figures"
+            f"go on with a run that was stopped (--resume), or leave {figure!r} out of its figures"
         )
     return part
 
@@ -106,13 +108,15 @@ def _there(part: T | None, figure: str, what: str, sections: str) -> T:
 def surfaces_of(result: Drawable, figure: str) -> Mapping[str, "Surface"]:
     """The surfaces by family, of two coordinates, of families with states on the grid, or the error that says what to name."""
     named = _there(result.surfaces, figure, "return surfaces", "'grid' and 'families'")
+    two(next(iter(named.values())).coordinates, figure)
     surfaces = {name: surface for name, surface in named.items() if len(surface.start)}
     if not surfaces:
         raise NsmapsError(
-            f"the figure {figure!r} has nothing to show: no state of the grid is in {' or '.join(map(repr, named))}; accepted: "
+            f"{figure!r} has nothing to show: no state of the grid is in {' or '.join(map(repr, named))}; accepted: "
             "families of words that occur on the grid"
         )
-    two(next(iter(surfaces.values())).coordinates, figure)
+    if len(surfaces) > COLOURED:  # those that are told apart are the commonest
+        surfaces = dict(sorted(surfaces.items(), key=lambda pair: -len(pair[1].start)))
     return surfaces
 
 

@@ -91,7 +91,7 @@ def _tables(map: "CompositeMap", codes: list[Code]) -> Tables:
     degrees = [np.max([each.max(axis=0) for each in polymap.exponents], axis=0) for polymap in maps]
     begins = (ends - terms).ravel().tolist()
     runs = [first + end for (exponents, _), first in zip(outputs, begins, strict=True) for end in _runs(exponents)]
-    words = [0 if LONGER in piece.word else encode(piece.word, map.walls) for piece in map.pieces]
+    words = [_code(piece.word, map.walls) for piece in map.pieces]
     return Tables(
         angle=angles,
         operation=operations[:, 0].astype(np.int64),
@@ -109,6 +109,12 @@ def _tables(map: "CompositeMap", codes: list[Code]) -> Tables:
         until=np.array(runs, np.int64),
         word=np.array(words, np.int64),
     )
+
+
+def _code(word: str, walls: tuple[str, ...]) -> int:
+    """The code of a word, 0 of one that is longer than a code holds."""
+    code = 0 if LONGER in word else encode(word, walls)
+    return code if code < 2**63 else 0
 
 
 def _in_order(exponents: Ints, coefficients: Floats) -> tuple[Ints, Floats]:

@@ -57,7 +57,7 @@ class Work(NamedTuple):
 def wrapped(x):
     """An angle brought to [0, 2 pi), to the last bit as by the remainder, which takes longer."""
     if 0.0 <= x < TWO_PI:
-        return x
+        return x + 0.0  # of -0.0 it is 0.0
     if TWO_PI <= x < 2.0 * TWO_PI:
         return x - TWO_PI
     angle = x + TWO_PI if -TWO_PI <= x < 0.0 else x % TWO_PI

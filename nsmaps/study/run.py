@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.interrupts import heard
 from nsmaps.study.archive import read_result, versions_of, write
 from nsmaps.study.folder import check_folder
@@ -48,7 +48,8 @@ def run(
     What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
 
     Raises StudyError for a study that cannot be run; NsmapsError for a folder that holds a run of another study, or, to be
-    resumed, of other versions; Interrupted on Ctrl-C. When a step is stopped or fails, the steps before it have been written.
+    resumed, of other versions; Interrupted on Ctrl-C. When a step is stopped, or fails for no fault of the study, those before it
+    have been written.
     """
     study = study if isinstance(study, Study) else load_study(study)
     plan = prepare(study)
@@ -77,6 +78,8 @@ def run(
         if folder:
             _write(result, folder)
         raise Interrupted(result, folder) from None
+    except StudyError:
+        raise
     except Exception:
         if folder and result.timings:
             _write(replace(result, verdicts=verdicts(result)), folder)

@@ -1,11 +1,15 @@
 """What orbits end on, against maps whose cycles and multipliers are known in closed form."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps import CompositeMap, PolyMap, Where, bifurcation, orbit, periodic_orbit
 from nsmaps.dynamics.ending import ending
-from nsmaps.exact.impacts import Outcome, Returns
+from nsmaps.exact.impacts import Angle, Outcome, Returns
+from nsmaps.reduced.composite import Piece
 
 
 class Henon:
@@ -122,3 +126,19 @@ def test_the_motions_of_the_paper(d, name, period):
     for _ in range(period):  # it closes up under the map itself
         state = system.first_return(state).image
     assert state == pytest.approx(found.states[:1], abs=1e-9)
+
+
+def test_a_map_that_does_not_tell_times_has_no_periods_of_the_forcing():
+    """Fits are right but for whole turns, which differ from piece to piece: a sum of them would be any number."""
+    names = ("v", Angle("phi"))
+    domain = [(0.0, 1.0), (0.0, 6.0)]
+    there = PolyMap.of_monomials(names, {"v": {(0, 0): Fraction(1, 2)}, "phi": {(0, 0): Fraction(7, 2)}}, domain)
+    back = PolyMap.of_monomials(names, {"v": {(0, 0): Fraction(1, 2)}, "phi": {(0, 0): Fraction(13, 2)}}, domain)
+    low, high = (Where(coordinates=names, text=text) for text in ("phi < 3", "phi >= 3"))
+    map = CompositeMap(names, ("B", "T"), (Piece("low", low, there, "BTB"), Piece("high", high, back, "BB")))
+    path = orbit(map, (0.5, 0.2), 60)
+    assert map.first_return([[0.5, 3.5]]).turns.tolist() == [[0, 1]]
+    assert (path.turns == 0).all()
+    assert ending(map, path).label == "2:1, period 2"
+    assert periodic_orbit(map, (0.5, 0.2), 2).label == "2:1, period 2"
+    assert bifurcation(lambda a: map, [1.0], (0.5, 0.2), 8, 20).labels.tolist() == [["2:1, period 2"]]

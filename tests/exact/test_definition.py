@@ -8,6 +8,7 @@ import sys
 import types
 from abc import abstractmethod
 from io import StringIO
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -293,3 +294,15 @@ def test_the_systems_of_the_tests_are_defined():
     """The good ones are not refused for a second time either."""
     for cls in (Table, Oscillator):
         types.new_class("Again", (cls,))
+
+
+def test_formulas_of_many_terms_can_be_read_by_python() -> None:
+    from nsmaps.exact.ballcode import ball_code
+
+    many = sp.symbols("a0:900")
+    for whole in (sp.Add(*many), sp.Mul(*many), sp.Add(*(x * y for x, y in pairwise(many)))):
+        code = ball_code(whole)
+        names = dict.fromkeys(map(str, many), (2.0, 0.0))
+        added = {"badd": lambda a, b: (a[0] + b[0], 0.0), "bmul": lambda a, b: (a[0] * b[0], 0.0)}
+        expected = whole.subs(dict.fromkeys(many, 2))
+        assert eval(code, added | names)[0] == pytest.approx(float(expected))

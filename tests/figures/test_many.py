@@ -13,6 +13,7 @@ from nsmaps.exact.surface import Surface
 from nsmaps.figures.areas import colours_of
 from nsmaps.figures.cobweb import cobweb
 from nsmaps.figures.cobweb import sheets as cobweb_sheets
+from nsmaps.figures.needs import surfaces_of
 from nsmaps.figures.partition import partition
 from nsmaps.figures.regions import regions
 from nsmaps.figures.style import GREY, PIECES, REST, family_colours, tint
@@ -112,7 +113,7 @@ def test_a_name_lies_within_its_piece(many, ax):
 
 def test_the_ninth_word_and_all_after_it_are_grey(many, ax):
     words(many, ax)
-    assert legend_texts(ax)[:9] == [*(f"B{'T' * k}B" for k in range(8)), "4 more words"]
+    assert legend_texts(ax)[:9] == [*sorted(many.surfaces, key=lambda name: -len(many.surfaces[name].start))[:8], "4 more words"]
     (mesh,) = [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
     colours = [tuple(colour) for colour in mesh.get_cmap().colors]
     assert len(set(colours[:8])) == 8
@@ -143,3 +144,12 @@ def test_a_partition_of_many_words_counts_those_beyond_eight(many, ax):
     assert texts[-1] == f"{drawn - len(texts) + 1} more words"
     patches = ax.get_legend().get_patches()
     assert to_rgba(patches[-1].get_facecolor()) == to_rgba(tint(GREY, 0.75))
+
+
+def test_of_more_than_eight_families_the_commonest_have_colours(result):
+    """The families of most states come first where not all are told apart."""
+    first = next(iter(result.surfaces.values()))
+    rare = {f"B{'T' * k}B": first.restricted(np.arange(len(first.start)) < k) for k in range(9, 0, -1)}
+    shown = surfaces_of(SimpleNamespace(surfaces=rare | {"BB": first, "none": first.restricted(first.start[:, 0] < 0)}), "words")
+    assert list(shown) == ["BB", *(f"B{'T' * k}B" for k in range(9, 0, -1))]
+    assert list(surfaces_of(SimpleNamespace(surfaces=dict(list(rare.items())[::-1][:3])), "words")) == ["BTB", "BTTB", "BTTTB"]

@@ -139,3 +139,24 @@ def test_ctrl_c_says_what_was_kept(good: str) -> None:
     refused = nsmaps("run", "s.yaml", "--out", "out", "--resume")
     assert refused.returncode == 2
     assert refused.stderr.startswith("out holds a run of 's' with another study than 's' now; accepted: the same study")
+
+
+def test_a_figure_without_anything_to_show_does_not_end_the_run(good: str) -> None:
+    text = good.replace("low: [BB]", "low: [BB]\n  never: [B_]").replace(
+        "require: [covered]", "figures: [surfaces, projections, words]"
+    )
+    Path("s.yaml").write_text(text)
+    done = nsmaps("run", "s.yaml", "--out", "out")
+    assert done.returncode == 0
+    assert done.stderr == ""
+    Path("t.yaml").write_text(
+        "system: ball\nparameters: {a: 0.2}\ngrid: {v: {from: 0.1, to: 0.5, points: 5}, phi: {from: 0, to: 3, points: 5}}\n"
+        "families: {never: [B_]}\nfigures: [surfaces]\n"
+    )
+    done = nsmaps("run", "t.yaml", "--out", "new")
+    assert done.returncode == 0
+    assert done.stderr == (
+        "the figure 'surfaces' cannot be drawn: 'surfaces' has nothing to show: no state of the grid is in 'never'; "
+        "accepted: families of words that occur on the grid\n"
+    )
+    assert Path("new/report.html").is_file()

@@ -473,3 +473,31 @@ def test_both_ways_tell_what_coexists() -> None:
     assert low["attractor"] != chaos["attractor"]
     assert 0.2274 < low["to"] < 0.227713761
     assert 0.2250 < chaos["from"] <= 0.22525
+
+
+def test_a_step_that_fails_keeps_those_before_it(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(plan: Plan, result: StudyResult) -> dict[str, Any]:
+        raise ZeroDivisionError("in a step")
+
+    Path("s.yaml").write_text(good)
+    with monkeypatch.context() as patched:
+        patched.setitem(steps.STEPS, "orbits", failing)
+        with pytest.raises(ZeroDivisionError, match="in a step"):
+            run("s.yaml", out="out")
+    kept = read_result("out")
+    assert not kept.finished
+    assert list(kept.timings) == ["system", "surfaces", "composite"]
+    assert run("s.yaml", out="out", resume=True).finished
+
+
+@pytest.mark.parametrize("name", ["result.json", "study.yaml", "arrays.npz"])
+def test_a_file_of_a_run_that_is_cut_off_or_missing(whole: StudyResult, name: str) -> None:
+    file = Path("out", name)
+    content = file.read_bytes()
+    if name != "study.yaml":
+        file.write_bytes(content[: len(content) // 2])
+        with pytest.raises(NsmapsError, match=rf"{name} cannot be read \(.*\); accepted: a folder as `nsmaps run` wrote it"):
+            read_result("out")
+    file.unlink()
+    with pytest.raises(NsmapsError, match=f"{name} is missing|holds no {name}"):
+        read_result("out")
