@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nsmaps.dynamics.returnmap import CompiledOrbit, CompiledStretches, ReturnMap, compiled, followed
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.impacts import Floats, Outcome, Returns, Stretches
+from nsmaps.exact.impacts import Floats, Outcome, Returns, Stretches, as_numbers
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
 
 BATCHES = 32  #: of successive returns, whose means tell the error
@@ -61,8 +61,7 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
         StateError: the state has not the map's coordinates.
         NsmapsError: n is below 32, the number of batches, or the transient negative.
     """
-    start = np.asarray(state, float)
-    dim = len(map.coordinates)
+    start, dim = as_numbers(state, map.coordinates), len(map.coordinates)
     if start.ndim == 0 or start.shape[-1] != dim:
         raise StateError(f"the start has shape {start.shape}; its last axis must hold {', '.join(map.coordinates)}")
     if n < BATCHES or transient < 0:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap, compiled
 from nsmaps.errors import StateError
-from nsmaps.exact.impacts import Floats, Outcome, Returns, decoded
+from nsmaps.exact.impacts import Floats, Outcome, Returns, as_numbers, decoded
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -69,8 +69,7 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
     Raises:
         StateError: the state has not the map's coordinates, or n is negative.
     """
-    start = np.asarray(state, float)
-    dim = len(map.coordinates)
+    start, dim = as_numbers(state, map.coordinates), len(map.coordinates)
     if start.ndim == 0 or start.shape[-1] != dim:
         raise StateError(f"the start has shape {start.shape}; its last axis must hold {', '.join(map.coordinates)}")
     if n < 0:

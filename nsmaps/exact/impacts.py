@@ -71,10 +71,18 @@ def angle_mask(coordinates: Sequence[str]) -> NDArray[np.bool_]:
     return np.array([isinstance(name, Angle) for name in coordinates], bool)
 
 
+def as_numbers(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
+    """States of any shape as a float array, or a StateError that says what is accepted."""
+    try:
+        return np.asarray(states, float)
+    except (TypeError, ValueError):
+        names = ", ".join(coordinates)
+        raise StateError(f"{states!r:.80} is no array of numbers; accepted: rows ({names}), such as [[{names}], ...]") from None
+
+
 def as_states(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
     """States as a float array of shape (N, n), or a StateError that says what is accepted."""
-    array = np.ascontiguousarray(states, float)
-    n = len(coordinates)
+    array, n = np.ascontiguousarray(as_numbers(states, coordinates)), len(coordinates)
     if array.ndim != 2 or array.shape[1] != n:
         raise StateError(
             f"states have shape {array.shape}; a batch of shape (N, {n}) is accepted, one row ({', '.join(coordinates)}) a state"

@@ -6,6 +6,7 @@ from toys import BouncingBall
 
 import nsmaps
 from nsmaps.dynamics.returnmap import CompiledOrbit
+from nsmaps.errors import StateError
 from nsmaps.exact.impacts import Outcome
 
 
@@ -59,3 +60,11 @@ def test_long_orbits_go_in_parts(pair):
     assert seen == [1111, 2222, 2500]
     short = nsmaps.orbit(pair(0.26), long.states[1200], 1300)
     assert np.array_equal(short.states, long.states[1200:])
+
+
+@pytest.mark.parametrize("state", [{"v": 0.5, "phi": 1.0}, "abc", [[0.5, 1.0], [0.5]]])
+def test_what_is_no_array_of_numbers_is_told(state):
+    map, told = BouncingBall(a=1.2, r=0.5), r"is no array of numbers; accepted: rows \(v, phi\), such as \[\[v, phi\], ...\]"
+    for ask in (map.first_return, lambda x: nsmaps.orbit(map, x, 3), lambda x: nsmaps.lyapunov(map, x, 100)):
+        with pytest.raises(StateError, match=told):
+            ask(state)
