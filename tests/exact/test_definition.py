@@ -57,7 +57,7 @@ def falls(self, t, hit):
         (lambda self, t, hit: falls(self, t, hit) + sp.tan(t), "cannot be followed in time"),
         (lambda self, t, hit: falls(self, t, hit) / (1 + t), "cannot be followed in time"),
         (lambda self, t, hit: falls(self, t, hit) + sp.Abs(sp.sin(t)), "cannot be followed in time"),
-        (lambda self, t, hit: falls(self, t, hit) if self.h > 1 else hit.z, "may not branch on the value"),
+        (lambda self, t, hit: falls(self, t, hit) if self.h > 1 else hit.z, "may not branch on a value"),
         (
             lambda self, t, hit: hit.z + hit.w * np.sin(t - hit.t),
             r"Made.displacement cannot be .* use sympy's functions \(from sympy",
