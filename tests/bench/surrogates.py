@@ -68,8 +68,8 @@ def main(folder: Path) -> None:
     looks = {"accurate": (BLUE, "o"), "closed form": (GREEN, "s"), "exact": (RED, "*")}
     for name, (colour, marker) in looks.items():
         label = f"{name} (attracting pieces)" if name == "closed form" else name
-        ax.loglog(*np.transpose(points[name]), marker, color=colour, ms=11 if name == "exact" else 7, label=label)
-    ax.set(xlabel="processor time (ns a state)", ylabel="largest held-out error of speed or phase (rad)")
+        ax.semilogy(*np.transpose(points[name]), marker, color=colour, ms=11 if name == "exact" else 7, label=label)
+    ax.set(xlim=(0, None), xlabel="processor time (ns a state)", ylabel="largest held-out error of speed or phase (rad)")
     ax.grid(alpha=0.3)
     ax.legend(frameon=False)
     figure.savefig(folder / "surrogates.png", dpi=200)
