@@ -16,7 +16,7 @@ from sympy.printing.pycode import PythonCodePrinter
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.files import place_of
-from nsmaps.exact.symbols import Flow, S, check_form, written_in_symbols
+from nsmaps.exact.symbols import Flow, S, along_phase, check_form, written_in_symbols
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -109,7 +109,7 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
         rates.append(flow.rate(rates[-1]))
     horizon = sp.Integer(int(system.horizon)) * period
     limits = [flow.bound(rates[k], horizon) for k in (3, 4, 5, 6)]
-    held = _held(flow.restore(rates[2].subs(dict.fromkeys(flow.generators, 0))).subs(W, 0), period)
+    held = along_phase(flow.restore(rates[2].subs(dict.fromkeys(flow.generators, 0))).subs(W, 0), PHI, period)
     free, sums, named = _evaluation(flow, rates[:6])
     tangent = [sp.diff(flow.restore(expr), x) for expr in rates[:2] for x in (PHI, W)]
     check_symbols(cls.__name__, [*free, *limits, *held, *flow.frequencies], set(symbols.values()))
@@ -139,14 +139,6 @@ def flow_source(system: "ImpactSystem") -> str:
         ]
     )
     return HEAD.format(name=f.name) + f"WIDE = {not NARROW.search(functions)}\n" + functions
-
-
-def _held(acceleration: sp.Expr, period: sp.Expr) -> list[sp.Expr]:
-    """The acceleration of a ball held at a place, its rate in time, and a bound on its second rate over a period."""
-    rate, flow = 2 * sp.pi / period, Flow()
-    later = acceleration.subs(PHI, rate * S)
-    check_form(later)
-    return [acceleration, rate * sp.diff(acceleration, PHI), flow.bound(flow.rate(flow.rate(flow.split(later))), period)]
 
 
 def in_symbols(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> tuple[Any, dict[str, sp.Symbol]]:

@@ -173,6 +173,14 @@ def check_form(expr: sp.Expr) -> None:
         )
 
 
+def along_phase(expr: sp.Expr, phase: sp.Symbol, period: sp.Expr) -> list[sp.Expr]:
+    """An expression in the phase, its rate in time, and a bound on its second rate over a period of the forcing."""
+    rate, flow = 2 * sp.pi / period, Flow()
+    later = expr.subs(phase, rate * S)
+    check_form(later)
+    return [expr, rate * sp.diff(expr, phase), flow.bound(flow.rate(flow.rate(flow.split(later))), period)]
+
+
 @contextmanager
 def written_in_symbols(formula: str) -> Iterator[None]:
     """Tell what of a formula keeps it from being written with symbols for its parameters."""

@@ -38,7 +38,7 @@ class CompiledComposite:
     def pieces_of(self, states: Floats) -> Ints:
         """The number of the first piece that holds each state (N, n), shape (N,): -1 for none, -2 of what is no state."""
         piece = np.empty(len(states), np.int64)
-        in_chunks(len(states), lambda k: pieces_of(self.tables, self._work(0), states[k], piece[k]))
+        in_chunks(len(states), lambda k: pieces_of(self.tables, self._work(), states[k], piece[k]))
         return piece
 
     def first_returns(self, start: Floats, piece: Ints) -> Returns:
@@ -48,7 +48,7 @@ class CompiledComposite:
         codes, outcome = np.empty(n, np.int64), np.empty(n, np.int8)
 
         def run(k: slice) -> None:
-            images(self.tables, self._work(k.stop - k.start), start[k], piece[k], image[k], turns[k], codes[k], outcome[k])
+            images(self.tables, self._work(), start[k], piece[k], image[k], turns[k], codes[k], outcome[k])
 
         in_chunks(n, run)
         return Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, fitted=True)
@@ -60,19 +60,17 @@ class CompiledComposite:
         made, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
         codes, outcome = np.empty((n, m), np.int64), np.empty((n, m), np.int8)
         made[0] = start
-        orbits(self.tables, self._work(0), made, turns, codes, outcome)
+        orbits(self.tables, self._work(), made, turns, codes, outcome)
         rows, none = made.reshape(-1, dim), np.full(n * m, np.nan)
         each = rows[m:], turns.reshape(-1, dim), codes.ravel(), outcome.ravel(), none
         return Returns(self.coordinates, self.walls, rows[:-m], *each, fitted=True)
 
-    def _work(self, states: int) -> Work:
-        """Room for a batch."""
-        pieces, n = self.tables.centre.shape
-        degrees = int(self.tables.degree.max(initial=1)) + 1
+    def _work(self) -> Work:
+        """Room for a block of states."""
+        n, degrees = len(self.coordinates), int(self.tables.degree.max(initial=1)) + 1
         stack, basis = np.empty((self.tables.depth, BLOCK)), np.empty((n, degrees, BLOCK))
-        order, first = np.empty(states, np.int64), np.empty(pieces + 1, np.int64)
         x, left, inner, total = np.empty((n, BLOCK)), np.empty(BLOCK, np.int64), np.empty(BLOCK), np.empty((n, BLOCK))
-        return Work(x, stack, left, basis, inner, total, order, first)
+        return Work(x, stack, left, basis, inner, total)
 
 
 @lru_cache(maxsize=16)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from nsmaps.exact.impacts import Outcome
 from nsmaps.reduced.conditionkernel import TWO_PI, ask
+from nsmaps.reduced.stripkernel import by_leaf
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -41,7 +42,7 @@ class Tables(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Where numbers of a block of states, and the order of a batch, are put meanwhile."""
+    """Where numbers of a block of states are put meanwhile."""
 
     x: Floats  #: shape (n, BLOCK), states
     stack: Floats  #: shape (depth, BLOCK)
@@ -49,8 +50,6 @@ class Work(NamedTuple):
     basis: Floats  #: shape (n, degrees, BLOCK), Chebyshev polynomials
     inner: Floats  #: shape (BLOCK,)
     total: Floats  #: shape (n, BLOCK), images, angles not wrapped
-    order: Ints  #: shape (N,), the states piece by piece
-    first: Ints  #: shape (P + 1,), where those of each piece begin among them
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -159,25 +158,6 @@ def finish(angle, lifted, c, i, image, turns):
     return RETURNED
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def in_order(piece, order, first):
-    """Write the states piece by piece, and where those of each piece begin."""
-    first[:] = 0
-    for k in piece:
-        if k >= 0:
-            first[k + 1] += 1
-    for k in range(len(first) - 1):
-        first[k + 1] += first[k]
-    count = first[-1]
-    for i in range(len(piece) - 1, -1, -1):
-        if piece[i] >= 0:
-            first[piece[i] + 1] -= 1
-            order[first[piece[i] + 1]] = i
-    for k in range(len(first) - 1):
-        first[k] = first[k + 1]
-    first[-1] = count
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def images(tables, work, states, piece, image, turns, codes, outcome):
     """Write what `Returns` holds of states (N, n) whose pieces are known."""
@@ -185,12 +165,12 @@ def images(tables, work, states, piece, image, turns, codes, outcome):
     turns[:], codes[:] = 0, 0
     for i in range(len(piece)):
         outcome[i] = INVALID if piece[i] == NO_STATE else UNCOVERED
-    in_order(piece, work.order, work.first)
-    for k in range(len(work.first) - 1):
-        for begin in range(work.first[k], work.first[k + 1], BLOCK):
-            order = work.order[begin : min(begin + BLOCK, work.first[k + 1])]
-            evaluate(tables, k, work, states, order)
-            for c in range(len(order)):
-                i = order[c]
+    order, first = by_leaf(piece, len(tables.word))
+    for k in range(len(tables.word)):
+        for begin in range(first[k], first[k + 1], BLOCK):
+            block = order[begin : min(begin + BLOCK, first[k + 1])]
+            evaluate(tables, k, work, states, block)
+            for c in range(len(block)):
+                i = block[c]
                 codes[i] = tables.word[k]
                 outcome[i] = finish(tables.angle, work.total, c, i, image, turns)

@@ -71,7 +71,8 @@ def _joined(how: int, tests: list[Code]) -> Code:
 def _of_two(operation: int, left: Code, right: Code) -> Code:
     """An operation on two terms, of which one that is a number need not be pushed."""
     if len(right) == 1 and right[0][0] == PUSH:
-        return [*left, (operation, right[0][1])]
+        number = right[0][1]
+        return [*left, _power(number) if operation == POW else (operation, number)]
     if len(left) == 1 and left[0][0] == PUSH and operation in TURNED:
         return [*right, (TURNED[operation], left[0][1])]
     return [*left, *right, (operation, math.nan)]
@@ -103,8 +104,6 @@ def _term(reader: Reader, node: ast.expr) -> Code:
             return _term(reader, operand)
         case ast.UnaryOp(op=op, operand=operand):
             return [*_term(reader, operand), (OPERATIONS[type(op)], 0)]
-        case ast.BinOp(op=ast.Pow(), left=left, right=right) if (power := _constant(reader, right)) is not None:
-            return [*_term(reader, left), *_power(power)]
         case ast.BinOp(op=op, left=left, right=right):
             return _of_two(OPERATIONS[type(op)], _term(reader, left), _term(reader, right))
         case ast.Call(func=ast.Name(id=name), args=[argument]):
@@ -112,13 +111,8 @@ def _term(reader: Reader, node: ast.expr) -> Code:
     raise AssertionError(f"{ast.dump(node)} was not accepted")
 
 
-def _constant(reader: Reader, node: ast.expr) -> float | None:
-    value: Any = reader.term(node)
-    return value if isinstance(value, float) else None
-
-
-def _power(power: float) -> Code:
+def _power(power: float) -> tuple[int, float]:
     """What raises a number to a constant power: whole ones are multiplied out, and NumPy has the same root and inverse."""
     if power in range(1, HIGHEST + 1):
-        return [(RAISE, power)]
-    return [(SQRT, 0)] if power == 0.5 else [(POW, power)]
+        return RAISE, power
+    return (SQRT, 0) if power == 0.5 else (POW, power)

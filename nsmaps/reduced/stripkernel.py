@@ -179,7 +179,7 @@ def crowd(a, at, degree, u, w, rows, speed, advance):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def by_leaf(number, leaves):
-    """The states in leaves, leaf after leaf, and where each leaf begins among them."""
+    """The states in leaves, leaf after leaf, and where each leaf begins among them; a state in none has a number below 0."""
     first = np.zeros(leaves + 1, np.int64)
     for k in number:
         if k >= 0:

@@ -74,16 +74,19 @@ def run(
             progress("done", len(names), len(names))
             result = replace(result, verdicts=verdicts(result), finished=True)
     except KeyboardInterrupt:
-        result = replace(result, verdicts=verdicts(result))
-        if folder:
-            _write(result, folder)
-        raise Interrupted(result, folder) from None
-    except StudyError:
+        raise Interrupted(_unfinished(result, folder), folder) from None
+    except Exception as error:
+        if result.timings and not isinstance(error, StudyError):
+            _unfinished(result, folder)
         raise
-    except Exception:
-        if folder and result.timings:
-            _write(replace(result, verdicts=verdicts(result)), folder)
-        raise
+    if folder:
+        _write(result, folder)
+    return result
+
+
+def _unfinished(result: StudyResult, folder: Path | None) -> StudyResult:
+    """The result of the steps that are finished, with its verdicts, written if there is a folder."""
+    result = replace(result, verdicts=verdicts(result))
     if folder:
         _write(result, folder)
     return result

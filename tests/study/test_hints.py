@@ -9,12 +9,16 @@ import nsmaps
 from nsmaps.study.hints import astray
 from nsmaps.study.verdicts import _intervals
 
-BASE = """\
+HEAD = """\
 system: vi_pair
 parameters: {d: 0.35, g_bar: 0.2113275}
 grid: {v: {from: 0.02, to: 1, points: 41}, phi: {from: 0, to: 2*pi, points: 63}}
 families: {low: [BTB]}
 composite:
+"""
+BASE = (
+    HEAD
+    + """\
   - {name: flat, box: {v: [0, 1.5], phi: [0, 2*pi]}, family: low, fit: {full: {}}}
   - name: fine
     box: {v: [0, 2], phi: [0, 2*pi]}
@@ -26,6 +30,7 @@ domains:
   - {name: by fine, map: fine, box: {v: [0.7, 0.76], phi: [0.2, 0.31]}}
   - {name: exact, map: exact, box: {v: [0.05, 0.9], phi: [0.2, 3]}}
 """
+)
 
 
 @pytest.fixture
@@ -75,16 +80,14 @@ def test_the_same_across_phase_zero() -> None:
     assert f"; {100 * share:.2g} % of the grid's states in its start box" in text(result, "exact")
 
 
-STRAY = """\
-system: vi_pair
-parameters: {d: 0.35, g_bar: 0.2113275}
-grid: {v: {from: 0.02, to: 1, points: 41}, phi: {from: 0, to: 2*pi, points: 63}}
-families: {low: [BTB]}
-composite:
+STRAY = (
+    HEAD
+    + """\
   - {name: flat, box: {v: [0, 0.3], phi: [0, 2*pi]}, family: low, data: v > 0.6, fit: {full: {}}}
   - {name: steep, where: v > SEAM or v < 0, family: low, data: v > 0.6, fit: {full: {v: 9, phi: 0}}}
 orbits: [{start: {v: 0.1, phi: 1}, returns: 30}]
 """
+)
 
 
 def stray(seam: float) -> tuple[nsmaps.StudyResult, str]:
