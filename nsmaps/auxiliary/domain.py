@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from nsmaps.auxiliary.bounds import ErrorBound, How, Maker, auxiliary_maps
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps
 from nsmaps.auxiliary.startbox import found_box
-from nsmaps.auxiliary.twocycle import TwoCycle, two_cycles
-from nsmaps.auxiliary.update import Part, Update, update
+from nsmaps.auxiliary.twocycle import ROUNDED, TwoCycle, two_cycles
+from nsmaps.auxiliary.update import SLACK, Part, Update, update
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 from nsmaps.exact.system import ImpactSystem
@@ -19,6 +19,7 @@ from nsmaps.exact.system import ImpactSystem
 if TYPE_CHECKING:
     from xarray import Dataset
 
+GENERIC = 1e-6  # of the last box, by which generic and worst-case iteration may differ
 REST = 1e-10  # largest move of a bound in an update, relative to the start box, after which there are no more
 
 
@@ -128,10 +129,10 @@ def attracting_domain(
         trapped,
         trapped and moved <= (settle if len(made) == updates else REST),
         boxes[-1] if trapped else np.full_like(start, np.nan),
-        trapped and _agree(made[-1]),
+        trapped and _agree(made[-1], _accuracy(maps, start, made[-1])),
         maps.status,
         why if found is None else _reason(map.coordinates, made, moved, settle),
-        two_cycles(_drawn(map, maps, made[-1].box, samples), made[-1]) if trapped else (),
+        two_cycles(_drawn(map, maps, made[-1].box, samples), made[-1], _accuracy(maps, start, made[-1])) if trapped else (),
     )
 
 
@@ -183,10 +184,19 @@ def _drawn(map: AnyMap, maps: AuxiliaryMaps, box: Floats, samples: int) -> Auxil
     return auxiliary_maps(map, "sampled", None, samples)(box) if maps.status == "enclosed" else maps
 
 
-def _agree(last: Update) -> bool:
+def _accuracy(maps: AuxiliaryMaps, start: Floats, last: Update) -> Floats:
+    """To which the auxiliary maps of an update are known, shape (n,): to rounding, a share of the start box.
+
+    Of an enclosure what it leaves open is added, twice, as its iteration rests by as much, and what samples may be off by.
+    """
+    rounded = ROUNDED * np.ptp(start, axis=1)
+    return rounded + (2 * maps.same + SLACK) * np.ptp(last.box, axis=1) if maps.status == "enclosed" else rounded
+
+
+def _agree(last: Update, accuracy: Floats) -> bool:
     """Does the generic iteration end on the bounds of the worst case."""
     cycle = np.sort(last.generic[-2:], axis=0).T
-    return bool(np.all(np.abs(cycle - last.worst[-1]) <= 1e-6 * np.ptp(last.box, axis=1)[:, None]))
+    return bool(np.all(np.abs(cycle - last.worst[-1]) <= (GENERIC * np.ptp(last.box, axis=1) + accuracy)[:, None]))
 
 
 def _name(map: AnyMap) -> str:

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsmaps.auxiliary.cells import Bools, Ints
-from nsmaps.auxiliary.fittedboxes import Fitted, box_map
-from nsmaps.exact.boxes import BoxImages, BoxMap
-from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
+from nsmaps.auxiliary.fittedboxes import Fitted, Parts, box_map
+from nsmaps.exact.boxes import BoxImages, BoxMap, as_boxes
+from nsmaps.exact.impacts import Floats, angle_mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,37 +21,44 @@ class FullAuxiliaryMap:
     """
 
     map: BoxMap | Fitted
-    boxes: Floats  #: shape (R, n, 2), the boxes A_n; of those that hold a state each counts
+    boxes: ArrayLike  #: shape (R, n, 2), the boxes A_n, angles on any turn; of those that hold a state each counts
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """The names of the n coordinates."""
         return self.map.coordinates
 
-    def image_boxes(self, boxes: Floats) -> BoxImages:
-        """Outer images of boxes of shape (N, n, 2)."""
-        map, inside = box_map(self.map), np.zeros(len(boxes), bool)
+    def image_boxes(self, boxes: ArrayLike) -> BoxImages:
+        """Outer images of boxes of shape (N, n, 2), angles on any turn."""
+        given = as_boxes(boxes, self.coordinates)
+        map, inside = box_map(self.map), np.zeros(len(given), bool)
         parts = []
-        for region in self.boxes:
-            cut, meets, within = self._cut(boxes, region)
+        for region in as_boxes(self.boxes, self.coordinates):
+            common, within = self._common(given, region)
             inside |= within
-            parts.append(self._products(map, cut[meets], region, np.flatnonzero(meets)))
+            parts.append(self._products(map, common.boxes, region, common.source))
         others = np.flatnonzero(~inside)
-        plain = map.image_boxes(boxes[others])
+        plain = map.image_boxes(given[others])
         parts.append((others[plain.source], plain.images, plain.words, others[~plain.bounded], others[plain.empty]))
         source, images, words, unknown, empty = (np.concatenate(part) for part in zip(*parts, strict=True))
         order = np.argsort(source, kind="stable")
-        bounded, lost = np.ones(len(boxes), bool), np.zeros(len(boxes), bool)
+        bounded, lost = np.ones(len(given), bool), np.zeros(len(given), bool)
         bounded[unknown], lost[empty] = False, True
         return BoxImages(source[order], images[order], words[order], bounded, lost)
 
-    def _cut(self, boxes: Floats, region: Floats) -> tuple[Floats, Bools, Bools]:
-        """Boxes cut to a region, angles on its turn; which of them meet it, and which lie within it."""
-        turns = np.round((boxes.mean(axis=2) - region.mean(axis=1)) / TWO_PI) * angle_mask(self.coordinates)
-        near = boxes - TWO_PI * turns[:, :, None]
-        low, high = np.maximum(near[:, :, 0], region[:, 0]), np.minimum(near[:, :, 1], region[:, 1])
-        within = ((low == near[:, :, 0]) & (high == near[:, :, 1])).all(axis=1)
-        return np.stack([low, high], axis=2), (low <= high).all(axis=1), within
+    def _common(self, boxes: Floats, region: Floats) -> tuple[Parts, Bools]:
+        """What boxes have in common with a region, on its turn and rounded outwards, and which of them lie within it.
+
+        A box that goes round the circle may meet a region at both of its ends: in a part for each.
+        """
+        whole = Parts(np.arange(len(boxes)), boxes, np.zeros(boxes.shape[:2], np.int64))
+        parts = whole.near(np.where(angle_mask(self.coordinates), region.mean(axis=1), np.nan))
+        low, high = np.maximum(parts.boxes[:, :, 0], region[:, 0]), np.minimum(parts.boxes[:, :, 1], region[:, 1])
+        beyond = ((low > parts.boxes[:, :, 0]) | (high < parts.boxes[:, :, 1])).any(axis=1)
+        within = np.ones(len(boxes), bool)
+        within[parts.source[beyond]] = False
+        meets = np.asarray((low <= high).all(axis=1))
+        return Parts(parts.source, np.stack([low, high], axis=2), parts.turns).of(meets), within
 
     def _products(self, map: BoxMap, cut: Floats, region: Floats, source: Ints) -> tuple[Ints, Floats, np.ndarray, Ints, Ints]:
         """The products of each coordinate's images, over its own interval and all of the region in the others."""

@@ -69,7 +69,7 @@ class CycleSearch:
         for cycle in self.cycles:
             state = " ".join(f"{x:.12f}" for x in cycle.states[0])
             multipliers = ", ".join(f"{m.real:.5g}{f'{m.imag:+.5g}i' if m.imag else ''}" for m in cycle.multipliers)
-            kind = "stable" if cycle.stable else "unstable"
+            kind = {True: "stable", False: "unstable", None: "of unknown stability"}[cycle.stable]
             lines.append(f"{len(cycle.states)}  {state}  ({multipliers})  {kind}  {' '.join(cycle.words)}")
         return "\n".join(lines)
 

@@ -38,7 +38,7 @@ class TransientRow:
     def texts(self) -> tuple[str, ...]:
         """What the row says, in the order of its fields; a dash where there is nothing to say."""
         left, arrives = (f"{share:.2%}" if share == share else "-" for share in (self.left, self.arrives))
-        within = [f"{steps}" if steps else "-" for steps in (self.left_steps, self.arrives_steps)]
+        within = ["-" if steps is None else f"{steps}" for steps in (self.left_steps, self.arrives_steps)]
         area, stays, periodic = f"{self.area:.2%}", f"{self.stays} cells", f"{self.periodic} points"
         return self.region, area, left, within[0], stays, arrives, within[1], periodic
 

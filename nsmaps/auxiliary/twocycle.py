@@ -1,5 +1,6 @@
 """p and q of each coordinate as roots of the second-iterate map, eq. pvqv_modified, pphiqphi_modified and WCSsecond-CD."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ from nsmaps.auxiliary.envelope import AuxiliaryMaps
 from nsmaps.auxiliary.update import Update
 from nsmaps.exact.impacts import Floats
 
-AGREE = 1e-10  #: by how much iteration and roots may differ
+ROUNDED = 1e-10  #: by how much iteration and roots of curves that are known to rounding may differ, relative to the start box
 POINTS = 201  #: at which changes of sign are sought, over twice the box
 
 
@@ -21,25 +22,30 @@ class TwoCycle:
     iterated: Floats  #: shape (2,), p and q where the worst-case iteration rests
     roots: Floats  #: shape (2,), p and q as roots; NaN where the second-iterate map has none that is near
     places: tuple[str, str]  #: where the lower map is least and the upper one largest on [p, q]: at p, at q, or inside
-    slope: float  #: largest absolute slope of the second-iterate map at p and q, zero where it is constant
+    slope: float  #: largest absolute slope of the second-iterate map at p and q, zero where it is constant; NaN where not known
+    accuracy: float = ROUNDED  #: to which both ways are known, in the coordinate's units
 
     @property
-    def stable(self) -> bool:
-        """Whether the worst case returns to it."""
-        return self.slope < 1
+    def stable(self) -> bool | None:
+        """Whether the worst case returns to it; None where the slope is not known."""
+        return None if math.isnan(self.slope) else self.slope < 1
 
     @property
     def agree(self) -> bool:
-        """Whether iteration and roots differ by no more than 1e-10."""
-        return bool(np.abs(self.iterated - self.roots).max() <= AGREE)
+        """Whether iteration and roots differ by no more than the accuracy to which both are known."""
+        return bool(np.abs(self.iterated - self.roots).max() <= self.accuracy)
 
 
-def two_cycles(maps: AuxiliaryMaps, last: Update) -> tuple[TwoCycle, ...]:
-    """The limits of the worst case of an update, one a coordinate, with the curves of its auxiliary maps."""
-    return tuple(_two_cycle(maps, k, last) for k in range(len(last.box)))
+def two_cycles(maps: AuxiliaryMaps, last: Update, accuracy: Floats) -> tuple[TwoCycle, ...]:
+    """The limits of the worst case of an update, one a coordinate, with the curves of its auxiliary maps.
+
+    Args:
+        accuracy: shape (n,), of the curves; p and q are known to 1 / (1 - slope) of it, as errors of iterates add up.
+    """
+    return tuple(_two_cycle(maps, k, last, float(accuracy[k])) for k in range(len(last.box)))
 
 
-def _two_cycle(maps: AuxiliaryMaps, index: int, last: Update) -> TwoCycle:
+def _two_cycle(maps: AuxiliaryMaps, index: int, last: Update, accuracy: float) -> TwoCycle:
     """The equations of p and q follow from where on [p, q] the curves are extreme.
 
     With the least of the lower map at q and the largest of the upper one at p, p is a root of xi_L(xi_U(p)) = p. An extreme at
@@ -65,7 +71,8 @@ def _two_cycle(maps: AuxiliaryMaps, index: int, last: Update) -> TwoCycle:
             q = _end(upper, largest == "q", ends[1], at[1], reach)
             p = float(lower(np.array([q]))[0]) if least == "q" else p
             q = float(upper(np.array([p]))[0]) if largest == "p" else q
-    return TwoCycle(last.envelopes[index].coordinate, ends, np.array([p, q]), places, _slope(lower, upper, places, p, q))
+    slope, name = _slope(lower, upper, places, p, q), last.envelopes[index].coordinate
+    return TwoCycle(name, ends, np.array([p, q]), places, slope, accuracy / (1 - slope) if slope < 1 else accuracy)
 
 
 def _place(at: Floats, ends: Floats, near: float) -> str:

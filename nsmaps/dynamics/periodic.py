@@ -82,9 +82,10 @@ class PeriodicOrbit:
         return values[np.argsort(-np.abs(values), kind="stable")]
 
     @property
-    def stable(self) -> bool:
-        """Whether every multiplier lies within the unit circle."""
-        return bool((np.abs(self.multipliers) < 1).all())
+    def stable(self) -> bool | None:
+        """Whether every multiplier lies within the unit circle; None where they are not known."""
+        size = np.abs(self.multipliers)
+        return None if np.isnan(size).any() else bool((size < 1).all())
 
 
 def periodic_orbit(map: ReturnMap, guess: ArrayLike, period: int = 1, tolerance: float = 1e-10) -> PeriodicOrbit:

@@ -168,10 +168,11 @@ def _morse(cover: "MorseCover") -> dict[str, Any]:
 
 
 def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
-    """p and q of one coordinate, found twice, and the largest difference."""
-    apart = _finite([np.abs(cycle.iterated - cycle.roots).max()])[0]
+    """p and q of one coordinate, found twice, the largest difference, and within how much both are known."""
+    apart, within = _finite([np.abs(cycle.iterated - cycle.roots).max(), cycle.accuracy])
     p_and_q = {"iterated": _finite(cycle.iterated), "roots": _finite(cycle.roots), "slope": _finite([cycle.slope])[0]}
-    return {"coordinate": str(cycle.coordinate), **p_and_q, "stable": cycle.stable, "agree": cycle.agree, "apart": apart}
+    found = {"stable": cycle.stable, "agree": cycle.agree, "apart": apart, "within": within}
+    return {"coordinate": str(cycle.coordinate), **p_and_q, **found}
 
 
 def _parametric(made: "ParametricMap") -> dict[str, Any]:

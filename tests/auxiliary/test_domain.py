@@ -1,9 +1,10 @@
 """Envelopes, worst-case and generic iteration, and growing boxes, on maps whose answers are known."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from boxmaps import one_each, plain_returns
 
 from nsmaps.auxiliary.bounds import envelopes
 from nsmaps.auxiliary.domain import attracting_domain, smallest_box
@@ -52,6 +53,48 @@ def test_a_generic_cobweb_may_underestimate_the_worst_case():
     domain = attracting_domain(map, [[-0.2, 0.9], [-1, 1]], updates=2)
     assert domain.trapped
     assert domain.boxes[-1][0, 1] == pytest.approx(0.8, abs=1e-9)
+
+
+@dataclass
+class Wavy:
+    """x' = 0.3 - 0.5 x + 0.1 sin(3 y), y' = 0.2 y, in units of which one is `unit` long, enclosed by a Lipschitz constant."""
+
+    unit: float = 1.0
+    coordinates: tuple[str, ...] = ("x", "y")
+
+    def image_boxes(self, boxes):
+        (x0, x1), (y0, y1) = boxes[:, 0].T / self.unit, boxes[:, 1].T / self.unit
+        middle, reach = np.sin(1.5 * (y0 + y1)), 1.5 * (y1 - y0)
+        low, high = np.maximum(middle - reach, -1), np.minimum(middle + reach, 1)
+        sides = [[0.3 - 0.5 * x1 + 0.1 * low, 0.3 - 0.5 * x0 + 0.1 * high], [0.2 * y0, 0.2 * y1]]
+        return one_each(self.unit * np.array(sides).transpose(2, 0, 1))
+
+    def first_return(self, states, derivative=False):
+        x, y = np.asarray(states, float).T / self.unit
+        image = np.column_stack([0.3 - 0.5 * x + 0.1 * np.sin(3 * y), 0.2 * y])
+        return plain_returns(self.coordinates, np.asarray(states, float), self.unit * image)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+def test_p_and_q_of_an_enclosure_agree_to_its_own_accuracy(unit):
+    """xi_U = 0.4 - 0.5 x, xi_L = 0.2 - 0.5 x: p = 0, q = 0.4. The enclosure ends within 1e-5 of the box."""
+    domain = attracting_domain(Wavy(unit), unit * np.array([[-1, 1], [-1, 1]]), updates=1)
+    (x, _) = domain.cycles
+    assert domain.status == "enclosed"
+    apart = np.abs(x.iterated - x.roots).max()
+    assert apart > 1e-10 * unit
+    assert x.agree
+    assert domain.generic_agrees
+    assert np.abs(x.iterated - unit * np.array([0, 0.4])).max() < x.accuracy < 1e-3 * unit
+    assert not replace(x, roots=x.roots + 2e-4 * unit).agree, "what is told apart does not agree"
+
+
+def test_the_agreement_of_a_formula_is_that_of_rounding():
+    map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
+    (x, _) = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1).cycles
+    assert x.agree
+    assert not replace(x, roots=x.roots + 1e-8).agree
+    assert replace(x, slope=np.nan).stable is None
 
 
 def test_a_box_that_is_left_stops_the_updates_and_says_how():

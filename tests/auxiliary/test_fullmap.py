@@ -1,5 +1,6 @@
 """The full auxiliary map eq. auxM: products of the worst case in its boxes, the map elsewhere."""
 
+import mpmath as mp
 import numpy as np
 import pytest
 from boxmaps import Henon, one_each
@@ -53,6 +54,35 @@ def test_what_the_map_does_is_among_what_it_may_do():
         own = made.images[made.source == n]
         held = ((own[:, None, :, 0] <= images) & (images <= own[:, None, :, 1])).all(axis=2)
         assert held.any(axis=0).all()
+
+
+@pytest.mark.parametrize("region", [[0.1, 6.2], [5.9, 6.5], [0.0, 2 * np.pi], [-1.0, 1.0]])
+@pytest.mark.parametrize("turns", [0, 3])
+@pytest.mark.parametrize("box", [[6.0, 6.6], [6.2, 12.4], [0.0, 0.05], [-0.3, 9.0]])
+def test_a_box_meets_a_region_on_every_turn(region, turns, box):
+    """Both coordinates' own images of 500 states of the box that lie in the region, with the others anywhere in it."""
+    rng = np.random.default_rng(5)
+    moved = [0.2, 0.4], (np.array(box) + turns * 2 * np.pi).tolist()
+    made = FullAuxiliaryMap(Linear(), [[[0.0, 1.0], region]]).image_boxes([moved])
+    v, phi = rng.uniform(0.2, 0.4, 500), rng.uniform(*moved[1], 500)
+    inside = region[0] + np.mod(phi - region[0], 2 * np.pi)
+    held = inside <= region[1]
+    others = rng.uniform([[0.0], [region[0]]], [[1.0], [region[1]]], (2, 500))
+    there = np.column_stack([-0.5 * v + 0.2 * others[1], 0.3 * inside + 0.1 * others[0] + 3])[held]
+    sides = made.images[:, None]
+    reached = ((sides[..., 0] <= there) & (there <= sides[..., 1])).all(axis=2)
+    assert reached.any(axis=0).all(), "some states of the box may go where no image is"
+
+
+def test_a_shift_by_whole_turns_is_rounded_outwards():
+    """The end of a box on a far turn, at 50 digits: no state of it may be cut off by rounding."""
+    mp.mp.dps = 50
+    for turns in range(1, 2000, 37):
+        low, high = 4.5 + turns * 2 * np.pi, 4.6 + turns * 2 * np.pi
+        made = FullAuxiliaryMap(Linear(), REGION).image_boxes(np.array([[[0.2, 0.4], [low, high]]]))
+        ends = [mp.mpf(0.3) * (mp.mpf(end) - turns * 2 * mp.pi) + 3 for end in (low, high)]
+        assert made.images[0, 1, 0] + 1e-13 <= ends[0], "beyond the reserve of the map itself"
+        assert made.images[0, 1, 1] - 1e-13 >= ends[1] + mp.mpf(0.1)
 
 
 def test_covers_take_it_as_any_other():

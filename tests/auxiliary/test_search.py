@@ -1,5 +1,7 @@
 """The search for cycles, on the map of Henon, whose cycles are counted in the literature (Galias 1999)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from boxmaps import Henon, Sway, Turn, one_each
@@ -8,6 +10,7 @@ from nsmaps.auxiliary.cellgraph import graph_of
 from nsmaps.auxiliary.cells import Cells, targets_of
 from nsmaps.auxiliary.closedwalks import on_closed_walks
 from nsmaps.auxiliary.search import find_cycles
+from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
 
 WINDOW = [[-2, 2], [-1, 1]]
@@ -34,6 +37,16 @@ def test_fixed_points_leave_no_cell_open():
     roots = np.roots([-1.4, 0.3 - 1, 1])
     assert sorted(cycle.states[0, 0] for cycle in found.cycles) == pytest.approx(sorted(roots), abs=1e-12)
     assert found.known.all()
+
+
+def test_a_cycle_without_multipliers_is_not_called_unstable():
+    found = find_cycles(Henon(), WINDOW, 1, 6)
+    returns = found.cycles[0].returns
+    resting = PeriodicOrbit(replace(returns, derivative=np.full_like(returns.derivative, np.nan)), 1e-10)
+    assert resting.stable is None
+    lines = replace(found, cycles=(resting, *found.cycles)).table().splitlines()
+    assert "of unknown stability" in lines[0]
+    assert [line.split(")")[1].split()[0] for line in lines[1:]] == ["unstable", "unstable"]
 
 
 def test_closed_walks_against_powers_of_the_matrix():

@@ -1,10 +1,13 @@
 """Steps until a region is left and a closed set is reached, against orbits of many states and against a closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from boxmaps import Henon, one_each
 
-from nsmaps.auxiliary.cover import morse_sets, trap
+from nsmaps.auxiliary.cells import Cells
+from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
 from nsmaps.auxiliary.search import find_cycles
 from nsmaps.auxiliary.transient import transient
 from nsmaps.errors import NsmapsError
@@ -54,6 +57,17 @@ def test_what_stays_holds_the_fixed_points(found):
         assert (found.arrived[number] >= 0) == cycle.stable
     assert [row.periodic for row in found.rows] == [1, 1, 0, 2]
     assert found.points.shape == (2, 2)
+
+
+def test_what_has_arrived_at_the_start_is_told_as_no_returns(found):
+    """A region all of whose cells are in the closed set already: after 0 returns, which is not the dash of what is not shown."""
+    row = next(row for row in found.rows if row.region == "inner")
+    assert replace(row, left_steps=None, arrives_steps=0).texts()[3::3] == ("-", "0")
+    cells = Cells.over(("x", "y"), [[0.5, 1.5], [0, 0.5]], 16)
+    held = closed_box(Henon(0.2), cells.window, 16)
+    made = transient(Henon(0.2), {"all": Box(bounds={"x": (0.5, 1.5), "y": (0, 0.5)})}, cells.window, 0, 16, target=held)
+    assert made.rows[0].arrives_steps == 0
+    assert made.table().splitlines()[1].split()[-3] == "0"
 
 
 def test_the_table_says_shares_steps_and_what_stays(found):
