@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps import commands
-from nsmaps.commands import draw_listed, figures_of
+from nsmaps.commands import InstalledOnly, draw_listed, figures_of
 from nsmaps.errors import NsmapsError
 from nsmaps.terminal import FAILED, STOPPED, Program, examples, summary, written
 from nsmaps.terminal import bar as _bar
@@ -102,19 +102,27 @@ def systems() -> None:
 
 
 @app.command(epilog=examples("nsmaps check vi_pair/fp", "nsmaps check mine.yaml", "nsmaps check vi_pair/pd --set r=0.45"))
-def check(study: StudyName, set_: Settings = None) -> None:
+def check(study: StudyName, set_: Settings = None, installed_only: InstalledOnly = False) -> None:
     """Read a study and say what a run of it would compute, without computing it.
+
+    A study whose system is a class in a file is held against that class: before the file is run, that is said.
 
     What is wrong is told a line each, with file, line, column, what is accepted and a near match; the exit code is then 2.
     So is a displacement that does not start where its impact is.
     """
     from nsmaps.exact.definition import check_start
+    from nsmaps.plugins import is_file
     from nsmaps.study.about import about
     from nsmaps.study.changes import assignments
-    from nsmaps.study.reader import load_study
+    from nsmaps.study.reader import found_study, made_ready
 
     with _told():
-        read = load_study(study, assignments(set_ or []))
+        read = found_study(study, installed_only)
+        if is_file(read.system):
+            typer.echo(
+                f"runs the file of the system, {read.system}, which can do what you can; not with --installed-only", err=True
+            )
+        read = made_ready(read, assignments(set_ or []))
         with read.source.located(("system",)):
             check_start(read.system_object())
     typer.echo(f"{read.name}: {read.title}" if read.title else read.name)
@@ -145,6 +153,7 @@ def run(
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.html.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a run of the same study that was stopped.")] = False,
+    installed_only: InstalledOnly = False,
 ) -> None:
     """Compute what a study names, write it to a folder, and end with a table of verdicts.
 
@@ -160,7 +169,7 @@ def run(
         from nsmaps.study.run import Interrupted
         from nsmaps.study.run import run as compute
 
-        read = load_study(study, assignments(set_ or []))
+        read = load_study(study, assignments(set_ or []), installed_only=installed_only)
         seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:

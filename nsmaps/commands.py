@@ -14,6 +14,9 @@ from nsmaps.terminal import bar, examples, told
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
+InstalledOnly = Annotated[
+    bool, typer.Option("--installed-only", help="Refuse a study whose system is a file (file.py:Class), which would be run.")
+]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")]
 
 
@@ -72,12 +75,13 @@ def figures(
     format: Annotated[list[Format] | None, typer.Option(help="The file format, png if omitted; may be repeated.")] = None,
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
     dpi: Annotated[float, typer.Option(min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")] = 200,
+    installed_only: InstalledOnly = False,
 ) -> None:
     """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for."""
     from nsmaps.study.archive import read_result
 
     with told():
-        result = read_result(folder)
+        result = read_result(folder, installed_only=installed_only)
         kinds = [kind.value for kind in format or [Format.png]]
         paths = draw_listed(result, only or figures_of(result), folder, out, kinds, dpi)
     for path in paths:
@@ -94,6 +98,7 @@ def animate(
     fps: Annotated[int | None, typer.Option(min=1, help="Pictures a second.", show_default="12, or 1")] = None,
     dpi: Annotated[float, typer.Option(min=10, help="Dots per inch.")] = 100,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+    installed_only: InstalledOnly = False,
 ) -> None:
     """Write an animation of a run: its surfaces turning round, or a cobweb of its composite map growing step by step."""
     from nsmaps.figures.animate import animate
@@ -102,12 +107,12 @@ def animate(
 
     place = out or folder / "figures"
     with told(), bar(quiet) as progress, listed(folder, place):
-        result = read_result(folder)
+        result = read_result(folder, installed_only=installed_only)
         path = animate(result, name, place, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi, progress=progress)
     typer.echo(str(path))
 
 
-def report(folder: Folder) -> None:
+def report(folder: Folder, installed_only: InstalledOnly = False) -> None:
     """Write report.html of a run again: verdicts, what was asked, figures, numbers, timings, versions, how to cite.
 
     It is one file that needs nothing but a browser, on a phone or on paper too. It holds the figures that are in the folder now.
@@ -116,7 +121,7 @@ def report(folder: Folder) -> None:
     from nsmaps.study.archive import read_result
 
     with told():
-        path = write_report(read_result(folder), folder)
+        path = write_report(read_result(folder, installed_only=installed_only), folder)
     typer.echo(str(path))
 
 
@@ -128,6 +133,7 @@ def export(
         int | None, typer.Option(metavar="N", min=1, help="Instead the N-th iterate of one piece, all coordinates.")
     ] = None,
     piece: Annotated[str | None, typer.Option(help="The piece of `--iterate`; needed if there are several.")] = None,
+    installed_only: InstalledOnly = False,
 ) -> None:
     """Write the maps and closed forms of a run in another language; what has no closed form is said."""
     import nsmaps
@@ -138,7 +144,7 @@ def export(
     with told(), listed(folder, place := out or folder / "export"):
         if piece is not None and iterate is None:
             raise nsmaps.NsmapsError(f"a piece {piece!r} and no iterate; accepted: --iterate N --piece {piece}")
-        result = nsmaps.read_result(folder)
+        result = nsmaps.read_result(folder, installed_only=installed_only)
         files = export_iterate(result, iterate, piece, to, place) if iterate else nsmaps.export(result, to, place)
         left = () if iterate else held_by(result).skipped
     typer.echo("\n".join(str(place / name) for name in files))
@@ -199,6 +205,7 @@ def cite(
     folder: Annotated[
         Path | None, typer.Argument(metavar="[DIR]", help="A run's folder, to be cited too.", show_default=False)
     ] = None,
+    installed_only: InstalledOnly = False,
 ) -> None:
     """Print BibTeX of the software, of the paper whose method it implements, and of a run."""
     import nsmaps
@@ -209,7 +216,7 @@ def cite(
         from nsmaps.study.archive import read_result
 
         with told():
-            result = read_result(folder)
+            result = read_result(folder, installed_only=installed_only)
             entries = citation(result.versions["nsmaps"])
             entries += "\n" + run_citation(result.study.name, result.study.title, result.versions, folder)
     typer.echo(entries)

@@ -138,8 +138,10 @@ def replace_file(path: Path, content: bytes) -> None:
         raise
 
 
-def read_result(folder: str | os.PathLike[str]) -> StudyResult:
+def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False) -> StudyResult:
     """The result of a run from its folder; its second iterate is expanded again from the coefficients kept.
+
+    A run of a system in a file runs that file; with `installed_only` it is refused.
 
     Raises NsmapsError when the folder holds no finished result or one of another format.
     """
@@ -150,7 +152,7 @@ def read_result(folder: str | os.PathLike[str]) -> StudyResult:
         record = json.loads((place / "result.json").read_text(encoding="utf-8"))
     _check_format(place, record)
     with _whole(place / "study.yaml"):
-        study = read_study(place / "study.yaml", record["study"])
+        study = read_study(place / "study.yaml", record["study"], installed_only)
     with _whole(place / "arrays.npz"), np.load(place / "arrays.npz", allow_pickle=False) as arrays:
         loaded = {name: arrays[name] for name in arrays.files}
     try:

@@ -11,32 +11,54 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from nsmaps.errors import NsmapsError, StudyError, near_match
-from nsmaps.plugins import is_file, study_files, study_names
+from nsmaps.plugins import is_file, study_files, study_names, system_names
 from nsmaps.study.changes import changed
 from nsmaps.study.plan import prepare
 from nsmaps.study.source import Loc, Source
 from nsmaps.study.spec import Study, name_of
 
 
-def load_study(name: str | os.PathLike[str], parameters: Mapping[str, Any] | None = None) -> Study:
+def load_study(
+    name: str | os.PathLike[str], parameters: Mapping[str, Any] | None = None, *, installed_only: bool = False
+) -> Study:
     """The study of a YAML file, or one that an installed system ships, by its name: `vi_pair/fp`.
+
+    A study whose system is a class in a file, `mine.py:Class`, runs that file, which can do whatever you can.
 
     Args:
         parameters: values in place of the study's own, by name; the study is then called `vi_pair/fp-r=0.45`, and its title
             says so.
+        installed_only: refuse a study whose system is a file; nothing but installed packages is run then.
 
     Raises StudyError, one line a complaint, for a study that cannot be run.
     """
+    return made_ready(found_study(name, installed_only), parameters)
+
+
+def found_study(name: str | os.PathLike[str], installed_only: bool = False) -> Study:
+    """The study of a file or of this name by its grammar alone: its system is not imported, nor is its file run."""
     path, asked = Path(name), os.fspath(name)
-    study = read_study(path, name_of(path)) if path.is_file() else read_study(shipped_file(asked), asked)
+    return read_study(path, name_of(path), installed_only) if path.is_file() else read_study(shipped_file(asked), asked)
+
+
+def made_ready(study: Study, parameters: Mapping[str, Any] | None = None) -> Study:
+    """The study with its parameters set, held against its system, whose module is imported or file run for it."""
     if parameters:
         study = changed(study, parameters)
     prepare(study)
     return study
 
 
-def read_study(path: Path, name: str) -> Study:
-    """The study of a file by its grammar alone; `name` is used where the file gives none."""
+def check_installed(study: Study) -> None:
+    """A StudyError for a study whose system is a file, which would be run."""
+    if is_file(study.system):
+        known = ", ".join(system_names()) or "none is"
+        text = f"the system is the file {study.system!r}, which would be run; accepted: a system that is installed, of {known}"
+        raise study.source.error(("system",), text)
+
+
+def read_study(path: Path, name: str, installed_only: bool = False) -> Study:
+    """The study of a file by its grammar alone; `name` is used where the file gives none. Nothing of it is run."""
     source = Source(os.fspath(path), _parsed(path))
     data = _plain(source.root)
     data.setdefault("name", name)
@@ -47,9 +69,12 @@ def read_study(path: Path, name: str) -> Study:
         if isinstance(piece, dict) and isinstance(piece.get("polynomial"), str):
             piece["polynomial"] = _printed(path, piece["polynomial"], source, ("composite", number, "polynomial"))
     try:
-        return Study.model_validate(data, context=source)
+        study = Study.model_validate(data, context=source)
     except ValidationError as error:
         raise source.translate(error, (), Study, {}) from error
+    if installed_only:
+        check_installed(study)
+    return study
 
 
 def _printed(path: Path, text: str, source: Source, loc: Loc) -> Any:

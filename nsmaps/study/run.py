@@ -10,10 +10,11 @@ from time import perf_counter
 
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.interrupts import heard
+from nsmaps.plugins import is_file
 from nsmaps.study.archive import read_result, versions_of, write
 from nsmaps.study.folder import check_folder
 from nsmaps.study.plan import Plan, prepare
-from nsmaps.study.reader import load_study
+from nsmaps.study.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
 from nsmaps.study.spec import Study
 from nsmaps.study.steps import STEPS, steps_of
@@ -39,11 +40,15 @@ def run(
     out: str | os.PathLike[str] | None = None,
     progress: Progress = lambda what, done, total: None,
     resume: bool = False,
+    *,
+    installed_only: bool = False,
 ) -> StudyResult:
     """Compute what a study names, and write it to the folder `out`, if one is given.
 
     With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again, and of
     the step that it stopped in the finished parts: those of diagrams, exponents, basins and noise of the exact map.
+
+    A study whose system is a class in a file runs that file; with `installed_only` it is refused.
 
     What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
 
@@ -51,7 +56,9 @@ def run(
     resumed, of other versions; Interrupted on Ctrl-C. When a step is stopped, or fails for no fault of the study, those before it
     have been written.
     """
-    study = study if isinstance(study, Study) else load_study(study)
+    study = study if isinstance(study, Study) else load_study(study, installed_only=installed_only)
+    if installed_only:
+        check_installed(study)
     plan = prepare(study)
     folder = None if out is None else Path(out)
     if folder:
@@ -120,7 +127,7 @@ def _with_step(plan: Plan, result: StudyResult, name: str) -> StudyResult:
 
 def _kept(new: StudyResult, folder: Path) -> StudyResult:
     """The result in a folder, if it is one of the same study by the same versions."""
-    kept = read_result(folder)
+    kept = read_result(folder, installed_only=not is_file(new.study.system))
     for what, same in (("study", kept.study == new.study), ("versions", kept.versions == new.versions)):
         if not same:
             raise NsmapsError(

@@ -66,7 +66,9 @@ def test_check_refuses_a_displacement_that_starts_elsewhere(right: str, wrong: s
     line = next(number for number, text in enumerate(BALL.splitlines(), 1) if "def displacement" in text)
     answer = CliRunner().invoke(app, ["check", "s.yaml"])
     assert (answer.exit_code, answer.stdout) == (2, "")
-    assert answer.stderr.startswith(f"s.yaml:2:9: Ball.displacement {says}")
+    first, told = answer.stderr.split("\n", 1)
+    assert first.startswith(f"runs the file of the system, {Path('mine.py').resolve()}:Ball")
+    assert told.startswith(f"s.yaml:2:9: Ball.displacement {says}")
     assert re.search(rf" at phi = 7/11 \({re.escape(str(Path('mine.py').resolve()))}:{line}\)\n$", answer.stderr)
 
 
