@@ -19,6 +19,7 @@ from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.polymap import PolyMap
 
 How = Literal["outer", "inflated", "enclosed", "sampled"]
+ESTIMATED = "inflated by held-out error"  #: the status of what is no bound, as the error was taken at states
 Maker = Callable[[Floats], AuxiliaryMaps]
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsmaps.auxiliary.bounds import ErrorBound, How, Maker, auxiliary_maps
+from nsmaps.auxiliary.bounds import ESTIMATED, ErrorBound, How, Maker, auxiliary_maps
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps
+from nsmaps.auxiliary.reasons import about_fixed_point, without_image
 from nsmaps.auxiliary.startbox import found_box
 from nsmaps.auxiliary.twocycle import ROUNDED, TwoCycle, two_cycles
 from nsmaps.auxiliary.update import SLACK, Part, Update, update
@@ -25,9 +26,9 @@ REST = 1e-10  # largest move of a bound in an update, relative to the start box,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AttractingDomain:
-    """A box into which the worst case of a map settles, with what is known of it: a bound for the map named in `of`."""
+    """A box into which the worst case of a map settles, with what is known of it; `claim` says what that is worth."""
 
-    of: str  #: the map that the bound is for, such as "fitted map R1" or "exact map"
+    of: str  #: the map that the bound, or the estimate, is for, such as "fitted map R1" or "exact map"
     coordinates: tuple[str, ...]
     boxes: Floats  #: shape (U + 1, n, 2), the start box first, then one row an update made
     updates: tuple[Update, ...]
@@ -35,7 +36,7 @@ class AttractingDomain:
     settled: bool  #: all updates were trapped, and the last one moved no bound by more than `settle` of the start box
     two_cycle: Floats  #: shape (n, 2), p and q of each coordinate: eq. pvqv_modified, pphiqphi_modified, WCSsecond-CD
     generic_agrees: bool  #: the generic iteration ends on the same p and q as the worst case
-    status: str  #: how it bounds: "outer", "inflated by ... error", "enclosed", or "sampled", which is no bound
+    status: str  #: how it bounds: "outer", "inflated by ... error", "enclosed", or "sampled"; see `claim`
     reason: str  #: a sentence: what holds, or why not
     cycles: tuple[TwoCycle, ...]  #: p and q of each coordinate as roots of the second-iterate map; none if not trapped
 
@@ -43,6 +44,13 @@ class AttractingDomain:
     def box(self) -> Floats:
         """The last box, shape (n, 2)."""
         return self.boxes[-1]
+
+    @property
+    def claim(self) -> str:
+        """What the boxes are for the map named in `of`, and how that is known: a bound, an estimate, or no bound."""
+        if self.status == "sampled":
+            return f"no bound for the {self.of}: sampled"
+        return f"{'an estimate' if self.status == ESTIMATED else 'a bound'} for the {self.of}: {self.status}"
 
     @property
     def part(self) -> tuple[Part, ...]:
@@ -105,7 +113,7 @@ def attracting_domain(
         of: what to call the map in the result.
         progress: called with the number of updates made, after each.
         bounds: `outer`, `inflated`, `enclosed` or `sampled`; the best that the map allows if omitted, see `auxiliary_maps`.
-        error: how far a PolyMap is from the map that it stands for: the bound is then for that map.
+        error: how far a PolyMap is from the map that it stands for: the bound is then for that map, an estimate if the error is.
 
     Raises:
         NsmapsError: the box has not the map's coordinates, is empty, or a number is out of range; the map cannot be bounded so.
@@ -115,12 +123,12 @@ def attracting_domain(
     if grow and error is not None:
         raise NsmapsError("grow is on and an error is given, which is that of the given box; accepted: one of the two")
     make = auxiliary_maps(map, bounds, error, samples)
-    found, why = (
-        found_box(make, map.coordinates, start, None if around is None else np.asarray(around, float)) if grow else (start, "")
-    )
+    found, why = found_box(make, map, start, None if around is None else np.asarray(around, float)) if grow else (start, "")
     start = start if found is None else found
     made, boxes, maps = _updates(make, start, updates if found is not None else 0, progress)
     trapped, moved = found is not None and all(each.trapped for each in made), _moved(boxes)
+    reason = why if found is None else _reason(map, made, moved, settle, maps.status)
+    accuracy = _accuracy(maps, start, made[-1])
     return AttractingDomain(
         of or (error.of if error is not None else _name(map)),
         map.coordinates,
@@ -129,10 +137,10 @@ def attracting_domain(
         trapped,
         trapped and moved <= (settle if len(made) == updates else REST),
         boxes[-1] if trapped else np.full_like(start, np.nan),
-        trapped and _agree(made[-1], _accuracy(maps, start, made[-1])),
+        trapped and _agree(made[-1], accuracy),
         maps.status,
-        why if found is None else _reason(map.coordinates, made, moved, settle),
-        two_cycles(_drawn(map, maps, made[-1].box, samples), made[-1], _accuracy(maps, start, made[-1])) if trapped else (),
+        reason if trapped else _why_not(map, reason, start, error),
+        two_cycles(_drawn(map, maps, made[-1].box, samples), made[-1], accuracy) if trapped else (),
     )
 
 
@@ -169,7 +177,7 @@ def smallest_box(
     the start's: such a box bounds nothing of use. `bounds` and `around` as in `attracting_domain`.
     """
     centre = None if around is None else np.asarray(around, float)
-    return found_box(auxiliary_maps(map, bounds, None, samples), map.coordinates, np.array(box, float), centre, most)
+    return found_box(auxiliary_maps(map, bounds, None, samples), map, np.array(box, float), centre, most)
 
 
 def _moved(boxes: list[Floats]) -> float:
@@ -219,8 +227,13 @@ def _apart(value: float, limit: float) -> str:
     return next((text for text in told if float(text) != limit), f"{value:.17g}")
 
 
-def _reason(names: tuple[str, ...], made: list[Update], moved: float, settle: float) -> str:
-    last = made[-1]
+def _why_not(map: AnyMap, reason: str, start: Floats, error: ErrorBound | None) -> str:
+    """The reason why a box is not trapped, with what the map's own derivative in the start box says of it."""
+    return "; ".join(filter(None, (reason, about_fixed_point(map, start) if error is None else "")))
+
+
+def _reason(map: AnyMap, made: list[Update], moved: float, settle: float, status: str) -> str:
+    last, names = made[-1], map.coordinates
     if last.trapped:
         rests = "" if all(update.converged for update in made) else "; not every worst-case iteration came to rest"
         beside = f"{_apart(100 * moved, 100 * settle)} % of the start box"
@@ -228,7 +241,7 @@ def _reason(names: tuple[str, ...], made: list[Update], moved: float, settle: fl
         return f"every box is carried into itself; {verb}: update {last.number} moved a bound by {beside}{more}{rests}"
     image = last.worst[1]
     if not np.isfinite(image).all():
-        return f"update {last.number}: some states of the box have no image"
+        return f"update {last.number}: {without_image(map, last.box, status)}"
     leaves = [
         f"{name} {'down' if k == 0 else 'up'} to {image[i, k]:.6g} (box {last.box[i, k]:.6g})"
         for i, name in enumerate(names)

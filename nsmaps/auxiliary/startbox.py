@@ -3,6 +3,8 @@
 import numpy as np
 
 from nsmaps.auxiliary.bounds import Maker
+from nsmaps.auxiliary.envelope import AnyMap
+from nsmaps.auxiliary.reasons import without_image
 from nsmaps.auxiliary.update import is_inside
 from nsmaps.exact.impacts import Floats
 
@@ -11,31 +13,30 @@ MOST_GROWN = 400  # times that a box is joined with its image
 TRIFLE = 1e-5  # of its side, by which a growing box exceeds its image
 
 
-def found_box(
-    make: Maker, names: tuple[str, ...], start: Floats, around: Floats | None, most: float = 4.0
-) -> tuple[Floats | None, str]:
-    """The smallest box around a given one that is carried into itself, with auxiliary maps made by `make`; or None, and why.
+def found_box(make: Maker, map: AnyMap, start: Floats, around: Floats | None, most: float = 4.0) -> tuple[Floats | None, str]:
+    """The smallest box around a given one that a map carries into itself, with auxiliary maps made by `make`; or None, and why.
 
     Where the given box cannot be grown, half of it is tried about the state `around`, shape (n,), and half of that, and so on.
     """
     shrunk = start
-    found, why = first = _grown(make, names, start, start, most)
+    found, why = first = _grown(make, map, start, start, most)
     for halves in range(1, MOST_HALVED + 1):
         if found is not None or around is None:
             break
         shrunk = (shrunk + around[:, None]) / 2
-        found, why = _grown(make, names, shrunk, start, most)
+        found, why = _grown(make, map, shrunk, start, most)
         why += f" from a box halved {halves} times about the state nearest to the diagonals"
     return (found, why) if found is not None or around is None else (None, f"{first[1]}; nor halved {MOST_HALVED} times")
 
 
-def _grown(make: Maker, names: tuple[str, ...], start: Floats, room: Floats, most: float) -> tuple[Floats | None, str]:
+def _grown(make: Maker, map: AnyMap, start: Floats, room: Floats, most: float) -> tuple[Floats | None, str]:
     """The start joined with its image again and again, until it holds it or has `most` times the sides of a room."""
-    grown = start.copy()
+    grown, names = start.copy(), map.coordinates
     for step in range(MOST_GROWN):
-        image, size = make(grown).worst(grown).bounds, np.ptp(grown, axis=1)
+        maps = make(grown)
+        image, size = maps.worst(grown).bounds, np.ptp(grown, axis=1)
         if not np.isfinite(image).all():
-            return None, f"grown {step} times to {text(names, grown)}, some states have no image, or none that is bounded"
+            return None, f"grown {step} times to {text(names, grown)}: {without_image(map, grown, maps.status)}"
         if is_inside(image, grown):
             return grown, f"grown {step} times"
         below, above = image[:, 0] < grown[:, 0], image[:, 1] > grown[:, 1]

@@ -8,12 +8,15 @@ TERMS = {
     "keeps returning": "the orbit has an image at every return asked for, wherever that is; other starts are not spoken of",
     "same attractor": "the orbits of both maps end on sets of the same period, whose Hausdorff distance is within 3 % of "
     "the grid's diagonal (without a grid, of that of the box around the exact orbit)",
-    "trapped": "the worst case of one return leads the box of every update into itself, so that no orbit leaves it",
+    "trapped": "the worst case of one return leads the box of every update into itself, so that no orbit of the map named leaves "
+    "it, if what is said of the box is a bound",
     "settled": "all updates were made and trapped, and the last one moved no bound by more than 1 % of the start box",
     "outer": "bounds of a polynomial in Bernstein form: they hold for that polynomial, rounding included",
-    "inflated": "bounds of a polynomial, moved out by the error of its fit; one held out was taken at states, and proves nothing",
+    "inflated": "bounds of a polynomial, moved out by the error of its fit: an estimate where that was held out, taken at states",
     "enclosed": "images of boxes, computed so that they hold the images of all their states: bounds for the map that is named",
     "sampled": "taken from grids of states: no bound",
+    "spectral radius": "the largest size of an eigenvalue: of the absolute derivatives at a fixed point that by which small "
+    "boxes about it grow under the worst case of one return",
     "part of the Statement": "by coordinate, which part of the paper's statement on auxiliary maps applies: 1 where its "
     "condition holds at every step, 2 where it does not and the worst case still comes to rest, 0 where neither",
 }

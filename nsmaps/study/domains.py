@@ -68,7 +68,7 @@ def _bounded(
     of: str,
     progress: Callable[[int], None],
 ) -> "AttractingDomain":
-    """The domain; one whose bounds are inflated by the error of its map is for the exact map."""
+    """The domain; one whose bounds are inflated by the held-out error of its map is an estimate for the exact map."""
     from nsmaps.auxiliary.bounds import held_out_error
     from nsmaps.auxiliary.domain import attracting_domain
 

@@ -121,8 +121,8 @@ def _verdict(section: "DomainSection", domain: "AttractingDomain", claim: str, h
 
 def _trapped(result: StudyResult, section: "DomainSection", domain: "AttractingDomain") -> str:
     if domain.trapped:
-        bound = "no bound: sampled" if domain.status == "sampled" else f"a bound for the {domain.of}: {domain.status}"
-        return f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({bound}){elsewhere(result, domain)}"
+        held = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
+        return f"yes: {held}{elsewhere(result, domain)}"
     return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
 
 

@@ -127,6 +127,10 @@ def test_inflated_bounds_are_those_of_the_map_that_the_polynomial_stands_for():
     assert error.values == pytest.approx([0.01, 0.012], abs=1e-12)  # the largest is at corners
     domain = attracting_domain(PAIR, ROOM, error=error)
     assert (domain.of, domain.status) == ("exact map", "inflated by held-out error")
+    assert domain.claim == "an estimate for the exact map: inflated by held-out error"
+    certified = attracting_domain(PAIR, ROOM, error=ErrorBound(error.values, "certified"))
+    assert certified.claim == "a bound for the exact map: inflated by certified error"
+    assert attracting_domain(PAIR, ROOM, 1, bounds="sampled").claim == "no bound for the fitted map: sampled"
     own = attracting_domain(truth, ROOM)
     assert (domain.box[:, 0] <= own.box[:, 0]).all()
     assert (own.box[:, 1] <= domain.box[:, 1]).all()
@@ -171,10 +175,11 @@ def test_an_enclosed_worst_case_is_outer_and_next_to_the_sampled_one():
 def test_states_without_a_bounded_image_trap_nothing():
     domain = attracting_domain(Enclosing(holes=[np.array([0.3, 0.1])]), [[-1, 1], [-1, 1]], updates=1)
     assert not domain.trapped
-    assert "no image" in domain.reason
+    unknown = "by enclosure it is not known of all states of the box where, or whether, they have an image"
+    assert f"{unknown}; all 1004 states tried in it have one" in domain.reason
     none, why = smallest_box(Enclosing(holes=[np.array([0.3, 0.1])]), [[0.2, 0.4], [0, 0.2]])
     assert none is None
-    assert "no image" in why
+    assert unknown in why
 
 
 def test_a_start_box_is_found_around_a_small_one():

@@ -1,14 +1,20 @@
 """What a domain that is not trapped says beside the reason: its fit, the words in its start box."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.auxiliary.bounds import ErrorBound
+from nsmaps.reduced.polymap import PolyMap
 from nsmaps.study.hints import astray
-from nsmaps.study.verdicts import _intervals
+from nsmaps.study.result import StudyResult
+from nsmaps.study.spec import DomainSection
+from nsmaps.study.verdicts import _intervals, _trapped
 
+SECTION = {"name": "half", "map": "half", "box": "diagonal"}
 HEAD = """\
 system: vi_pair
 parameters: {d: 0.35, g_bar: 0.2113275}
@@ -55,6 +61,23 @@ def test_a_fit_that_does_not_follow_its_data_is_said(result: nsmaps.StudyResult)
     assert "follows its data badly" not in text(result, "by fine") + text(result, "exact")
     assert [warning.partition(":")[0] for warning in flat.warnings if "does not follow" in warning] == ["v'", "phi'"]
     assert not any("does not follow" in warning for warning in fine.warnings)
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (None, "a bound for the fitted map: outer"),
+        (ErrorBound(np.full(1, 1e-3), "certified"), "a bound for the exact map: inflated by certified error"),
+        (ErrorBound(np.full(1, 1e-3), "held-out"), "an estimate for the exact map: inflated by held-out error"),
+    ],
+)
+def test_what_rests_on_samples_is_told_as_an_estimate(error: ErrorBound | None, told: str) -> None:
+    half = PolyMap.of_monomials(("x",), {"x": {(1,): Fraction(-1, 2)}}, [[-2, 2]])
+    domain = nsmaps.attracting_domain(half, [[-1, 1]], error=error)
+    assert domain.trapped
+    study = nsmaps.Study(system="ball", parameters={"a": 0.2})
+    said = _trapped(StudyResult(study, study.system_object()), DomainSection(**SECTION), domain)
+    assert said == f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({told})"
 
 
 def test_other_words_in_the_start_box_are_counted(result: nsmaps.StudyResult) -> None:

@@ -1,0 +1,86 @@
+"""Why a box is not carried into itself: states without image, or a derivative whose worst case expands."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nsmaps.auxiliary.envelope import AnyMap, image_function
+from nsmaps.auxiliary.fittedboxes import box_map
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.impacts import Floats, angle_mask, nearest_turn
+from nsmaps.reduced.polymap import PolyMap
+
+TRIED = 1000  #: states of a box, at random, beside its corners
+STARTS = 1 / 6, 1 / 2, 5 / 6  #: of each side of a box, where orbits start that may come to a fixed point
+RETURNS = 64  #: of these orbits
+
+
+def without_image(map: AnyMap, box: Floats, status: str) -> str:
+    """What is known of states of a box, shape (n, 2), of which auxiliary maps of some status have no bounds."""
+    states = _tried(box)
+    with np.errstate(all="ignore"):
+        has = np.isfinite(image_function(map, box)(states)).all(axis=1)
+    lost = states[~has]
+    if len(lost):
+        return f"{len(lost)} of {len(states)} states tried in the box have no image, as {_told(map.coordinates, lost[0])}"
+    unknown = "by enclosure it is not known of all states of the box where, or whether, they have an image"
+    unbounded = unknown if status == "enclosed" else "there is no bound of the images of the box"
+    return f"{unbounded}; all {len(states)} states tried in it have one"
+
+
+def about_fixed_point(map: AnyMap, box: Floats) -> str:
+    """Whether worst cases contract about a stable fixed point that is found in a box, shape (n, 2); empty where none is.
+
+    With J the derivative there, the worst case takes a small box of sides w to one of sides |J| w: into itself for some w if
+    the spectral radius of |J| is less than one (as for w = (1 - |J|)^-1 s with any s > 0), and for none if it is more.
+    """
+    found = [(float(np.abs(np.linalg.eigvals(np.abs(point.derivative))).max()), point) for point in _stable(map, box)]
+    if not found:
+        return ""
+    radius, point = max(found, key=lambda each: each[0])
+    where = f"its stable fixed point {_told(map.coordinates, _on_turn(map.coordinates, point.states[0], box))}"
+    what = f"the absolute derivatives have spectral radius {radius:.4g}"
+    if radius > 1:
+        no = "no small box about it is carried into itself, whatever its sides"
+        return f"at {where} {what}, more than 1: {no}; cells are not bound to boxes: `morse`"
+    if radius == 1:
+        return ""
+    sides = np.linalg.solve(np.eye(len(box)) - np.abs(point.derivative), np.ptp(box, axis=1))
+    ratio = " : ".join(f"{side:.3g}" for side in sides / sides[0])
+    return f"at {where} {what}, less than 1: small boxes about it with sides as {ratio} are carried into themselves"
+
+
+def _tried(box: Floats) -> Floats:
+    """The corners of a box, and states at random."""
+    corners = np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box))
+    inside = box[:, 0] + np.ptp(box, axis=1) * np.random.default_rng(0).random((TRIED, len(box)))
+    return np.concatenate([corners, inside])
+
+
+def _stable(map: AnyMap, box: Floats) -> Iterator[PeriodicOrbit]:
+    """Stable fixed points in a box to which orbits from it come, if the map has derivatives."""
+    returning = box_map(map) if isinstance(map, PolyMap) else map
+    if not isinstance(returning, ReturnMap):
+        return
+    side = box[:, :1] + np.ptp(box, axis=1)[:, None] * STARTS
+    starts = np.stack(np.meshgrid(*side, indexing="ij"), axis=-1).reshape(-1, len(box))
+    if returning.first_return(starts[:1], derivative=True).derivative is None:
+        return
+    with np.errstate(all="ignore"):
+        final = orbit(returning, starts, RETURNS).final
+    for state in final[np.isfinite(final).all(axis=1)]:
+        point = periodic_orbit(returning, state)
+        there = _on_turn(map.coordinates, point.states[0], box)
+        if point.converged and point.exists and point.stable and ((box[:, 0] <= there) & (there <= box[:, 1])).all():
+            yield point
+
+
+def _on_turn(names: tuple[str, ...], state: Floats, box: Floats) -> Floats:
+    """A state with its angles on the turn nearest to the centre of a box."""
+    return np.where(angle_mask(names), nearest_turn(state, box.mean(axis=1)), state)
+
+
+def _told(names: tuple[str, ...], state: Floats) -> str:
+    return "(" + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, state, strict=True)) + ")"
