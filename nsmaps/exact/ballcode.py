@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from nsmaps.errors import ProofError
-from nsmaps.exact.generate import PHI, UP, Formulas, V, W, formulas_of, impact_law, shared_parts
+from nsmaps.exact.generate import UP, Formulas, V, W, formulas_of, impact_law
+from nsmaps.exact.printing import PHI, shared_parts
 from nsmaps.exact.symbols import Flow
 
 if TYPE_CHECKING:

@@ -63,3 +63,13 @@ def start(c: Numbers) -> tuple[float, float, float, float]:
 def tangent_at(p: Any, at: Numbers, z: float, w: float, s: float) -> tuple[float, float, float, float]:
     """d displacement/d phi, d displacement/d w, d velocity/d phi, d velocity/d w at fixed s."""
     raise NotImplementedError
+
+
+def law_moves(p: Any, way: Any, up: bool, v: float) -> tuple[float, float, float, float]:
+    """The derivatives by the parameters along a way of the upper and lower wall's place, the rebound and the phase rate."""
+    raise NotImplementedError
+
+
+def moves_at(p: Any, way: Any, at: Numbers, z: float, moved: float, w: float, s: float) -> tuple[float, float]:
+    """The derivatives of displacement and velocity at s by the parameters along a way, the start's place moved with them."""
+    raise NotImplementedError

@@ -208,7 +208,7 @@ def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], balls: bool, system: 
     import numba
 
     files = (*BALLS, "ballcode.py") if balls else ENGINE
-    machinery = [(HERE / name).read_text() for name in (*files, "symbols.py", "generate.py")]
+    machinery = [(HERE / name).read_text() for name in (*files, "symbols.py", "generate.py", "printing.py")]
     text = "\0".join([cls.__qualname__, repr(fixed), sources, numba.__version__, sys.version, *machinery])
     name = f"nsmaps_{'boxes_' if balls else ''}{cls.__name__.lower()}_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
     path = _folder() / f"{name}.py"

@@ -123,6 +123,20 @@ class Flow:
             total += sp.diff(expr, q.e) * q.k * q.x + sp.diff(expr, q.x) * q.k * (1 + q.x)
         return total
 
+    def moved(self, expr: sp.Expr, way: dict[sp.Symbol, sp.Symbol]) -> sp.Expr:
+        """The derivative by symbols along a way, at a fixed s, of such a polynomial; what was named is put back."""
+
+        def along(expr: sp.Expr) -> sp.Expr:
+            return sp.Add(*(rate * sp.diff(expr, symbol) for symbol, rate in way.items()))
+
+        total = along(self.restore(expr))
+        for w in self.waves:
+            by_angle = sp.diff(expr, w.n) * (1 + w.c) - sp.diff(expr, w.c) * w.n + sp.diff(expr, w.r) * w.c
+            total += self.restore(by_angle) * S * along(w.k)
+        for q in self.growths:
+            total += self.restore(sp.diff(expr, q.e) * q.x + sp.diff(expr, q.x) * (1 + q.x)) * S * along(q.k)
+        return total
+
     def terms(self, expr: sp.Expr) -> dict[tuple[int, ...], sp.Expr]:
         """The coefficients of a polynomial in s and the remainders, free of s, by exponents."""
         poly = sp.Poly(sp.expand(expr), *self.generators)
