@@ -8,8 +8,8 @@ Nothing heavy is imported before a command needs it.
 
 import os
 import shlex
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps import commands
-from nsmaps.commands import InstalledOnly, draw_listed, figures_of
-from nsmaps.errors import NsmapsError
+from nsmaps.commands import InstalledOnly, draw_listed, figures_of, say_undrawn
 from nsmaps.terminal import FAILED, STOPPED, Program, examples, summary, written
 from nsmaps.terminal import bar as _bar
 from nsmaps.terminal import told as _told
@@ -209,31 +208,21 @@ def _shown(
     result: "StudyResult", folder: Path, progress: Callable[[str, float, int], None], figures: bool, report: bool
 ) -> "tuple[StudyResult, dict[str, float]]":
     """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
-    from nsmaps.study.archive import timed
+    from nsmaps.study.archive import amend
 
-    if figures and figures_of(result):
+    if figures and (names := figures_of(result)):
         progress("figures", 0, 1)
         begun = perf_counter()
-        for name in figures_of(result):
-            with _drawing(name):
-                draw_listed(result, [name], folder)
-        result = timed(result, folder, "figures", perf_counter() - begun)
+        result = draw_listed(result, names, folder)[1]
+        result = replace(result, timings={**result.timings, "figures": perf_counter() - begun})
+        amend(result, folder)
+        say_undrawn(result, names)
     if not report:
         return result, {}
     progress("report", 0, 1)
     begun = perf_counter()
     _report(result, folder)
     return result, {"report": perf_counter() - begun}
-
-
-@contextmanager
-def _drawing(name: str) -> Iterator[None]:
-    """A figure that cannot be drawn is told, and does not take the others, the tables and the report with it."""
-    try:
-        yield
-    except Exception as error:
-        why = str(error) if isinstance(error, NsmapsError) else f"{type(error).__name__}: {error}"
-        typer.echo(f"the figure {name!r} cannot be drawn: {why}", err=True)
 
 
 def _report(result: "StudyResult", folder: Path) -> None:

@@ -2,14 +2,16 @@
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nsmaps.errors import NsmapsError
 from nsmaps.names import FIGURES
-from nsmaps.terminal import bar, examples, told
+from nsmaps.terminal import BAD, bar, examples, told
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -48,18 +50,43 @@ def figures_of(result: "StudyResult") -> list[str]:
 
 def draw_listed(
     result: "StudyResult",
-    names: list[str],
+    names: Sequence[str],
     folder: Path,
     out: Path | None = None,
     kinds: Sequence[str] = ("png",),
     dpi: float = 200,
-) -> list[Path]:
-    """Figures of a run, drawn into a folder, its own if omitted, and listed among what is of these results."""
+) -> "tuple[list[Path], StudyResult]":
+    """Figures of a run, drawn into a folder, its own if omitted, and the result, which says of each why if it was not drawn.
+
+    One that cannot be drawn does not take the others with it. Those in the run's folder are listed with its results.
+    """
     from nsmaps.figures import draw
+    from nsmaps.study.archive import amend
     from nsmaps.study.folder import listed
 
-    with listed(folder, place := out or folder / "figures"):
-        return draw(result, names, place, kinds, dpi)
+    place, paths = out or folder / "figures", []
+    lacking = {name: why for name, why in result.undrawn.items() if name not in names}
+    for name in dict.fromkeys(names):
+        try:
+            with listed(folder, place) as beside:
+                drawn = draw(result, [name], beside, kinds, dpi)
+            paths += [place / path.name for path in drawn]
+        except OSError:
+            raise
+        except Exception as error:
+            lacking[name] = str(error) if isinstance(error, NsmapsError) else f"{type(error).__name__}: {error}"
+    result, changed = replace(result, undrawn=lacking), lacking != result.undrawn
+    if out is None and changed:
+        amend(result, folder)
+    return paths, result
+
+
+def say_undrawn(result: "StudyResult", names: Sequence[str]) -> bool:
+    """Say which of some figures could not be drawn, and why; whether there is one."""
+    lacking = [name for name in names if name in result.undrawn]
+    for name in lacking:
+        typer.echo(f"the figure {name!r} cannot be drawn: {result.undrawn[name]}", err=True)
+    return bool(lacking)
 
 
 def _names(beginning: str) -> list[str]:
@@ -83,9 +110,12 @@ def figures(
     with told():
         result = read_result(folder, installed_only=installed_only)
         kinds = [kind.value for kind in format or [Format.png]]
-        paths = draw_listed(result, only or figures_of(result), folder, out, kinds, dpi)
+        names = only or figures_of(result)
+        paths, result = draw_listed(result, names, folder, out, kinds, dpi)
     for path in paths:
         typer.echo(str(path))
+    if say_undrawn(result, names):
+        raise typer.Exit(BAD)
 
 
 def animate(
@@ -106,10 +136,11 @@ def animate(
     from nsmaps.study.folder import listed
 
     place = out or folder / "figures"
-    with told(), bar(quiet) as progress, listed(folder, place):
+    with told(), bar(quiet) as progress:
         result = read_result(folder, installed_only=installed_only)
-        path = animate(result, name, place, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi, progress=progress)
-    typer.echo(str(path))
+        with listed(folder, place) as beside:
+            path = animate(result, name, beside, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi, progress=progress)
+    typer.echo(str(place / path.name))
 
 
 def report(folder: Folder, installed_only: InstalledOnly = False) -> None:
@@ -141,11 +172,13 @@ def export(
     from nsmaps.exports.write import export_iterate
     from nsmaps.study.folder import listed
 
-    with told(), listed(folder, place := out or folder / "export"):
+    place = out or folder / "export"
+    with told():
         if piece is not None and iterate is None:
             raise nsmaps.NsmapsError(f"a piece {piece!r} and no iterate; accepted: --iterate N --piece {piece}")
         result = nsmaps.read_result(folder, installed_only=installed_only)
-        files = export_iterate(result, iterate, piece, to, place) if iterate else nsmaps.export(result, to, place)
+        with listed(folder, place) as beside:
+            files = export_iterate(result, iterate, piece, to, beside) if iterate else nsmaps.export(result, to, beside)
         left = () if iterate else held_by(result).skipped
     typer.echo("\n".join(str(place / name) for name in files))
     for line in left:

@@ -14,6 +14,7 @@ RANK = {
     "errors": 0,
     "names": 0,
     "interrupts": 0,
+    "storage": 0,
     "explain": 0.5,
     "exact": 1,
     "dynamics": 1.5,  # below `reduced`, which follows orbits to tell where a map attracts

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.figures.envelopes import bounding, frame, outer, worst_case, worst_steps
-from nsmaps.figures.needs import Drawable, domains_of, position
+from nsmaps.figures.needs import Drawable, enveloped_of, position
 from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, bare, dress, symbol
 
@@ -16,7 +16,7 @@ _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
     """A sheet a domain, the first's named `auxiliary`: the families of all coordinates, below them their worst case."""
     made = []
-    for k, (name, domain) in enumerate(domains_of(result, "auxiliary").items()):
+    for k, (name, domain) in enumerate(enveloped_of(result, "auxiliary").items()):
         file = file_of("auxiliary", name if k else "")
         parts = [(steps, coordinate) for steps in (False, True) for coordinate in domain.coordinates]
         panels = tuple(partial(auxiliary, result, coordinate=c, steps=steps, domain=name) for steps, c in parts)
@@ -29,7 +29,7 @@ def auxiliary(result: Drawable, ax: Axes, coordinate: str = "", update: int = 0,
 
     With `steps` the worst case in place of the family: green its first interval, dotted its steps (eq. WCScobweb-v, -phi).
     """
-    named = domains_of(result, "auxiliary")
+    named = enveloped_of(result, "auxiliary")
     chosen = named[domain or next(iter(named))]
     i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
     step, name = chosen.updates[update], chosen.coordinates[i]

@@ -11,7 +11,7 @@ from scipy.ndimage import grey_closing, grey_opening, maximum_filter1d, uniform_
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 from nsmaps.figures.lines import diagonal, last_tenth, staircase
-from nsmaps.figures.needs import Drawable, domains_of, position
+from nsmaps.figures.needs import Drawable, enveloped_of, position
 from nsmaps.figures.sheet import Sheet, file_of
 from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
 
@@ -29,7 +29,7 @@ _GENERIC = {True: "generic", False: "generic: no cycle"}  #: by whether it comes
 def sheets(result: Drawable) -> tuple[Sheet, ...]:
     """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, as far as they differ."""
     made = []
-    for k, (name, domain) in enumerate(domains_of(result, "envelopes").items()):
+    for k, (name, domain) in enumerate(enveloped_of(result, "envelopes").items()):
         file = file_of("envelopes", name if k else "")
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
         panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
@@ -55,7 +55,7 @@ def envelopes(result: Drawable, ax: Axes, coordinate: str = "", update: int = -1
     red, if it comes to rest; pale yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
     box is trapped.
     """
-    named = domains_of(result, "envelopes")
+    named = enveloped_of(result, "envelopes")
     chosen = named[domain or next(iter(named))]
     i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
     step = _update(chosen, update)
@@ -106,8 +106,9 @@ def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
 
 
 def frame(ax: Axes, x: Floats, values: Floats) -> None:
-    """Limits that hold the box along the one axis and the values along the other, and the diagonal as far as it is in them."""
-    for low, high, limits in ((x[0], x[-1], ax.set_xlim), (np.nanmin([*x, *values]), np.nanmax([*x, *values]), ax.set_ylim)):
+    """Limits that hold the box along the one axis and the finite values along the other, and the diagonal within them."""
+    held = np.append(x, values[np.isfinite(values)])
+    for low, high, limits in ((x[0], x[-1], ax.set_xlim), (held.min(), held.max(), ax.set_ylim)):
         margin = 0.03 * (high - low)
         limits(low - margin, high + margin)
     diagonal(ax, *ax.get_xlim())

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+import numpy as np
+
 from nsmaps.errors import NsmapsError
 
 if TYPE_CHECKING:
@@ -238,6 +240,25 @@ def noise_of(result: Drawable, figure: str) -> Any:
 def domains_of(result: Drawable, figure: str) -> Mapping[str, "AttractingDomain"]:
     """The attracting domains by name, or the error that says what to name."""
     return _there(result.domains, figure, "attracting domains", "'domains'")
+
+
+def enveloped_of(result: Drawable, figure: str) -> Mapping[str, "AttractingDomain"]:
+    """The domains whose auxiliary maps have values, by name, or the error that says why none has."""
+    named = domains_of(result, figure)
+    found = {name: domain for name, domain in named.items() if _has_values(domain)}
+    if not found:
+        why = "; ".join(f"domain {name!r}: {domain.reason}" for name, domain in named.items())
+        raise NsmapsError(
+            f"the figure {figure!r} shows auxiliary maps, and none has a value ({why}); expected: a domain in whose start box "
+            "the map has images"
+        )
+    return found
+
+
+def _has_values(domain: "AttractingDomain") -> bool:
+    """Whether both auxiliary maps of a coordinate are finite somewhere."""
+    curves = [(each.lower, each.upper) for update in domain.updates for each in update.envelopes]
+    return any(bool(np.isfinite(pair).all(axis=0).any()) for pair in curves)
 
 
 def second_iterate_of(result: Drawable, figure: str) -> "SecondIterate":

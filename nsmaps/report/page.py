@@ -10,14 +10,16 @@ from nsmaps.figures.captions import CAPTIONS
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.html import table, tables, tag, told
 from nsmaps.report.legend import legend
-from nsmaps.study.archive import replace_file
+from nsmaps.storage import replace_file
 from nsmaps.study.conclusion import conclusion
+from nsmaps.study.folder import files_of
 from nsmaps.study.motions import digits
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.summary import numbers
 
 FILE = "report.html"
 WIDE = 1600  #: pixels from which a figure scrolls sideways on a narrow page instead of shrinking to it: more than one panel
+_PNG = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"  #: how a PNG begins and ends
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"  #: a browser that keeps to it asks nobody for anything
 
 
@@ -100,17 +102,38 @@ def _asked(result: StudyResult, folder: Path) -> list[Element]:
 
 
 def _figures(result: StudyResult, folder: Path) -> list[Element]:
+    """Those that the study names, then others that were drawn of these results; of what could not be drawn, why."""
     named = dict.fromkeys([*result.study.figures, *(["speed_error"] if result.speed else [])])
+    later = {Path(path).stem for path in files_of(folder) if Path(path).parent.name == "figures"}
     found = sorted((folder / "figures").glob("*.png"), key=lambda path: path.stem)  # the first domain's before the others'
-    made = [
-        _figure(path, name, path.stem.removeprefix(name).strip("-"))
-        for name in named
+    pictures = [
+        (path, name)
+        for name in dict.fromkeys([*named, *CAPTIONS])
         for path in found
-        if path.stem == name or path.stem.startswith(f"{name}-")
+        if (path.stem == name or path.stem.startswith(f"{name}-")) and (name in named or path.stem in later)
     ]
-    return made or [
-        tag("p", "None was drawn. nsmaps figures DIR draws those that the study names, and nsmaps report DIR adds them.")
-    ]
+    shown = {name for _, name in pictures}
+    lacking = [f"{_spoken(name)} could not be drawn: {why}" for name, why in result.undrawn.items() if name not in shown]
+    again = "{} is no whole picture; nsmaps figures DIR --only {} draws it again"
+    lacking += [again.format(path.name, name) for path, name in pictures if not _is_whole(path)]
+    if not pictures and not lacking:
+        return [tag("p", "None was drawn. nsmaps figures DIR draws those that the study names, and nsmaps report DIR adds them.")]
+    whole = [(path, name) for path, name in pictures if _is_whole(path)]
+    return [*(_figure(path, name, path.stem.removeprefix(name).strip("-")) for path, name in whole), *_lines(lacking)]
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a file begins and ends as a PNG does."""
+    content = path.read_bytes()
+    return content.startswith(_PNG[0]) and content.endswith(_PNG[1])
+
+
+def _lines(lines: list[str]) -> list[Element]:
+    return [tag("ul", *(tag("li", line) for line in lines))] if lines else []
+
+
+def _spoken(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def _figure(path: Path, name: str, of: str) -> Element:
@@ -122,7 +145,7 @@ def _figure(path: Path, name: str, of: str) -> Element:
     text = f"{alt}{f', of {of}' if of else ''}"
     image = tag("img", src=source, alt=text, width=str(width), height=str(height))
     box = tag("div", image, class_="scroll", tabindex="0")
-    label = tag("figcaption", tag("b", f"{name.replace('_', ' ')}{f' ({of})' if of else ''}. "), caption)
+    label = tag("figcaption", tag("b", f"{_spoken(name)}{f' ({of})' if of else ''}. "), caption)
     return tag("figure", box, label, class_=("wide" if width > WIDE else "narrow") + (" tall" if height > width else ""))
 
 
@@ -142,7 +165,7 @@ def _numbers(result: StudyResult) -> list[Element]:
 
 def _timings(result: StudyResult) -> list[Element]:
     total = sum(result.timings.values())
-    rows = [[name.replace("_", " "), f"{spent:.2f}", f"{100 * spent / total:.0f} %"] for name, spent in result.timings.items()]
+    rows = [[_spoken(name), f"{spent:.2f}", f"{100 * spent / total:.0f} %"] for name, spent in result.timings.items()]
     note = (
         "Seconds of wall-clock time by step; the first, of the system, compiles the map or fetches it from the cache. "
         "Figures are those that the run drew; this page is made after them."

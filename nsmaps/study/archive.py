@@ -7,7 +7,6 @@ all, result.json last.
 import json
 import os
 import platform
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -22,6 +21,7 @@ from ruamel.yaml import YAML
 
 from nsmaps.errors import NsmapsError
 from nsmaps.plugins import entry_of, is_file, owner_of
+from nsmaps.storage import replace_file
 from nsmaps.study.domains import second_iterate_of
 from nsmaps.study.folder import RECORD, clear
 from nsmaps.study.reader import read_study
@@ -101,12 +101,11 @@ def write(result: StudyResult, folder: Path) -> None:
     replace_file(folder / "result.json", json.dumps(_record(result) | {"objects": objects}, indent=1).encode())
 
 
-def timed(result: StudyResult, folder: Path, name: str, seconds: float) -> StudyResult:
-    """The result with one more timing, of what was made of it afterwards, in its folder too."""
-    timings = {**result.timings, name: seconds}
+def amend(result: StudyResult, folder: Path) -> None:
+    """Write what was found of a result afterwards to its folder too: timings, and what could not be drawn of it."""
     record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    replace_file(folder / RECORD, json.dumps(record | {"timings": timings}, indent=1).encode())
-    return replace(result, timings=timings)
+    found = {"timings": result.timings, "undrawn": result.undrawn}
+    replace_file(folder / RECORD, json.dumps(record | found, indent=1).encode())
 
 
 def _record(result: StudyResult) -> dict[str, Any]:
@@ -121,21 +120,9 @@ def _record(result: StudyResult) -> dict[str, Any]:
         "system": {"name": result.study.system, "parameters": result.system.parameters},
         "numbers": numbers(result),
         "timings": result.timings,
+        "undrawn": result.undrawn,
         "versions": result.versions,
     }
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file beside its place and move it there at once."""
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(beside, 0o644)
-        os.replace(beside, path)
-    except BaseException:
-        os.unlink(beside)
-        raise
 
 
 def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False) -> StudyResult:
@@ -163,6 +150,7 @@ def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False)
             timings=record["timings"],
             versions=record["versions"],
             finished=record["finished"],
+            undrawn=record.get("undrawn", {}),
             **{name: decode(value, loaded) for name, value in record["objects"].items()},
         )
     except (TypeError, KeyError) as error:

@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nsmaps.errors import NsmapsError
+from nsmaps.storage import replace_file, unfinished
 
 RECORD = "result.json"
 RESULTS = ("study.yaml", RECORD, "arrays.npz")
@@ -36,23 +37,26 @@ def _study_of(record: Path) -> str | None:
 
 
 @contextmanager
-def listed(folder: Path, part: Path) -> Iterator[None]:
-    """What is written into the folder `part` of a run's folder inside is listed, so that it goes with the results it is of."""
-    before = _files(part)
-    try:
-        yield
-    finally:
-        made = [path for path, stamp in _files(part).items() if before.get(path) != stamp]
-        root = folder.resolve()
-        inside = [path.resolve().relative_to(root).as_posix() for path in made if path.resolve().is_relative_to(root)]
+def listed(folder: Path, part: Path) -> Iterator[Path]:
+    """A folder to write into, whose files are moved to the folder `part` at the end, whole or not at all.
+
+    Those that are then inside the run's folder are listed, and before they are there: so they go with the results they are of.
+    """
+    with unfinished(part) as beside:
+        yield beside
+        made = sorted(path.name for path in beside.iterdir())
+        root, place = folder.resolve(), part.resolve()
+        inside = [(place / name).relative_to(root).as_posix() for name in made] if place.is_relative_to(root) else []
         if inside and (folder / RECORD).is_file():
-            (folder / LISTED).write_text("\n".join(sorted({*_listed(folder), *inside})) + "\n", encoding="utf-8")
+            replace_file(folder / LISTED, "".join(f"{path}\n" for path in sorted({*files_of(folder), *inside})).encode())
+        for name in made:
+            (beside / name).replace(part / name)
 
 
 def clear(folder: Path) -> None:
     """Remove what speaks of earlier results: the record, the report, and what is listed; nothing else."""
     root = folder.resolve()
-    for name in (RECORD, "report.html", *_listed(folder), LISTED):
+    for name in (RECORD, "report.html", *files_of(folder), LISTED):
         path = folder / name
         if path.resolve().is_relative_to(root):
             path.unlink(missing_ok=True)
@@ -61,11 +65,7 @@ def clear(folder: Path) -> None:
                     path.parent.rmdir()
 
 
-def _listed(folder: Path) -> list[str]:
+def files_of(folder: Path) -> list[str]:
+    """The paths in a run's folder of what was drawn and exported from its results."""
     path = folder / LISTED
     return path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-
-
-def _files(part: Path) -> dict[Path, int]:
-    """The files of a folder and when each was last written."""
-    return {path: path.stat().st_mtime_ns for path in part.glob("*") if path.is_file()}

@@ -111,6 +111,7 @@ class StudyResult:
     timings: dict[str, float] = field(default_factory=dict)  #: seconds, by what was computed
     versions: dict[str, str] = field(default_factory=dict)
     finished: bool = False  #: whether everything the study names was computed
+    undrawn: dict[str, str] = field(default_factory=dict)  #: why a figure could not be drawn, by its name
 
     @property
     def domain(self) -> "AttractingDomain | None":

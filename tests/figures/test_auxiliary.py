@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -279,3 +280,26 @@ def test_the_cobweb_of_an_orbit_that_ends_has_no_last_tenth(result, ax, end, sho
     assert "last 10 %" not in named
     assert ("end" in named) is shown
     assert not shown or named["end"].get_xydata().tolist() == [[end, end]]
+
+
+@pytest.mark.parametrize("sheets", [envelope_sheets, auxiliary_sheets])
+def test_a_domain_without_values_is_an_error_that_says_why(result, sheets):
+    loose = result.domains["loose"]
+    first = loose.updates[0]
+    none = tuple(
+        replace(each, lower=np.full_like(each.x, np.nan), upper=np.full_like(each.x, np.nan)) for each in first.envelopes
+    )
+    empty = replace(loose, updates=(replace(first, envelopes=none),), reason="update 1: some states of the box have no image")
+    with pytest.raises(NsmapsError, match=r"none has a value .domain 'empty': update 1: some states of the box have no image."):
+        sheets(SimpleNamespace(domains={"empty": empty}))
+    assert len(sheets(SimpleNamespace(domains={"empty": empty, "loose": loose}))) == 1
+
+
+@pytest.mark.parametrize("draw", [envelopes, partial(auxiliary, steps=True)])
+def test_a_worst_case_without_an_end_is_drawn_as_far_as_it_goes(result, ax, draw):
+    loose = result.domains["loose"]
+    worst = loose.updates[0].worst.copy()
+    worst[1] = -np.inf, np.inf
+    endless = replace(loose, updates=(replace(loose.updates[0], worst=worst),))
+    draw(SimpleNamespace(domains={"endless": endless}), ax)
+    assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()

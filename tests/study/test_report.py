@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 import nsmaps
 from nsmaps.cli import app
+from nsmaps.figures.captions import CAPTIONS
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.html import tables, tag, told
 from nsmaps.study.run import Interrupted
@@ -291,3 +292,51 @@ def test_the_first_domain_s_figure_comes_first(good: str) -> None:
     folder = ran(good.replace("domains:\n", more) + "figures: [envelopes]\n")
     captions = re.findall(r"<b>(envelopes[^<]*?)\. </b>", (folder / "report.html").read_text(encoding="utf-8"))
     assert captions == ["envelopes", "envelopes (exact)"]
+
+
+NOWHERE = """\
+system: ball
+parameters: {a: 0.2}
+grid: {v: {from: 0.01, to: 0.5, points: 11}, phi: {from: 0, to: 2*pi, points: 11}}
+families: {low: [BB]}
+composite: [{name: slow, box: {v: [0, 0.2], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}]
+orbits: [{start: {v: 0.3, phi: 1}, returns: 20}]
+domains: [{name: beyond, map: composite, box: {v: [0.5, 0.6], phi: [0.2, 1]}, updates: 1, bounds: sampled}]
+figures: [orbits, envelopes]
+"""
+
+
+def test_what_could_not_be_drawn_and_why_is_on_the_page_until_it_is_drawn() -> None:
+    folder = ran(NOWHERE)
+    reason = f"none has a value (domain 'beyond': {nsmaps.read_result(folder).domain.reason})"
+    assert f"envelopes could not be drawn: the figure 'envelopes' shows auxiliary maps, and {reason}" in page_of(folder).text
+    assert len(page_of(folder).of("img")) == 1
+    answer = CliRunner().invoke(app, ["figures", "out", "--only", "envelopes"])
+    assert answer.exit_code == 2
+    assert answer.stderr.startswith("the figure 'envelopes' cannot be drawn: ")
+    assert answer.stderr.count("\n") == 1
+    result = nsmaps.read_result(folder)
+    assert list(result.undrawn) == ["envelopes"]
+    (folder / "figures" / "envelopes.png").write_bytes((folder / "figures" / "orbits.png").read_bytes())
+    assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
+    assert "could not be drawn" not in page_of(folder).text
+
+
+def test_figures_drawn_later_are_on_the_page_after_those_of_the_study() -> None:
+    folder = ran(NOWHERE.replace("figures: [orbits, envelopes]", "figures: [orbits]"))
+    (folder / "figures" / "impacts.png").write_bytes((folder / "figures" / "orbits.png").read_bytes())  # of nobody knows what
+    for words in (["figures", "out", "--only", "domain_size", "--only", "words"], ["report", "out"]):
+        assert CliRunner().invoke(app, words).exit_code == 0
+    found = [image["alt"] for image in page_of(folder).of("img")]
+    assert found == [CAPTIONS[name][0] for name in ("orbits", *(name for name in CAPTIONS if name in ("domain_size", "words")))]
+
+
+@pytest.mark.parametrize("cut", [0, 20, 1000, -13])
+def test_a_picture_that_is_cut_off_is_left_out_and_named(cut: int) -> None:
+    folder = ran(NOWHERE.replace("figures: [orbits, envelopes]", "figures: [orbits, words]"))
+    file = folder / "figures" / "words.png"
+    file.write_bytes(file.read_bytes()[:cut])
+    assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
+    page = page_of(folder)
+    assert len(page.of("img")) == 1
+    assert "words.png is no whole picture; nsmaps figures DIR --only words draws it again" in page.text
