@@ -117,7 +117,7 @@ def check(study: StudyName, set_: Settings = None, installed_only: InstalledOnly
 
     with _told():
         read = found_study(study, installed_only)
-        if is_file(read.system):
+        if is_file(read.system) and os.path.isfile(read.system.rpartition(":")[0]):
             typer.echo(
                 f"runs the file of the system, {read.system}, which can do what you can; not with --installed-only", err=True
             )

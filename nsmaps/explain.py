@@ -10,6 +10,8 @@ from pydantic_core import ErrorDetails
 
 from nsmaps.errors import near_match
 
+MOST = 20  #: complaints that are told of one file
+
 
 @dataclass(frozen=True, slots=True)
 class Told:
@@ -22,8 +24,8 @@ class Told:
 
 
 def explained(error: ValidationError, model: type[BaseModel] | None) -> list[Told]:
-    """Pydantic's complaints, without those that a key is missing where it is there misspelt."""
-    problems = error.errors()
+    """Pydantic's first complaints, without those that a key is missing where it is there misspelt."""
+    problems = error.errors()[:MOST]
     misspelt = [problem["loc"] for problem in problems if problem["type"] == "extra_forbidden"]
     return [explain(problem, model) for problem in problems if not _there_misspelt(problem, misspelt)]
 

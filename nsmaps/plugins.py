@@ -6,6 +6,7 @@ offer a drawing of its system, under the same name in the group `nsmaps.sketches
 """
 
 import hashlib
+import os
 import sys
 import warnings
 from importlib.metadata import EntryPoint, entry_points
@@ -155,8 +156,8 @@ def _split(name: str) -> tuple[str, str]:
 
 def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
     """The class of a file. Its module's name holds a hash of the file, so an edited file is a new module."""
-    file = Path(path).expanduser().resolve()
-    if not file.is_file():
+    file = Path(os.path.expanduser(path)).resolve()
+    if not os.path.isfile(file):
         raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; accepted: path/to/mine.py:Class")
     name = f"{file.stem}_{hashlib.sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
     if name not in sys.modules:

@@ -16,6 +16,7 @@ RANK = {
     "interrupts": 0,
     "storage": 0,
     "explain": 0.5,
+    "reading": 0.5,
     "exact": 1,
     "dynamics": 1.5,  # below `reduced`, which follows orbits to tell where a map attracts
     "reduced": 2,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 OPERATORS = re.compile(r"[+*?|()]")
 LONG = 16  #: returns in a row that a pattern may make
+LONGEST = 3000  #: letters of a word or pattern
 
 
 class ReturnFamily(BaseModel, ABC):
@@ -60,10 +61,13 @@ class WordFamily(ReturnFamily):
         for word in words:
             if not letters_of(word):
                 raise ValueError(f"{word!r} is no word; accepted: the letters of walls, such as BTB")
+            if len(word) > LONGEST:
+                raise ValueError(f"a word of {len(word)} letters; accepted: at most {LONGEST}")
             try:
                 re.compile(word)
-            except re.error as error:
-                raise ValueError(f"the pattern {word!r} cannot be read: {error}") from error
+            except (re.error, RecursionError, OverflowError) as error:
+                shown = word if len(word) <= 40 else f"{word[:40]}..."
+                raise ValueError(f"the pattern {shown!r} cannot be read: {error}") from error
         return words
 
     def contains(self, returns: Returns) -> NDArray[np.bool_]:

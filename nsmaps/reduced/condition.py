@@ -79,9 +79,14 @@ def as_number(value: object) -> float:
         return read_number(value)
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
         raise ConditionError(f"{value!r} is a {type(value).__name__}; accepted: a number, or text as 'pi/3'")
-    if not math.isfinite(value):
-        raise ConditionError(f"{value!r} is not finite; accepted: a finite number, or text as 'pi/3'")
-    return float(value)
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        number = math.inf
+    if not math.isfinite(number):
+        shown = repr(value) if len(repr(value)) <= 40 else f"a number of {len(repr(value))} digits"
+        raise ConditionError(f"{shown} is not finite; accepted: a finite number, or text as 'pi/3'")
+    return number
 
 
 #: A field that holds a finite float and accepts text as `pi/3` for it.

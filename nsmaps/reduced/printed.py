@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Tag
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from nsmaps.errors import FitError, near_match
 from nsmaps.reduced.condition import Number
@@ -15,6 +15,7 @@ from nsmaps.reduced.region import Box
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
+HIGHEST = 40  #: power of a coordinate, as of fits
 FACTOR = re.compile(r"\s*([^\W\d]\w*)\s*(?:\*\*\s*(\d{1,2})\s*)?")
 
 
@@ -29,7 +30,7 @@ def _monomial(text: str) -> str:
 
 Monomial = Annotated[str, AfterValidator(_monomial)]  #: as `phi**2*v`, or `1`
 Coefficient = Annotated[
-    Annotated[float, Tag("[number]")] | Annotated[tuple[float, ...], Tag("[powers]")], Discriminator(_kind)
+    Annotated[float, Tag("[number]")] | Annotated[tuple[float, ...], Field(max_length=100), Tag("[powers]")], Discriminator(_kind)
 ]  #: a number, or a polynomial of the parameter, its coefficients from power 0 on
 
 
@@ -109,5 +110,7 @@ def _powers(text: str) -> dict[str, int]:
         match = FACTOR.fullmatch(factor)
         if not match or match[1] in found:
             raise FitError(f"the monomial {text!r} is not read; accepted: '1', 'v', 'phi**2*v' and the like, each name once")
+        if int(match[2] or 1) > HIGHEST:
+            raise FitError(f"the monomial {text!r} has the power {match[2]}; accepted: at most {HIGHEST}")
         found[match[1]] = int(match[2] or 1)
     return found

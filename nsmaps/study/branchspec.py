@@ -6,7 +6,7 @@ from typing import Literal, Self
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.reduced.condition import Number
-from nsmaps.study.ranges import SPEC, Range, in_order
+from nsmaps.study.ranges import SPEC, Name, Range, in_order
 
 Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
 Way = Literal["up", "down"]
@@ -16,7 +16,7 @@ class BranchSection(BaseModel):
     """A branch of periodic orbits of the exact map in one parameter, from the orbit near a state."""
 
     model_config = SPEC
-    name: str = Field(min_length=1)
+    name: Name
     parameter: str
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")

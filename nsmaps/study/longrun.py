@@ -5,7 +5,7 @@ from typing import Literal, Self
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.reduced.condition import Number
-from nsmaps.study.ranges import SPEC, Range
+from nsmaps.study.ranges import SPEC, Name, Range
 
 
 class LyapunovSection(Range):
@@ -46,7 +46,7 @@ class NoiseSection(BaseModel):
     realisations: int = Field(16, ge=1)
     seed: int = Field(0, ge=0)
     step: Number | None = Field(None, gt=0)
-    modes: dict[str, tuple[str, ...]] = Field(min_length=1)
+    modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
     hold: int = Field(12, ge=1)
     impacts: ImpactsSection | None = None
 

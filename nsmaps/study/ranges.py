@@ -1,12 +1,23 @@
 """Spans of values in a study's file: from, to, points."""
 
-from typing import Protocol, TypeVar
+from typing import Annotated, Protocol, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from nsmaps.reading import odd_character
 from nsmaps.reduced.condition import Number
 
 SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+def _in_a_line(name: str) -> str:
+    if len(name.splitlines()) != 1 or odd_character(name):
+        raise ValueError(f"{name!r} is no name; accepted: one line of text")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_in_a_line)]  #: of a part of a study
+Points = Annotated[int, Field(ge=2, le=100_000)]  #: how many values, equally spaced
 
 
 class _Ends(Protocol):
@@ -30,7 +41,7 @@ class Span(BaseModel):
     model_config = SPEC
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")
-    points: int = Field(ge=2)
+    points: Points
     _in_order = model_validator(mode="after")(in_order)
 
 
@@ -41,7 +52,7 @@ class Sweep(BaseModel):
     parameter: str
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")
-    points: int = Field(ge=2)
+    points: Points
 
 
 class Range(Sweep):

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError, near_match
 from nsmaps.plugins import is_file, study_files, study_names, system_names
 from nsmaps.study.changes import changed
+from nsmaps.study.parsing import parsed, plain
 from nsmaps.study.plan import prepare
 from nsmaps.study.source import Loc, Source
 from nsmaps.study.spec import Study, name_of
@@ -60,7 +59,7 @@ def check_installed(study: Study) -> None:
 def read_study(path: Path, name: str, installed_only: bool = False) -> Study:
     """The study of a file by its grammar alone; `name` is used where the file gives none. Nothing of it is run."""
     source = Source(os.fspath(path), _parsed(path))
-    data = _plain(source.root)
+    data = plain(source.root)
     data.setdefault("name", name)
     if isinstance(data.get("system"), str):
         data["system"] = _found_from(path, data["system"])
@@ -80,51 +79,23 @@ def read_study(path: Path, name: str, installed_only: bool = False) -> Study:
 def _printed(path: Path, text: str, source: Source, loc: Loc) -> Any:
     """What a file beside the study says under a key: `file#key`."""
     name, _, key = text.partition("#")
-    file = path.parent / name
-    if not (name and file.is_file()):
+    file, folder = path.parent / name, path.parent.resolve()
+    if os.path.isabs(name) or ".." in Path(name).parts or not file.resolve().is_relative_to(folder):
+        raise source.error(
+            loc, f"the file {name!r} is not in the study's folder; accepted: one that is there or below, as file#key"
+        )
+    if not (name and os.path.isfile(file)):
         raise source.error(loc, f"no file {text!r} beside the study; accepted: a mapping, or file#key, in YAML or JSON")
-    maps = _plain(_parsed(file))
+    maps = plain(_parsed(file))
     return maps[source.known(loc, key, [name for name, value in maps.items() if isinstance(value, dict)], "polynomial")]
 
 
 def _parsed(path: Path) -> CommentedMap:
     """The file as ruamel's tree, which knows the line and column of every key."""
-    yaml = YAML()
-    yaml.preserve_quotes = True
-    try:
-        root = yaml.load(path.read_text(encoding="utf-8"))
-    except UnicodeDecodeError as error:
-        raise StudyError(f"{path}:1:1: not text in UTF-8: {error}") from error
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        problem = str(error.problem or error.context).splitlines()[0]
-        raise StudyError(f"{path}:{line}:{column}: {_in_words(problem)}") from error
-    except YAMLError as error:
-        raise StudyError(f"{path}:1:1: not readable as YAML: {str(error).splitlines()[0]}") from error
+    root = parsed(path)
     if not isinstance(root, CommentedMap):
         raise StudyError(f"{path}:1:1: a study is a mapping of sections; accepted: {', '.join(Study.model_fields)}")
     return root
-
-
-def _in_words(problem: str) -> str:
-    """Ruamel's complaint; the one about a key given twice without the values it quotes."""
-    if problem.startswith("found duplicate key"):
-        key = problem.removeprefix("found duplicate key").split(" with value")[0].strip().strip("\"'")
-        return f"the key {key!r} is given twice; accepted: each key once"
-    return f"not readable as YAML: {problem}"
-
-
-def _plain(node: Any) -> Any:
-    """Ruamel's tree as plain dicts, lists and scalars."""
-    if isinstance(node, CommentedMap):
-        return {key: _plain(value) for key, value in node.items()}
-    if isinstance(node, CommentedSeq):
-        return [_plain(value) for value in node]
-    for kind in (bool, int, float, str):
-        if isinstance(node, kind):
-            return kind(node)
-    return node
 
 
 def _found_from(path: Path, system: str) -> str:
@@ -133,12 +104,12 @@ def _found_from(path: Path, system: str) -> str:
         return system
     file, _, attribute = system.rpartition(":")
     beside = path.parent / file
-    return f"{(beside if beside.is_file() else Path(file)).resolve()}:{attribute}"
+    return f"{(beside if os.path.isfile(beside) else Path(file)).resolve()}:{attribute}"
 
 
 def files_beside(path: Path) -> list[str]:
     """The files that a study refers to, by their paths from its folder."""
-    pieces = _plain(_parsed(path)).get("composite", [])
+    pieces = plain(_parsed(path)).get("composite", [])
     printed = [piece.get("polynomial") for piece in pieces]
     return list(dict.fromkeys(text.partition("#")[0] for text in printed if isinstance(text, str)))
 

@@ -10,7 +10,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString, ScalarString, SingleQuotedScalarString
 
 from nsmaps.errors import ConditionError, NsmapsError, StudyError, near_match
-from nsmaps.explain import explained
+from nsmaps.explain import MOST, explained
 
 Loc = tuple[str | int, ...]
 
@@ -75,7 +75,8 @@ class Source:
             offset = self.offset(loc, told.cause)
             place = str(loc) if self.root is None else self.position(loc, told.at_key)
             lines.setdefault(place, str(self.error(loc, told.text, told.at_key, offset)))
-        return StudyError("\n".join(lines.values()))
+        more = [f"{self.name}: and {error.error_count() - MOST} more"] if error.error_count() > MOST else []
+        return StudyError("\n".join([*lines.values(), *more]))
 
     def offset(self, loc: Loc, error: object) -> int:
         """How far into the text at `loc` a condition stopped being readable, counting an opening quote."""

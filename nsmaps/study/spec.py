@@ -15,7 +15,7 @@ from nsmaps.reduced.polyfit import Degree
 from nsmaps.reduced.printed import PrintedMap
 from nsmaps.study.branchspec import BranchSection, StabilitySection
 from nsmaps.study.longrun import BasinsSection, LyapunovSection, NoiseSection
-from nsmaps.study.ranges import SPEC, Range, Span, Sweep, in_order
+from nsmaps.study.ranges import SPEC, Name, Range, Span, Sweep, in_order
 from nsmaps.study.source import Source
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class DiagonalSection(BaseModel):
     slope: Number | None = Field(None, gt=0)
     within: str | None = None
     sweep: Sweep | None = None
-    orders: dict[str, FitSection] = {}
+    orders: dict[Name, FitSection] = {}
     deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
     grid: dict[str, Span] | None = None
 
@@ -99,7 +99,7 @@ class PieceSection(BaseModel):
     """One piece of the composite map: where it holds, and what it says there."""
 
     model_config = SPEC
-    name: str
+    name: Name
     box: Bounds | None = None
     where: str | None = None
     family: str | None = None
@@ -175,7 +175,7 @@ class DomainSection(BaseModel):
     """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
 
     model_config = SPEC
-    name: str
+    name: Name
     map: str
     box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
     bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the best that the map allows, if omitted
@@ -218,12 +218,12 @@ class Study(BaseModel):
     """
 
     model_config = SPEC
-    name: str = Field("study", pattern=r"^\w[\w .+=-]*(/\w[\w .+=-]*)*$")
-    title: str = ""
-    system: str
+    name: str = Field("study", max_length=500, pattern=r"^\w[\w .+=-]*(/\w[\w .+=-]*)*$")
+    title: str = Field("", max_length=2000)
+    system: str = Field(max_length=1000)
     parameters: dict[str, Parameter] = {}
     grid: dict[str, Span] | None = None
-    families: dict[str, tuple[str, ...]] = {}
+    families: dict[Name, tuple[str, ...]] = {}
     slices: tuple[SliceSection, ...] = ()
     diagonal: DiagonalSection | None = None
     composite: tuple[PieceSection, ...] = ()

@@ -5,13 +5,18 @@ import json
 import shutil
 import sys
 from pathlib import Path
+from time import perf_counter
+from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import nsmaps
 from nsmaps.cli import app
 from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.study.spec import Study
 
 STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 MARK = "from pathlib import Path\nPath('mark').write_text('was run')\n"  #: what a stranger's file does when it is run
@@ -93,3 +98,131 @@ def test_installed_systems_are_accepted_with_installed_only() -> None:
     assert nsmaps.load_study("ball/drop", installed_only=True).system == "ball"
     assert nsmaps.read_result(STORED / "run", installed_only=True).finished
     assert json.loads((STORED / "run" / "result.json").read_text())["system"]["name"] == "vi_pair"
+
+
+LAUGHS = "".join(f"k{n}: &k{n} [{', '.join([f'*k{n - 1}'] * 9) if n else 'ha'}]\n" for n in range(9))
+
+# what a study of a stranger says, and what it is answered
+HOSTILE = {
+    "aliases of aliases": (LAUGHS + "system: ball\n", "s.yaml:6:40: more than 100,000 values, each alias written out"),
+    "an alias of itself": ("system: ball\nfamilies: &a {x: *a}\n", "s.yaml:2:18: the alias *a stands within what it stands for"),
+    "deep": ("system: ball\nrequire: " + "[" * 5000, "s.yaml:2:49: nested deeper than 40 levels"),
+    "deep in blocks": ("".join(" " * k + "a:\n" for k in range(500)), "s.yaml:41:41: nested deeper than 40 levels"),
+    "large": ("# " + "x" * 500_000 + "\nsystem: ball\n", "s.yaml:1:1: a file of 500,016 bytes; accepted: at most 500,000"),
+    "a number without end": ("system: ball\nparameters: {a: " + "9" * 5000 + "}\n", "a number of 5000 digits; accepted: fewer"),
+    "the same in hexadecimal": ("system: ball\nname: 0x" + "f" * 5000, "a number of 5002 digits; accepted: fewer"),
+    "a number that no float holds": ("system: ball\nparameters: {a: " + "9" * 350 + "}\n", "350 digits is not finite"),
+    "a power of powers": ("system: ball\nparameters: {a: 9**9**9**9}\n", "column 4: '9**9**9' has no finite real value"),
+    "an object of python": ("system: !!python/object/apply:os.system [ls]\n", "the tag 'tag:yaml.org,2002:python/object/apply"),
+    "a date that is none": ("system: ball\ntitle: 2001-13-45\n", "s.yaml:1:1: not readable as YAML: month must be in 1..12"),
+    "a colour of a terminal": ('system: ball\ntitle: "\\e[31mred"\n', "s.yaml:2:8: the character '\\x1b' in a text; accepted"),
+    "half a character": ('system: ball\ntitle: "\\ud800"\n', "s.yaml:2:8: the character '\\ud800' in a text; accepted"),
+    "writing from the right": ("system: ball\ntitle: a\u202eb\n", "s.yaml:2:8: the character '\\u202e' in a text; accepted"),
+    "a name above": ("system: ball\nname: ../../x\n", "s.yaml:2:7: name is '../../x'; accepted: String should match pattern"),
+    "a name inside": ("system: ball\nname: a/../../x\n", "s.yaml:2:7: name is 'a/../../x'; accepted: String should match"),
+    "an absolute name": ("system: ball\nname: /etc/x\n", "s.yaml:2:7: name is '/etc/x'; accepted: String should match pattern"),
+    "a long name": ("system: ball\nname: " + "z" * 501, "accepted: String should have at most 500 characters"),
+    "a name of lines": ('system: ball\nfamilies: {"a\\nb": [BB]}\n', "'a\\nb' is no name; accepted: one line of text"),
+    "a file that is not there": ("system: ball\nsystem: " + "z" * 300 + ".py:X\n", "the key 'system' is given twice"),
+    "a system whose file has too long a name": ("system: " + "z" * 300 + ".py:X\n", "to load 'X' from; accepted: path"),
+    "a system in nobody's home": ("system: ~nobody_x/a.py:X\n", "to load 'X' from; accepted: path"),
+    "a system with a hole": ('system: "x\\0.py:X"\n', "s.yaml:1:9: the character '\\x00' in a text"),
+    "points beyond memory": (
+        "system: ball\nparameters: {a: 1}\n"
+        "lyapunov: {parameter: a, from: 1, to: 2, points: 100000000000, start: {v: 1, phi: 1}}\n",
+        "s.yaml:3:50: points is 100000000000; accepted: less than or equal to 100000",
+    ),
+    "a pattern that is too deep": (
+        "system: ball\nparameters: {a: 1}\ngrid: {v: {from: 0, to: 1, points: 2}, phi: {from: 0, to: 1, points: 2}}\n"
+        f"families: {{x: ['B{'(' * 2000}']}}\n",
+        "s.yaml:4:15: the pattern 'B(((((((((((((((((((((((((((((((((((((((...' cannot be read",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_a_hostile_study_is_answered_by_a_line_and_nothing_is_written(kind: str) -> None:
+    text, says = HOSTILE[kind]
+    Path("s.yaml").write_text(text)
+    begun = perf_counter()
+    for command in ("check", "run"):
+        line = refused(command, "s.yaml")
+        assert line.startswith("s.yaml:")
+        assert says in line
+    assert perf_counter() - begun < 20
+
+
+def polynomial(file: str) -> str:
+    return (
+        "system: ball\nparameters: {a: 1}\ngrid: {v: {from: 0, to: 1, points: 2}, phi: {from: 0, to: 1, points: 2}}\n"
+        f"composite: [{{name: a, where: v > 1, polynomial: '{file}#key'}}]\n"
+    )
+
+
+@pytest.mark.parametrize("file", ["../secret.yaml", "/etc/passwd", "below/../../secret.yaml", "link.yaml"])
+def test_a_study_reads_no_file_outside_of_its_folder(file: str) -> None:
+    Path("secret.yaml").write_text("key: {password: x}\n")
+    Path("theirs").mkdir()
+    Path("theirs/link.yaml").symlink_to(Path("secret.yaml").resolve())
+    Path("theirs/s.yaml").write_text(polynomial(file))
+    line = refused("check", "theirs/s.yaml")
+    assert line.startswith(f"theirs/s.yaml:4:49: the file '{file}' is not in the study's folder")
+
+
+def test_of_very_many_complaints_the_first_are_told() -> None:
+    Path("s.yaml").write_text("system: ball\n" + "".join(f"k{n}: 1\n" for n in range(2000)))
+    with pytest.raises(StudyError) as error:
+        nsmaps.load_study("s.yaml")
+    lines = str(error.value).splitlines()
+    assert len(lines) == 21
+    assert lines[-1] == "s.yaml: and 1980 more"
+
+
+WORDS = st.sampled_from(
+    [
+        *Study.model_fields,
+        "ball",
+        "v",
+        "phi",
+        "a",
+        "from",
+        "to",
+        "points",
+        "BB",
+        "exact",
+        "pi/3",
+        "9**9",
+        "$\\frac{",
+        "<b>",
+        "../x",
+    ]
+)
+LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8) | WORDS
+DATA = st.recursive(LEAVES, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(WORDS, inner, max_size=4), max_leaves=12)
+SIGNS = st.text(st.sampled_from(list("ab1-:&*!?|>%@`#,[]{}'\"\\ \n\t.<~=\x00\x85é")), max_size=60)
+slowly = settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@slowly
+@given(st.sampled_from(list(Study.model_fields)), DATA)
+def test_whatever_a_key_says_a_study_is_read_or_answered(key: str, value: Any) -> None:
+    data = {"system": "ball", "parameters": {"a": 0.2}} | {key: value}
+    Path("s.yaml").write_text(json.dumps(data), encoding="utf-8", errors="surrogatepass")
+    read_or_answered()
+
+
+@slowly
+@given(SIGNS | SIGNS.map("system: ball\ntitle: {}".format) | st.binary(max_size=60))
+def test_whatever_a_file_holds_it_is_read_or_answered(text: str | bytes) -> None:
+    Path("s.yaml").write_bytes(text if isinstance(text, bytes) else text.encode())
+    read_or_answered()
+
+
+def read_or_answered() -> None:
+    """The study s.yaml is read, or answered by lines that begin with its place."""
+    lines = ["s.yaml: read"]
+    try:
+        assert nsmaps.load_study("s.yaml", installed_only=True).system == "ball"
+    except StudyError as error:
+        lines = str(error).splitlines()
+    assert all(line.startswith("s.yaml:") for line in lines), lines
