@@ -169,7 +169,6 @@ def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
     if attribute not in members:
         raise UnknownSystemError(f"{path} has no class {attribute!r}{near_match(attribute, members)}")
     found = _checked(members[attribute], f"{path}:{attribute}")
-    for cls in found.__mro__:
-        if cls in REFUSED[name]:
-            raise SystemDefinitionError(f"{path}:{attribute} is no system: {REFUSED[name][cls]}")
+    if found in REFUSED[name]:
+        raise SystemDefinitionError(f"{path}:{attribute} is no system: {REFUSED[name][found]}")
     return found

@@ -146,20 +146,26 @@ def test_errors_about_a_file(tmp_path: Path) -> None:
 
 
 def test_a_bad_class_of_a_file_keeps_no_good_one_from_being_used(tmp_path: Path) -> None:
-    """Not here, nor in a process that is sent a good one; the bad one, and what inherits from it, is refused by name and line."""
+    """Not here, nor in a process that is sent a good one, nor what inherits from the bad one and mends it.
+
+    The bad one is refused by its name and line, and what inherits its formula by its own, with where the formula is.
+    """
     file = tmp_path / "two.py"
-    bad = SYSTEM.format(name="Bad").replace("return hit.w", "return hit.z + sympy.sqrt(t) + hit.w")
-    heir = SYSTEM.format(name="Heir").replace("(ImpactSystem)", "(Bad)")
-    file.write_text(f"import sympy\n{bad}{heir}{SYSTEM.format(name='Good')}")
+    bad = SYSTEM.format(name="Bad").replace("return hit.w", "return hit.z + self.walls + hit.w")
+    heirs = SYSTEM.format(name="Mended").replace("(ImpactSystem)", "(Bad)") + "\n\nclass Heir(Bad):\n    b: float = 1\n\n"
+    file.write_text(f"import sympy\n{bad}{heirs}{SYSTEM.format(name='Good')}")
     good = plugins.load_system(f"{file}:Good", a=2)
-    assert good.parameters == {"a": 2, "r": 0.5}
+    assert good.parameters == plugins.load_system(f"{file}:Mended", a=2).parameters == {"a": 2, "r": 0.5}
     code = f"import pickle; print(pickle.loads({pickle.dumps(good)!r}).parameters['a'])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={"PYTHONPATH": ":".join(sys.path)})
     assert done.stdout == "2.0\n", done.stderr
-    line = file.read_text().split("\n").index("class Bad(ImpactSystem):") + 1
-    for name in ("Bad", "Heir"):
-        with pytest.raises(SystemDefinitionError, match=rf"two.py:{name} is no system: .* \(class Bad, {file}:{line}\)$"):
+    lines = file.read_text().split("\n")
+    for name, base in (("Bad", "ImpactSystem"), ("Heir", "Bad")):
+        line = lines.index(f"class {name}({base}):") + 1
+        with pytest.raises(SystemDefinitionError, match=rf"two.py:{name} is no system: .* \(class {name}, {file}:{line}\)$"):
             plugins.load_system(f"{file}:{name}")
+    with pytest.raises(SystemDefinitionError, match=rf"Heir.displacement .* \(inherited from Bad, {file}:\d+\) \(class Heir"):
+        plugins.load_system(f"{file}:Heir")
 
 
 def test_the_projects_own_plugins_are_registered_as_a_strangers_would_be() -> None:

@@ -6,8 +6,9 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.files import place_of
-from nsmaps.exact.generate import V, W, Z, check_symbols, check_walls, formula_of, in_symbols, trials, values_told
-from nsmaps.exact.symbols import S, written_in_symbols
+from nsmaps.exact.generate import V, W, Z, check_symbols, displacement_at, in_symbols, trials, values_told
+from nsmaps.exact.symbols import S, check_form
+from nsmaps.exact.written import FailsNow, law_of, period_of, walls_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -30,6 +31,8 @@ def check_definition(cls: "type[ImpactSystem]") -> None:
         return
     try:
         _check_form(cls, {name: field.get_default(call_default_factory=True) for name, field in others.items()})
+    except FailsNow:
+        return
     except SystemDefinitionError:
         raise
     except Exception:
@@ -44,29 +47,26 @@ def check_start(system: "ImpactSystem") -> None:
     Raises:
         SystemDefinitionError: says by how much, and where the formula is written.
     """
-    name, period = type(system).__name__, sp.sympify(system.period())
-    given = formula_of(system, period)
+    name, period = type(system).__name__, period_of(system)
+    given = displacement_at(system, period)
+    check_form(given)
     for what, found, start in (("start at hit.z", given, Z), ("start with the velocity hit.w", sp.diff(given, S), W)):
         residue = found.subs(S, 0) - start
         for values in trials(residue):
             off = sp.N(residue.subs(values))
             if off.is_finite and abs(off) > NEAR * (1 + abs(values.get(start, 0))):
                 at = f" at {values_told(values)}" if values else ""
-                text = f"{name}.displacement does not {what}: off by {abs(off):.6g}{at}{place_of(type(system).displacement)}"
+                text = f"{name}.displacement does not {what}: off by {abs(off):.6g}{at}{place_of(type(system), 'displacement')}"
                 raise SystemDefinitionError(text)
 
 
 def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:
     symbolic, symbols = in_symbols(cls, fixed)
-    with written_in_symbols(f"{cls.__name__}.walls"):
-        walls = symbolic.walls()
-    check_walls(cls.__name__, walls)
-    with written_in_symbols(f"{cls.__name__}.rebound"):
-        laws = [sp.sympify(symbolic.rebound(V, name)) for name in walls]
-    with written_in_symbols(f"{cls.__name__}.period"):
-        period = sp.sympify(symbolic.period())
-    given = formula_of(symbolic, period)
-    check_symbols(cls.__name__, [given, period, *laws, *(sp.sympify(wall.at) for wall in walls.values())], {*symbols.values(), S})
+    laws = [law_of(symbolic, V, name) for name in walls_of(symbolic)]
+    period = period_of(symbolic)
+    given = displacement_at(symbolic, period)
+    check_form(given)
+    check_symbols(cls.__name__, [given, period, *laws], {*symbols.values(), S})
     for growth in given.atoms(sp.exp, sp.sinh, sp.cosh):
         most = sp.diff(growth.args[0], S) * sp.Float(cls.horizon) * period
         if most.is_number and (most if isinstance(growth, sp.exp) else abs(most)) > LARGEST:

@@ -36,12 +36,16 @@ def defined_at(module: str) -> str:
     return next(lines, module)
 
 
-def place_of(function: Any) -> str:
-    """` (FILE:LINE)` of where a function is written, or nothing where that cannot be told."""
+def place_of(cls: type, formula: str) -> str:
+    """` (FILE:LINE)` of where a formula of a class is written, with the base that it is inherited from, as far as can be told."""
+    owner = next(base for base in cls.__mro__ if formula in vars(base))
+    told = [] if owner is cls else [f"inherited from {owner.__name__}"]
     try:
-        return f" ({getsourcefile(function)}:{getsourcelines(function)[1]})"
+        function = vars(owner)[formula]
+        told.append(f"{getsourcefile(function)}:{getsourcelines(function)[1]}")
     except (OSError, TypeError):
-        return ""
+        pass
+    return f" ({', '.join(told)})" if told else ""
 
 
 def received(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:

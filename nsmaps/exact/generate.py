@@ -7,7 +7,6 @@ after the impact; both are checked and then imposed, and no cancellation is left
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -15,7 +14,8 @@ import sympy as sp
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.files import place_of
 from nsmaps.exact.printing import PHI, code, function
-from nsmaps.exact.symbols import Flow, S, along_phase, check_form, written_in_symbols
+from nsmaps.exact.symbols import Flow, S, along_phase, check_form
+from nsmaps.exact.written import displacement_of, law_of, period_of, walls_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -64,24 +64,30 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
     cls = type(system)
     names = cls.parameter_names()
     symbolic, symbols = in_symbols(cls, {name: getattr(system, name) for name in cls.model_fields if name not in names})
-    with written_in_symbols(f"{cls.__name__}.period"):
-        period = sp.sympify(symbolic.period())
+    period = period_of(symbolic)
+    if period.is_number and not period.is_positive:
+        raise SystemDefinitionError(f"{cls.__name__}.period is {period}; a positive number is accepted{place_of(cls, 'period')}")
+    given = displacement_at(symbolic, period)
     try:
-        flow, w = _displacement(symbolic, period, symbols)
+        return _derived(symbolic, symbols, period, sp.Integer(int(system.horizon)) * period, given)
     except SystemDefinitionError as error:
-        raise SystemDefinitionError(f"{error}{place_of(cls.displacement)}") from error
+        raise SystemDefinitionError(f"{error}{place_of(cls, 'displacement')}") from error
+
+
+def _derived(symbolic: Any, symbols: dict[str, sp.Symbol], period: sp.Expr, horizon: sp.Expr, given: sp.Expr) -> Formulas:
+    name = type(symbolic).__name__
+    flow, w = _displacement(name, given, period, symbols)
     rates = [w]
     for _ in range(6):  # velocity, acceleration, jerk, snap, crackle, pop
         rates.append(flow.rate(rates[-1]))
-    horizon = sp.Integer(int(system.horizon)) * period
     limits = [flow.bound(rates[k], horizon) for k in (3, 4, 5, 6)]
     held = along_phase(flow.restore(rates[2].subs(dict.fromkeys(flow.generators, 0))).subs(W, 0), PHI, period)
     free, sums, named = _evaluation(flow, rates[:6])
     tangent = [sp.diff(flow.restore(expr), x) for expr in rates[:2] for x in (PHI, W)]
     moves = [flow.moved(expr, {**way_of(symbols), Z: MOVED}) for expr in rates[:2]]
-    check_symbols(cls.__name__, [*free, *limits, *held, *flow.frequencies], set(symbols.values()))
-    _check_period(cls.__name__, free)
-    return Formulas(cls.__name__, symbolic, symbols, period, horizon, flow, limits, held, free, sums, tangent, moves, named)
+    check_symbols(name, [*free, *limits, *held, *flow.frequencies], set(symbols.values()))
+    _check_period(name, free)
+    return Formulas(name, symbolic, symbols, period, horizon, flow, limits, held, free, sums, tangent, moves, named)
 
 
 def flow_source(system: "ImpactSystem") -> str:
@@ -137,9 +143,8 @@ def _moves(f: Formulas, p: list[str], timed: list[str]) -> str:
 
 def _walls(symbolic: Any, p: list[str]) -> str:
     """The source of what concerns walls: which there are, where, and the impact law of each."""
-    check_walls(type(symbolic).__name__, symbolic.walls())
-    base = next(iter(symbolic.walls().values()))
-    sides = {wall.side for wall in symbolic.walls().values()}
+    table = walls_of(symbolic)
+    base, sides = next(iter(table.values())), {wall.side for wall in table.values()}
     constants = f"HAS_UP = {1 in sides}\nHAS_DOWN = {-1 in sides}\nBASE_UP = {base.side == 1}\n\n\n"
     places, rebound = impact_law(symbolic)
     known = {x for x in vars(symbolic).values() if isinstance(x, sp.Symbol)}
@@ -154,36 +159,32 @@ def _walls(symbolic: Any, p: list[str]) -> str:
 
 def impact_law(symbolic: Any) -> tuple[list[sp.Expr], list[sp.Expr]]:
     """The places of the upper and lower wall, and the speed after an impact with its derivative, by `UP` and V."""
-    table = symbolic.walls()
+    table = walls_of(symbolic)
     base = next(iter(table))
     by_side = {wall.side: name for name, wall in table.items()}
     up, down = by_side.get(1, base), by_side.get(-1, base)
-    laws = [sp.sympify(symbolic.rebound(V, name)) for name in (up, down)]
+    laws = [law_of(symbolic, V, name) for name in (up, down)]
     pairs = [laws, [sp.diff(law, V) for law in laws]]
     rebound = [first if laws[0] == laws[1] else sp.Piecewise((first, UP), (second, True)) for first, second in pairs]
-    return [sp.sympify(table[name].at) for name in (up, down)], rebound
+    return [table[name].at for name in (up, down)], rebound
 
 
-def formula_of(symbolic: Any, period: sp.Expr) -> sp.Expr:
-    """The displacement at S after an impact at the phase PHI, the place Z and the velocity W, its form checked."""
+def displacement_at(symbolic: Any, period: sp.Expr) -> sp.Expr:
+    """The displacement at S after an impact at the phase PHI, the place Z and the velocity W."""
     start = PHI * period / (2 * sp.pi)
-    hit = SimpleNamespace(t=start, z=Z, w=W)
-    with written_in_symbols(f"{type(symbolic).__name__}.displacement"):
-        given = sp.sympify(symbolic.displacement(start + S, hit))
-    check_form(given)
-    return given
+    return displacement_of(symbolic, start + S, start, Z, W)
 
 
-def _displacement(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.Symbol]) -> tuple[Flow, sp.Expr]:
+def _displacement(name: str, given: sp.Expr, period: sp.Expr, symbols: dict[str, sp.Symbol]) -> tuple[Flow, sp.Expr]:
     """The flow and its displacement since the impact, with what is known of its first two terms checked and imposed."""
-    given = formula_of(symbolic, period)
+    check_form(given)
     flow = Flow()
     terms = flow.terms(flow.split(given - Z))
     zero = (0,) * len(flow.generators)
     first = (1, *zero[1:])
-    _check(type(symbolic).__name__, "start at hit.z", flow.restore(terms.pop(zero, sp.S.Zero)), symbols)
-    _check(type(symbolic).__name__, "start with the velocity hit.w", flow.restore(terms.pop(first, sp.S.Zero)) - W, symbols)
-    _check_restart(type(symbolic).__name__, given, period)
+    _check(name, "start at hit.z", flow.restore(terms.pop(zero, sp.S.Zero)), symbols)
+    _check(name, "start with the velocity hit.w", flow.restore(terms.pop(first, sp.S.Zero)) - W, symbols)
+    _check_restart(name, given, period)
     return flow, W * S + sp.Add(*(c * flow.monomial(e) for e, c in terms.items()))
 
 
@@ -246,18 +247,6 @@ def _check_period(name: str, exprs: list[sp.Expr]) -> None:
                     raise SystemDefinitionError(
                         f"{name}.displacement is not the same after one `period`: a coefficient is off by {sp.N(off, 6)}"
                     )
-
-
-def check_walls(name: str, table: Any) -> None:
-    """Refuse walls that are none, more than one on a side, or that words could not tell apart."""
-    sides = [wall.side for wall in table.values()]
-    if not 1 <= len(sides) <= 2 or len(set(sides)) != len(sides):
-        raise SystemDefinitionError(f"{name} has walls on sides {sides}; one or two walls, on different sides, are accepted")
-    letters = list(table)
-    if any(not letter or letter[0] in "~_." for letter in letters) or (len(letters) == 2 and letters[0][0] == letters[1][0]):
-        raise SystemDefinitionError(
-            f"{name} names its walls {letters}; names with different first letters are accepted, not ~ _ ."
-        )
 
 
 def _remainders(flow: Flow, k: dict[sp.Expr, str]) -> list[str]:

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsmaps.errors import SystemDefinitionError
+from nsmaps.errors import NsmapsError, SystemDefinitionError
+from nsmaps.exact.files import place_of
 from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Legs, Returns, Stretches
 
 if TYPE_CHECKING:
@@ -235,7 +236,14 @@ def _generate(system: "ImpactSystem", balls: bool) -> str:
     from nsmaps.exact.ballcode import ball_source
     from nsmaps.exact.generate import flow_source
 
-    heads = [flow_source(system), ball_source(system)] if balls else [flow_source(system)]
+    try:
+        heads = [flow_source(system), ball_source(system)] if balls else [flow_source(system)]
+    except NsmapsError:
+        raise
+    except Exception as error:  # sympy's, by formulas of which nobody thought
+        cls, why = type(system), f"{type(error).__name__}: {error}"
+        place = place_of(cls, "displacement")
+        raise SystemDefinitionError(f"the formulas of {cls.__name__} cannot be turned into a flow ({why}){place}") from error
     return "\n\n".join([*heads, *((HERE / name).read_text().partition(MARK)[2] for name in (BALLS if balls else ENGINE))])
 
 

@@ -5,8 +5,6 @@ remainders C = cos(k s) - 1, R = sin(k s) - k s, E = exp(k s) - 1 - k s, so that
 the chain rule, with N = sin(k s) and X = exp(k s) - 1.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,12 +13,6 @@ import sympy as sp
 from nsmaps.errors import SystemDefinitionError
 
 S = sp.Symbol("_s", real=True)
-NOT_NUMBERS = "use sympy's functions (from sympy import cos), not those of math or numpy, and no float() or int()"
-ADVICE = {  #: by what Python says of a formula
-    "truth value": "formulas may not branch on a value, of a parameter or of the flight: a choice is a field that is not float",
-    "Cannot convert": NOT_NUMBERS,
-    "ufunc": NOT_NUMBERS,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,17 +185,6 @@ def along_phase(expr: sp.Expr, phase: sp.Symbol, period: sp.Expr) -> list[sp.Exp
     later = expr.subs(phase, rate * S)
     check_form(later)
     return [expr, rate * sp.diff(expr, phase), flow.bound(flow.rate(flow.rate(flow.split(later))), period)]
-
-
-@contextmanager
-def written_in_symbols(formula: str) -> Iterator[None]:
-    """Tell what of a formula keeps it from being written with symbols for its parameters."""
-    try:
-        yield
-    except TypeError as error:
-        why = str(error).replace("_p_", "")
-        advice = next((f"; {advice}" for sign, advice in ADVICE.items() if sign in why), "")
-        raise SystemDefinitionError(f"{formula} cannot be written in symbols ({why}){advice}") from None
 
 
 def _largest(power: int, rate: sp.Expr, horizon: sp.Expr) -> sp.Expr:

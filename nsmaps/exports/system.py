@@ -1,12 +1,12 @@
 """The implicit exact map of an impact system as a LaTeX document, from the formulas that the map itself is derived from."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import sympy as sp
 
 from nsmaps.exact.generate import in_symbols
 from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.written import displacement_of, law_of, period_of, walls_of
 from nsmaps.exports.latex import WIDTH, aligned, math, number, page, terms_of, text
 
 U = sp.Symbol("u", nonnegative=True)
@@ -18,12 +18,11 @@ def system_files(system: ImpactSystem, name: str | None = None) -> dict[str, str
     names = cls.parameter_names()
     symbolic, internal = in_symbols(cls, {name: getattr(system, name) for name in cls.model_fields if name not in names})
     plain = {internal[name]: sp.Symbol(name, real=True) for name in names}
-    t, start = sp.Symbol("t", real=True), sp.symbols("t_j Z_j w_j", real=True)
-    hit = SimpleNamespace(t=start[0], z=start[1], w=start[2])
-    flight = sp.sympify(symbolic.displacement(t, hit)).xreplace(plain)
-    period = sp.sympify(symbolic.period()).xreplace(plain)
-    walls = {name: Wall(sp.sympify(wall.at).xreplace(plain), wall.side) for name, wall in symbolic.walls().items()}
-    laws = {name: sp.sympify(symbolic.rebound(U, name)).xreplace(plain) for name in walls}
+    t, *start = sp.symbols("t t_j Z_j w_j", real=True)
+    flight = displacement_of(symbolic, t, *start).xreplace(plain)
+    period = period_of(symbolic).xreplace(plain)
+    walls = {name: Wall(wall.at.xreplace(plain), wall.side) for name, wall in walls_of(symbolic).items()}
+    laws = {name: law_of(symbolic, U, name).xreplace(plain) for name in walls}
     values = ", ".join(f"${math(name)} = {number(getattr(system, name))}$" for name in names)
     body = [
         f"Parameters: {values}." if values else "",

@@ -3,16 +3,16 @@
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any
 
 import mpmath as mp
 import sympy as sp
 
 from nsmaps.errors import CheckError
-from nsmaps.exact.generate import check_walls, in_symbols
+from nsmaps.exact.generate import in_symbols
 from nsmaps.exact.impacts import Floats
 from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.written import displacement_of, law_of, period_of, walls_of
 
 Acceleration = Callable[[Any, Any, Any], Any]  #: of time, place and velocity
 
@@ -48,13 +48,16 @@ def flight_of(system: ImpactSystem) -> Flight:
     cls = type(system)
     others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
     symbolic, symbols = in_symbols(cls, others)
-    t, t0, z, w = arguments = sp.symbols("t t0 z w", real=True)
-    given = sp.sympify(symbolic.displacement(t, SimpleNamespace(t=t0, z=z, w=w)))
+    arguments = sp.symbols("t t0 z w", real=True)
+    given = displacement_of(symbolic, *arguments)
     values = [mp.mpf(value) for value in system.parameters.values()]
-    made = [sp.lambdify((*arguments, *symbols.values()), expr, "mpmath") for expr in (given, given.diff(t), given.diff(t, 2))]
+    made = [
+        sp.lambdify((*arguments, *symbols.values()), expr, "mpmath")
+        for expr in (given, given.diff(arguments[0]), given.diff(arguments[0], 2))
+    ]
     place, velocity, acceleration = (lambda *flight, f=f: mp.re(f(*flight, *values)) for f in made)
-    places = tuple(mp.mpf(str(sp.N(wall.at, DIGITS))) for wall in system.walls().values())
-    return Flight(cls.__name__, place, velocity, acceleration, mp.mpf(str(sp.N(system.period(), DIGITS))), places)
+    places = tuple(mp.mpf(str(sp.N(wall.at, DIGITS))) for wall in walls_of(system).values())
+    return Flight(cls.__name__, place, velocity, acceleration, mp.mpf(str(sp.N(period_of(system), DIGITS))), places)
 
 
 def check_description(system: ImpactSystem) -> None:
@@ -69,14 +72,8 @@ def check_description(system: ImpactSystem) -> None:
 
 def check_setting(system: ImpactSystem) -> None:
     """Walls that are walls, in their order, and a period that is one."""
-    name, walls, period = type(system).__name__, system.walls(), sp.sympify(system.period())
-    if not walls:
-        raise CheckError(f"{name} has no walls; one is forgotten: `walls` must return at least the base wall")
-    check_walls(name, walls)
-    places = {wall.side: (letter, sp.sympify(wall.at)) for letter, wall in walls.items()}
-    for letter, at in places.values():
-        if not (at.is_number and at.is_real and at.is_finite):
-            raise CheckError(f"the wall {letter} of {name} is at {at}; expected: a finite place, free of time")
+    name, walls, period = type(system).__name__, walls_of(system), period_of(system)
+    places = {wall.side: (letter, wall.at) for letter, wall in walls.items()}
     if len(places) == 2 and not places[1][1] > places[-1][1]:
         raise CheckError(
             f"the walls of {name} leave no room: {places[1][0]}, which stops growing displacement, is at "
@@ -203,7 +200,7 @@ def check_law(system: ImpactSystem, size: float) -> None:
     """An impact turns the ball round, and gives it no speed."""
     for letter in system.wall_names:
         for speed in (0.0, *(size * share for share in ROUND)):
-            after = float(sp.N(system.rebound(speed, letter)))
+            after = float(sp.N(law_of(system, speed, letter)))
             told = f"{type(system).__name__}.rebound({_short(speed)}, {letter!r}) is {_short(after)}"
             if not after >= 0:
                 raise CheckError(
@@ -221,10 +218,10 @@ def check_use(system: ImpactSystem) -> None:
     others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
     symbolic, symbols = in_symbols(cls, others)
     t, t0, z, w, v = sp.symbols("t t0 z w v")
-    walls = symbolic.walls()
-    said = [symbolic.period(), symbolic.displacement(t, SimpleNamespace(t=t0, z=z, w=w)), *(wall.at for wall in walls.values())]
-    said += [symbolic.rebound(v, letter) for letter in walls]
-    used = set().union(*(sp.sympify(expr).free_symbols for expr in said))
+    walls = walls_of(symbolic)
+    said = [period_of(symbolic), displacement_of(symbolic, t, t0, z, w), *(wall.at for wall in walls.values())]
+    said += [law_of(symbolic, v, letter) for letter in walls]
+    used = set().union(*(expr.free_symbols for expr in said))
     for name, symbol in symbols.items():
         if symbol not in used and next(neighbours(system, name), None) is not None:
             raise CheckError(

@@ -20,7 +20,9 @@ from toys import Oscillator, Table
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact import kernel
+from nsmaps.exact.symbols import Flow
 from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.testing import check_system
 
 
 class Floor(ImpactSystem):
@@ -33,6 +35,9 @@ class Floor(ImpactSystem):
 
     def period(self):
         return 2 * sp.pi
+
+
+KIND = Literal["good", "bad"]
 
 
 def made(body, **fields):
@@ -82,7 +87,7 @@ def test_a_form_without_bounds_is_refused_when_defined(body, why):
     [
         ({"walls": lambda self: {"A": Wall(at=0, side=1), "C": Wall(at=1, side=1)}}, "on different sides"),
         ({"walls": lambda self: {"A": Wall(at=0, side=1), "AB": Wall(at=1, side=-1)}}, "different first letters"),
-        ({"walls": lambda self: {}}, "one or two walls"),
+        ({"walls": lambda self: {}}, "no walls; one is forgotten"),
         ({"walls": lambda self: {"A": Wall(at=sp.Symbol("q"), side=1)}}, "unknown symbols: q"),
         ({"period": lambda self: sp.Symbol("q")}, "unknown symbols: q"),
         ({"rebound": lambda self, speed, wall: sp.Symbol("q") * speed}, "unknown symbols: q"),
@@ -94,6 +99,90 @@ def test_a_form_without_bounds_is_refused_when_defined(body, why):
 def test_walls_period_and_law_are_refused_when_defined(change, why):
     with pytest.raises(SystemDefinitionError, match=why):
         types.new_class("Odd", (Table,), exec_body=lambda space: space.update(change))
+
+
+STILL = "walls may not move: let the displacement be relative to a wall that moves"
+
+
+@pytest.mark.parametrize(
+    ("formula", "body", "why"),
+    [
+        (
+            "walls",
+            lambda self: {"A": Wall(at=self.height * sp.sin(sp.Symbol("t")), side=1)},
+            rf"A at height\*sin\(t\).*: t; {STILL}",
+        ),
+        ("walls", lambda self, t: {"A": Wall(at=0, side=1)}, f"called with .self., which it does not take; {STILL}"),
+        ("walls", lambda self: {"A": Wall(at=lambda t: sp.sin(t), side=1)}, f"A at a function, .*; {STILL}"),
+        ("walls", lambda self: {"A": Wall(at=sp.sin, side=1)}, f"A at a function, sin; {STILL}"),
+        ("walls", lambda self: {"A": Wall(at="0", side=1)}, "A at '0'; expected: a number or a formula"),
+        ("walls", lambda self: {"A": Wall(at=sp.oo, side=1)}, "A at oo; a finite place"),
+        ("walls", lambda self: {"A": Wall(at=0, side=2)}, r"on sides \[2\]"),
+        ("walls", lambda self: {1: Wall(at=0, side=1)}, r"names its walls \[1\]"),
+        ("walls", lambda self: [Wall(at=0, side=1)], r"is \[Wall.*; expected: walls by their letters"),
+        ("walls", lambda self: None, "is None; expected: walls by their letters"),
+        ("period", lambda self, t: t, "called with .self., which it does not take"),
+        ("period", lambda self: None, "is None; expected: a number or a formula"),
+        ("rebound", lambda self, speed: speed, "called with .self, speed, wall., which it does not take"),
+        ("rebound", lambda self, speed, wall: None, "is None; expected: a number or a formula"),
+        ("displacement", lambda self, t: t, "called with .self, t, hit., which it does not take"),
+        ("displacement", lambda self, t, hit: hit.X, r"\(AttributeError: .* 'X'\); hit.t, hit.z and hit.w are given"),
+        ("displacement", lambda self, t, hit: [hit.z], "expected: a number or a formula"),
+        ("displacement", lambda self, t, hit: "hit.z", "is 'hit.z'; expected: a number or a formula"),
+        ("displacement", lambda self, t, hit: sp.sympify("a b"), r"\(SympifyError: .*parse 'a b'"),
+    ],
+)
+def test_what_no_system_can_be_is_refused_by_class_formula_file_and_line(formula, body, why):
+    place = rf"\({re.escape(__file__)}:{body.__code__.co_firstlineno}\)"
+    with pytest.raises(
+        SystemDefinitionError, match=rf"(?s)^Odd.{formula} .*{why}.* {place} \(class Odd, .*{Path(__file__).name}:\d+\)$"
+    ):
+        types.new_class("Odd", (Table,), exec_body=lambda space: space.update({formula: body, "__module__": __name__}))
+
+
+@pytest.mark.filterwarnings("ignore:Made")
+@pytest.mark.parametrize(
+    ("body", "why"),
+    [
+        (lambda self, t, hit: hit.z + self.drag, "AttributeError: .* has no attribute 'drag'"),
+        (lambda self, t, hit: hit.z + 1 / 0, "ZeroDivisionError"),
+        (lambda self, t, hit: {}["k"], "KeyError: 'k'"),
+        (lambda self, t, hit: NotImplemented(t), "TypeError"),
+    ],
+)
+def test_whatever_fails_in_a_formula_is_told_with_its_class_and_line(body, why):
+    """Also where the class could not be looked at when it was defined, as its field `kind` has no default."""
+    place = rf"\({re.escape(__file__)}:{body.__code__.co_firstlineno}\)"
+    system = made(body, kind=(KIND, ...))(h=1, kind="good")
+    for ask in (lambda: system.first_return([[1.0, 0.0]]), lambda: check_system(system)):
+        with pytest.raises(SystemDefinitionError, match=rf"^Made.displacement cannot be written in symbols \({why}.*{place}$"):
+            ask()
+
+
+def test_what_fails_in_sympy_is_told_with_its_class(monkeypatch):
+    def fails(flow, expr):
+        raise sp.PolynomialError("no polynomial")
+
+    monkeypatch.setattr(Flow, "terms", fails)
+    system = made(lambda self, t, hit: falls(self, t, hit) - (t - hit.t) ** 2)(h=1)
+    with pytest.raises(
+        SystemDefinitionError, match=r"formulas of Made cannot be .* \(PolynomialError: no polynomial\) \(.*py:\d+\)$"
+    ):
+        system.first_return([[1.0, 0.0]])
+
+
+def test_a_formula_that_is_inherited_is_told_with_its_base():
+    base = made(lambda self, t, hit: falls(self, t, hit) - sp.cos(t) + sp.cos(hit.t) - (t - hit.t) * sp.sin(hit.t))
+    heir = types.new_class("Heir", (base,), exec_body=lambda space: space.update(period=lambda self: 1, __module__=__name__))
+    with pytest.raises(SystemDefinitionError, match=r"^Heir.displacement .* \(inherited from Made, .*test_definition.py:\d+\)$"):
+        heir(h=1).first_return([[1.0, 0.0]])
+
+
+def test_a_period_is_positive():
+    base = made(falls)
+    odd = types.new_class("Odd", (base,), exec_body=lambda space: space.update(period=lambda self: 0, __module__=__name__))
+    with pytest.raises(SystemDefinitionError, match=r"Odd.period is 0; a positive number is accepted \(.*py:\d+\)$"):
+        odd(h=1).first_return([[1.0, 0.0]])
 
 
 @pytest.mark.parametrize(
@@ -192,7 +281,7 @@ def test_a_formula_may_use_what_is_defined_below_it():
     space = {"Floor": Floor}
     text = "class Late(Floor):\n    r: float = 0.5\n    def displacement(self, t, hit):\n        return later(self, t, hit)\n"
     exec(text, space)
-    with pytest.raises(NameError):
+    with pytest.raises(SystemDefinitionError, match=r"Late.displacement cannot .* \(NameError: name 'later' is not defined\)"):
         space["Late"](h=1).first_return([[1.0, 0.0]])
     space["later"] = falls
     assert space["Late"](h=1).first_return([[1.0, 0.0]]).time == pytest.approx([1.0])
@@ -201,9 +290,6 @@ def test_a_formula_may_use_what_is_defined_below_it():
 def chosen(self, t, hit):
     s = t - hit.t
     return falls(self, t, hit) + (sp.sin(s**2) if self.kind == "bad" else 0)
-
-
-KIND = Literal["good", "bad"]
 
 
 @pytest.mark.usefixtures("interpreted")

@@ -10,7 +10,7 @@ from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
 from toys import Table
 
-from nsmaps.errors import CheckError
+from nsmaps.errors import CheckError, SystemDefinitionError
 from nsmaps.exact.system import ImpactSystem, Wall
 from nsmaps.testing import check_system
 
@@ -234,7 +234,7 @@ def test_a_mistake_is_told_in_plain_words(system, why, request):
         request.getfixturevalue("interpreted")
     with (
         pytest.warns() if isinstance(system, CeilingForgotten | Ignored | NoWall) else warnings.catch_warnings(),
-        pytest.raises(CheckError, match=why),
+        pytest.raises(SystemDefinitionError if isinstance(system, NoWall) else CheckError, match=why),
     ):
         check_system(system)
 
