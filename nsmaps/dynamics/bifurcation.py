@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.motion import label, periods
+from nsmaps.dynamics.motion import label, magnitudes, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap, followed
 from nsmaps.errors import NsmapsError
@@ -100,7 +100,8 @@ def bifurcation(
         follow: the last states at one value are the starts at the next, through growing ("up") or falling ("down") values. An
             orbit that ended starts again from where the last value left it. With "both" there are 2 S orbits, those through
             growing values first. Without it every value has the starts given.
-        tolerance: within which each coordinate must repeat to be periodic, in its units.
+        tolerance: within which each coordinate must repeat to be periodic, an angle in radians, others as a share of the largest
+            magnitude in the diagram and its starts.
         progress: called with the number of values done, after each; after each part, of parts. With "both" a value counts once
             for each way, to twice their number.
         executor, keep: of `nsmaps.exact.parts.in_parts`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts
@@ -125,9 +126,9 @@ def bifurcation(
     order = np.argsort(-along if follow == "down" else along, kind="stable")
     if (executor is None and keep is None) or not len(now):
         found = _attractors(map_of, along[order], now, returns, transient, bool(follow), progress)
-        return _diagram(along, len(now), [(order, slice(None), found)], tolerance)
+        return _diagram(along, now, [(order, slice(None), found)], tolerance)
     sweep = _Sweep(map_of, along, order, returns, transient, executor, keep, progress, part or PART)
-    return _diagram(along, len(now), sweep.followed(now) if follow else sweep.apart(now), tolerance)
+    return _diagram(along, now, sweep.followed(now) if follow else sweep.apart(now), tolerance)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,7 +219,7 @@ def _attractor(map: ReturnMap, states: Floats, transient: int, returns: int) -> 
     return kept
 
 
-def _diagram(values: Floats, starts: int, blocks: list[Block], tolerance: float) -> Bifurcation:
+def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> Bifurcation:
     """What was found at some of the values as one table over all of them."""
     reasons = np.full(len(values), "", object)
     for cut, _, part in blocks:
@@ -226,7 +227,7 @@ def _diagram(values: Floats, starts: int, blocks: list[Block], tolerance: float)
     some = next((part for *_, part in blocks if "states" in part), None)
     if some is None:
         raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
-    shape = len(values), starts, *some["states"].shape[2:]
+    shape = len(values), len(starts), *some["states"].shape[2:]
     states, turns = np.full(shape, np.nan), np.zeros(shape, np.int32)
     codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
     tables = {"states": states, "turns": turns, "codes": codes, "outcome": outcome}
@@ -234,7 +235,7 @@ def _diagram(values: Floats, starts: int, blocks: list[Block], tolerance: float)
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
-    period = periods(states, codes, coordinates, tolerance)
+    period = periods(states, codes, coordinates, tolerance * magnitudes(coordinates, starts, states))
     return Bifurcation(coordinates, walls, values, states, turns, codes, outcome, tuple(reasons.tolist()), period)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from nsmaps.dynamics.arclength import Curve, Place
 from nsmaps.dynamics.events import COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, TESTS, Event, at_zero, between
+from nsmaps.dynamics.motion import magnitudes
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.trail import Branch, Trail
@@ -16,7 +17,7 @@ from nsmaps.exact.impacts import Floats
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
 SMALLEST = 1e-9  #: step, of the range of the parameter, at which a branch is given up
-CLOSE = 1e-3  #: a margin from a graze within which a branch that ends while it falls is taken to end there
+CLOSE = 1e-3  #: a margin from a graze, in units of the curve, within which a branch that ends while it falls is taken to end there
 CLOSED = "closed"  #: how a branch ends that comes back to its first orbit
 MARGINS = ("a clearance", "an impact speed")
 
@@ -53,19 +54,20 @@ def continue_branch(
         map_of: the return map at a value of the parameter; a ValueError says that there is none.
         orbit: at, or near, the value, with all its states.
         value: of the parameter.
-        within: least and greatest value of the parameter; their difference is the unit of its arclength.
+        within: least and greatest value of the parameter; their difference is the unit of its arclength, beside which speeds count
+            as shares of the largest on the orbit (or its guess) and phases in radians.
         toward: larger or smaller values at first.
         step: longest, in arclength.
         most: orbits.
         until: kinds of events, see `Event`.
-        tolerance: largest residual of an orbit, in the coordinates' units.
+        tolerance: largest residual of an orbit, as a share of the same.
         kinds: of the events that are located. What a branch ends at is always told.
 
     Raises:
         NsmapsError: arguments that are not accepted. An orbit that does not converge makes a branch without orbits.
     """
     extent = _extent(within, value, step, most, until, kinds)
-    curve = Curve(map_of, len(orbit.states), *within, tolerance)
+    curve = Curve(map_of, len(orbit.states), *within, tolerance, _scale(orbit))
     upward = np.zeros(orbit.states.size + 1)
     upward[-1] = 1.0 if toward == "up" else -1.0
     start = curve.solve(curve.y(orbit.states, value), upward)
@@ -101,8 +103,9 @@ def doubled_branch(
     assert orbit.returns.derivative is not None
     for derivative in [*orbit.returns.derivative, *orbit.returns.derivative][:-1]:
         u.append(derivative @ u[-1])
-    curve = Curve(map_of, 2 * len(orbit.states), *within, tolerance)
-    along = np.append(np.ravel(u), 0.0) / np.linalg.norm(u)
+    curve = Curve(map_of, 2 * len(orbit.states), *within, tolerance, _scale(orbit))
+    along = np.append(np.ravel(u / curve.scale), 0.0)
+    along /= np.linalg.norm(along)
     start = curve.place(curve.y(np.tile(orbit.states, (2, 1)), event.parameter))
     assert start is not None
     return _follow(curve, start, along, extent, fresh=True)
@@ -143,6 +146,11 @@ def doublings_of(
         step /= 2
         branches.append(doubled_branch(map_of, found[0], within, step, until=(DOUBLING,), kinds=kinds))
     return tuple(branches[1:])
+
+
+def _scale(orbit: PeriodicOrbit) -> Floats:
+    """What the coordinates of a branch are shares of, shape (n,): as in the residual of its first orbit."""
+    return magnitudes(orbit.returns.coordinates, orbit.states) if orbit.scale is None else orbit.scale
 
 
 def _follow(curve: Curve, start: Place, along: Floats, extent: _Extent, fresh: bool) -> Branch:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nsmaps.dynamics.attractor import on_circle
 from nsmaps.dynamics.lyapunov import lyapunov
-from nsmaps.dynamics.motion import differences, label
+from nsmaps.dynamics.motion import differences, label, magnitudes
 from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import CompiledOrbit, CompiledStretches, ReturnMap, compiled
@@ -17,10 +17,10 @@ from nsmaps.exact.impacts import Floats, angle_mask
 
 LONGEST = 64  #: returns of the longest period that is looked for
 WINDOW = 32  #: last returns, at least, that must repeat
-CLOSE = 1e-9, 1e-6, 1e-3  #: within which the last states repeat, tried in turn: what has come, nearly, or is coming
-RESTED = 1e-6  #: within which a cycle is believed although Newton's method finds none, as where returns have no derivative
+CLOSE = 1e-9, 1e-6, 1e-3  #: of an orbit's magnitudes, within which its last states repeat, tried in turn: what has come, nearly, or is coming
+RESTED = 1e-6  #: the same, within which a cycle is believed although Newton's method finds none, as where it has no derivative
 VISITED = 1000  #: states that stand for an attractor without period
-SAME = 1e-8  #: of states that count as one, far above the residual of Newton's method
+SAME = 1e-8  #: the same, of states that count as one, far above the residual of Newton's method
 TOLD = 4  #: states of a cycle that a sentence lists
 LONG = 40  #: letters of a label from which a sentence leaves it out
 
@@ -73,7 +73,8 @@ def ending(map: ReturnMap, path: Orbit) -> Ending | None:
 
     A cycle of at most 64 returns, and half of those made, is looked for in the last states, and where there is none in those of
     1000 more returns. Newton's method must find one within ten times of what they repeat to, a stable one where that is more than
-    1e-6, unless they repeat within 1e-6 and have no derivatives, as where they chatter.
+    1e-6, unless they repeat within 1e-6 and have no derivatives, as where they chatter: of the largest magnitude of each coordinate
+    on the orbit, of an angle in radians.
     """
     if not np.isfinite(path.states).all() or not len(path.codes):
         return None
@@ -92,7 +93,7 @@ def _cycle(map: ReturnMap, path: Orbit) -> Ending | None:
     for close in CLOSE:
         period = _repeats(path, looked, close)
         if period:
-            found = _least(map, periodic_orbit(map, path.states[-period:], period))
+            found = _least(map, periodic_orbit(map, path.states[-period:], period, scale=_scale(path)))
             if _is_found(found, path, close):
                 return _of(path, looked, found.states, found.words, found.label, found.multipliers)
             if close <= RESTED and not np.isfinite(found.derivative).all():
@@ -113,18 +114,24 @@ def _least(map: ReturnMap, found: PeriodicOrbit) -> PeriodicOrbit:
     period = len(found.states)
     for shorter in range(1, period):
         apart = np.abs(differences(found.states, np.roll(found.states, shorter, axis=0), found.returns.coordinates))
-        if period % shorter == 0 and apart.max() <= SAME:
-            return periodic_orbit(map, found.states[:shorter], shorter)
+        if period % shorter == 0 and (apart / found.scale).max() <= SAME:
+            return periodic_orbit(map, found.states[:shorter], shorter, scale=found.scale)
     return found
+
+
+def _scale(path: Orbit) -> Floats:
+    """What is small in each coordinate of an orbit is a share of this, shape (n,)."""
+    return magnitudes(path.coordinates, path.states)
 
 
 def _repeats(path: Orbit, looked: int, close: float) -> int:
     """The least number of returns after which the last states and words repeat; 0 where there is none."""
+    near = close * _scale(path)
     for period in range(1, looked + 1):
         window = min(max(2 * period, WINDOW), len(path.codes))
         states, codes = path.states[-window:], path.codes[-window:]
         apart = np.abs(differences(states[period:], states[:-period], path.coordinates))
-        if len(apart) and (apart <= close).all() and (codes[period:] == codes[:-period]).all():
+        if len(apart) and (apart <= near).all() and (codes[period:] == codes[:-period]).all():
             return period
     return 0
 
@@ -134,7 +141,7 @@ def _is_found(found: PeriodicOrbit, path: Orbit, close: float) -> bool:
     if not (found.converged and found.exists and np.isfinite(found.derivative).all()):
         return False
     last = path.states[-1:]
-    apart = np.abs(differences(found.states, last, path.coordinates)).max(axis=1).min()
+    apart = (np.abs(differences(found.states, last, path.coordinates)) / _scale(path)).max(axis=1).min()
     return bool(apart <= 10 * close) and (found.stable or close <= RESTED)
 
 

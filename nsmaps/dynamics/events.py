@@ -153,7 +153,7 @@ def swapped(curve: Curve, at: Place, new: Place) -> bool:
     """Whether the halves of a cycle change places between neighbours on its branch."""
     q = curve.period
     rolled = replace(new.orbit.returns, start=np.roll(new.orbit.states, q // 2, axis=0))
-    other = replace(new, orbit=PeriodicOrbit(rolled, curve.tolerance))
+    other = replace(new, orbit=PeriodicOrbit(rolled, curve.tolerance, curve.scale))
     return q % 2 == 0 and curve.apart(at, other) < (1 + AROUND) * curve.apart(at, new)  # or are one, where they change places
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import gcd
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from nsmaps.exact.impacts import CHATTER, LONGER, REST, Floats, angle_mask, nearest_turn
 
@@ -18,19 +18,29 @@ def differences(a: Floats, b: Floats, coordinates: Sequence[str]) -> Floats:
     return np.where(angle_mask(coordinates), nearest_turn(apart, 0.0), apart)
 
 
-def periods(states: Floats, codes: NDArray[np.int64], coordinates: Sequence[str], tolerance: float) -> NDArray[np.int64]:
+def magnitudes(coordinates: Sequence[str], *states: Floats) -> Floats:
+    """What tolerances of n coordinates are shares of, shape (n,): the largest magnitude of each among states (..., n).
+
+    One radian of an angle. What is not finite does not count; one where there is nothing but zeros.
+    """
+    sizes = [np.abs(some).reshape(-1, len(coordinates)) for some in states]
+    largest = np.concatenate(sizes).max(axis=0, initial=0.0, where=np.isfinite(np.concatenate(sizes)))
+    return np.where(angle_mask(coordinates) | (largest == 0), 1.0, largest)
+
+
+def periods(states: Floats, codes: NDArray[np.int64], coordinates: Sequence[str], tolerance: ArrayLike) -> NDArray[np.int64]:
     """The least number of returns after which orbits repeat, at most K/2; 0 where there is none.
 
     Args:
         states: shape (..., K, n), states one after the other.
         codes: shape (..., K), of the words of the returns to them, which must repeat too.
-        tolerance: of each coordinate, in its units, from its first value on.
+        tolerance: of each coordinate, shape (n,) or one for all, in its units, from its first value on.
     """
     period = np.zeros(codes.shape[:-1], np.int64)
     for q in range(1, codes.shape[-1] // 2 + 1):
         first = np.arange(codes.shape[-1]) % q  # not the one before: slow decay would pass for a period
         apart = differences(states, states[..., first, :], coordinates)
-        same = (np.abs(apart) <= tolerance).all(axis=(-1, -2)) & (codes == codes[..., first]).all(axis=-1)
+        same = (np.abs(apart) <= np.asarray(tolerance)).all(axis=(-1, -2)) & (codes == codes[..., first]).all(axis=-1)
         period = np.where((period == 0) & same, q, period)
     return period
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.dynamics.motion import differences, joined, label
+from nsmaps.dynamics.motion import differences, joined, label, magnitudes
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, StateError
@@ -22,6 +22,7 @@ class PeriodicOrbit:
 
     returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
     tolerance: float  #: of the residual
+    scale: Floats | None = None  #: shape (n,), what the residual is a share of; None: the orbit's own `magnitudes`
 
     @property
     def states(self) -> Floats:
@@ -46,8 +47,12 @@ class PeriodicOrbit:
 
     @property
     def residual(self) -> float:
-        """The largest difference between the image of a state and the next state, in any coordinate; NaN without images."""
-        return float(np.abs(self.gaps).max())
+        """The largest difference between the image of a state and the next state, in any coordinate; NaN without images.
+
+        As a share of the coordinate's scale, its largest magnitude on the orbit or its guess; in radians of an angle.
+        """
+        scale = magnitudes(self.returns.coordinates, self.states) if self.scale is None else self.scale
+        return float(np.abs(self.gaps / scale).max())
 
     @property
     def gaps(self) -> Floats:
@@ -88,7 +93,9 @@ class PeriodicOrbit:
         return None if np.isnan(size).any() else bool((size < 1).all())
 
 
-def periodic_orbit(map: ReturnMap, guess: ArrayLike, period: int = 1, tolerance: float = 1e-10) -> PeriodicOrbit:
+def periodic_orbit(
+    map: ReturnMap, guess: ArrayLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
+) -> PeriodicOrbit:
     """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
 
     Steps are halved until they bring the states nearer to an orbit. What is found may have a divisor of the period.
@@ -97,7 +104,8 @@ def periodic_orbit(map: ReturnMap, guess: ArrayLike, period: int = 1, tolerance:
         map: with derivatives, such as an exact system, a composite map or one of strips.
         guess: the first state, shape (n,), whose images are the others; or all states, shape (period, n).
         period: q, in returns.
-        tolerance: largest residual, in the coordinates' units, of an orbit that is called converged.
+        tolerance: largest residual of an orbit that is called converged, as a share of the scale.
+        scale: shape (n,), of each coordinate; its largest magnitude on the orbit and its guess if omitted, a radian of an angle.
 
     Raises:
         StateError: a guess of another shape.
@@ -112,13 +120,15 @@ def periodic_orbit(map: ReturnMap, guess: ArrayLike, period: int = 1, tolerance:
     if len(states) < period:
         states = orbit(map, states[0], period - 1).states
     now = map.first_return(states, derivative=True)
+    size = magnitudes(map.coordinates, states) if scale is None else np.asarray(scale, float)
     for _ in range(MOST_STEPS):
         step = _step(now)
-        nearer = _nearer(map, now, step)
+        nearer = _nearer(map, now, step, size)
         if nearer is None:
             break
         now = nearer
-    return PeriodicOrbit(map.first_return(_wrapped(now), derivative=True), tolerance)
+    made = map.first_return(_wrapped(now), derivative=True)
+    return PeriodicOrbit(made, tolerance, magnitudes(map.coordinates, states, made.start) if scale is None else size)
 
 
 def _wrapped(returns: Returns) -> Floats:
@@ -145,12 +155,12 @@ def _step(returns: Returns) -> Floats:
     return np.asarray(step, np.float64).reshape(q, n)
 
 
-def _nearer(map: ReturnMap, now: Returns, step: Floats) -> Returns | None:
-    """The returns from states that a step, or a part of it, brings nearer to an orbit; None where none does."""
-    before, share = np.linalg.norm(_gaps(now)), 1.0
+def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Returns | None:
+    """The returns from states that a step, or a part of it, brings nearer to an orbit in this scale; None where none does."""
+    before, share = np.linalg.norm(_gaps(now) / scale), 1.0
     while share >= LEAST_SHARE and np.isfinite(step).all():
         there = map.first_return(now.start + share * step, derivative=True)
-        if np.linalg.norm(_gaps(there)) < before:
+        if np.linalg.norm(_gaps(there) / scale) < before:
             return there
         share /= 2
     return None
@@ -168,6 +178,7 @@ def continue_orbit(
         map_of: the return map at a value; a ValueError says that there is none.
         orbit: at, or near, the first value.
         values: in the order in which they are taken, shape (V,).
+        tolerance: largest residual of an orbit, as a share of the scale of the first.
     """
     found: list[PeriodicOrbit] = []
     along: list[float] = []
@@ -180,7 +191,7 @@ def continue_orbit(
         if len(found) > 1 and along[-1] != along[-2]:
             change = differences(guess, found[-2].states, map.coordinates)
             guess = guess + change * (value - along[-1]) / (along[-1] - along[-2])
-        here = periodic_orbit(map, guess, len(guess), tolerance)
+        here = periodic_orbit(map, guess, len(guess), tolerance, orbit.scale)
         if not (here.converged and here.exists):
             break
         found.append(here)
@@ -204,7 +215,7 @@ def period_doubling(
     Args:
         map_of: the return map at a value of the parameter between low and high.
         orbit: near that at `low` or `high`.
-        tolerance: of the value; the residual of its orbit is within 1e-10.
+        tolerance: of the value, as a share of the range; the residual of its orbit is within 1e-10.
 
     Raises:
         NsmapsError: the orbit cannot be followed there, or no multiplier passes -1 or an even number of them do.
@@ -215,7 +226,7 @@ def period_doubling(
 
     def passed(value: float) -> float:
         guess = known[min(known, key=lambda other: abs(other - value))] if known else orbit
-        here = periodic_orbit(map_of(value), guess.states, len(guess.states))
+        here = periodic_orbit(map_of(value), guess.states, len(guess.states), scale=orbit.scale)
         if not (here.converged and here.exists):
             raise NsmapsError(f"the orbit cannot be followed to {value:.9g}: its residual there is {here.residual:.2g}")
         known[value] = here
@@ -224,6 +235,6 @@ def period_doubling(
     ends = [passed(value) for value in (low, high)]
     if not ends[0] * ends[1] <= 0:
         raise NsmapsError(f"no multiplier passes -1 between {low:g} and {high:g}, or an even number: det + 1 is {ends}")
-    value = float(brentq(passed, low, high, xtol=tolerance, rtol=1e-14))
+    value = float(brentq(passed, low, high, xtol=tolerance * (abs(high - low) or 1.0), rtol=1e-14))
     passed(value)
     return Crossing(value, known[value])

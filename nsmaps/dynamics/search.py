@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsmaps.dynamics.motion import differences
+from nsmaps.dynamics.motion import differences, magnitudes
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.impacts import Floats, as_states
@@ -29,8 +29,8 @@ def periodic_orbits(
         starts: shape (N, n), the first state of each guess.
         period: q, in returns.
         words: those of the q returns, from any state of the cycle on; None for all.
-        tolerance: largest residual.
-        apart: least distance of two orbits, in the coordinates' units.
+        tolerance: largest residual, as of `periodic_orbit`.
+        apart: least distance of two orbits, of an angle in radians, else as a share of the coordinate's largest magnitude on them.
 
     Raises:
         StateError, NsmapsError: as `periodic_orbit`.
@@ -49,4 +49,5 @@ def periodic_orbits(
 
 
 def _same(map: ReturnMap, one: Floats, other: Floats, apart: float) -> bool:
-    return bool((np.abs(differences(one, other, map.coordinates)) <= apart).all())
+    near = apart * magnitudes(map.coordinates, one, other)
+    return bool((np.abs(differences(one, other, map.coordinates)) <= near).all())

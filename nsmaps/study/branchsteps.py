@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.trail import Branch
     from nsmaps.exact.impacts import Floats
 
-REPEATS = 1e-6  #: largest difference of states, in their units, of a cycle that is one of a shorter period
+REPEATS = 1e-6  #: largest difference of states, as a share of their magnitudes, of a cycle that is one of a shorter period
 
 
 def branches(plan: Plan, result: StudyResult) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def _orbit(plan: Plan, section: BranchSection, start: "Floats") -> "PeriodicOrbi
 def _followed(plan: Plan, section: BranchSection, orbit: "PeriodicOrbit") -> "tuple[Branch, ...]":
     """The branch of a cycle in each direction and those of its doublings; one without orbits where there is no such cycle."""
     from nsmaps.dynamics.branch import CLOSED, continue_branch, doublings_of
-    from nsmaps.dynamics.motion import periods
+    from nsmaps.dynamics.motion import magnitudes, periods
     from nsmaps.dynamics.trail import Branch
 
     value, map_of = section.value(plan.system.parameters), Along(plan.system, section.parameter)
@@ -74,7 +74,7 @@ def _followed(plan: Plan, section: BranchSection, orbit: "PeriodicOrbit") -> "tu
             break
     first = made[0].orbits[0]
     twice = np.tile(first.states, (2, 1)), np.tile(first.returns.codes, 2)
-    least = int(periods(*twice, plan.system.coordinates, REPEATS))
+    least = int(periods(*twice, plan.system.coordinates, REPEATS * magnitudes(plan.system.coordinates, first.states)))
     if least < section.period:
         told = f"no orbit of period {section.period} at {value:.9g}: Newton's method arrives at one of period {least}"
         return (Branch.empty(orbit, told),)
