@@ -1,7 +1,8 @@
 """The curve of a periodic orbit in states and parameter, by pseudo-arclength (Keller) and multiple shooting.
 
-A place is (x_1, ..., x_q, value) in units in which the range of the parameter and a whole orbit are of order one: speeds are shares
-of the largest on the first orbit; on the curve each x_k is mapped to x_{k+1}, x_q to x_1. Newton's method stays in the plane across a direction: folds are no obstacle.
+A place is (x_1, ..., x_q, value) in units in which the range of the parameter and a whole orbit are of order one: speeds are
+shares of the largest on the first orbit. On the curve each x_k is mapped to x_{k+1}, x_q to x_1. Newton's method stays in the
+plane across a direction: folds are no obstacle.
 """
 
 from collections.abc import Callable
@@ -144,9 +145,10 @@ class Curve:
 
 
 def _derivative(f: Callable[[float], Floats | None], x: float, unit: float, scale: Floats) -> Floats:
-    """The derivative of an array in a scale by a number in a unit, by central differences of two widths, extrapolated (Richardson).
+    """The derivative of an array by a number, by central differences of two widths, extrapolated (Richardson).
 
-    The widest that agree are taken; to one side where the other has no value, as next to the end of a valid domain; else NaN.
+    The widest that agree, in a unit and a scale of order one, are taken; to one side where the other has no value, as next to the
+    end of a valid domain; else NaN.
     """
 
     def slope(low: float, high: float) -> Floats | None:
@@ -158,9 +160,10 @@ def _derivative(f: Callable[[float], Floats | None], x: float, unit: float, scal
 
     for h in unit * np.array(SHARES):
         wide, narrow = slope(x - h, x + h), slope(x - h / 2, x + h / 2)
-        if wide is not None and narrow is not None:
-            if np.abs((wide - narrow) / scale).max() <= AGREE * (1 / unit + np.abs(narrow / scale).max()):
-                return (4 * narrow - wide) / 3
+        if wide is None or narrow is None:
+            continue
+        if np.abs((wide - narrow) / scale).max() <= AGREE * (1 / unit + np.abs(narrow / scale).max()):
+            return (4 * narrow - wide) / 3
     h = SHARES[-1] * unit
     sided = (slope(x, x + h), slope(x - h, x))
     return next((one for one in sided if one is not None), np.full(1, np.nan))

@@ -17,7 +17,7 @@ from nsmaps.exact.impacts import Floats
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
 SMALLEST = 1e-9  #: step, of the range of the parameter, at which a branch is given up
-CLOSE = 1e-3  #: a margin from a graze, in units of the curve, within which a branch that ends while it falls is taken to end there
+CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends as it falls is taken to end there
 CLOSED = "closed"  #: how a branch ends that comes back to its first orbit
 MARGINS = ("a clearance", "an impact speed")
 
@@ -54,8 +54,8 @@ def continue_branch(
         map_of: the return map at a value of the parameter; a ValueError says that there is none.
         orbit: at, or near, the value, with all its states.
         value: of the parameter.
-        within: least and greatest value of the parameter; their difference is the unit of its arclength, beside which speeds count
-            as shares of the largest on the orbit (or its guess) and phases in radians.
+        within: least and greatest value of the parameter; their difference is the unit of its arclength, in which speeds
+            count as shares of the largest on the orbit (or its guess) and phases in radians.
         toward: larger or smaller values at first.
         step: longest, in arclength.
         most: orbits.

@@ -17,7 +17,11 @@ from nsmaps.exact.impacts import Floats, angle_mask
 
 LONGEST = 64  #: returns of the longest period that is looked for
 WINDOW = 32  #: last returns, at least, that must repeat
-CLOSE = 1e-9, 1e-6, 1e-3  #: of an orbit's magnitudes, within which its last states repeat, tried in turn: what has come, nearly, or is coming
+CLOSE = (
+    1e-9,
+    1e-6,
+    1e-3,
+)  #: of magnitudes, within which the last states repeat, tried in turn: what has come, nearly or soon
 RESTED = 1e-6  #: the same, within which a cycle is believed although Newton's method finds none, as where it has no derivative
 VISITED = 1000  #: states that stand for an attractor without period
 SAME = 1e-8  #: the same, of states that count as one, far above the residual of Newton's method
@@ -73,8 +77,8 @@ def ending(map: ReturnMap, path: Orbit) -> Ending | None:
 
     A cycle of at most 64 returns, and half of those made, is looked for in the last states, and where there is none in those of
     1000 more returns. Newton's method must find one within ten times of what they repeat to, a stable one where that is more than
-    1e-6, unless they repeat within 1e-6 and have no derivatives, as where they chatter: of the largest magnitude of each coordinate
-    on the orbit, of an angle in radians.
+    1e-6, unless they repeat within 1e-6 and have no derivatives, as where they chatter: in radians of an angle, else in shares of
+    the coordinate's largest magnitude on the orbit.
     """
     if not np.isfinite(path.states).all() or not len(path.codes):
         return None

@@ -30,7 +30,7 @@ def periodic_orbits(
         period: q, in returns.
         words: those of the q returns, from any state of the cycle on; None for all.
         tolerance: largest residual, as of `periodic_orbit`.
-        apart: least distance of two orbits, of an angle in radians, else as a share of the coordinate's largest magnitude on them.
+        apart: least distance of two orbits, of an angle in radians, else a share of the coordinate's largest magnitude on them.
 
     Raises:
         StateError, NsmapsError: as `periodic_orbit`.

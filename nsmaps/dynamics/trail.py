@@ -19,7 +19,7 @@ class Branch:
     period: int  #: q
     tolerance: float  #: of the residuals
     parameter: Floats  #: shape (K,)
-    arclength: Floats  #: shape (K,), from the first orbit; the range of the parameter, the largest speed of the first orbit and a radian count one
+    arclength: Floats  #: shape (K,), from the first; the parameter's range, the largest speed of the first and a radian count one
     events: tuple[Event, ...]  #: in the order of the branch
     ended: str  #: why it ends where it does
 
