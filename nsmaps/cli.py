@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps import commands
-from nsmaps.commands import InstalledOnly, draw_listed, figures_of, say_undrawn
+from nsmaps.commands import InstalledOnly, MaxHours, MaxMemory, draw_listed, figures_of, say_undrawn
 from nsmaps.terminal import FAILED, STOPPED, Program, examples, summary, written
 from nsmaps.terminal import bar as _bar
 from nsmaps.terminal import told as _told
@@ -101,10 +101,18 @@ def systems() -> None:
 
 
 @app.command(epilog=examples("nsmaps check vi_pair/fp", "nsmaps check mine.yaml", "nsmaps check vi_pair/pd --set r=0.45"))
-def check(study: StudyName, set_: Settings = None, installed_only: InstalledOnly = False) -> None:
+def check(
+    study: StudyName,
+    set_: Settings = None,
+    installed_only: InstalledOnly = False,
+    max_memory: MaxMemory = None,
+    max_hours: MaxHours = None,
+) -> None:
     """Read a study and say what a run of it would compute, without computing it.
 
     A study whose system is a class in a file is held against that class: before the file is run, that is said.
+
+    What it will need in memory and time is estimated, and refused beyond a limit, as in a run.
 
     What is wrong is told a line each, with file, line, column, what is accepted and a near match; the exit code is then 2.
     So is a displacement that does not start where its impact is.
@@ -114,6 +122,7 @@ def check(study: StudyName, set_: Settings = None, installed_only: InstalledOnly
     from nsmaps.study.about import about
     from nsmaps.study.changes import assignments
     from nsmaps.study.reader import found_study, made_ready
+    from nsmaps.study.sizes import check_sizes, total
 
     with _told():
         read = found_study(study, installed_only)
@@ -123,7 +132,8 @@ def check(study: StudyName, set_: Settings = None, installed_only: InstalledOnly
             )
         read = made_ready(read, assignments(set_ or []))
         with read.source.located(("system",)):
-            check_start(read.system_object())
+            check_start(system := read.system_object())
+        needs = check_sizes(read, system, max_memory, max_hours)
     typer.echo(f"{read.name}: {read.title}" if read.title else read.name)
     given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())
     typer.echo(f"  system: {read.system} ({given or 'parameters as they come'})")
@@ -132,6 +142,8 @@ def check(study: StudyName, set_: Settings = None, installed_only: InstalledOnly
     if read.figures:
         typer.echo(f"  figures: {', '.join(read.figures)}")
     typer.echo(f"  required: {', '.join(_required(read)) or 'no verdict'}")
+    without = ", ".join(name for name, size in needs.items() if size is None)
+    typer.echo(f"  estimated, to a factor of ten: {total(needs).told()}{f', and what {without} needs' if without else ''}")
 
 
 @app.command(
@@ -153,6 +165,8 @@ def run(
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.html.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a run of the same study that was stopped.")] = False,
     installed_only: InstalledOnly = False,
+    max_memory: MaxMemory = None,
+    max_hours: MaxHours = None,
 ) -> None:
     """Compute what a study names, write it to a folder, and end with a table of verdicts.
 
@@ -172,7 +186,7 @@ def run(
         seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:
-            result = compute(read, folder, progress, resume)
+            result = compute(read, folder, progress, resume, max_memory=max_memory, max_hours=max_hours)
         except Interrupted as stopped:
             _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None

@@ -19,6 +19,14 @@ if TYPE_CHECKING:
 InstalledOnly = Annotated[
     bool, typer.Option("--installed-only", help="Refuse a study whose system is a file (file.py:Class), which would be run.")
 ]
+MaxMemory = Annotated[
+    float | None,
+    typer.Option(help="Gigabytes that a run may need, as estimated.", show_default="NSMAPS_MAX_MEMORY, or those of the machine"),
+]
+MaxHours = Annotated[
+    float | None,
+    typer.Option(help="Hours on one core that a run may need, as estimated.", show_default="NSMAPS_MAX_HOURS, or 24"),
+]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")]
 
 

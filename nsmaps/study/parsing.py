@@ -16,7 +16,7 @@ from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.reading import odd_character, text_of
 
 LARGEST, MOST, DEEPEST = 500_000, 100_000, 40  #: bytes of a file, values in it with every alias written out, levels of nesting
-LONG = re.compile(r"[-+]?([0-9_]{400,}|0[xob][0-9a-fA-F_]{400,})")  #: a number of so many digits that nothing holds it
+LONG = re.compile(r"[-+]?([0-9_]{100,}|0[xob][0-9a-fA-F_]{100,})")  #: a number of so many digits that nothing holds it
 
 
 def parsed(path: Path) -> Any:
@@ -96,7 +96,7 @@ class _Scales:
             if found := odd_character(event.value):
                 yield f"the character {found} in a text; accepted: text without control characters"
             if LONG.fullmatch(event.value) and not event.style:
-                yield f"a number of {len(event.value)} digits; accepted: fewer than 400"
+                yield f"a number of {len(event.value)} digits; accepted: fewer than 100"
 
 
 def _weigh(path: Path, text: str) -> None:

@@ -16,6 +16,7 @@ from nsmaps.study.folder import check_folder
 from nsmaps.study.plan import Plan, prepare
 from nsmaps.study.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
+from nsmaps.study.sizes import check_sizes
 from nsmaps.study.spec import Study
 from nsmaps.study.steps import STEPS, steps_of
 from nsmaps.study.verdicts import verdicts
@@ -42,13 +43,17 @@ def run(
     resume: bool = False,
     *,
     installed_only: bool = False,
+    max_memory: float | None = None,
+    max_hours: float | None = None,
 ) -> StudyResult:
     """Compute what a study names, and write it to the folder `out`, if one is given.
 
     With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again, and of
     the step that it stopped in the finished parts: those of diagrams, exponents, basins and noise of the exact map.
 
-    A study whose system is a class in a file runs that file; with `installed_only` it is refused.
+    A study whose system is a class in a file runs that file; with `installed_only` it is refused. A run that is estimated to need
+    more than `max_memory` gigabytes or `max_hours` on one core is refused before anything is computed: by default more than the
+    environment variables `NSMAPS_MAX_MEMORY` and `NSMAPS_MAX_HOURS` say, else the memory of the machine and 24 hours.
 
     What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
 
@@ -60,6 +65,7 @@ def run(
     if installed_only:
         check_installed(study)
     plan = prepare(study)
+    check_sizes(study, plan.system, max_memory, max_hours)
     folder = None if out is None else Path(out)
     if folder:
         check_folder(folder, study.name)

@@ -38,7 +38,9 @@ def test_systems_are_listed_with_parameters_and_studies() -> None:
 def test_check_says_what_would_be_computed() -> None:
     answer = CliRunner().invoke(app, ["check", "ball/drop"])
     assert answer.exit_code == 0
-    assert answer.stdout.splitlines() == [
+    *lines, estimated = answer.stdout.splitlines()
+    assert estimated.startswith("  estimated, to a factor of ten: 2 s on one core and ")
+    assert lines == [
         "ball/drop: The ball",
         "  system: ball (a = 0.2, r = 0.5)",
         "  surfaces: low over 31 x 41 states",
