@@ -98,3 +98,23 @@ class Table(ImpactSystem):
 
     def rebound(self, speed: Any, wall: str) -> Any:
         return speed * (self.floor if wall == "F" else self.ceiling)
+
+
+class GearRattle(ImpactSystem):
+    """A driven gear between the teeth of another: x'' + delta x' = 4 pi delta + e'' + delta e', e = eps cos 2 pi t, |x| <= 1."""
+
+    eps: float = Field(gt=0)
+    delta: float = Field(0.6, gt=0)
+    r: float = Field(0.9, ge=0, le=1)
+
+    def walls(self) -> Mapping[str, Wall]:
+        return {"D": Wall(at=1, side=1), "U": Wall(at=-1, side=-1)}
+
+    def period(self) -> Any:
+        return 1
+
+    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
+        s, turn = t - hit.t, 2 * sp.pi
+        rate = hit.w - 2 * turn + turn * self.eps * sp.sin(turn * hit.t)
+        forced = 2 * turn * s + self.eps * (sp.cos(turn * t) - sp.cos(turn * hit.t))
+        return hit.z + forced + rate * (1 - sp.exp(-self.delta * s)) / self.delta

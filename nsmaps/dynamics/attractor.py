@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.dynamics.distance import distances, extents
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -29,6 +30,7 @@ class Attractor:
     label: str  #: the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
     words: tuple[str, ...]  #: of the return from each state of a period; without one, every word on it
     reach: float  #: within which, in each coordinate, a state counts as one of it; see `find_attractors`
+    scale: Floats | None = None  #: shape (n,), what the reach counts in, such as the extents of the states; None: the units
 
     @property
     def stay(self) -> int:
@@ -44,9 +46,30 @@ class Attractor:
 
     def near(self, states: Floats) -> NDArray[np.bool_]:
         """Which states, shape (N, n), angles in [0, 2 pi), are within its reach; none that is not finite, shape (N,)."""
-        near = np.array(np.isfinite(states).all(axis=1))
-        near[near] = self.tree.query(states[near], p=np.inf)[0] <= self.reach
+        near, scale = np.array(np.isfinite(states).all(axis=1)), 1.0 if self.scale is None else self.scale
+        near[near] = distances(self.states, states[near], self.coordinates, scale, np.inf) <= self.reach
         return near
+
+    def holds(self, states: Floats) -> bool:
+        """Whether an orbit of these states stays on it: most are within its reach, as rounding and its edge lead some out."""
+        return bool(self.near(states).mean() > 0.5)
+
+
+def own_reach(states: Floats, coordinates: Sequence[str], scale: Floats) -> float:
+    """How far the farthest of the second half of states (K, n) visited in turn is from the first half; inf of less than 50."""
+    half = len(states) // 2
+    return np.inf if len(states) < STAY else float(distances(states[:half], states[half:], coordinates, scale, np.inf).max())
+
+
+def may_be_one(one: Attractor, other: Attractor) -> bool:
+    """Whether two sets of states may be of one attractor: two cycles whose states are all near, or a sample that holds the other.
+
+    Without a period a set is a sample, which another orbit on the same attractor need not come near to; then most of the states
+    of either within the reach of the other do.
+    """
+    if one.period and other.period:
+        return bool(one.near(other.states).all() and other.near(one.states).all())
+    return one.holds(other.states) or other.holds(one.states)
 
 
 def on_circle(states: Floats, coordinates: Sequence[str]) -> Floats:
@@ -65,7 +88,8 @@ def find_attractors(
     """The attractors that orbits of starts, shape (N, n), have come to after a transient, other than those known.
 
     Those of a period up to `longest`, in words and within `tolerance` in each coordinate, have the tolerance for their reach.
-    Others are the states that one orbit visits, and reach as far as the farthest of a second half of them is from the first.
+    Others are the states that one orbit visits, and reach as far as the farthest of a second half of them is from the first, in
+    shares of their extents, so that no coordinate's unit counts.
     Orbits that end come to none; a transient that was too short makes a set without period.
     """
     last = np.array(starts, float)
@@ -81,9 +105,9 @@ def find_attractors(
 
 
 def _is_of(kept: Orbit, k: int, attractors: Sequence[Attractor]) -> bool:
-    """Whether an orbit stays on one of the attractors: no more than rounding and the reach's edge lead it out."""
+    """Whether an orbit stays on one of the attractors."""
     tail = on_circle(kept.states[1:, k], kept.coordinates)
-    return any(attractor.near(tail).mean() > 0.5 for attractor in attractors)
+    return any(attractor.holds(tail) for attractor in attractors)
 
 
 def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float) -> Attractor | None:
@@ -116,9 +140,8 @@ def _visited(path: Orbit) -> Attractor:
     """The attractor of one orbit without a period, as the states that it visits."""
     states, words = on_circle(path.states[1:, 0], path.coordinates), path.words[:, 0].tolist()
     name, every = label(words, _turns(path, 0), 0, path.walls), tuple(sorted(set(words)))
-    first = Attractor(path.coordinates, states[: VISITED // 2], 0, name, every, 0.0)
-    reach = float(first.tree.query(states[VISITED // 2 :], p=np.inf)[0].max())
-    return Attractor(path.coordinates, states, 0, name, every, reach)
+    scale = extents(states, path.coordinates)
+    return Attractor(path.coordinates, states, 0, name, every, own_reach(states, path.coordinates, scale), scale)
 
 
 def _turns(path: Orbit, k: int) -> list[int]:

@@ -36,13 +36,32 @@ def periods(states: Floats, codes: NDArray[np.int64], coordinates: Sequence[str]
         codes: shape (..., K), of the words of the returns to them, which must repeat too.
         tolerance: of each coordinate, shape (n,) or one for all, in its units, from its first value on.
     """
-    period = np.zeros(codes.shape[:-1], np.int64)
-    for q in range(1, codes.shape[-1] // 2 + 1):
-        first = np.arange(codes.shape[-1]) % q  # not the one before: slow decay would pass for a period
-        apart = differences(states, states[..., first, :], coordinates)
-        same = (np.abs(apart) <= np.asarray(tolerance)).all(axis=(-1, -2)) & (codes == codes[..., first]).all(axis=-1)
-        period = np.where((period == 0) & same, q, period)
-    return period
+    count, dim = states.shape[-2:]
+    flat, words = states.reshape(-1, count, dim), codes.reshape(-1, count)
+    most = np.arange(1, count // 2 + 1)
+    maybe = np.ones((len(flat), len(most)), bool)
+    for here in (most, np.full_like(most, count - 1)):  # where almost every number that is no period shows: this makes it linear
+        maybe &= _repeat(flat, words, here, here % most, coordinates, tolerance)
+    period = np.zeros(len(flat), np.int64)
+    every = np.arange(count)
+    for q in most[maybe.any(axis=0)].tolist():
+        left = np.flatnonzero(maybe[:, q - 1] & (period == 0))
+        if len(left):  # compared with the first period, not the one before: slow decay would pass for a period
+            period[left[_repeat(flat[left], words[left], every, every % q, coordinates, tolerance).all(axis=1)]] = q
+    return period.reshape(codes.shape[:-1])
+
+
+def _repeat(
+    states: Floats,
+    codes: NDArray[np.int64],
+    here: NDArray[np.int64],
+    there: NDArray[np.int64],
+    coordinates: Sequence[str],
+    tolerance: ArrayLike,
+) -> NDArray[np.bool_]:
+    """Whether states (N, K, n) and words (N, K) at some places are those at others, shape (N, places)."""
+    apart = differences(states[:, here], states[:, there], coordinates)
+    return (np.abs(apart) <= np.asarray(tolerance)).all(axis=-1) & (codes[:, here] == codes[:, there])
 
 
 def joined(words: Sequence[str]) -> str:
@@ -59,7 +78,8 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequen
 
     Impacts are counted for each of as many equal parts as n, m and p have: a doubled 1:1 motion is 1:1/2T, as in the paper. A
     fitted map whose phases do not tell whole turns, or run back, has the period in returns instead: 1:1, period 2. Without a
-    period it is n:m/C if the impacts repeat although the states do not, else C. Motion that rests or chatters on its way is named
+    period it is 1:m/C if all these returns have the same impacts, else C, of which a sample has no ratio. Motion that rests or
+    chatters on its way is named
     by its words, of more than three returns by those of rest and chatter and the period in returns, as B~, period 53; that of
     unknown words by nothing.
 
@@ -80,8 +100,7 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequen
             if p > 0
             else f"{n // gcd(n, m)}:{m // gcd(n, m)}, period {period}"
         )
-    n = next((q for q in range(1, len(words) // 2 + 1) if others[q:] == others[:-q]), 0)
-    return f"{n}:{sum(others[:n])}/C" if n else "C"
+    return f"1:{others[0]}/C" if len(set(others)) == 1 else "C"
 
 
 def _resting(words: Sequence[str]) -> str:

@@ -11,6 +11,8 @@ import numpy as np
 from nsmaps.study.result import StudyResult
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from nsmaps.dynamics.bifurcation import Bifurcation
     from nsmaps.dynamics.coexistence import Coexistence
 
@@ -37,18 +39,20 @@ def attractors(made: "Bifurcation") -> tuple[list[Row], list[Row]]:
 
 
 def _beside(found: "Coexistence") -> list[Row]:
-    """Neighbouring values at which the same attractors, under the same names, were found beside each other."""
-    sets = [
-        tuple(sorted({(number, name) for number, name in zip(row, names, strict=True) if number >= 0}))
-        for row, names in zip(found.attractor.tolist(), found.labels.tolist(), strict=True)
-    ]
+    """Neighbouring values at which attractors of the same names were found beside each other."""
     rows = []
-    for held, run in groupby(zip(sets, found.values.tolist(), strict=True), key=itemgetter(0)):
+    for names, run in groupby(zip(map(_names, found.attractor, found.labels), found.values.tolist(), strict=True), itemgetter(0)):
         values = [value for _, value in run]
-        if len({number for number, _ in held}) > 1:
-            labels = [name or NONE for _, name in held]
-            rows.append({"motion": labels[0], "beside": " and ".join(labels[1:]), "from": values[0], "to": values[-1]})
+        if len(names) > 1:
+            row = {"motion": names[0], "beside": " and ".join(names[1:]), "from": values[0], "to": values[-1]}
+            rows.append(row | {"values": len(values)})
     return rows
+
+
+def _names(numbers: "NDArray[np.int64]", labels: "NDArray[np.str_]") -> list[str]:
+    """The names of the attractors at one value, in order; one for each, of two orbits or more on the same one too."""
+    named = dict(zip(numbers.tolist(), labels.tolist(), strict=True))
+    return sorted(label or NONE for number, label in named.items() if number >= 0)
 
 
 def widest(made: "Bifurcation", most: int) -> tuple[list[Row], int, int]:
@@ -66,14 +70,25 @@ def widest(made: "Bifurcation", most: int) -> tuple[list[Row], int, int]:
 
 
 def coexisting(result: StudyResult) -> str:
-    """Which motions were found beside which, over which intervals, in a sentence for each map; empty where none were."""
+    """Which motions were found beside which, and where, in a sentence for each map; empty where none were."""
     told = []
     for of, made in result.bifurcation.items():
-        rows = attractors(made)[1]
-        found = [f"{row['motion']} beside {row['beside']} {interval(result, made, row)}" for row in rows[:3]]
-        more = [f"{len(rows) - 3} more intervals"] if len(rows) > 3 else []
-        told += [f"Attractors of the {of} map coexist: {'; '.join(found + more)}."] if rows else []
+        rows = sorted(attractors(made)[1], key=itemgetter("motion", "beside"))
+        found = [_places(result, made, list(alike)) for _, alike in groupby(rows, itemgetter("motion", "beside"))]
+        text = f"Attractors of the {of} map coexist: {'; '.join(found)}"
+        if any(name.endswith("C") for row in rows for name in (row["motion"], row["beside"])):
+            text += f" (C: no period up to {made.states.shape[2] // 2} returns, chaos or still a transient)"
+        told += [f"{text}."] if rows else []
     return " ".join(told)
+
+
+def _places(result: StudyResult, made: "Bifurcation", rows: list[Row]) -> str:
+    """Where the same motions were found beside each other: the interval, or at how many values between which."""
+    ends = {"from": min(row["from"] for row in rows), "to": max(row["to"] for row in rows)}
+    where = interval(result, made, ends)
+    if len(rows) > 1:
+        where = f"at {sum(row['values'] for row in rows)} values {where}"
+    return f"{rows[0]['motion']} beside {rows[0]['beside']} {where}"
 
 
 def interval(result: StudyResult, made: "Bifurcation", row: Row) -> str:

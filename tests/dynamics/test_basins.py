@@ -1,6 +1,6 @@
 """Basins against a map whose boundary is known in closed form, and orbits of the pair followed by another program."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -147,6 +147,35 @@ def test_attractors_without_a_period_are_sets():
     assert [attractor.period for attractor in made.attractors] == [0, 0]
     side = np.array([np.sign(a.states[0, 1]) for a in made.attractors])
     assert np.array_equal(side[made.label], np.sign(starts[:, 1]))
+
+
+@dataclass(frozen=True)
+class InUnits:
+    """A map in other units of its first coordinate."""
+
+    map: object
+    unit: float
+
+    @property
+    def coordinates(self):
+        return self.map.coordinates
+
+    def first_return(self, states, derivative=False):
+        made = self.map.first_return(np.asarray(states, float) / [self.unit, 1])
+        return replace(made, start=np.asarray(states, float), image=made.image * [self.unit, 1])
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e4])
+def test_the_reach_of_an_attractor_without_a_period_has_no_unit(pair, unit):
+    """Chaos beside 2:1/T: were lengths and radians compared, the first coordinate alone would count, or not at all."""
+    system = pair(0.2265, r=0.25, beta=np.pi / 6)
+    starts = np.random.default_rng(3).uniform([0.05, 0.0], [0.9, 2 * np.pi], (60, 2))
+    one, other = basins(system, starts, longest=16), basins(InUnits(system, unit), starts * [unit, 1], longest=16)
+    assert [a.label for a in one.attractors] == [a.label for a in other.attractors]
+    assert {a.period for a in one.attractors} == {0, 2}
+    assert np.array_equal(one.label, other.label)
+    for a, b in zip(one.attractors, other.attractors, strict=True):
+        assert a.period or b.reach == pytest.approx(a.reach, rel=1e-3)
 
 
 def by_scanning(d, r, g, state, returns):

@@ -1,6 +1,7 @@
 """Bifurcation diagrams against loops of single returns and maps whose long run is known in closed form."""
 
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -145,6 +146,38 @@ def test_angles_repeat_over_the_cut():
     assert periods(states, np.array([1, 2, 1, 2]), ("v", PHASE), 1e-6) == 2
 
 
+def plainly(states, codes, tolerance):
+    """The same by trying every number of returns at every state."""
+    for q in range(1, len(states) // 2 + 1):
+        if all((abs(states[k] - states[k % q]) <= tolerance).all() and codes[k] == codes[k % q] for k in range(len(states))):
+            return q
+    return 0
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 40, 41])
+def test_periods_are_those_of_every_number_tried(count):
+    rng = np.random.default_rng(count)
+    cycles = [np.resize(rng.uniform(0, 1, (q, 2)), (count, 2)) for q in (1, 2, 3, 7, 19, 20)]
+    states = np.concatenate([cycles, np.round(rng.uniform(0, 0.8, (60, count, 2)))])  # of few values: many that nearly repeat
+    states[3, -1] += 2e-6
+    ended = np.where(np.arange(count)[:, None] > 30, np.nan, [0.5, 0.5])
+    states = np.concatenate([states, [0.9 ** np.arange(count)[:, None] * [4e-6, 1e-6], ended]])
+    codes = np.where(rng.uniform(0, 1, states.shape[:2]) < 1e-3, 3, 7)
+    found = periods(states, codes, ("v", "w"), 1e-6)
+    assert found.tolist() == [plainly(*each, 1e-6) for each in zip(states, codes, strict=True)]
+    assert count < 40 or len(set(found.tolist())) > 3
+
+
+def test_periods_of_long_runs_take_time_in_proportion_to_them():
+    """Every number of returns at every state would be 2e9 comparisons: a minute."""
+    long = np.random.default_rng(0).uniform(0, 1, (2, 50_000, 2))
+    cycle = np.resize(long[0, :7], (2, 50_000, 2))
+    begun = perf_counter()
+    assert periods(long, np.zeros(long.shape[:2], int), ("v", "w"), 1e-6).tolist() == [0, 0]
+    assert periods(cycle, np.zeros(long.shape[:2], int), ("v", "w"), 1e-6)[0] == 7
+    assert perf_counter() - begun < 5
+
+
 @pytest.mark.parametrize(
     ("words", "turns", "period", "text"),
     [
@@ -157,7 +190,8 @@ def test_angles_repeat_over_the_cut():
         (["BTB"] * 4, [0] * 4, 2, "1:1, period 2"),
         (["BB"] * 4, [-1] * 4, 1, "1:0, period 1"),  # of a fitted map, whose phase may run back
         (["BTB"] * 4, [1] * 4, 0, "1:1/C"),
-        (["BB", "BTB"] * 2, [0, 1] * 2, 0, "2:1/C"),
+        (["BB", "BTB"] * 2, [0, 1] * 2, 0, "C"),  # the ratio of a sample is none of the attractor
+        ((["BTB"] * 8 + ["BB"] * 3) * 5, [1] * 55, 0, "C"),
         (["BB", "BB", "BTB", "BTB", "BTB"], [1] * 5, 0, "C"),
         (["BB", "B~", "BTB"] * 2, [1] * 6, 3, "BB B~ BTB"),
         (["B~", "BTB", "BB"] * 2, [1] * 6, 3, "BB B~ BTB"),  # wherever on the cycle the orbit was met

@@ -1,15 +1,17 @@
 """Coexisting attractors against the ends of their branches and made-up diagrams."""
 
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
 import pytest
+from toys import GearRattle
 
 import nsmaps
 from nsmaps.dynamics.bifurcation import Bifurcation
 from nsmaps.dynamics.coexistence import coexistence
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle
+from nsmaps.exact.impacts import Angle, Returns
 
 FOLD, GRAZE, DOUBLING = 0.227713761, 0.230488317, 0.234583791  #: of 2:1/T, 1:1/2T and 1:1/T; see test_branch.py
 
@@ -58,8 +60,98 @@ def test_attractors_are_told_apart_and_matched():
     assert [(span.attractor, span.low, span.high) for span in made.spans] == [(0, 1, 2), (1, 1, 3), (2, 3, 3)]
 
 
+@pytest.fixture(scope="module")
+def rattle():
+    """The gear rattle up and down through chaos, and through its one window with two attractors."""
+    values = np.unique([*np.linspace(0.22, 0.25, 7), 0.265, 0.3, 0.35, 0.4, *np.linspace(0.43, 0.48, 11), 0.85])
+    return nsmaps.bifurcation(rattle_at, values, [3.0, 1.0], follow="both")
+
+
+def rattle_at(eps):
+    return GearRattle(eps=eps)
+
+
+STARTS = np.column_stack([np.random.default_rng(0).uniform(0.05, 15, 60), np.random.default_rng(1).uniform(0, 2 * pi, 60)])
+
+
+def test_the_rattle_has_as_many_attractors_as_basins_finds(rattle):
+    made = coexistence([rattle])
+    for eps, count in [(0.265, 1), (0.3, 1), (0.35, 1), (0.4, 1), (0.43, 1), (0.445, 2), (0.45, 2), (0.48, 1), (0.85, 1)]:
+        k = int(np.abs(made.values - eps).argmin())
+        assert made.counts[k] == count, eps
+        found = nsmaps.basins(rattle_at(float(made.values[k])), STARTS)
+        assert (len(found.attractors), found.fractions[:-2].sum()) == (count, 1)
+        if count == 2:
+            assert {one.label for one in found.attractors} == set(made.labels[k].tolist()) == {"2:1/4T", "1:1/T"}
+
+
+def test_a_motion_of_the_rattle_that_moves_fast_is_one_span(rattle):
+    (span,) = (span for span in coexistence([rattle]).spans if span.label == "1:0/2T")
+    assert (round(span.low, 9), round(span.high, 9)) == (0.225, 0.25)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e4])
+def test_the_unit_of_speed_does_not_count(rattle, unit):
+    made, other = (coexistence([each]) for each in (rattle, replace(rattle, states=rattle.states * [unit, 1])))
+    assert np.array_equal(made.attractor, other.attractor)
+    assert np.array_equal(made.labels, other.labels)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A map of the line, every return a BTB."""
+
+    image: object
+    coordinates = ("x",)
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float)
+        n = len(x)
+        codes, time = np.full(n, 1 + 5 * 2 + 25), np.full(n, np.nan)
+        return Returns(("x",), ("B", "T"), x, self.image(x), np.zeros((n, 1), np.int32), codes, np.zeros(n, np.int8), time)
+
+
+@pytest.mark.parametrize(("a", "count"), [(2.4, 2), (2.55, 2), (2.59, 2), (2.602, 1), (2.65, 1), (2.8, 1)])
+@pytest.mark.parametrize("returns", [60, 400])
+def test_two_chaotic_attractors_of_the_cubic_map_until_they_merge(a, count, returns):
+    """x -> a x - x^3 maps x > 0 into itself as long as its maximum 2 (a/3)^(3/2) is below sqrt(a): up to 3 sqrt(3)/2 = 2.598."""
+    starts = np.random.default_rng(0).uniform(0.1, 1.5, (6, 1)) * np.array([[1], [-1]] * 3)
+    made = coexistence([nsmaps.bifurcation(lambda a: Line(lambda x: a * x - x**3), [a], starts, returns)])
+    assert made.attractor[0].tolist() == [0, count - 1] * 3
+    assert set(made.labels[0].tolist()) == {"1:1/C"}
+
+
+def test_intermittent_samples_of_one_attractor_are_not_told_as_two():
+    """Just below 1 + sqrt 8 the logistic map is chaotic and stays by the period three to come for hundreds of returns."""
+    starts = np.random.default_rng(0).uniform(0.1, 0.9, (100, 1))
+    made = nsmaps.bifurcation(lambda a: Line(lambda x: a * x * (1 - x)), [1 + 8**0.5 - 1e-5], starts, 200)
+    names = "states", "turns", "codes", "outcome", "period"
+    for k in range(0, 100, 2):
+        two = replace(made, **{name: getattr(made, name)[:, k : k + 2] for name in names})
+        assert coexistence([two]).counts.tolist() == [1]
+
+
+def test_a_sample_of_less_than_fifty_states_tells_nothing_apart():
+    starts = [[0.5], [-0.5]]
+    short, long = (nsmaps.bifurcation(lambda a: Line(lambda x: a * x - x**3), [2.55], starts, n) for n in (49, 50))
+    assert (coexistence([short]).counts.tolist(), coexistence([long]).counts.tolist()) == ([1], [2])
+
+
+def test_an_attractor_has_one_name_at_a_value(pair):
+    """One sample may show impacts that another does not: the more general name is the attractor's."""
+    one = nsmaps.bifurcation(pair, [0.26], [[0.8, 0.4], [0.7, 0.3]], 60)
+    assert one.labels.tolist() == [["1:1/C", "1:1/C"]]
+    codes = one.codes.copy()
+    codes[0, 1, 7] = 6  # a BB
+    other = replace(one, codes=codes)
+    assert other.labels.tolist() == [["1:1/C", "C"]]
+    assert coexistence([other]).labels.tolist() == [["C", "C"]]
+
+
 def test_wrong_calls_are_errors():
     one, other = diagram([1], [[0.0]], [[1]]), diagram([2], [[0.0]], [[1]])
     for wrong in ([], [one, other]):
         with pytest.raises(NsmapsError, match="not the same values"):
             coexistence(wrong)
+    with pytest.raises(NsmapsError, match=r"near is 0, step 0\.1; accepted: shares of the extents above 0"):
+        coexistence([one], near=0)

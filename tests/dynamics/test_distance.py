@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nsmaps.dynamics.distance import hausdorff
+from nsmaps.dynamics.distance import extents, hausdorff
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import Angle
 
@@ -33,3 +33,23 @@ def test_a_subset_is_as_far_as_what_it_lacks():
 def test_what_is_no_set_of_states_is_an_error(wrong):
     with pytest.raises(StateError):
         hausdorff(wrong, [[0, 0]], COORDINATES)
+
+
+def test_extents_are_of_each_coordinate_and_around_the_circle():
+    states = [[0.5, 6.1], [3.5, 0.3], [1.0, 0.1]]
+    assert np.allclose(extents(states, COORDINATES), [3.0, 0.2 + (2 * np.pi - 6.1) + 0.1], rtol=1e-14)
+    assert np.allclose(extents(states, ("v", "w")), [3.0, 6.0], rtol=1e-14)
+    assert np.allclose(extents([[2.0, 1.0], [2.0 + 1e-9, 1.0]], COORDINATES), [0.02, 0.02 * np.pi], rtol=1e-8)
+    assert extents([[0.0, 0.0]], ("v", "w")).tolist() == [1.0, 1.0]
+
+
+def test_distances_in_a_scale_do_not_know_the_units():
+    rng = np.random.default_rng(2)
+    a, b = rng.uniform([0, 0], [1, 2 * np.pi], (30, 2)), rng.uniform([0, 0], [1, 2 * np.pi], (20, 2))
+    scale = extents(np.concatenate([a, b]), COORDINATES)
+    turn = np.angle(np.exp(1j * (a[:, None, 1] - b[None, :, 1])))
+    lengths = np.hypot((a[:, None, 0] - b[None, :, 0]) / scale[0], turn / scale[1])
+    found = hausdorff(a, b, COORDINATES, scale)
+    assert np.isclose(found, max(lengths.min(axis=0).max(), lengths.min(axis=1).max()), rtol=1e-12)
+    inches = [1e4, 1]
+    assert np.isclose(hausdorff(a * inches, b * inches, COORDINATES, scale * inches), found, rtol=1e-12)

@@ -2,9 +2,12 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+import toys
 from typer.testing import CliRunner
 
 import nsmaps
@@ -37,15 +40,42 @@ def both() -> nsmaps.StudyResult:
 def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: nsmaps.StudyResult) -> None:
     values = both.bifurcation["exact"].values
     inside = [value for value in values if CRISIS < value < FOLD]
-    sentence = f"Attractors of the exact map coexist: 2:1/T beside C for d from {inside[0]:.6g} to {inside[-1]:.6g}."
+    told = f"Attractors of the exact map coexist: 2:1/T beside C for d from {inside[0]:.6g} to {inside[-1]:.6g}"
+    sentence = f"{told} (C: no period up to 60 returns, chaos or still a transient)."
     assert conclusion(both) == f"The study requires no verdict. {sentence}"
     (row,) = numbers(both)["bifurcation"]["exact"]["coexisting"]
-    assert row == {"motion": "2:1/T", "beside": "C", "from": inside[0], "to": inside[-1]}
+    assert row == {"motion": "2:1/T", "beside": "C", "from": inside[0], "to": inside[-1], "values": len(inside)}
     assert sentence in CliRunner().invoke(app, ["run", "s.yaml", "--out", "again"]).output
     page = Path("again/report.html").read_text()
     assert page.count(sentence) == 1
     assert re.search(f"coexisting</h.>.*2:1/T</td>.*{inside[0]:.6g}</td>.*{inside[-1]:.6g}</td>", page)
     assert json.loads(Path("out/result.json").read_text())["numbers"]["bifurcation"]["exact"]["coexisting"] == [row]
+
+
+def test_all_that_coexists_is_listed_and_what_does_not_is_not() -> None:
+    """Up to 46 intervals of chaos beside itself were told; the rattle has two attractors where 1:1/T is beside 2:1/2T and on."""
+    Path("s.yaml").write_text(f"""\
+system: {toys.__file__}:GearRattle
+parameters: {{eps: 0.3}}
+bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, phi: 1}}, follow: both}}
+""")
+    result = nsmaps.run("s.yaml")
+    alike = "1:1/C beside 2:1/2T at eps = 0.44; 1:1/T beside 2:1/4T at eps = 0.45; 1:1/T beside C at eps = 0.46"
+    assert f"Attractors of the exact map coexist: {alike} (C: no period up to 30 returns" in conclusion(result)
+    starts = np.random.default_rng(0).uniform([0.1, 0], [14, 6.28], (60, 2))
+    found = nsmaps.basins(result.system.at(eps=0.45), starts)
+    assert {attractor.label for attractor in found.attractors} == {"1:1/T", "2:1/4T"}
+
+
+def test_motions_beside_each_other_again_and_again_are_told_once(both: nsmaps.StudyResult) -> None:
+    made = both.bifurcation["exact"]
+    inside = np.flatnonzero((made.values > CRISIS) & (made.values < FOLD))
+    rows = {name: getattr(made, name).copy() for name in ("states", "turns", "codes", "outcome", "period")}
+    for table in rows.values():
+        table[inside[2], 1] = table[inside[2], 0]  # one value between at which both orbits come to the same
+    again = replace(both, bifurcation={"exact": replace(made, **rows)})
+    ends = [f"{made.values[inside[k]]:.6g}" for k in (0, -1)]
+    assert f"coexist: 2:1/T beside C at {len(inside) - 1} values for d from {ends[0]} to {ends[1]} (C: " in conclusion(again)
 
 
 def test_one_orbit_tells_of_no_coexistence() -> None:
