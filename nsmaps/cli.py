@@ -1,4 +1,4 @@
-"""The command line: `nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR |
+"""The command line: `nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR | show DIR |
 export DIR | new-plugin NAME | schema | cite | bench`.
 
 Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read or the output not be written,

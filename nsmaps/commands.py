@@ -1,4 +1,4 @@
-"""Commands about files: `nsmaps copy`, `figures`, `animate`, `report`, `export`, `schema`, `cite` and `new-plugin`."""
+"""Commands about files: `nsmaps copy`, `figures`, `animate`, `report`, `show`, `export`, `schema`, `cite` and `new-plugin`."""
 
 import shlex
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import typer
 
 from nsmaps.errors import NsmapsError
 from nsmaps.names import FIGURES
-from nsmaps.terminal import BAD, bar, examples, told
+from nsmaps.terminal import BAD, bar, examples, summary, told
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -44,6 +44,7 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps animate runs/vi_pair/fp cobweb", "nsmaps animate DIR surfaces --format mp4"))(animate)
     app.command(epilog=examples("nsmaps copy vi_pair/pd", "nsmaps copy vi_pair/pd mine.yaml"))(copy)
     app.command(epilog=examples("nsmaps report runs/vi_pair/fp"))(report)
+    app.command(epilog=examples("nsmaps show runs/vi_pair/fp", "nsmaps show runs/vi_pair/fp | less"))(show)
     exports = examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export runs/vi_pair/fp --to c --iterate 2 --piece R1+")
     app.command(epilog=exports)(export)
     app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin shaken_ball --into ~/plugins"))(new_plugin)
@@ -162,6 +163,18 @@ def report(folder: Folder, installed_only: InstalledOnly = False) -> None:
     with told():
         path = write_report(read_result(folder, installed_only=installed_only), folder)
     typer.echo(str(path))
+
+
+def show(folder: Folder, installed_only: InstalledOnly = False) -> None:
+    """Print of a run, also an old one, what `nsmaps run` printed at its end: headline, tables, verdicts, what they come to.
+
+    Nothing is computed or written.
+    """
+    from nsmaps.study.archive import read_result
+
+    with told():
+        result = read_result(folder, installed_only=installed_only)
+    summary(result)
 
 
 def export(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 FAILED, BAD, STOPPED, UNREAD = 1, 2, 130, 141  #: exit codes: a required verdict fails, what cannot be read, Ctrl-C, broken pipe
 ROWS = 12  #: of a table of a diagram's motions, at most, of each map
-NARROW = 120  #: columns of a terminal below which verdicts stand below their names
+NARROW = 160  #: columns of a terminal up to which what verdicts say stands below their names, in the whole width
 WIDE = 200  #: columns of a table that goes to a file or a pipe
 
 
@@ -128,6 +128,8 @@ def summary(result: "StudyResult") -> None:
     piece_table(result)
     transient_table(result)
     motion_table(result)
+    basin_table(result)
+    exponent_table(result)
     event_table(result)
     verdict_table(result)
     typer.echo(f"{conclusion(result)}\n")
@@ -147,7 +149,7 @@ def verdict_table(result: "StudyResult") -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    narrow = console().width < NARROW
+    narrow = console().width <= NARROW
     heads = ("holds", "verdict") if narrow else ("verdict", "of", "required", "holds", "because")
     table = Table(*heads, box=box.SIMPLE, title="Verdicts")
     for verdict in result.verdicts:
@@ -192,6 +194,47 @@ def motion_table(result: "StudyResult") -> None:
         notes += [f"Of the {of} map there are {more} more intervals, of at most {each}."] if more else []
     _show(table)
     typer.echo("\n".join([*notes, ""]))
+
+
+def basin_table(result: "StudyResult") -> None:
+    """Print which attractors the states of the grid come to, and how many of them to each, if the study asks for it."""
+    from rich import box
+    from rich.table import Table
+
+    from nsmaps.study.longtables import basin_rows
+
+    made, section = result.basins, result.study.basins
+    if made is None or section is None:
+        return
+    title = f"Basins of the exact map, of {len(made.label)} states of the grid"
+    far = "to boundary" if result.boundary is not None else ""
+    table = Table("attractor", "period", "words", "share", "within", far, box=box.SIMPLE, title=title)
+    for row in basin_rows(made, result.boundary, section.returns):
+        table.add_row(*row)
+    _show(table)
+    told = "within: returns after which every state of the share has come to it"
+    typer.echo(f"{told}; to boundary: the attractor's least distance from it.\n" if far else f"{told}.\n")
+
+
+def exponent_table(result: "StudyResult") -> None:
+    """Print over which intervals the largest Lyapunov exponent is above or below zero, those with most values."""
+    from rich import box
+    from rich.table import Table
+
+    from nsmaps.study.longtables import exponent_rows
+
+    made, section = result.lyapunov, result.study.lyapunov
+    if made is None or section is None:
+        return
+    heads = "largest exponent", f"{section.parameter} from", "to", "values", "a return"
+    table = Table(*heads, box=box.SIMPLE, title="Lyapunov exponents of the exact map")
+    rows = exponent_rows(made)
+    most = sorted(sorted(range(len(rows)), key=lambda k: -rows[k]["values"])[:ROWS])
+    for row in (rows[k] for k in most):
+        table.add_row(row["sign"], *(f"{row[end]:.9g}" for end in ("from", "to")), str(row["values"]), row["exponent"])
+    _show(table)
+    more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
+    typer.echo(f"Above zero: nearby orbits part, as in chaos. Told by two standard errors, of {made.at.returns} returns.{more}\n")
 
 
 def event_table(result: "StudyResult") -> None:

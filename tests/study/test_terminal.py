@@ -199,7 +199,7 @@ def test_a_run_ends_with_what_its_verdicts_come_to(good: str) -> None:
     assert "1 of 1 required verdicts fails: covered (composite map)." in done.stdout
 
 
-@pytest.mark.parametrize(("columns", "narrow"), [("80", True), ("160", False)])
+@pytest.mark.parametrize(("columns", "narrow"), [("80", True), ("120", True), ("160", True), ("161", False), ("200", False)])
 def test_verdicts_stand_below_their_names_on_a_narrow_terminal(good: str, columns: str, narrow: bool) -> None:
     Path("s.yaml").write_text(good)
     _, written = on_terminal("run", "s.yaml", "--no-figures", "--no-report", COLUMNS=columns, NO_COLOR="1")
