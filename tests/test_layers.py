@@ -12,6 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 RANK = {
     "errors": 0,
+    "arrays": 0,
     "names": 0,
     "interrupts": 0,
     "storage": 0,

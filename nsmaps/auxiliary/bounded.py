@@ -6,8 +6,8 @@ from functools import partial
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.bernstein import Polynomials
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
 from nsmaps.auxiliary.ranges import Hulls, ranges

@@ -6,8 +6,8 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.bounded import Enclosed, of_polynomials
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_function
 from nsmaps.auxiliary.fittedboxes import box_map

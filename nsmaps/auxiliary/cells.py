@@ -6,8 +6,9 @@ from itertools import product
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxImages, BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, as_states, wrap

@@ -6,8 +6,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
-
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import NsmapsError, near_match
 
 if TYPE_CHECKING:

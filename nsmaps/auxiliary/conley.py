@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.cells import Cells, Ints
-from nsmaps.auxiliary.cover import name_of
-from nsmaps.auxiliary.fittedboxes import Fitted, box_map
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask

@@ -6,11 +6,11 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.auxiliary.cellgraph import graph_of, invariant, order_of, recurrent
 from nsmaps.auxiliary.cells import Bools, Cells, Ints, painted, targets_of
-from nsmaps.auxiliary.fittedboxes import Fitted, box_map
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import Floats
@@ -34,7 +34,7 @@ class Level:
     graph_time: float  #: seconds
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MorseCover:
     """Cells that hold all orbits which stay in a window for ever, forwards and backwards, and their recurrent components.
 
@@ -42,6 +42,8 @@ class MorseCover:
     from a component to another only as `edges` says. A component need not hold such an orbit: a cover excludes, it does
     not find.
     """
+
+    __repr__ = brief
 
     of: str  #: the map that this is true of, such as "exact map"
     cells: Cells  #: of the last level
@@ -93,7 +95,7 @@ def morse_sets(
         map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         window: shape (n, 2), or a `Box`; an angle of a whole turn is a circle.
         cells: of the first level, an axis or each axis.
-        of: what to call the map in the result; "exact map" of a system, else "fitted map".
+        of: what to call the map in the result; see `name_of`.
         progress: called after each level.
 
     Raises:
@@ -135,13 +137,6 @@ class _Stage:
         return cls(cells, np.arange(cells.size), None, np.zeros(cells.size, np.int64), every, every)
 
 
-def name_of(map: BoxMap | Fitted) -> str:
-    """What a result calls a map that nobody named."""
-    from nsmaps.exact.system import ImpactSystem
-
-    return "exact map" if isinstance(map, ImpactSystem) else "fitted map"
-
-
 def _next(map: BoxMap, before: _Stage, number: int) -> tuple[_Stage, Level]:
     cells, numbers = before.cells, before.numbers
     if before.graph is not None:
@@ -169,9 +164,11 @@ def _cover(stage: _Stage, levels: tuple[Level, ...], of: str, finished: bool) ->
     return MorseCover(of, cells, numbers[kept], component[kept], edges, hulls, stage.stays[kept], levels, finished)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trap:
     """Cells around a component, closed under the map if `trapped`: whatever starts in them stays in them for ever."""
+
+    __repr__ = brief
 
     of: str
     cells: Cells

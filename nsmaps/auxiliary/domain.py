@@ -5,17 +5,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.auxiliary.bounds import ESTIMATED, ErrorBound, How, Maker, auxiliary_maps
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps
+from nsmaps.auxiliary.fittedboxes import name_of
 from nsmaps.auxiliary.reasons import about_fixed_point, without_image
 from nsmaps.auxiliary.startbox import found_box
 from nsmaps.auxiliary.twocycle import ROUNDED, TwoCycle, two_cycles
 from nsmaps.auxiliary.update import SLACK, Part, Update, update
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
-from nsmaps.exact.system import ImpactSystem
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -24,9 +24,11 @@ GENERIC = 1e-6  # of the last box, by which generic and worst-case iteration may
 REST = 1e-10  # largest move of a bound in an update, relative to the start box, after which there are no more
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AttractingDomain:
     """A box into which the worst case of a map settles, with what is known of it; `claim` says what that is worth."""
+
+    __repr__ = brief
 
     of: str  #: the map that the bound, or the estimate, is for, such as "fitted map R1" or "exact map"
     coordinates: tuple[str, ...]
@@ -130,7 +132,7 @@ def attracting_domain(
     reason = why if found is None else _reason(map, made, moved, settle, maps.status)
     accuracy = _accuracy(maps, start, made[-1])
     return AttractingDomain(
-        of or (error.of if error is not None else _name(map)),
+        of or (error.of if error is not None else name_of(map)),
         map.coordinates,
         np.array(boxes),
         tuple(made),
@@ -205,10 +207,6 @@ def _agree(last: Update, accuracy: Floats) -> bool:
     """Does the generic iteration end on the bounds of the worst case."""
     cycle = np.sort(last.generic[-2:], axis=0).T
     return bool(np.all(np.abs(cycle - last.worst[-1]) <= (GENERIC * np.ptp(last.box, axis=1) + accuracy)[:, None]))
-
-
-def _name(map: AnyMap) -> str:
-    return "exact map" if isinstance(map, ImpactSystem) else "fitted map"
 
 
 def _check(map: AnyMap, box: Floats, updates: int, samples: int) -> None:

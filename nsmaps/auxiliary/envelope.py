@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, nearest_turn
 

@@ -5,14 +5,15 @@ from dataclasses import dataclass
 from typing import TypeVar, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.bernstein import Polynomials
 from nsmaps.auxiliary.intervals import ROUNDING
 from nsmaps.auxiliary.winners import Winners, turns_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxImages, BoxMap, as_boxes
 from nsmaps.exact.impacts import TWO_PI, Floats, Returns, angle_mask
+from nsmaps.exact.system import ImpactSystem
 from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.polymap import Ints, PolyMap
 from nsmaps.reduced.region import Bools, Box, Where
@@ -20,6 +21,13 @@ from nsmaps.reduced.region import Bools, Box, Where
 EVERYWHERE = "0 == 0"
 Fitted = PolyMap | CompositeMap
 AnyBoxMap = TypeVar("AnyBoxMap", bound=BoxMap)
+
+
+def name_of(map: object) -> str:
+    """What a result calls a map that nobody named: a composite map is composed of fitted maps, polynomials of one piece each."""
+    if isinstance(map, ImpactSystem):
+        return "exact map"
+    return "fitted map" if isinstance(map, PolyMap) else "composite map"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

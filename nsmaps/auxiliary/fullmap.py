@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.cells import Bools, Ints
 from nsmaps.auxiliary.fittedboxes import Fitted, Parts, box_map
 from nsmaps.exact.boxes import BoxImages, BoxMap, as_boxes

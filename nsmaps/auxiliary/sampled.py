@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family, image_function
 from nsmaps.exact.impacts import Floats
 from nsmaps.reduced.region import Bools

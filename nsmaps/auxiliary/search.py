@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.auxiliary.cellgraph import graph_of, recurrent
 from nsmaps.auxiliary.cells import Bools, Cells, Ints, targets_of
 from nsmaps.auxiliary.closedwalks import on_closed_walks
-from nsmaps.auxiliary.cover import MOST_CELLS, name_of
-from nsmaps.auxiliary.fittedboxes import Fitted, box_map
+from nsmaps.auxiliary.cover import MOST_CELLS
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.auxiliary.splices import spliced
 from nsmaps.dynamics.motion import differences
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
@@ -34,9 +34,11 @@ class Searchable(BoxMap, ReturnMap, Protocol):
     """A map of which boxes and states have images, the latter with derivatives: exact systems, composite maps."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class CycleSearch:
     """The cycles found in a window, and the cells in which there may be more: all others hold no point of a cycle."""
+
+    __repr__ = brief
 
     of: str
     period: int  #: the longest asked for
@@ -92,8 +94,19 @@ def find_cycles(
     the window are not looked for.
 
     Args:
-        window, cells: as for `morse_sets`.
+        map: an exact system, a composite map or a PolyMap: anything with `first_return` with derivatives and `image_boxes`.
+        window: shape (n, 2), lower and upper end of each coordinate, in the system's units; angles in radians, on any turn.
+        period: the longest period, in returns, at least 1; cycles of every period up to it are sought.
+        depth: how many times the cells that cannot be excluded are halved along every axis, at least 0; more exclude more.
+        cells: at first along each axis, one number or one for each.
+        of: what to call the map in the result; see `name_of`.
         progress: called after each level with its number and the number of cells that cannot be excluded.
+
+    Returns:
+        The `cycles` found (converged `PeriodicOrbit`s, by least period, then by state), the cells that cannot be excluded
+        (`boxes`, shape (M, n, 2); `may`, which periods each may hold; `known`, whether a point found lies in or next to it), and
+        `coverage`, a sentence that says what the search covers. That no state of a cycle lies outside of these cells is enclosed;
+        the cycles themselves are found by Newton's method to rounding, and are not enclosed.
 
     Raises:
         NsmapsError: a period, depth, window or number of cells that is none; too many cells for memory.

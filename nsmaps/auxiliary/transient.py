@@ -4,11 +4,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.auxiliary.cells import Bools, Cells, Ints, Targets, counted, joined, targets_of
-from nsmaps.auxiliary.cover import MOST_CELLS, Trap, name_of
-from nsmaps.auxiliary.fittedboxes import Fitted, box_map
+from nsmaps.auxiliary.cover import MOST_CELLS, Trap
+from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxImages, BoxMap
@@ -43,9 +44,11 @@ class TransientRow:
         return self.region, area, left, within[0], stays, arrives, within[1], periodic
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Transient:
     """For each cell of a window: after how many returns all its states have left its region, and arrived in a closed set."""
+
+    __repr__ = brief
 
     of: str  #: the map that this is true of
     cells: Cells

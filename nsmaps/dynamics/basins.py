@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.attractor import Attractor, find_attractors, on_circle
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
@@ -24,9 +25,11 @@ ROUNDS = 10  #: of looking for attractors among the starts that came to none
 Ends = tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int8], NDArray[np.bool_]]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Basins:
     """Where the orbits of N starts of n coordinates end up."""
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     grid: Grid | None  #: whose states the starts are, in its order
@@ -75,9 +78,11 @@ class Basins:
         return np.concatenate(pairs), np.concatenate(labels)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Boundary:
     """Points between basins, each found on an edge of a grid: E points of n coordinates."""
+
+    __repr__ = brief
 
     attractors: tuple[Attractor, ...]
     points: Floats  #: shape (E, n), angles in [0, 2 pi)

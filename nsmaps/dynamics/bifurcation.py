@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.motion import label, magnitudes, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap, followed
@@ -24,12 +25,14 @@ PART = 100_000  #: returns that a part of a diagram makes at least: many times w
 Block = tuple[NDArray[np.int64], slice, Arrays]  #: numbers of values, starts, and what `_attractors` found there
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Bifurcation:
     """What orbits do after a transient, for V values of a parameter and S starts each: K states of n coordinates.
 
     Where no map could be made, or an orbit ended, states are NaN; `reasons` and `outcome` say why.
     """
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, as_states, wrap
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.dynamics.noise import Noise, noisy_orbits
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats

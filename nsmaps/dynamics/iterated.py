@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from numpy.typing import ArrayLike
-
+from nsmaps.arrays import ArrayLike
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.chain import joined

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.returnmap import CompiledOrbit, CompiledStretches, ReturnMap, compiled, followed
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.impacts import Floats, Outcome, Returns, Stretches, as_numbers
@@ -19,13 +20,15 @@ BATCHES = 32  #: of successive returns, whose means tell the error
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Lyapunov:
     """Lyapunov exponents of the orbits of one or more starts; `...` is the shape of the starts without their last axis.
 
     An orbit that ended has none: its exponents are NaN, `outcome` says why. A return that comes to rest on a wall forgets where
     it came from: its derivative is zero, and exponents of orbits with such returns are -inf.
     """
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     returns: int  #: that were averaged over, after the transient
@@ -165,9 +168,11 @@ def _error(apart: Floats) -> Floats:
 TABLES = tuple(field.name for field in fields(Lyapunov) if field.name not in ("coordinates", "returns"))  #: its arrays
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LyapunovSweep:
     """Lyapunov exponents over V values of a parameter."""
+
+    __repr__ = brief
 
     values: Floats  #: shape (V,), as given
     reasons: tuple[str, ...]  #: V texts, why no map could be made; "" where one was

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.impacts import Floats, Outcome, decoded
 from nsmaps.exact.parts import Arrays, in_parts
@@ -31,9 +32,11 @@ class Noise(BaseModel):
     tau: float = Field(gt=0, description="correlation time, in the system's time")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class NoisyOrbits:
     """R realisations of n returns to the base wall under noise."""
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap, compiled
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import Floats, Outcome, Returns, as_numbers, decoded
@@ -18,9 +19,11 @@ BLOCK = 100_000  #: returns of a compiled orbit between calls of `progress`: a f
 MANY = 1000  #: states for which a call costs next to nothing beside their returns, on all cores
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Orbit:
     """The orbits of one or more starts under a return map; `...` is the shape of the starts without their last axis."""
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]

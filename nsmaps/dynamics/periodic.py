@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.motion import differences, joined, label, magnitudes
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -16,9 +17,11 @@ MOST_STEPS = 50  #: of Newton's method
 LEAST_SHARE = 2.0**-20  #: of a step that is tried before the method gives up
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PeriodicOrbit:
     """An orbit of q states of n coordinates that closes up, or as near to one as Newton's method came."""
+
+    __repr__ = brief
 
     returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
     tolerance: float  #: of the residual

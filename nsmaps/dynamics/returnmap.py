@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.exact.impacts import Floats, Returns, Stretches
 from nsmaps.explain import explained
 

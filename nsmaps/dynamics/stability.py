@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.bifurcation import bifurcation
 from nsmaps.dynamics.branch import continue_branch
 from nsmaps.dynamics.events import FOLD
@@ -19,9 +20,11 @@ from nsmaps.exact.impacts import Floats, Outcome
 from nsmaps.exact.parts import Arrays, in_parts
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StabilityDiagram:
     """The attractor that one start reaches at W values of one parameter by V of another, rows followed along the other."""
+
+    __repr__ = brief
 
     along: Floats  #: shape (V,), values of the parameter along which attractors are followed
     across: Floats  #: shape (W,), values of the other

@@ -5,15 +5,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.arrays import brief
 from nsmaps.dynamics.arclength import Curve, Place
 from nsmaps.dynamics.events import Event
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.impacts import Floats, Returns
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Branch:
     """A branch of periodic orbits of q returns: K orbits of n coordinates in the order of the branch."""
+
+    __repr__ = brief
 
     returns: Returns  #: of the K q states, those of an orbit one after the other, with derivatives
     period: int  #: q

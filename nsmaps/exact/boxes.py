@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, decoded
 from nsmaps.exact.kernel import in_chunks, kernel_of
@@ -18,7 +19,7 @@ CHUNK = 1_000  #: boxes a thread takes at a time
 MOST_PHASE = 1e10  #: radians; beyond, phases have lost their digits
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class BoxImages:
     """Boxes that together hold the images of all states of each source box, one after another for all sources.
 
@@ -26,6 +27,8 @@ class BoxImages:
     of their flight; a side of a full turn or more is the whole circle. Where nothing is known of the images of a source
     box, it is not `bounded` and one of its image boxes is infinite.
     """
+
+    __repr__ = brief
 
     source: NDArray[np.int64]  #: shape (M,), number of the source box, ascending
     images: Floats  #: shape (M, n, 2), lower and upper end of each coordinate

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.arrays import brief
 from nsmaps.errors import StateError
 from nsmaps.exact.continuation import NEAR, Frame, Touch
 from nsmaps.exact.impacts import HIGHEST, LOWEST, TWO_PI, Floats, nearest_turn
@@ -22,9 +23,11 @@ BESIDE = 1e-11  # how far from a curve its two sides are looked at
 CHANGES = 8  # of itinerary that are sought between two neighbours of the scan
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class GrazingCurve:
     """States whose first return touches a wall with speed zero; M points along the curve, right to rounding."""
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     wall: str  #: the wall touched

@@ -9,8 +9,9 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import StateError
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 TWO_PI = 2 * np.pi
+FEW = 8  #: words that are shown of returns
 
 
 class Outcome(IntEnum):
@@ -151,20 +153,24 @@ def decoded(codes: NDArray[np.int64], walls: Sequence[str], turns: bool = False)
     return np.array([decode(value, walls, turns) for value in values] or [""], dtype=str)[inverse.reshape(codes.shape)]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Margin:
     """How far each of N returns is from a graze; where either number falls to zero, the word changes."""
+
+    __repr__ = brief
 
     clearance: Floats  #: shape (N,), least gap to a wall at a turning point before it, in displacement; inf without one
     slowest: Floats  #: shape (N,), least impact speed on the way, the last included; inf without an impact
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Returns:
-    """First returns of a batch of N states with n coordinates, by an exact or a fitted map.
+    """First returns of a batch of N states with n coordinates, by an exact or a composite map.
 
     Beside what is stored there are `words`, `lifted`, `valid` and `certified`, each an array of N rows like the others.
     """
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]
@@ -176,10 +182,18 @@ class Returns:
     time: Floats  #: shape (N,), from start to image in the system's time; NaN where unknown
     derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if asked for
     margin: Margin | None = None  #: how far from a graze, if asked for
-    fitted: bool = False  #: whether the images are those of a fitted map, which nothing certifies
+    fitted: bool = False  #: whether the images are those of fitted polynomials, which nothing certifies
 
     def __len__(self) -> int:
         return len(self.start)
+
+    def __str__(self) -> str:
+        """How many returns there are, how they ended, and which words those with an image made, the commonest first."""
+        words, numbers = np.unique(self.words[self.valid], return_counts=True)
+        order = np.argsort(-numbers, kind="stable")[:FEW]
+        told = ", ".join(f"{words[k]} {numbers[k]}" for k in order) + ", ..." * (len(words) > FEW)
+        ends = ", ".join(f"{number} {outcome}" for outcome, number in self.counts().items())
+        return f"{len(self)} first returns of ({', '.join(self.coordinates)}): {ends or 'none'}; words: {told or 'none'}"
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -190,7 +204,7 @@ class Returns:
     def certified(self) -> NDArray[np.bool_]:
         """Which images are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding.
 
-        None of a fitted map's.
+        None of fitted polynomials.
         """
         return np.isin(self.outcome, (Outcome.returned, Outcome.stuck)) & (not self.fitted)
 
@@ -260,9 +274,11 @@ class Stretches:
     outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Legs:
     """The flights of N first returns: which turning points they pass, and how far from a graze they are."""
+
+    __repr__ = brief
 
     walls: tuple[str, ...]
     codes: NDArray[np.int64]  #: shape (N,), itineraries as numbers; see `itineraries`
@@ -282,9 +298,11 @@ class Legs:
         return Margin(self.clearance, self.slowest)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Impacts:
     """Every impact of one trajectory in order, on any wall; M impacts."""
+
+    __repr__ = brief
 
     walls: tuple[str, ...]
     wall: NDArray[np.int8]  #: shape (M,), index into `walls`

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.chain import members
 from nsmaps.exact.impacts import Floats, Returns
@@ -70,9 +71,11 @@ class Grid(BaseModel):
         return np.column_stack([axis.values()[place] for axis, place in zip(self.axes.values(), places, strict=True)])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Surface:
     """The first returns of one family over a grid: M of the grid's states belong to it."""
+
+    __repr__ = brief
 
     name: str
     grid: Grid

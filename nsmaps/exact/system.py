@@ -10,9 +10,10 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import ParameterError, StateError, SystemDefinitionError
 from nsmaps.exact.files import REFUSED, defined_at, received
 from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, Stretches, as_states
@@ -88,6 +89,10 @@ class ImpactSystem(BaseModel, ABC):
     def wall_names(self) -> tuple[str, ...]:
         """The letters of the walls, the base wall first."""
         return tuple(self.walls())
+
+    def __str__(self) -> str:
+        """The class with all of its fields, as pydantic's `repr`."""
+        return repr(self)
 
     def at(self, **changes: Any) -> Self:
         """The same system with some parameters changed, validated. ParameterError for one that is not accepted."""

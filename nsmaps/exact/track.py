@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import Floats, Impacts
 
@@ -13,13 +14,15 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track:
     """The motion through M impacts, `samples` instants in each of the M - 1 flights between them, on W walls.
 
     A rest or chatter on a wall counts as a flight along it. Displacement is relative to the walls, places are as of
     `ImpactSystem.absolute`: what stands still is at rest.
     """
+
+    __repr__ = brief
 
     impacts: Impacts
     sides: NDArray[np.int8]  #: shape (W,), +1 of a wall that growing displacement meets, else -1

@@ -5,8 +5,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.exact.impacts import LONGER, Floats, Returns, angle_mask, as_states, encode
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.reduced.compositekernel import BLOCK, Ints, Tables, Work, images, pieces_of

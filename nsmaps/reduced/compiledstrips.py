@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.exact.impacts import Returns, as_states
 from nsmaps.reduced.stripkernel import chain
 from nsmaps.reduced.strips import StripMap

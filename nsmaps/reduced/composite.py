@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import FitError, NsmapsError, near_match
 from nsmaps.exact.impacts import Floats, Returns, angle_mask, as_states, nearest_turn, wrap
 from nsmaps.exact.surface import Grid, Surface
@@ -61,9 +62,11 @@ class Coverage:
         return self.fraction == 1.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class CompositeMap:
     """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]

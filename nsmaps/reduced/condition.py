@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import ConditionError
 from nsmaps.exact.impacts import as_states
 from nsmaps.reduced.reader import ARITHMETIC, COMPARISONS, Evaluate, Reader

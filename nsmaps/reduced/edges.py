@@ -7,8 +7,9 @@ from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.impacts import Floats, Legs, Outcome, Returns, angle_mask, nearest_turn
 from nsmaps.reduced.cell import Bools, Cut, Sample, rounded

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebvander
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import FitError, near_match
 from nsmaps.exact.impacts import Floats, as_states
 
@@ -44,12 +45,14 @@ class FitReport:
         return [dict(zip(("output", *columns), row, strict=True)) for row in rows]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PolyMap:
     """A map whose coordinates are polynomials: sums of products of Chebyshev polynomials of (x - centre) / scale.
 
     An angle's image is not wrapped. The map is that of its formula everywhere: outside of `domain` it extrapolates.
     """
+
+    __repr__ = brief
 
     coordinates: tuple[str, ...]
     exponents: tuple[Ints, ...]  #: for each output, shape (m, n): the degree of each coordinate in each term

@@ -6,9 +6,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, InstanceOf, ValidationInfo, field_validator, model_validator
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import ConditionError, near_match
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats, angle_mask, as_states, nearest_turn
 from nsmaps.reduced.condition import Condition, Number, read_condition

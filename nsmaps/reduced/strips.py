@@ -6,8 +6,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import FitError
 from nsmaps.exact.impacts import TWO_PI, Floats, Returns, as_states
 from nsmaps.reduced.leaves import Leaf, cell_area, grow, roots_of, terms
@@ -50,12 +50,14 @@ class Strips:
     tables: "Tables"  #: what it is evaluated from
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StripMap:
     """A ReturnMap over a box of states: polynomials between the exact map's edges, and the exact map where they cannot be.
 
     States outside the box are `uncovered`.
     """
+
+    __repr__ = brief
 
     system: "ImpactSystem"
     strips: Strips

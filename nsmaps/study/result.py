@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from nsmaps.arrays import brief
+
 if TYPE_CHECKING:
     from xarray import DataTree
 
@@ -73,9 +75,11 @@ class NoiseResult:
     impacts: "tuple[ImpactDiagram, ...]" = ()  #: down without and with noise, up without and with noise
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StudyResult:
     """Everything a study named, as it was computed; what it did not name is None or empty."""
+
+    __repr__ = brief
 
     study: "Study"
     system: "ImpactSystem"

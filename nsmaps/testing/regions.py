@@ -2,8 +2,8 @@
 
 import numpy as np
 import sympy as sp
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import CheckError
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, as_states
 from nsmaps.reduced.region import Region

@@ -4,8 +4,8 @@ import warnings
 
 import mpmath as mp
 import numpy as np
-from numpy.typing import ArrayLike
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.errors import CheckError
 from nsmaps.exact.impacts import TWO_PI, Floats, Returns, as_states
 from nsmaps.exact.system import ImpactSystem

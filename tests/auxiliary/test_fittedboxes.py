@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from nsmaps import load_study, run
 from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
+from nsmaps.auxiliary.domain import attracting_domain
 from nsmaps.auxiliary.fittedboxes import FittedBoxes, box_map
 from nsmaps.auxiliary.fullmap import FullAuxiliaryMap
 from nsmaps.auxiliary.search import find_cycles
@@ -233,3 +234,14 @@ def test_what_takes_box_maps_takes_fitted_maps():
 def test_a_map_without_boxes_is_refused():
     with pytest.raises(NsmapsError, match="encloses no images of boxes"):
         box_map(object())
+
+
+def test_a_map_is_called_what_it_is():
+    """One polynomial is a fitted map, what is composed of them a composite map; stored results keep the name they were given."""
+    fitted = PolyMap.of_monomials(NAMES, CONTRACTION, [[0, 1.5], [-0.5, 1]])
+    composite = CompositeMap(NAMES, ("B",), (Piece("all", where("v < 2"), fitted),))
+    window = [[0.2, 1.3], [0.1, 0.4]]
+    for map, name in ((fitted, "fitted map"), (composite, "composite map")):
+        assert attracting_domain(map, window, 1).of == name
+        assert find_cycles(map, window, 1, 1).of == name
+        assert morse_sets(map, window, 1).of == name

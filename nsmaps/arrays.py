@@ -1,0 +1,37 @@
+"""What is common to arrays in every room: the name of what may become one, and how results show theirs."""
+
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike as ArrayLike
+else:
+    from numpy import typing
+    from typing_extensions import TypeAliasType
+
+    ArrayLike = TypeAliasType("ArrayLike", typing.ArrayLike)  # a name that `help` does not unfold
+
+
+def brief(result: Any) -> str:
+    """A dataclass by its class and fields, arrays by their shape and type only: its `__repr__`.
+
+    >>> from nsmaps.exact.impacts import Margin
+    >>> Margin(np.zeros(3), np.ones(3))
+    Margin(clearance=<array (3,) float64>, slowest=<array (3,) float64>)
+    """
+    told = ", ".join(f"{field.name}={_brief(getattr(result, field.name))}" for field in fields(result))
+    return f"{type(result).__qualname__}({told})"
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"<array {value.shape} {value.dtype}>"
+    if is_dataclass(value):
+        return f"<{type(value).__qualname__}>"
+    if isinstance(value, tuple | list) and any(isinstance(item, np.ndarray) or is_dataclass(item) for item in value):
+        return f"<{len(value)} of {type(value[0]).__qualname__}>"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key!r}: {_brief(item)}' for key, item in value.items())}}}"
+    return repr(value)
