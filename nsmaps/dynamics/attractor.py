@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
 VISITED = 4000  #: states that stand for an attractor without period
+SAMPLE = 1000  #: last states of an orbit without period that are compared with others
 STAY = 50  #: successive states within the reach of an attractor without period, of an orbit that has come to it
 
 
@@ -59,6 +60,16 @@ def own_reach(states: Floats, coordinates: Sequence[str], scale: Floats) -> floa
     """How far the farthest of the second half of states (K, n) visited in turn is from the first half; inf of less than 50."""
     half = len(states) // 2
     return np.inf if len(states) < STAY else float(distances(states[:half], states[half:], coordinates, scale, np.inf).max())
+
+
+def kept(coordinates: tuple[str, ...], states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
+    """The set on which an orbit was found, from states (K, n) in turn, to be compared with others by `may_be_one`.
+
+    Its reach is `near` in the scale, (n,); without a period it is a sample of the last 1000 states, and reaches at least so far.
+    """
+    there = on_circle(states[:period] if period else states[-SAMPLE:], coordinates)
+    reach = near if period else max(near, own_reach(there, coordinates, scale))
+    return Attractor(coordinates, there, period, label, (), reach, scale)
 
 
 def may_be_one(one: Attractor, other: Attractor) -> bool:

@@ -7,13 +7,11 @@ from itertools import chain, count
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.dynamics.attractor import Attractor, may_be_one, on_circle, own_reach
+from nsmaps.dynamics.attractor import Attractor, kept, may_be_one
 from nsmaps.dynamics.bifurcation import Bifurcation
 from nsmaps.dynamics.distance import extents, hausdorff
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
-
-SAMPLE = 1000  #: last states that stand for an orbit without a period
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,21 +87,13 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
         last: dict[int, Attractor] = {}
         for k, there in enumerate(held):
             every = zip(states[k], period[k].tolist(), labels[k].tolist(), strict=True)
-            sets = [_set(coordinates, *each, near, scale) for each, on in zip(every, there, strict=True) if on]
+            sets = [kept(coordinates, *each, near, scale) for each, on in zip(every, there, strict=True) if on]
             groups = _groups(sets)
             last = _numbered([_shown([sets[s] for s in group]) for group in groups], last, numbers.max() + 1, scale, step)
             for (number, shown), group in zip(last.items(), groups, strict=True):
                 own = np.flatnonzero(there)[group]
                 numbers[k, own], names[k, own] = number, shown.label
     return Coexistence(np.sort(diagrams[0].values), numbers, names.astype(str))
-
-
-def _set(coordinates: tuple[str, ...], states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
-    """The states (K, n) of one orbit at one value, as far as they reach in the scale of the diagrams."""
-    if period:
-        return Attractor(coordinates, on_circle(states[:period], coordinates), period, label, (), near, scale)
-    sample = on_circle(states[-SAMPLE:], coordinates)
-    return Attractor(coordinates, sample, 0, label, (), max(near, own_reach(sample, coordinates, scale)), scale)
 
 
 def _groups(sets: list[Attractor]) -> list[list[int]]:

@@ -31,20 +31,21 @@ def extents(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
     return np.where(extent > 0, extent, 1.0)
 
 
-def hausdorff(a: ArrayLike, b: ArrayLike, coordinates: Sequence[str], scale: ArrayLike = 1.0) -> float:
+def hausdorff(a: ArrayLike, b: ArrayLike, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> float:
     """The Hausdorff distance of two sets of states: how far the farthest of either is from the nearest of the other.
 
-    Distances are Euclidean in the coordinates' units, or in a scale of them, angles the shorter way round.
+    Distances are in the coordinates' units, or in a scale of them, angles the shorter way round.
 
     Args:
         a, b: shapes (N, n) and (M, n), at least one state each; angles on any turn.
         scale: shape (n,), what each coordinate is measured in, such as `extents`.
+        p: of the norm: 2 the Euclidean one, infinity the farthest coordinate.
 
     Raises:
         StateError: sets of another shape, empty, or with states that are not finite.
     """
     sets = [_placed(states, coordinates) for states in (a, b)]
-    return max(float(distances(x, y, coordinates, scale).max()) for x, y in (sets, reversed(sets)))
+    return max(float(distances(x, y, coordinates, scale, p).max()) for x, y in (sets, reversed(sets)))
 
 
 def distances(known: Floats, states: Floats, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> Floats:

@@ -6,8 +6,8 @@ from nsmaps.study.result import StudyResult
 TERMS = {
     "covered": "every state of the study's grid lies in a piece of the composite map",
     "keeps returning": "the orbit has an image at every return asked for, wherever that is; other starts are not spoken of",
-    "same attractor": "the orbits of both maps end on sets of the same period, whose Hausdorff distance is within 3 % of "
-    "the grid's diagonal (without a grid, of that of the box around the exact orbit)",
+    "same attractor": "the orbits of both maps end on sets of the same period that are within 3 % of the grid's side in each "
+    "coordinate (without a grid, of the exact orbit's extent); without a period, on samples that may be of one set",
     "trapped": "the worst case of one return leads the box of every update into itself, so that no orbit of the map named leaves "
     "it, if what is said of the box is a bound",
     "settled": "all updates were made and trapped, and the last one moved no bound by more than 1 % of the start box",

@@ -12,8 +12,9 @@ from nsmaps.study.result import OrbitPair, StudyResult, Verdict
 if TYPE_CHECKING:
     from nsmaps.dynamics.ending import Ending
     from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.dynamics.returnmap import ReturnMap
 
-SAME = 0.03  #: of the extent of the states, within which two attractors count as one
+SAME = 0.03  #: of the extent of the states in each coordinate, within which two attractors count as one
 
 
 def orbit_verdicts(result: StudyResult) -> Iterator[Verdict]:
@@ -42,18 +43,51 @@ def _returning(result: StudyResult, orbit: "Orbit", ends: "Ending | None", fitte
 
 
 def _same(result: StudyResult, pair: OrbitPair) -> tuple[bool, bool, str]:
-    """Whether both orbits end on sets of one period that are near to each other, that nobody requires it, and by what."""
+    """Whether both orbits end on sets of one period that may be one, that nobody requires it, and by what."""
     from nsmaps.dynamics.distance import hausdorff
 
     exact, other = pair.ends, pair.composite_ends
     if exact is None or other is None:
         which = "neither map's" if exact is other else "the exact map's" if exact is None else "the composite map's"
         return False, False, f"no: {which} orbit {'keeps' if exact is other else 'does not keep'} returning"
-    apart, near = hausdorff(exact.states, other.states, result.system.coordinates), SAME * _extent(result, pair)
-    holds = exact.period == other.period and apart <= near
-    maps = f"{_short(exact)} of the exact map, {_short(other)} of the composite map"
-    within = f"{'within' if apart <= near else 'beyond'} {near:.2g}, {SAME:.0%} of the extent of the states"
-    return holds, False, f"{'yes' if holds else 'no'}: {maps}, {apart:.2g} apart ({within})"
+    scale = _scale(result, pair)
+    holds = _alike(exact, other, scale)
+    apart = hausdorff(exact.states, other.states, exact.coordinates, scale, np.inf)
+    text = f"{_short(exact)} of the exact map, {_short(other)} of the composite map, {apart:.2g} of the extents apart"
+    return holds, False, f"yes: {text}" if holds else f"no: {text}; {_also(result, pair, scale)}"
+
+
+def _alike(one: "Ending", other: "Ending", scale: Floats) -> bool:
+    """Whether two sets on which orbits end have one period, and their states are near, or those of samples may be of one set."""
+    from nsmaps.dynamics.attractor import kept, may_be_one
+
+    sets = (kept(end.coordinates, end.states, end.period, end.label, SAME, scale) for end in (one, other))
+    return one.period == other.period and may_be_one(*sets)
+
+
+def _also(result: StudyResult, pair: OrbitPair, scale: Floats) -> str:
+    """Which of the attractors of two orbits that end on different ones is also the other map's."""
+    exact, other = pair.ends, pair.composite_ends
+    assert exact is not None
+    assert other is not None
+    assert result.reduced is not None
+    returns = len(pair.exact.states) - 1
+    also = _stays(result.reduced, exact, returns, scale), _stays(result.system, other, returns, scale)
+    if all(also):
+        return "each map has both attractors"
+    if not any(also):
+        return "neither map stays on the other's attractor"
+    ours, theirs = ("exact", "composite") if also[0] else ("composite", "exact")
+    return f"the {ours} map's is an attractor of the {theirs} map too, the {theirs} map's is none of the {ours} map"
+
+
+def _stays(map: "ReturnMap", ends: "Ending", returns: int, scale: Floats) -> bool:
+    """Whether an orbit of a map from the last state of an attractor ends there, followed for some returns."""
+    from nsmaps.dynamics.ending import ending
+    from nsmaps.dynamics.orbit import orbit
+
+    found = ending(map, orbit(map, ends.states[-1], returns))
+    return found is not None and _alike(ends, found, scale)
 
 
 def _short(ends: "Ending") -> str:
@@ -62,11 +96,13 @@ def _short(ends: "Ending") -> str:
     return f"period {ends.period}{f' ({ends.name})' if ends.name else ''}"
 
 
-def _extent(result: StudyResult, pair: OrbitPair) -> float:
-    """The diagonal of the study's grid, or of the box around the exact orbit where there is none."""
+def _scale(result: StudyResult, pair: OrbitPair) -> Floats:
+    """The sides of the study's grid, or the extents of the exact orbit where there is none, shape (n,)."""
+    from nsmaps.dynamics.distance import extents
+
     if result.study.grid:
-        return float(np.linalg.norm([span.high - span.low for span in result.study.grid.values()]))
-    return float(np.linalg.norm(np.ptp(pair.exact.states, axis=0)))
+        return np.array([span.high - span.low for span in result.study.grid.values()])
+    return extents(pair.exact.states, result.system.coordinates)
 
 
 def _point(coordinates: Sequence[str], state: Floats) -> str:
