@@ -1,7 +1,8 @@
 """Commands about files: `nsmaps copy`, `figures`, `animate`, `report`, `show`, `export`, `schema`, `cite` and `new-plugin`."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -103,6 +104,19 @@ def _names(beginning: str) -> list[str]:
     return [name for name in FIGURES if name.startswith(beginning)]
 
 
+@contextmanager
+def of_run(folder: Path) -> Iterator[None]:
+    """As `told`; whatever else a run's record leads to that no run wrote, as it may be a stranger's, is told in a line too."""
+    with told():
+        try:
+            yield
+        except (NsmapsError, OSError, typer.Exit):
+            raise
+        except Exception as error:
+            why = " ".join(f"{type(error).__name__}: {error}".split())
+            raise NsmapsError(f"{folder} is not as `nsmaps run` writes it ({why}); run the study again") from error
+
+
 def figures(
     folder: Folder,
     only: Annotated[
@@ -145,7 +159,7 @@ def animate(
     from nsmaps.study.folder import listed
 
     place = out or folder / "figures"
-    with told(), bar(quiet) as progress:
+    with of_run(folder), bar(quiet) as progress:
         result = read_result(folder, installed_only=installed_only)
         with listed(folder, place) as beside:
             path = animate(result, name, beside, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi, progress=progress)
@@ -160,7 +174,7 @@ def report(folder: Folder, installed_only: InstalledOnly = False) -> None:
     from nsmaps.report.page import write_report
     from nsmaps.study.archive import read_result
 
-    with told():
+    with of_run(folder):
         path = write_report(read_result(folder, installed_only=installed_only), folder)
     typer.echo(str(path))
 
@@ -172,9 +186,9 @@ def show(folder: Folder, installed_only: InstalledOnly = False) -> None:
     """
     from nsmaps.study.archive import read_result
 
-    with told():
+    with of_run(folder):
         result = read_result(folder, installed_only=installed_only)
-    summary(result)
+        summary(result)
 
 
 def export(
@@ -194,7 +208,7 @@ def export(
     from nsmaps.study.folder import listed
 
     place = out or folder / "export"
-    with told():
+    with of_run(folder):
         if piece is not None and iterate is None:
             raise nsmaps.NsmapsError(f"a piece {piece!r} and no iterate; accepted: --iterate N --piece {piece}")
         result = nsmaps.read_result(folder, installed_only=installed_only)
@@ -269,7 +283,7 @@ def cite(
     if folder is not None:
         from nsmaps.study.archive import read_result
 
-        with told():
+        with of_run(folder):
             result = read_result(folder, installed_only=installed_only)
             entries = citation(result.versions["nsmaps"])
             entries += "\n" + run_citation(result.study.name, result.study.title, result.versions, folder)

@@ -4,9 +4,9 @@ The layout is that of `VERSION`; docs/export.md tells it. Nothing that is read i
 """
 
 import ast
-import json
 import math
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -18,6 +18,7 @@ from nsmaps.auxiliary.compose import ClosedMap
 from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate, Values, held_of, second_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
+from nsmaps.reading import json_of, odd_character, text_of
 from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.parametric import ParametricMap, ParametricReport
 from nsmaps.reduced.polymap import FitReport, PolyMap
@@ -25,6 +26,9 @@ from nsmaps.reduced.region import Box, Region, Where
 
 SCHEMA, VERSION = "nsmaps", 1
 TABLE = "MAP"  #: the name of the table in a Python module
+LARGEST = 2**28  #: bytes of a file that is read
+DENSEST = 10_000_000  #: products of powers of all coordinates up to those that occur
+FRACTION = re.compile(r"-?\d{1,4300}(/0*[1-9]\d{0,4299})?")  #: not 1e999999999, whose digits would fill the memory
 
 Document = dict[str, Any]
 AnyMap = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | ClosedMap
@@ -50,13 +54,14 @@ def read_map(path: str | os.PathLike[str]) -> AnyMap:
         NsmapsError: the file is none of these, or of another version.
     """
     file = Path(path)
-    text = file.read_text(encoding="utf-8")
     try:
-        return of_document(_table(text) if file.suffix == ".py" else json.loads(text))
-    except NsmapsError as error:
-        raise NsmapsError(f"{file}: {error}") from error
-    except (KeyError, TypeError, ValueError, SyntaxError, AttributeError, IndexError) as error:
-        raise NsmapsError(f"{file} is no map that was exported ({type(error).__name__}: {error})") from error
+        text = text_of(file, LARGEST)
+        return of_document(_table(text) if file.suffix == ".py" else json_of(text))
+    except (NsmapsError, OSError) as error:
+        raise error if isinstance(error, OSError) else NsmapsError(f"{file}: {error}") from error
+    except Exception as error:  # a file that was not exported can be wrong in every way
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise NsmapsError(f"{file} is no map that was exported ({why})") from error
 
 
 def of_document(data: Document) -> AnyMap:
@@ -99,7 +104,22 @@ def _coordinates(names: Sequence[str]) -> list[Document]:
 
 
 def _names(data: Sequence[Document]) -> tuple[str, ...]:
-    return tuple(Angle(each["name"]) if each["angle"] else each["name"] for each in data)
+    return tuple((Angle if each["angle"] else str)(_name(each["name"])) for each in data)
+
+
+def _name(name: Any) -> str:
+    """A name that can stand in a line of a program's comment."""
+    if not (isinstance(name, str) and 0 < len(name) <= 100 and len(name.splitlines()) == 1 and not odd_character(name)):
+        raise NsmapsError(f"{name!r:.60} is no name; accepted: one line of at most 100 characters")
+    return name
+
+
+def _powers(rows: Any, coordinates: int) -> Any:
+    """Exponents, shape (terms, coordinates), of polynomials that can be evaluated."""
+    powers = np.array(rows, np.int64).reshape(-1, coordinates)
+    if powers.min(initial=0) < 0 or np.prod(powers.max(axis=0, initial=0) + 1.0) > DENSEST:
+        raise NsmapsError(f"powers from {powers.min()} to {powers.max()}; accepted: from 0, of at most {DENSEST:,} products")
+    return powers
 
 
 def _report(report: Any) -> Document | None:
@@ -143,9 +163,15 @@ def _polymap(polymap: PolyMap) -> Document:
 
 def _polymap_of(data: Document) -> PolyMap:
     names = _names(data["coordinates"])
-    exponents = tuple(np.array(each["exponents"], np.int64).reshape(-1, len(names)) for each in data["outputs"])
+    exponents = tuple(_powers(each["exponents"], len(names)) for each in data["outputs"])
     coefficients = tuple(_floats(each["coefficients"]) for each in data["outputs"])
     centre, scale, domain = (_floats(data[name]) for name in ("centre", "scale", "domain"))
+    n = len(names)
+    shapes = [(centre.shape, (n,)), (scale.shape, (n,)), (domain.shape, (n, 2)), ((len(exponents),), (n,))]
+    shapes += [(c.shape, (len(e),)) for c, e in zip(coefficients, exponents, strict=True)]
+    for found, wanted in shapes:
+        if found != wanted:
+            raise NsmapsError(f"an array of shape {found}; accepted: {wanted}")
     report = _report_of(FitReport, data["report"], names)
     return PolyMap(names, exponents, coefficients, centre, scale, domain, tuple(data["absolute"]), report)
 
@@ -165,7 +191,7 @@ def _piece(piece: Piece) -> Document:
 def _piece_of(data: Document, names: tuple[str, ...]) -> Piece:
     region = data["region"]
     held: Region = Box.of(names, region["box"]) if "box" in region else Where(text=region["where"], coordinates=names)
-    return Piece(data["name"], held, _polymap_of(data["map"]), data["word"])
+    return Piece(_name(data["name"]), held, _polymap_of(data["map"]), data["word"])
 
 
 def _composite(composite: CompositeMap) -> Document:
@@ -216,8 +242,11 @@ def _expr(data: Document, names: Sequence[str]) -> Any:
 
     from nsmaps.auxiliary.formula import symbol
 
-    x = [symbol(name) for name in names]
-    pairs = zip(data["exponents"], data["coefficients"], strict=True)
+    x = [symbol(_name(name)) for name in names]
+    powers = _powers(data["exponents"], len(names)).tolist()
+    if bad := [c for c in data["coefficients"] if not (isinstance(c, str) and FRACTION.fullmatch(c))]:
+        raise NsmapsError(f"the coefficient {bad[0]!r:.60}; accepted: a fraction of whole numbers in text")
+    pairs = zip(powers, data["coefficients"], strict=True)
     return sp.Add(*(sp.Rational(c) * sp.Mul(*(g**e for g, e in zip(x, key, strict=True))) for key, c in pairs))
 
 

@@ -9,7 +9,10 @@ from textwrap import fill
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
+from matplotlib.mathtext import MathTextParser
+from matplotlib.text import Text
 
 from nsmaps.figures.style import STYLE
 
@@ -43,6 +46,9 @@ class Sheet:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
         if self.title:
             figure.suptitle(self.title, fontsize=12)
+        for text in figure.findobj(Text):
+            if not all(map(_is_readable, text.get_text().splitlines())):
+                text.set_parse_math(False)
         return figure
 
     def save(self, folder: Path, formats: Sequence[str], dpi: float) -> list[Path]:
@@ -54,6 +60,17 @@ class Sheet:
                 figure.savefig(path, dpi=dpi)
             figure.clear()
         return paths
+
+
+def _is_readable(line: str) -> bool:
+    """Whether a line of text can be set: a name such as `$\\frac{`, which is no mathematics, is drawn as it stands."""
+    if not is_math_text(line):
+        return True
+    try:
+        MathTextParser("path").parse(line)
+    except (ValueError, RuntimeError):  # too deep, too
+        return False
+    return True
 
 
 def file_of(figure: str, part: str = "") -> str:

@@ -43,6 +43,7 @@ STYLE: dict[str, Any] = {
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 11,
     "mathtext.fontset": "dejavusans",
+    "text.usetex": False,  # names of a study never become TeX that is run
     "axes.labelsize": 12,
     "axes.titlesize": 11,
     "axes.linewidth": 0.8,

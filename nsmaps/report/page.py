@@ -125,7 +125,7 @@ def _figures(result: StudyResult, folder: Path) -> list[Element]:
 def _is_whole(path: Path) -> bool:
     """Whether a file begins and ends as a PNG does."""
     content = path.read_bytes()
-    return content.startswith(_PNG[0]) and content.endswith(_PNG[1])
+    return len(content) > 2 * len(_PNG[0]) + len(_PNG[1]) and content.startswith(_PNG[0]) and content.endswith(_PNG[1])
 
 
 def _lines(lines: list[str]) -> list[Element]:

@@ -8,6 +8,7 @@ import json
 import os
 import platform
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
@@ -17,20 +18,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 from ruamel.yaml import YAML
 
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.plugins import entry_of, is_file, owner_of
+from nsmaps.reading import json_of, text_of
 from nsmaps.storage import replace_file
 from nsmaps.study.domains import second_iterate_of
 from nsmaps.study.folder import RECORD, clear
 from nsmaps.study.reader import read_study
 from nsmaps.study.result import StudyResult, Verdict
+from nsmaps.study.sizes import GIGABYTE, memory_limit
 from nsmaps.study.spec import Study
 from nsmaps.study.summary import numbers
 from nsmaps.study.tree import Arrays, decode, encode
 
 FORMAT = 3
+LARGEST = 2**30  #: bytes of a record
 KEPT = (
     "returns",
     "surfaces",
@@ -136,29 +141,49 @@ def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False)
     if not (place / "result.json").is_file():
         raise NsmapsError(f"{place} holds no result.json; accepted: a folder that `nsmaps run` wrote")
     with _whole(place / "result.json"):
-        record = json.loads((place / "result.json").read_text(encoding="utf-8"))
+        record = json_of(text_of(place / "result.json", LARGEST))
     _check_format(place, record)
     with _whole(place / "study.yaml"):
-        study = read_study(place / "study.yaml", record["study"], installed_only)
-    with _whole(place / "arrays.npz"), np.load(place / "arrays.npz", allow_pickle=False) as arrays:
-        loaded = {name: arrays[name] for name in arrays.files}
+        study = read_study(place / "study.yaml", str(record.get("study")), installed_only)
+    with _whole(place / "arrays.npz"):
+        loaded = _loaded(place / "arrays.npz")
     try:
-        result = StudyResult(
-            study,
-            study.system_object(),
-            verdicts=tuple(Verdict(**verdict) for verdict in record["verdicts"]),
-            timings=record["timings"],
-            versions=record["versions"],
-            finished=record["finished"],
-            undrawn=record.get("undrawn", {}),
-            **{name: decode(value, loaded) for name, value in record["objects"].items()},
-        )
-    except (TypeError, KeyError) as error:
-        raise NsmapsError(
-            f"{place} is of format {FORMAT}, but not as this nsmaps reads it: {error}; {_writer(record)}"
-        ) from error
-    again = "second_iterate" in result.timings
-    return replace(result, second_iterate=second_iterate_of(result)) if again else result
+        result = _result(study, _Record.model_validate(record), loaded)
+        again = "second_iterate" in result.timings
+        return replace(result, second_iterate=second_iterate_of(result)) if again else result
+    except NsmapsError:
+        raise
+    except Exception as error:  # a record that no run wrote can be wrong in every way
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise NsmapsError(f"{place} is of format {FORMAT}, but not as this nsmaps reads it: {why}; {_writer(record)}") from error
+
+
+class _Record(BaseModel):
+    """What result.json must say to be read; what it says to a reader besides is left alone."""
+
+    verdicts: tuple[Verdict, ...]
+    timings: dict[str, float]
+    versions: dict[str, str]
+    finished: bool
+    undrawn: dict[str, str] = {}
+    objects: dict[str, Any]
+
+
+def _result(study: Study, record: _Record, arrays: Arrays) -> StudyResult:
+    """The result of a record and its arrays."""
+    kept: dict[str, Any] = {name: decode(value, arrays) for name, value in record.objects.items()}
+    told = {name: getattr(record, name) for name in _Record.model_fields if name != "objects"}
+    return StudyResult(study, study.system_object(), **told, **kept)
+
+
+def _loaded(file: Path) -> Arrays:
+    """The arrays of a file, of which none is pickled, and which are no larger than the memory that a run may need."""
+    with zipfile.ZipFile(file) as packed:
+        size, most = sum(part.file_size for part in packed.infolist()) / GIGABYTE, memory_limit()
+    if size > most:
+        raise NsmapsError(f"{size:.3g} GB of arrays; accepted: at most {most:.3g}, or what NSMAPS_MAX_MEMORY tells")
+    with np.load(file, allow_pickle=False) as arrays:
+        return {name: arrays[name] for name in arrays.files}
 
 
 @contextmanager
@@ -166,20 +191,23 @@ def _whole(file: Path) -> Iterator[None]:
     """A file of a run that is missing or cut off is an error that says what to do."""
     try:
         yield
-    except (OSError, EOFError, json.JSONDecodeError, zipfile.BadZipFile) as error:
+    except StudyError:
+        raise
+    except (OSError, EOFError, ValueError, RuntimeError, MemoryError, LookupError, zipfile.BadZipFile, zlib.error) as error:
         what = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
         raise NsmapsError(f"{file} {what}; accepted: a folder as `nsmaps run` wrote it; run the study again") from error
 
 
-def _check_format(place: Path, record: dict[str, Any]) -> None:
+def _check_format(place: Path, record: Any) -> None:
     """An error unless a record is of the format that is read here."""
-    found = record.get("format")
+    found = record.get("format") if isinstance(record, dict) else None
     if found != FORMAT:
         newer = isinstance(found, int) and found > FORMAT
         what = "a newer nsmaps reads it" if newer else "no nsmaps that was released wrote it; run the study again"
         raise NsmapsError(f"{place / 'result.json'} has format {found!r}; accepted: {FORMAT}; {what}; {_writer(record)}")
 
 
-def _writer(record: dict[str, Any]) -> str:
+def _writer(record: Any) -> str:
     """Which version wrote a record, as it says."""
-    return f"written by nsmaps {record.get('versions', {}).get('nsmaps', 'of an unknown version')}"
+    versions = record.get("versions") if isinstance(record, dict) else None
+    return f"written by nsmaps {versions.get('nsmaps') if isinstance(versions, dict) else 'of an unknown version'}"

@@ -72,7 +72,7 @@ def check_sizes(
     known = {name: size for name, size in found.items() if size}
     needs = total(found)
     limits = (
-        ("memory", needs.memory / GIGABYTE, _limit(max_memory, "MEMORY", _own_memory()), "GB"),
+        ("memory", needs.memory / GIGABYTE, memory_limit(max_memory), "GB"),
         ("time", needs.seconds / HOUR, _limit(max_hours, "HOURS", HOURS), "hours"),
     )
     for what, amount, most, unit in limits:
@@ -89,6 +89,11 @@ def check_sizes(
 
 
 VARIABLE = "NSMAPS_MAX_{}"
+
+
+def memory_limit(given: float | None = None) -> float:
+    """Gigabytes that a run may need: those given, of the environment, or of the machine."""
+    return _limit(given, "MEMORY", _own_memory())
 
 
 def _limit(given: float | None, name: str, default: float) -> float:

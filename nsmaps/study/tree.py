@@ -17,6 +17,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle
 
 KIND = "$"  #: the key that marks what is not plain JSON
+ROOMS = ("exact", "dynamics", "reduced", "auxiliary", "study")  #: whose classes a file may name
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -86,8 +87,9 @@ def _class_path(value: Any) -> str:
 
 def _class(path: str) -> Any:
     module, _, name = path.partition(":")
-    found = getattr(import_module(module), name, None) if module.startswith("nsmaps.") else None
-    if not (isinstance(found, type) and _is_ours(found)):
+    room = module.removeprefix("nsmaps.").partition(".")[0]
+    found = getattr(import_module(module), name, None) if module.startswith("nsmaps.") and room in ROOMS else None
+    if not (isinstance(found, type) and _is_ours(found) and found.__module__ == module):
         raise NsmapsError(f"a result's file names the class {path!r}; accepted: results and specs of nsmaps")
     return found
 

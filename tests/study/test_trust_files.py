@@ -1,0 +1,286 @@
+"""Run folders and exported maps of strangers: read, or answered by a line; nothing of them is run or becomes markup."""
+
+import ast
+import json
+import pickle
+import re
+import shutil
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+import nsmaps
+from nsmaps.cli import app
+from nsmaps.errors import NsmapsError
+from nsmaps.reduced.composite import Piece
+from nsmaps.report.page import write_report
+
+STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+slowly = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+class Bomb:
+    """What leaves a mark where it is unpickled."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Path.touch, (Path("mark"),)
+
+
+def refused(folder: str = "out") -> str:
+    """The line with which every command refuses a folder; nothing is written, and no pickle was opened."""
+    before = sorted(Path().rglob("*"))
+    lines = set()
+    for command in (["figures"], ["report"], ["show"], ["export", "--to", "c"], ["cite"]):
+        answer = CliRunner().invoke(app, [command[0], folder, *command[1:]])
+        assert (answer.exit_code, answer.stdout) == (2, ""), answer.output
+        assert answer.stderr.count("\n") == 1, answer.stderr
+        lines.add(answer.stderr.strip())
+    assert sorted(Path().rglob("*")) == before
+    assert not Path("mark").exists()
+    (line,) = lines
+    return line
+
+
+def with_record(change: Callable[[dict[str, Any]], Any]) -> None:
+    """A stored run in the folder `out`, its record changed."""
+    shutil.copytree(STORED / "run", "out", dirs_exist_ok=True)
+    record = json.loads((STORED / "run" / "result.json").read_text())
+    change(record)
+    Path("out/result.json").write_text(json.dumps(record))
+
+
+def arrays_of(**arrays: Any) -> None:
+    """A stored run in the folder `out` with other arrays."""
+    shutil.copytree(STORED / "run", "out")
+    with open("out/arrays.npz", "wb") as file:
+        np.savez(file, **arrays)
+
+
+def test_pickled_arrays_are_refused_and_not_opened() -> None:
+    arrays_of(x=np.array([Bomb()], dtype=object))
+    assert "arrays.npz cannot be read (Object arrays cannot be loaded when allow_pickle=False)" in refused()
+    Path("out/arrays.npz").write_bytes(pickle.dumps(Bomb()))
+    assert "arrays.npz cannot be read (File is not a zip file)" in refused()
+
+
+def test_arrays_beyond_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(STORED / "run", "out")
+    with zipfile.ZipFile("out/arrays.npz", "w", zipfile.ZIP_DEFLATED) as packed, packed.open("x.npy", "w") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (10**13,)})
+    assert "arrays.npz cannot be read" in refused()  # 80 TB, as its header says, in a file of 100 bytes
+    monkeypatch.setenv("NSMAPS_MAX_MEMORY", "1e-4")
+    with zipfile.ZipFile("out/arrays.npz", "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("x.npy", bytes(10**6))
+    line = "arrays.npz cannot be read (0.001 GB of arrays; accepted: at most 0.0001, or what NSMAPS_MAX_MEMORY tells)"
+    assert line in refused()
+
+
+RECORDS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
+    "a class of others": (
+        lambda r: r["objects"].update(basins={"$": "subprocess:Popen", "args": "ls"}),
+        "names the class 'subprocess:Popen'; accepted: results and specs of nsmaps",
+    ),
+    "a class of another room": (lambda r: r["objects"].update(basins={"$": "nsmaps.bench.race:Race"}), "names the class"),
+    "a class that nsmaps imports": (
+        lambda r: r["objects"].update(basins={"$": "nsmaps.study.tree:BaseModel"}),
+        "names the class 'nsmaps.study.tree:BaseModel'",
+    ),
+    "a module that is not there": (lambda r: r["objects"].update(basins={"$": "nsmaps.exact.x:Y"}), "No module named"),
+    "an array that is not there": (lambda r: r["objects"].update(basins={"$": "array", "value": "x"}), "KeyError"),
+    "no kind": (lambda r: r["objects"].update(basins={"a": 1}), "KeyError: '$'"),
+    "no times": (lambda r: r.update(timings={"system": "long"}), "timings.system"),
+    "verdicts of other fields": (lambda r: r["verdicts"].append({"name": "x"}), "Field required"),
+    "a control character": (lambda r: r["verdicts"][0].update(text="\x1b[2J"), "the character '\\x1b' in a text; accepted"),
+    "half a character": (lambda r: r["verdicts"][0].update(name="\ud800"), "the character '\\ud800' in a text; accepted"),
+}
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+def test_a_record_that_no_run_wrote_is_answered_by_a_line(kind: str) -> None:
+    change, says = RECORDS[kind]
+    with_record(change)
+    assert says in refused()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"), [("[" * 100_000, "nested too deeply"), ("[1]", "has format None"), ("{", "cannot be read")]
+)
+def test_a_record_that_is_none_is_answered_by_a_line(text: str, says: str) -> None:
+    shutil.copytree(STORED / "run", "out")
+    Path("out/result.json").write_text(text)
+    assert says in refused()
+
+
+ODD = st.none() | st.integers() | st.floats() | st.text(max_size=6) | st.lists(st.integers(), max_size=2) | st.just({"$": "dict"})
+
+
+def places(data: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Every place in nested data."""
+    inside = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    return [path, *(place for key, value in inside for place in places(value, (*path, key)))]
+
+
+RECORD = json.loads((STORED / "run" / "result.json").read_text())
+PLACES = [place for place in places({key: RECORD[key] for key in RECORD if key != "numbers"}) if place]
+
+
+@slowly
+@given(st.sampled_from(PLACES), ODD)
+def test_whatever_a_record_says_a_report_is_written_or_a_line_told(place: tuple[Any, ...], value: Any) -> None:
+    def change(record: Any) -> None:
+        for key in place[:-1]:
+            record = record[key]
+        record[place[-1]] = value
+
+    with_record(change)
+    answer = CliRunner().invoke(app, ["report", "out"])
+    assert answer.exit_code in (0, 2), answer.output
+    assert answer.exit_code == 0 or answer.stderr.count("\n") == 1, answer.stderr
+
+
+@slowly
+@given(st.binary(max_size=40) | st.binary(max_size=40).map(lambda end: (STORED / "run" / "arrays.npz").read_bytes()[:-30] + end))
+def test_whatever_arrays_hold_they_are_read_or_a_line_told(content: bytes) -> None:
+    shutil.copytree(STORED / "run", "out", dirs_exist_ok=True)
+    Path("out/arrays.npz").write_bytes(content)
+    with pytest.raises(NsmapsError, match=r"^out"):
+        nsmaps.read_result("out")
+
+
+def test_markup_of_a_run_is_shown_as_text() -> None:
+    hostile = "<script>alert(1)</script><img src=x onerror=alert(1)>"
+    with_record(
+        lambda r: [r["verdicts"][0].update(name=hostile, of=hostile, text=f"yes: {hostile}"), r["versions"].update(x=hostile)]
+    )
+    text = Path("out/study.yaml").read_text()
+    Path("out/study.yaml").write_text(re.sub(r"(?m)^title: .*$", f"title: '{hostile}'", text))
+    page = write_report(nsmaps.read_result("out"), Path("out")).read_text()
+    assert "<script" not in page
+    assert "<img src=x" not in page
+    assert page.count("&lt;script&gt;alert(1)") >= 5
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89PNG\r\n\x1a\nIEND\xaeB`\x82", b"<svg onload=alert(1)>"])
+def test_a_figure_that_is_no_picture_is_not_put_into_a_report(content: bytes) -> None:
+    shutil.copytree(STORED / "run", "out")
+    name = nsmaps.read_result("out").study.figures[0]
+    Path("out/figures").mkdir(exist_ok=True)
+    Path(f"out/figures/{name}.png").write_bytes(content)
+    assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
+    page = Path("out/report.html").read_text()
+    assert f"{name}.png is no whole picture" in page
+    assert "data:image/png" not in page
+
+
+@pytest.mark.parametrize("name", [r"$\frac{$", r"$\input{/etc/passwd}$", "$" * 99, "$" + "{" * 97 + "$", "a_$x^", r"\$x$ & 50 %"])
+def test_a_name_that_is_no_mathematics_is_drawn_as_it_stands(name: str, tmp_path: Path) -> None:
+    from nsmaps.figures.sheet import Sheet
+
+    def panel(ax: Any) -> Any:
+        ax.plot([0, 1], [0, 1], label=f"{name}, $v$")
+        ax.set(xlabel=name, ylabel=r"$\phi_{k+1}$", title=name)
+        ax.legend()
+        return ax
+
+    sheet = Sheet("odd", (panel,), 1, title=name)
+    for path in sheet.save(tmp_path, ("png", "svg", "pdf"), 40):
+        assert path.stat().st_size > 1000
+    (ax,) = sheet.figure().axes
+    assert ax.yaxis.label.get_parse_math()
+
+
+def test_no_name_becomes_tex_that_is_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    import matplotlib
+
+    from nsmaps.figures.sheet import Sheet
+
+    monkeypatch.setitem(matplotlib.rcParams, "text.usetex", True)
+    used: list[bool] = []
+    Sheet("one", (lambda ax: used.append(ax.title.get_usetex()) or ax,), 1).save(tmp_path, ("png",), 20)
+    assert used == [False]
+
+
+LOGISTIC = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
+
+
+def exported(path: str, change: Callable[[dict[str, Any]], Any]) -> str:
+    """What `read_map` says of an exported map that was changed."""
+    made = nsmaps.iterate(LOGISTIC, 2) if path == "images" else LOGISTIC
+    data = json.loads(nsmaps.export(made, "json"))
+    change(data)
+    Path("map.json").write_text(json.dumps(data))
+    with pytest.raises(NsmapsError, match=r"^map\.json") as error:
+        nsmaps.read_map("map.json")
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "change", "says"),
+    [
+        ("outputs", lambda d: d["outputs"][0].update(exponents=[[10**9]], coefficients=[1.0]), "accepted: from 0, of at most"),
+        ("outputs", lambda d: d["outputs"][0].update(exponents=[[-1]], coefficients=[1.0]), "powers from -1"),
+        ("outputs", lambda d: d["outputs"][0].update(coefficients=[1.0]), "an array of shape (1,); accepted:"),
+        ("outputs", lambda d: d.update(scale=[1.0, 2.0]), "an array of shape (2,); accepted: (1,)"),
+        ("outputs", lambda d: d["coordinates"][0].update(name="x\nimport os"), "is no name; accepted: one line"),
+        ("outputs", lambda d: d["coordinates"][0].update(name="x" * 10**6), "is no name; accepted: one line"),
+        ("images", lambda d: d["images"]["x"].update(exponents=[[10**9]], coefficients=["1"]), "accepted: from 0, of at most"),
+        (
+            "images",
+            lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "1e999999999"),
+            "accepted: a fraction of whole numbers",
+        ),
+        (
+            "images",
+            lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "9" * 5000),
+            "accepted: a fraction of whole numbers",
+        ),
+        ("images", lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "1/0"), "accepted: a fraction of whole numbers"),
+        (
+            "images",
+            lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "__import__('os')"),
+            "accepted: a fraction of whole",
+        ),
+    ],
+)
+def test_an_exported_map_that_was_changed_is_answered_by_a_line(kind: str, change: Callable[[Any], Any], says: str) -> None:
+    assert says in exported(kind, change)
+
+
+@pytest.mark.parametrize("text", ["[" * 10**5, "{", "[]", '{"schema": "nsmaps", "version": 1, "kind": []}', "9" * 5000])
+@pytest.mark.parametrize("name", ["map.json", "map.py"])
+def test_a_file_that_is_no_map_is_answered_by_a_line(text: str, name: str) -> None:
+    Path(name).write_text(text if name.endswith("json") else f"import os\nos.mkdir('mark')\nMAP = {text}\n")
+    with pytest.raises(NsmapsError, match=rf"^{re.escape(name)}[^\n]*$"):
+        nsmaps.read_map(name)
+    assert not Path("mark").exists()
+
+
+NAMES = st.text(st.sampled_from(list("aR1+'\"\\*/#%{}()$`;~ \n\té=-")), min_size=1, max_size=12)
+
+
+@slowly
+@given(NAMES)
+def test_no_name_of_a_piece_becomes_code(name: str) -> None:
+    odd, plain = (composite_of(each) for each in (name, "R1"))
+    modules = [[type(node) for node in ast.parse(nsmaps.export(each, "python")).body] for each in (odd, plain)]
+    assert modules[0] == modules[1]
+    sources = [[bare(text) for text in nsmaps.export(each, "c").values()] for each in (odd, plain)]
+    assert sources[0] == sources[1]
+
+
+def composite_of(name: str) -> nsmaps.CompositeMap:
+    """A composite map of one piece of this name."""
+    box = nsmaps.Box(coordinates=("x",), bounds={"x": (0, 1)})
+    return nsmaps.CompositeMap(("x",), ("B",), (Piece(name, box, LOGISTIC, "BB"),))
+
+
+def bare(source: str) -> str:
+    """A program in C without comments, all its words alike."""
+    return re.sub(r"[A-Za-z_]\w*", "w", re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL))
