@@ -121,10 +121,13 @@ def console(stderr: bool = False) -> "Console":
 
 
 def summary(result: "StudyResult") -> None:
-    """Print what a run found: its tables, what its orbits end on, its verdicts, and what they come to."""
+    """Print what a run found: in plain words, its tables, what its orbits end on, its verdicts, and what they come to."""
     from nsmaps.study.conclusion import conclusion
+    from nsmaps.study.headline import headline
 
     typer.echo(f"{result.study.title or result.study.name}\n")
+    if told := headline(result):
+        typer.echo(f"{told}\n")
     piece_table(result)
     transient_table(result)
     motion_table(result)

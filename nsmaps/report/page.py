@@ -13,6 +13,7 @@ from nsmaps.report.legend import legend
 from nsmaps.storage import replace_file
 from nsmaps.study.conclusion import conclusion
 from nsmaps.study.folder import files_of
+from nsmaps.study.headline import headline
 from nsmaps.study.motions import digits
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.summary import numbers
@@ -54,9 +55,8 @@ def _page(result: StudyResult, folder: Path) -> Element:
         tag("title", f"{title} (nsmaps)"),
         tag("style", files("nsmaps.report").joinpath("style.css").read_text(encoding="utf-8")),
     )
-    header = tag(
-        "header", tag("h1", title), _about(result), _summary(result), tag("nav", tag("ul", *links), aria_label="Sections")
-    )
+    above = tag("h1", title), _about(result), *_headline(result), _summary(result)
+    header = tag("header", *above, tag("nav", tag("ul", *links), aria_label="Sections"))
     end = tag("footer", tag("p", f"Made by nsmaps {result.versions.get('nsmaps', '')} from the folder of the run alone."))
     return tag("html", head, tag("body", header, tag("main", *body), end), lang="en")
 
@@ -69,6 +69,12 @@ def _about(result: StudyResult) -> Element:
     given = ", ".join(f"{name} = {told(value)}" for name, value in result.system.parameters.items())
     seconds = sum(result.timings.values())
     return tag("p", f"Study {result.study.name} of the system {result.study.system} ({given}), {seconds:.1f} s", class_="soft")
+
+
+def _headline(result: StudyResult) -> list[Element]:
+    """What was found, in plain words, where it can be said so."""
+    text = headline(result)
+    return [tag("p", text, class_="headline")] if text else []
 
 
 def _summary(result: StudyResult) -> Element:

@@ -29,11 +29,15 @@ def elsewhere(result: StudyResult, domain: "AttractingDomain") -> str:
     ends = [pair.ends for pair in result.orbits if pair.ends is not None]
     if not (domain.trapped and ends):
         return ""
-    states = np.concatenate([end.states for end in ends])
+    held = any(inside(domain, end.states).any() for end in ends)
+    return "" if held else "; it holds nothing of what the study's orbits of the exact map end on"
+
+
+def inside(domain: "AttractingDomain", states: Floats) -> NDArray[np.bool_]:
+    """Which states, shape (N, n), lie in the last box of a domain, angles on any turn."""
     box = domain.box
     x = np.where(angle_mask(domain.coordinates), nearest_turn(states, box.mean(axis=1)), states)
-    held = ((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1).any()
-    return "" if held else "; it holds nothing of what the study's orbits of the exact map end on"
+    return np.asarray(((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1))
 
 
 def pieces_of_others(result: StudyResult) -> str:

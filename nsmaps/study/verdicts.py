@@ -32,7 +32,7 @@ def _coverage(result: StudyResult) -> Iterator[Verdict]:
     holds = bool(cover.fraction == 1.0)
     text = "yes: every state of the grid lies in a piece"
     if not holds:
-        hull = " or ".join(_intervals(result.system.coordinates, box) for box in cover.boxes)
+        hull = " or ".join(intervals(result.system.coordinates, box) for box in cover.boxes)
         text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
         why = pieces_of_others(result)
         text += f"; {why}" if why else ""
@@ -109,7 +109,7 @@ def _morse(result: StudyResult) -> Iterator[Verdict]:
         return
     held, hull = result.trap, "no orbit stays in the window"
     if held is not None:
-        hull = f"{held.reason}; their hull {_intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
+        hull = f"{held.reason}; their hull {intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
     holds = held is not None and held.trapped
     text = f"{'yes' if holds else 'no'}: {hull if held is None or holds else held.reason}"
     yield Verdict("morse: trapped", cover.of, holds, "trapped" in section.require, text)
@@ -132,18 +132,21 @@ def _settled(domain: "AttractingDomain") -> str:
     if not domain.settled:
         return f"no: {domain.reason} ({domain.status})"
     sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
-    box = _intervals(domain.coordinates, domain.boxes[-1])
+    box = intervals(domain.coordinates, domain.boxes[-1])
     parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
     return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
 
 
-def _intervals(coordinates: Sequence[str], box: Floats) -> str:
-    """Intervals, one a coordinate, rounded outwards to a hundredth of their width or finer: a bound that is printed holds."""
-    parts = []
+def intervals(coordinates: Sequence[str], box: Floats, inward: bool = False) -> str:
+    """Intervals, one a coordinate, rounded to a hundredth of their width or finer: a claim that is printed holds.
+
+    Outwards for what orbits stay in, inwards for what they start in.
+    """
+    parts, ways = [], (ROUND_CEILING, ROUND_FLOOR) if inward else (ROUND_FLOOR, ROUND_CEILING)
     for name, (low, high) in zip(coordinates, box, strict=True):
         wide, large = high - low, max(abs(low), abs(high))
         places = 3 - floor(log10(min(wide * 10, large) if wide > 0 else large)) if large > 0 else 0
         unit = Decimal(1).scaleb(-min(places, 17))
-        ends = (Decimal(str(x)).quantize(unit, way) for x, way in ((low, ROUND_FLOOR), (high, ROUND_CEILING)))
+        ends = (Decimal(str(x)).quantize(unit, way) for x, way in zip((low, high), ways, strict=True))
         parts.append(f"{name} in [{', '.join(f'{float(end):.15g}' for end in ends)}]")
     return " x ".join(parts)

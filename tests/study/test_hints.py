@@ -12,7 +12,7 @@ from nsmaps.reduced.polymap import PolyMap
 from nsmaps.study.hints import astray
 from nsmaps.study.result import StudyResult
 from nsmaps.study.spec import DomainSection
-from nsmaps.study.verdicts import _intervals, _trapped
+from nsmaps.study.verdicts import _trapped, intervals
 
 SECTION = {"name": "half", "map": "half", "box": "diagonal"}
 HEAD = """\
@@ -155,7 +155,7 @@ def test_a_polynomial_that_overflows_is_named_with_the_return_that_left_the_grid
     ],
 )
 def test_bounds_are_told_rounded_outwards_and_to_their_width(low: float, high: float, text: str) -> None:
-    assert _intervals(("v",), np.array([[low, high]])) == text
+    assert intervals(("v",), np.array([[low, high]])) == text
 
 
 @pytest.mark.parametrize(("to", "said"), [(1, True), (1.1, False)])

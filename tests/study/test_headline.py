@@ -1,0 +1,109 @@
+"""The sentence that says what a run found: true of what was computed, and of the map that it names."""
+
+import re
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.auxiliary.bounds import ErrorBound
+from nsmaps.reduced.polymap import PolyMap
+from nsmaps.study.headline import cycle_of, headline
+from nsmaps.study.result import StudyResult
+
+PAIR = "system: vi_pair\nparameters: {d: 0.35, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}\n"
+ORBITS = "orbits: [{start: {v: 0.35, phi: 1.5}, returns: 200}, {start: {v: 0.2, phi: 0.1}, returns: 220}]\n"
+BOX = "domains: [{name: exact, map: exact, box: {v: [0.8214, 0.8454], phi: [0.3391, 0.3881]}, updates: 2}]\n"
+
+
+def told(text: str) -> str:
+    Path("s.yaml").write_text(text)
+    return headline(nsmaps.run("s.yaml"))
+
+
+def boxes(text: str) -> np.ndarray:
+    """The intervals of a sentence, shape (boxes, 2, 2)."""
+    ends = re.findall(r"(?:v|phi) in \[([^,]+), ([^\]]+)\]", text)
+    return np.array(ends, float).reshape(-1, 2, 2)
+
+
+def test_one_fixed_point_and_a_box_that_orbits_stay_in() -> None:
+    """Orbits of 500 starts of the box that is told stay in it, and are in the other one at last."""
+    said = told(PAIR + ORBITS + BOX)
+    point = "Exact map: one stable fixed point (1:1/T), on which both orbits followed end; every orbit from v in "
+    assert said.startswith(point)
+    assert said.endswith(" and stays there (enclosed), where what the orbits end on is.")
+    start, end = boxes(said)
+    system = nsmaps.load_study("s.yaml").system_object()
+    states = nsmaps.orbit(system, np.random.default_rng(2).uniform(*start.T, (500, 2)), 60).states
+    assert ((start[:, 0] <= states) & (states <= start[:, 1])).all()
+    assert ((end[:, 0] <= states[-20:]) & (states[-20:] <= end[:, 1])).all()
+    assert (start[:, 0] >= [0.8214, 0.3391]).all(), "what orbits start in is rounded inwards"
+    assert (start[:, 1] <= [0.8454, 0.3881]).all()
+
+
+def test_a_two_cycle_of_one_orbit_and_samples_that_prove_nothing() -> None:
+    one = "orbits: [{start: {v: 0.2, phi: 0.1}, returns: 220}]\n"
+    said = told(PAIR.replace("0.35", "0.30") + one)
+    assert said == "Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends."
+    doubt = "; as far as a grid of states tells, every orbit from "
+    sampled = told(PAIR + one + BOX.replace("updates: 2", "updates: 2, bounds: sampled"))
+    assert doubt in sampled
+    assert "enclosed" not in sampled
+
+
+def test_motions_beside_each_other_are_told_apart() -> None:
+    """At d = 0.2265, r = 0.25 and beta = pi/6 chaos and a cycle of two returns coexist."""
+    pair = "system: vi_pair\nparameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}\n"
+    starts = [(0.67, 0.48), (0.2, 1.0), (0.25, 1.1)]
+    orbits = ", ".join(f"{{start: {{v: {v}, phi: {phi}}}, returns: 300}}" for v, phi in starts)
+    Path("s.yaml").write_text(f"{pair}orbits: [{orbits}]\n")
+    made = nsmaps.run("s.yaml")
+    periods = [each.ends.period for each in made.orbits]
+    assert sorted(set(periods)) == [0, 2]
+    said = headline(made)
+    assert "one stable two-cycle (2:1/T)" in said
+    assert "motion without a period up to 64 returns" in said
+    assert "chaotic by its largest Lyapunov exponent 0.1" in said or "chaotic by its largest Lyapunov exponent 0.2" in said
+    first, other = ("one", "two") if periods.count(periods[0]) == 1 else ("two", "one")
+    assert said.endswith(f"on which {first} and {other} of the 3 orbits followed end.")
+
+
+def of_half(**how: object) -> StudyResult:
+    """A result with the domain of x' = -x/2 on [-1, 1], and nothing else."""
+    half = PolyMap.of_monomials(("x",), {"x": {(1,): Fraction(-1, 2)}}, [[-2, 2]])
+    study = nsmaps.Study(system="ball", parameters={"a": 0.2})
+    return StudyResult(study, study.system_object(), domains={"half": nsmaps.attracting_domain(half, [[-1, 1]], 1, **how)})
+
+
+def test_a_bound_of_a_fit_is_not_one_of_the_exact_map() -> None:
+    said = headline(of_half(of="fitted map R1"))
+    assert said.startswith("Fitted map R1: every orbit from x in [-1, 1] comes into x in [")
+    assert "xact" not in said
+    error = ErrorBound(np.full(1, 1e-3), "held-out")
+    estimate = headline(of_half(error=error, of="exact map, by fitted map R1"))
+    assert estimate.startswith("Exact map, by fitted map R1: as far as the held-out error of the fit tells, every orbit from ")
+
+
+def test_the_surest_box_is_told() -> None:
+    """A bound before an estimate, of the exact map before a fit."""
+    result = of_half(of="fitted map R1")
+    error = ErrorBound(np.full(1, 1e-3), "held-out")
+    for of, how in (("exact map", {"bounds": "sampled"}), ("exact map, by fitted map R1", {"error": error})):
+        result.domains[of] = of_half(of=of, **how).domains["half"]
+    assert headline(result).startswith("Fitted map R1: every orbit")
+    result.domains["bound"] = of_half(of="exact map").domains["half"]
+    assert headline(result).startswith("Exact map: every orbit from x in [-1, 1]")
+
+
+def test_nothing_is_told_where_nothing_was_found() -> None:
+    assert told("system: ball\nparameters: {a: 0.2}\n") == ""
+
+
+@pytest.mark.parametrize(
+    ("period", "name"), [(1, "fixed point"), (2, "two-cycle"), (9, "nine-cycle"), (10, "cycle of 10 returns")]
+)
+def test_cycles_have_names(period: int, name: str) -> None:
+    assert cycle_of(period) == name
