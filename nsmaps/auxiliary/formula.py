@@ -51,8 +51,8 @@ def symbol(name: str) -> Any:
 
 
 def exact(number: Any) -> Any:
-    """A float as the rational that it is, an irrational number as one in 60 digits, and symbols as they stand."""
-    value = sp.Rational(float(number)) if isinstance(number, float | np.floating) else sp.sympify(number)
+    """A float as the rational that it is, an irrational number as one in 60 digits, and symbols as they stand; never a text."""
+    value = sp.Rational(float(number)) if isinstance(number, float | np.floating) else sp.sympify(number, strict=True)
     return sp.Rational(value.n(60)) if value.is_number and not value.is_Rational else value
 
 

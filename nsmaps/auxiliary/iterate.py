@@ -182,12 +182,12 @@ def held_of(variable: Any, curves: Sequence[Any], domain: "Domain", held: Sequen
     from nsmaps.auxiliary.formula import Formula, composed
 
     name = str(variable)
-    others = sorted({s for curve in curves for s in sp.sympify(curve).free_symbols} - {variable}, key=str)
+    others = sorted({s for curve in curves for s in sp.sympify(curve, strict=True).free_symbols} - {variable}, key=str)
     ring = sp.ring([variable, *others], sp.QQ)[0]
     general = not {str(s) for s in others} <= set(domain)
     whole = ring(variable)
     for number, curve in enumerate(curves, 1):
-        step = Formula((name,), (), {name: ring.from_expr(sp.sympify(curve))}, (), {}, general)
+        step = Formula((name,), (), {name: ring.from_expr(sp.sympify(curve, strict=True))}, (), {}, general)
         whole = composed(step, {name: whole}, number)[name]
     parts: dict[int, dict[tuple[int, ...], Any]] = {}
     for key, c in whole.terms():
@@ -246,7 +246,7 @@ def _held_at(held: Sequence[Values], values: Mapping[str, Any]) -> list[Values]:
     from nsmaps.auxiliary.formula import exact, symbol
 
     swaps = {symbol(name): exact(value) for name, value in values.items()}
-    return [_told({name: sp.sympify(value).subs(swaps) for name, value in each.items()}) for each in held]
+    return [_told({name: sp.sympify(value, strict=True).subs(swaps) for name, value in each.items()}) for each in held]
 
 
 def _rounded(coefficient: Any) -> Any:

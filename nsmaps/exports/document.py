@@ -114,6 +114,17 @@ def _name(name: Any) -> str:
     return name
 
 
+def _number(value: Any) -> float:
+    """A number, never a text, which sympy would evaluate."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise NsmapsError(f"{value!r:.60} is no number; accepted: a number")
+    return float(value)
+
+
+def _domain(data: Document) -> dict[str, tuple[float, float]]:
+    return {_name(name): (_number(low), _number(high)) for name, (low, high) in data["domain"].items()}
+
+
 def _powers(rows: Any, coordinates: int) -> Any:
     """Exponents, shape (terms, coordinates), of polynomials that can be evaluated."""
     powers = np.array(rows, np.int64).reshape(-1, coordinates)
@@ -201,7 +212,7 @@ def _composite(composite: CompositeMap) -> Document:
 
 def _composite_of(data: Document) -> CompositeMap:
     names = _names(data["coordinates"])
-    return CompositeMap(names, tuple(data["walls"]), tuple(_piece_of(piece, names) for piece in data["pieces"]))
+    return CompositeMap(names, tuple(map(_name, data["walls"])), tuple(_piece_of(piece, names) for piece in data["pieces"]))
 
 
 def _parametric(parametric: ParametricMap) -> Document:
@@ -222,9 +233,9 @@ def _parametric_of(data: Document) -> ParametricMap:
     names = _names(data["coordinates"])
     pieces = tuple(_piece_of(piece, names) for piece in data["pieces"])
     report = _report_of(ParametricReport, data["report"], names)
-    ends = (data["low"], data["high"])
-    walls, nodes = tuple(data["walls"]), _floats(data["nodes"])
-    return ParametricMap(data["parameter"], *ends, names, walls, pieces, nodes, data["condition"], report)
+    ends = (_number(data["low"]), _number(data["high"]))
+    walls, nodes = tuple(map(_name, data["walls"])), _floats(data["nodes"])
+    return ParametricMap(_name(data["parameter"]), *ends, names, walls, pieces, nodes, _number(data["condition"]), report)
 
 
 def _terms(expr: Any, names: Sequence[str]) -> Document:
@@ -233,7 +244,7 @@ def _terms(expr: Any, names: Sequence[str]) -> Document:
 
     from nsmaps.auxiliary.formula import symbol
 
-    terms = sp.Poly(expr, *(symbol(name) for name in names)).terms()
+    terms = sp.Poly(sp.sympify(expr, strict=True), *(symbol(name) for name in names)).terms()
     return {"exponents": [list(map(int, key)) for key, _ in terms], "coefficients": [str(sp.Rational(c)) for _, c in terms]}
 
 
@@ -275,10 +286,13 @@ def _held_parts(data: Document) -> tuple[Any, list[Any], Mapping[str, tuple[floa
 
     curves = [_expr(curve, data["symbols"]) for curve in data["curves"]]
     held: list[Values] = [
-        {name: _expr(value, value["symbols"]) if isinstance(value, dict) else value for name, value in values.items()}
+        {
+            _name(name): _expr(value, value["symbols"]) if isinstance(value, dict) else _number(value)
+            for name, value in values.items()
+        }
         for values in data.get("held", [])
     ]
-    return symbol(data["variable"]), curves, {name: (low, high) for name, (low, high) in data["domain"].items()}, held
+    return symbol(_name(data["variable"])), curves, _domain(data), held
 
 
 def _second_of(data: Document) -> SecondIterate:
@@ -299,10 +313,9 @@ def _closed(closed: ClosedMap) -> Document:
 
 
 def _closed_of(data: Document) -> ClosedMap:
-    names, symbols = _names(data["coordinates"]), tuple(data["symbols"])
+    names, symbols = _names(data["coordinates"]), tuple(map(_name, data["symbols"]))
     images = {name: _expr(image, [*names, *symbols]) for name, image in data["images"].items()}
-    domain = {name: (low, high) for name, (low, high) in data["domain"].items()}
-    return ClosedMap(names, symbols, images, tuple(data["absolute"]), data["degree"], domain)
+    return ClosedMap(names, symbols, images, tuple(data["absolute"]), int(_number(data["degree"])), _domain(data))
 
 
 Kind = tuple[type, Callable[[Any], Document], Callable[[Document], AnyMap]]

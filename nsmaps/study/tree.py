@@ -18,6 +18,7 @@ from nsmaps.exact.impacts import Angle
 
 KIND = "$"  #: the key that marks what is not plain JSON
 ROOMS = ("exact", "dynamics", "reduced", "auxiliary", "study")  #: whose classes a file may name
+SYMBOLIC = {f"nsmaps.auxiliary.{name}" for name in ("compose", "formula", "iterate")}  #: whose fields are sympy's, made anew
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -88,7 +89,8 @@ def _class_path(value: Any) -> str:
 def _class(path: str) -> Any:
     module, _, name = path.partition(":")
     room = module.removeprefix("nsmaps.").partition(".")[0]
-    found = getattr(import_module(module), name, None) if module.startswith("nsmaps.") and room in ROOMS else None
+    accepted = module.startswith("nsmaps.") and room in ROOMS and module not in SYMBOLIC
+    found = getattr(import_module(module), name, None) if accepted else None
     if not (isinstance(found, type) and _is_ours(found) and found.__module__ == module):
         raise NsmapsError(f"a result's file names the class {path!r}; accepted: results and specs of nsmaps")
     return found

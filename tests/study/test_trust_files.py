@@ -7,6 +7,7 @@ import re
 import shutil
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,10 @@ RECORDS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "a class that nsmaps imports": (
         lambda r: r["objects"].update(basins={"$": "nsmaps.study.tree:BaseModel"}),
         "names the class 'nsmaps.study.tree:BaseModel'",
+    ),
+    "a closed form, whose fields sympy would evaluate": (
+        lambda r: r["objects"].update(composite={"$": "nsmaps.auxiliary.iterate:HeldIterate", "held": ["1"]}),
+        "names the class 'nsmaps.auxiliary.iterate:HeldIterate'",
     ),
     "a module that is not there": (lambda r: r["objects"].update(basins={"$": "nsmaps.exact.x:Y"}), "No module named"),
     "an array that is not there": (lambda r: r["objects"].update(basins={"$": "array", "value": "x"}), "KeyError"),
@@ -259,6 +264,36 @@ def test_a_file_that_is_no_map_is_answered_by_a_line(text: str, name: str) -> No
     Path(name).write_text(text if name.endswith("json") else f"import os\nos.mkdir('mark')\nMAP = {text}\n")
     with pytest.raises(NsmapsError, match=rf"^{re.escape(name)}[^\n]*$"):
         nsmaps.read_map(name)
+    assert not Path("mark").exists()
+
+
+@pytest.mark.parametrize("name", ["map.json", "map.py"])
+@pytest.mark.parametrize("where", ["held", "domain", "curves", "symbols", "variable"])
+def test_no_text_of_an_exported_map_is_evaluated(name: str, where: str) -> None:
+    """Sympy evaluates texts that it takes for formulas, with all of python at hand."""
+    hostile = "__import__('pathlib').Path('mark').touch()"
+    data = json.loads(nsmaps.export(nsmaps.read_result(STORED / "run").second_iterate, "json"))
+    data |= {"symbols": {"symbols": [hostile]}, "variable": {"variable": hostile}}.get(where, {})
+    if where == "curves":
+        data["curves"][0]["coefficients"][0] = hostile
+    elif where in ("held", "domain"):
+        data["held"] = [dict.fromkeys(values, hostile) if where == "held" else values for values in data["held"]]
+        data["domain"] = dict.fromkeys(data["domain"], [hostile] * 2) if where == "domain" else data["domain"]
+    Path(name).write_text(json.dumps(data) if name.endswith("json") else f"MAP = {data!r}\n")
+    with suppress(NsmapsError, AttributeError, KeyError):
+        made = nsmaps.read_map(name)
+        made.at(**{hostile: 1.0})
+    assert not Path("mark").exists()
+    if where in ("held", "domain", "curves"):
+        with pytest.raises(NsmapsError, match=r"is no number; accepted|accepted: a fraction"):
+            nsmaps.read_map(name)
+
+
+def test_no_text_is_taken_for_a_formula() -> None:
+    from nsmaps.auxiliary.formula import exact
+
+    with pytest.raises(ValueError, match="Sympify"):
+        exact("__import__('pathlib').Path('mark').touch()")
     assert not Path("mark").exists()
 
 
