@@ -12,8 +12,8 @@ UNFINISHED = ".unfinished-"  #: begins the name of what is being written, beside
 HOUR = 3600  #: seconds after which what is unfinished is taken for that of a program that was killed
 
 
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file beside its place, down to the disk, and move it there at once.
+def replace_file(path: Path, content: bytes, sync: bool = True) -> None:
+    """Write a file beside its place, with `sync` down to the disk, and move it there at once.
 
     Raises OSError, which names the file, where that cannot be done; what was there is left as it was.
     """
@@ -22,8 +22,9 @@ def replace_file(path: Path, content: bytes) -> None:
         handle, beside = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED)
         with os.fdopen(handle, "wb") as file:
             file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+            if sync:
+                file.flush()
+                os.fsync(file.fileno())
         os.chmod(beside, 0o644)
         os.replace(beside, path)
     except BaseException as error:

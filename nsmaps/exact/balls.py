@@ -10,8 +10,8 @@ what is generated.
 import math
 
 import numpy as np
-from numba import njit
 
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.remainders import growth, wave
 
 # === engine ===

@@ -6,9 +6,9 @@ Like `flight.py`, this file is copied behind what is generated.
 import math
 
 import numpy as np
-from numba import njit
 
 from nsmaps.exact.balls import badd, between, high, low, reduced, size
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.encounters import GONE, LANDED, first_impacts
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP
 from nsmaps.exact.returns import spell

@@ -8,10 +8,9 @@ been there, until none of it can be on its way any more. Like `flight.py`, this 
 
 import math
 
-from numba import njit
-
 from nsmaps.exact.ballflow import ball_motion, ball_places, ball_rate
 from nsmaps.exact.balls import badd, between, bmul, bsub, high, low, size
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flight import FAR, INWARD, SIXTH, closes, first_step, safe_step
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, horizon
 from nsmaps.exact.returns import NO_SPEED

@@ -6,8 +6,7 @@ This file is not imported: `kernel.py` copies what stands below the mark, behind
 
 import math
 
-from numba import njit
-
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flow import HAS_DOWN, HAS_UP, bounds_at, coefficients_at, evaluate, horizon, start, wall_places
 from nsmaps.exact.remainders import wave
 

@@ -2,16 +2,16 @@
 
 import ast
 import hashlib
-import importlib.util
 import inspect
+import marshal
 import math
 import os
 import sys
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ import numpy as np
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.files import place_of
 from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Legs, Returns, Stretches
+from nsmaps.exact.kept import keep, kept
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -30,7 +31,9 @@ RETURNS = ("remainders.py", "flight.py", "returns.py")  # copied behind what is 
 ENGINE = (*RETURNS, "batch.py", "legs.py", "sensitivity.py", "stretches.py", "swayed.py", "noisy.py")
 BALLS = (*RETURNS, "balls.py", "swarm.py", "encounters.py", "cells.py")  # the same for images of boxes
 MARK = "# === engine ===\n"
-KNOWN = {"nsmaps", "pydantic", "sympy", "numpy", "scipy", "mpmath", *sys.stdlib_module_names} - {"__main__"}
+OTHERS = ("numba", "llvmlite", "matplotlib", "pytest")  #: packages that files of systems may import, and formulas cannot call
+WRITTEN_WITH = ("sympy", "mpmath", "numpy", "scipy", "pydantic")  #: packages that formulas may call, told by their versions
+KNOWN = {"nsmaps", *WRITTEN_WITH, *OTHERS, *sys.stdlib_module_names} - {"__main__"}
 STEPS = 2000  # of a realisation under noise whose random numbers are drawn together
 CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
 
@@ -163,27 +166,12 @@ def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
             list(pool.map(run, chunks))
 
 
-def cache_folder() -> Path:
-    """Where kernels are kept: NSMAPS_CACHE_DIR, else the user's cache folder, else a temporary one."""
-    if named := os.environ.get("NSMAPS_CACHE_DIR"):
-        folder = Path(named)
-    else:
-        base = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        folder = Path(base) / "nsmaps"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
-            return folder
-    except OSError:
-        pass
-    return Path(tempfile.mkdtemp(prefix="nsmaps-"))
-
-
 def kernel_of(system: "ImpactSystem", balls: bool = False) -> Kernel:
     """The kernel of a system's class (and of its fields that are no numbers): of returns, or of images of boxes in `balls`."""
     cls = type(system)
     fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
-    return _kernel(cls, tuple(sorted((name, repr(value)) for name, value in fixed.items())), balls, system=_Quiet(system))
+    told = tuple(sorted((name, repr(value)) for name, value in {**fixed, "horizon": cls.horizon}.items()))
+    return _kernel(cls, told, (cls.walls, cls.period, cls.displacement, cls.rebound), balls, system=_Quiet(system))
 
 
 class _Quiet:
@@ -200,36 +188,37 @@ class _Quiet:
 
 
 @lru_cache(maxsize=64)
-def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], balls: bool, system: _Quiet) -> Kernel:
-    source = None
+def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], formulas: tuple[Any, ...], balls: bool, system: _Quiet) -> Kernel:
     sources = _sources(cls)
-    if sources is None:  # a class without a file, as in a notebook: its formulas are all there is to tell it by
-        source = _generate(system.value, balls)
-        sources = source
-    import numba
+    source = (
+        None if sources is not None else _generate(system.value, balls)
+    )  # of a class without a file all there is to tell it by
+    name = (
+        f"nsmaps_{'boxes_' if balls else ''}{cls.__name__.lower()}_{_key(cls, fixed, formulas, balls, sources or source or '')}"
+    )
+    content = kept(f"{name}.code")
+    if content is None:
+        _tell(f"compiling {cls.__name__}{' for boxes' if balls else ''}, once: about 10 s")
+        content = marshal.dumps(compile(source or _generate(system.value, balls), f"{name}.py", "exec"))
+        keep(f"{name}.code", content)
+    return Kernel(_load(name, content))
+
+
+def _key(cls: type, fixed: tuple[tuple[str, str], ...], formulas: tuple[Any, ...], balls: bool, sources: str) -> str:
+    """A digest of all that the source of a class's kernel depends on: formulas, what they read, generator, engine, versions."""
+    from nsmaps.exact.compiled import code_of, compilers
 
     files = (*BALLS, "ballcode.py") if balls else ENGINE
-    machinery = [(HERE / name).read_text() for name in (*files, "symbols.py", "generate.py", "printing.py")]
-    text = "\0".join([cls.__qualname__, repr(fixed), sources, numba.__version__, sys.version, *machinery])
-    name = f"nsmaps_{'boxes_' if balls else ''}{cls.__name__.lower()}_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
-    path = _folder() / f"{name}.py"
-    if not path.exists():
-        _tell(f"compiling {cls.__name__}{' for boxes' if balls else ''}, once: about 10 s")
-        part = path.with_suffix(f".{os.getpid()}.part")
-        part.write_text(source or _generate(system.value, balls))
-        part.replace(path)
-    return Kernel(_load(name, path))
+    machinery = [(HERE / name).read_text() for name in (*files, "symbols.py", "generate.py", "system.py", "compiled.py")]
+    versions = [f"{name} {version(name)}" for name in WRITTEN_WITH]
+    text = "\0".join([cls.__qualname__, repr(fixed), code_of(*formulas), sources, *versions, *compilers(), *machinery])
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
 def _tell(what: str) -> None:
     """Say on a terminal why nothing seems to happen; elsewhere nothing."""
     if sys.stderr is not None and sys.stderr.isatty():
         print(what, file=sys.stderr, flush=True)
-
-
-@lru_cache(maxsize=1)
-def _folder() -> Path:
-    return cache_folder()
 
 
 def _generate(system: "ImpactSystem", balls: bool) -> str:
@@ -288,11 +277,7 @@ def _add_sources(name: str, texts: dict[str, str]) -> None:
             _add_sources(each, texts)
 
 
-def _load(name: str, path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
+def _load(name: str, content: bytes) -> ModuleType:
+    module = sys.modules[name] = ModuleType(name)
+    exec(marshal.loads(content), vars(module))
     return module

@@ -5,8 +5,7 @@ Like `flight.py`, this file is not imported but copied behind the flow that is g
 
 import math
 
-from numba import njit
-
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flight import MOST_STEPS, ROUNDING, angle, approach, bounds, coefficients, first_step
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, evaluate, rebound, start, tangent_at, wall_places
 from nsmaps.exact.returns import (

@@ -10,8 +10,7 @@ Like `flight.py`, this file is not imported but copied behind the flow that is g
 
 import math
 
-from numba import njit
-
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flight import bounds, coefficients
 from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, horizon, phase_rate, rebound, start, wall_places
 from nsmaps.exact.returns import (

@@ -6,7 +6,8 @@ Like `flight.py`, this file is copied behind the flow that is generated for a sy
 import math
 
 import numpy as np
-from numba import njit
+
+from nsmaps.exact.compiled import njit
 
 # === engine ===
 

@@ -6,8 +6,8 @@ Like `flight.py`, this file is not imported but copied behind the flow that is g
 import math
 
 import numpy as np
-from numba import njit
 
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flight import MOST_STEPS, OUTWARD, angle, bounds, coefficients, flight
 from nsmaps.exact.flow import (
     BASE_UP,

@@ -5,8 +5,7 @@ Like `flight.py`, this file is not imported but copied behind the flow that is g
 
 import math
 
-from numba import njit
-
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flight import angle, coefficients
 from nsmaps.exact.flow import BASE_UP, evaluate, law_moves, moves_at, phase_rate, tangent_at, wall_places
 from nsmaps.exact.returns import IMPACT, MOST_IMPACTS, is_state, next_impact, onward

@@ -5,8 +5,7 @@ Like `flight.py`, this file is not imported but copied behind the flow that is g
 
 import math
 
-from numba import njit
-
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.returns import INVALID, first_return
 
 # === engine ===

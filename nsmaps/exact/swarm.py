@@ -8,8 +8,6 @@ that of the box and, by the mean value theorem, that of the centre and its deriv
 this file is copied behind what is generated.
 """
 
-from numba import njit
-
 from nsmaps.exact.ballflow import (
     ball_bends,
     ball_bounds,
@@ -21,6 +19,7 @@ from nsmaps.exact.ballflow import (
     ball_tangent,
 )
 from nsmaps.exact.balls import GROW, badd, bangle, binv, bmeet, bmul, bneg, bsub, high, low, size
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flight import OUTWARD
 
 # === engine ===

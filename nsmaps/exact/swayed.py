@@ -6,8 +6,7 @@ becomes of impacts, are told in `noisy.py`.
 
 import math
 
-from numba import njit
-
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.flow import evaluate, start
 
 # === engine ===

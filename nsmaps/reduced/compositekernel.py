@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from nsmaps.exact.compiled import njit
 from nsmaps.exact.impacts import Outcome
 from nsmaps.reduced.conditionkernel import TWO_PI, ask
 from nsmaps.reduced.stripkernel import by_leaf

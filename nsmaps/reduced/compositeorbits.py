@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from nsmaps.exact.compiled import njit
 from nsmaps.reduced.compositekernel import INVALID, UNCOVERED, finish, wrapped
 from nsmaps.reduced.conditionkernel import TWO_PI, holds
 

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from nsmaps.exact.compiled import njit
 from nsmaps.reduced import conditioncode as code
 
 TWO_PI = 2 * math.pi

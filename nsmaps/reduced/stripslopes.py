@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from nsmaps.exact.compiled import njit
 from nsmaps.reduced.stripkernel import ORDER, along, phase
 
 

@@ -14,7 +14,7 @@ def environment() -> dict[str, str]:
 
     Nothing of it is imported but NumPy.
     """
-    from nsmaps.exact.kernel import cache_folder
+    from nsmaps.exact.kept import cache_folder
 
     settings = [f"{name}={os.environ[name]}" for name in THREADS if name in os.environ]
     return {

@@ -19,7 +19,7 @@ from pydantic import Field, PrivateAttr
 from toys import Oscillator, Table
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact import kernel
+from nsmaps.exact import kept, kernel
 from nsmaps.exact.symbols import Flow
 from nsmaps.exact.system import ImpactSystem, Wall
 from nsmaps.testing import check_system
@@ -224,7 +224,7 @@ class Terminal(StringIO):
 
 
 def test_that_a_kernel_is_made_is_said_on_a_terminal_only(monkeypatch, tmp_path):
-    monkeypatch.setattr(kernel, "_folder", lambda: tmp_path)
+    monkeypatch.setattr(kept, "_folder", lambda: tmp_path)
     for k, (stream, told) in enumerate([(Terminal(), "compiling Made, once: about 10 s\n"), (StringIO(), "")]):
         system = made(lambda self, t, hit, k=k: falls(self, t, hit) - (t - hit.t) ** 2 * (k + 1))(h=1)
         monkeypatch.setattr(sys, "stderr", stream)

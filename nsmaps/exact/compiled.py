@@ -1,0 +1,154 @@
+"""numba's `njit` with a cache whose key holds all that compiled code depends on.
+
+Numba's own keeps a function under the text of its file alone: functions and constants of other files may have changed since. Two
+processes that fill its index at once may also swap two entries. Here every compiled function is a file of its own, named by
+the code of the function and of all that it calls, by the values of the constants in them, by the types of its arguments and
+by what compiles it: the versions of numba, llvmlite, NumPy and Python, numba's settings and the features of the processor.
+"""
+
+import pickle
+import sys
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from hashlib import sha256
+from inspect import get_annotations
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.registry import CPUDispatcher
+from numba.core.serialize import dumps
+
+from nsmaps.exact.kept import cache_folder, keep, kept
+
+SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba, that change what it makes
+PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: what is told by its text
+FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")  #: packages told by their versions
+
+
+def njit(**options: Any) -> Any:
+    """`numba.njit`; what is compiled with `cache=True` is kept in the folder of compiled code."""
+    cache = options.pop("cache", False)
+
+    def made(function: Any) -> Any:
+        dispatcher = numba.njit(**options)(function)
+        if cache and isinstance(dispatcher, CPUDispatcher):
+            dispatcher._cache = _Kept(dispatcher)
+        return dispatcher
+
+    return made
+
+
+def code_of(*functions: Any) -> str:
+    """A digest of functions and of all functions that they call, with the values of the constants that their code refers to."""
+    told: dict[int, str] = {}
+    waiting = list(functions)
+    while waiting:
+        function = waiting.pop()
+        if id(function) not in told:
+            told[id(function)], called = _described(function)
+            waiting += called
+    return sha256("\0".join(told.values()).encode()).hexdigest()
+
+
+def compilers() -> tuple[str, ...]:
+    """What compiles: versions and settings, but for the processor, which numba tells."""
+    settings = [f"{name}={vars(numba.config)[name]}" for name in SETTINGS]
+    return (numba.__version__, llvmlite.__version__, np.__version__, sys.version, *settings)
+
+
+@lru_cache(maxsize=4096)
+def _described(function: Any) -> tuple[str, tuple[Any, ...]]:
+    """The text of one function's code, options and constants, and the functions that it refers to."""
+    plain, options = (function.py_func, function.targetoptions) if isinstance(function, CPUDispatcher) else (function, {})
+    cells = [cell.cell_contents for cell in plain.__closure__ or ()]
+    referred = {name: plain.__globals__[name] for name in _names(plain.__code__) if name in plain.__globals__}
+    values = [*referred.values(), *cells, *(plain.__defaults__ or ())]
+    texts = [plain.__qualname__, repr(sorted(options.items())), *_texts(plain.__code__), *referred, *map(_told, values)]
+    return "\1".join(texts), tuple(value for value in values if _is_ours(value))
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """The names that code and the code within it look up, in order."""
+    yield from code.co_names
+    for value in code.co_consts:
+        if isinstance(value, CodeType):
+            yield from _names(value)
+
+
+def _texts(code: CodeType) -> Iterator[str]:
+    """What tells code from other code: instructions, names and constants."""
+    yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars))
+    for value in code.co_consts:
+        yield from _texts(value) if isinstance(value, CodeType) else (_told(value),)
+
+
+def _is_ours(value: Any) -> bool:
+    """Whether a value is a function whose code is to be told too."""
+    if isinstance(value, FunctionType):
+        return (value.__module__ or "").split(".")[0] not in {*FOREIGN, *sys.stdlib_module_names} - {"__main__"}
+    return isinstance(value, CPUDispatcher)
+
+
+def _told(value: Any) -> str:
+    """A text of a value that is the same in every process, and another for another constant."""
+    if isinstance(value, PLAIN):
+        return repr(value)
+    if isinstance(value, tuple | list):
+        return f"{type(value).__name__}({', '.join(map(_told, value))})"
+    if isinstance(value, frozenset | set):
+        return f"set({', '.join(sorted(map(_told, value)))})"
+    if isinstance(value, np.ndarray):
+        return f"array({value.dtype}, {value.shape}, {sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
+    if isinstance(value, np.generic):
+        return f"{value.dtype}({value.item()!r})"
+    if isinstance(value, ModuleType):
+        return value.__name__
+    if isinstance(value, type):
+        return f"{value.__module__}.{value.__qualname__}({list(get_annotations(value))})"
+    return f"{type(value).__module__}.{type(value).__qualname__}"
+
+
+class _Kept(_Cache):  # type: ignore[misc]
+    """The compiled forms of one function, each a file: in place of numba's cache, which has no other way in."""
+
+    def __init__(self, function: Any) -> None:
+        self._function = function
+
+    @property
+    def cache_path(self) -> str:
+        """The folder."""
+        return str(cache_folder())
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled function for arguments of these types, or None."""
+        target_context.refresh()
+        content = kept(self._name(sig, target_context.codegen()))
+        return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the function that was compiled for arguments of these types."""
+        if not data.library.has_dynamic_globals and all(each.can_cache for each in data.lifted):
+            keep(self._name(sig, data.codegen), dumps(data._reduce()))
+
+    def enable(self) -> None:
+        """It always is."""
+
+    def disable(self) -> None:
+        """It never is."""
+
+    def flush(self) -> None:
+        """Files of other code are left alone."""
+
+    def _name(self, sig: Any, codegen: Any) -> str:
+        function = self._function.py_func
+        return _file_name(function.__module__, function.__name__, code_of(self._function), str(sig), codegen.magic_tuple())
+
+
+def _file_name(module: str, name: str, code: str, sig: str, processor: Iterable[str]) -> str:
+    key = repr((module, code, sig, tuple(processor), compilers()))
+    return f"{name}-{sha256(key.encode()).hexdigest()[:32]}.bin"

@@ -1,0 +1,207 @@
+"""Compiled code is kept under all that it depends on, known to be whole when it is read, and is made again where it is not."""
+
+import math
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+import pytest
+import sympy as sp
+
+from nsmaps.exact import compiled, kept, kernel
+from nsmaps.exact.compiled import code_of, njit
+from nsmaps.exact.system import ImpactSystem, Wall
+
+ONE, TABLE = 1.0, np.array([1.0, 2.0])
+
+
+class Dropped(ImpactSystem):
+    """A ball on a floor, whose impact law and horizon are those of the base class."""
+
+    r: float = 0.5
+
+    def walls(self) -> dict[str, Wall]:
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self) -> Any:
+        return 2 * sp.pi
+
+    def displacement(self, t: Any, hit: Any) -> Any:
+        return hit.z + hit.w * (t - hit.t) - (t - hit.t) ** 2 / 2
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder of compiled code, and a memory that is empty before and after."""
+    monkeypatch.setattr(kept, "_folder", lambda: tmp_path)
+    kernel._kernel.cache_clear()
+    kept._warn.cache_clear()
+    yield tmp_path
+    kernel._kernel.cache_clear()
+
+
+@pytest.fixture
+def unwritten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels without a source, where their names alone are asked for."""
+    monkeypatch.setattr(kernel, "_generate", lambda system, balls: "")
+
+
+def named() -> str:
+    """What the kernel of `Dropped` is kept under now."""
+    kernel._kernel.cache_clear()
+    return kernel.kernel_of(Dropped()).module.__name__
+
+
+@pytest.mark.usefixtures("interpreted")
+def test_defaults_of_the_base_class_are_those_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    p = np.array([0.5, 0.0])
+    first = kernel.kernel_of(Dropped()).module
+    assert (first.rebound(p, False, 2.0)[0], first.horizon(p)) == (1.0, 2000 * math.pi)
+    monkeypatch.setattr(ImpactSystem, "rebound", lambda self, speed, wall: self.r * speed / 2)
+    assert kernel.kernel_of(Dropped()).module.rebound(p, False, 2.0)[0] == 0.5
+    monkeypatch.setattr(ImpactSystem, "horizon", 500.0)
+    module = kernel.kernel_of(Dropped()).module
+    assert (module.rebound(p, False, 2.0)[0], module.horizon(p)) == (0.5, 1000 * math.pi)
+    kernel._kernel.cache_clear()
+    assert kernel.kernel_of(Dropped()).module.horizon(p) == 1000 * math.pi, "from disk"
+
+
+@pytest.mark.usefixtures("unwritten")
+@pytest.mark.parametrize("package", ["sympy", "mpmath", "numpy", "scipy", "pydantic"])
+def test_another_version_of_what_formulas_are_written_with_is_another_kernel(
+    package: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, version = named(), kernel.version
+    assert named() == before
+    monkeypatch.setattr(kernel, "version", lambda name: "0.0" if name == package else version(name))
+    assert named() != before
+
+
+@pytest.mark.usefixtures("unwritten")
+@pytest.mark.parametrize("file", ["system.py", "symbols.py", "generate.py", "compiled.py", "flight.py", "returns.py"])
+def test_another_text_of_a_file_of_nsmaps_is_another_kernel(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    before, read = named(), Path.read_text
+    changed = kernel.HERE / file
+    monkeypatch.setattr(Path, "read_text", lambda path, *a, **how: read(path, *a, **how) + "\n" * (path == changed))
+    assert named() != before
+
+
+def compilers_changed(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
+    """Another version of what compiles, or another setting of it."""
+    at = {"numba": numba, "llvmlite": llvmlite, "numpy": np}
+    if what in at:
+        monkeypatch.setattr(at[what], "__version__", "0.0")
+    elif what == "python":
+        monkeypatch.setattr(sys, "version", "0.0")
+    else:
+        monkeypatch.setattr(numba.config, what, not vars(numba.config)[what])
+
+
+COMPILERS = ["numba", "llvmlite", "numpy", "python", *compiled.SETTINGS]
+
+
+@pytest.mark.usefixtures("unwritten")
+@pytest.mark.parametrize("what", COMPILERS)
+def test_what_compiles_is_part_of_both_keys(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    before, file = named(), compiled._file_name("m", "f", "code", "(int64,)", ("cpu", "+avx"))
+    compilers_changed(monkeypatch, what)
+    assert compiled._file_name("m", "f", "code", "(int64,)", ("cpu", "+avx")) != file
+    assert named() != before
+
+
+def test_processor_types_and_code_are_part_of_the_key_of_a_compiled_function() -> None:
+    one = compiled._file_name("m", "f", "code", "(int64,)", ("cpu", "+avx"))
+    others = [
+        ("code", "(int64,)", ("cpu", "+avx2")),
+        ("code", "(float64,)", ("cpu", "+avx")),
+        ("other", "(int64,)", ("cpu", "+avx")),
+    ]
+    assert len({one, *(compiled._file_name("m", "f", *other) for other in others)}) == 4
+
+
+@njit(cache=True)
+def inner(x):
+    return x + ONE
+
+
+@njit(cache=True)
+def outer(x):
+    return inner(x) + TABLE[0]
+
+
+@njit(cache=True, error_model="numpy")
+def divided(x):
+    return inner(x) + TABLE[0]
+
+
+def test_the_code_of_a_function_is_that_of_all_that_it_calls_with_their_constants(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = [code_of(outer)]
+    changes = {"ONE": 2.0, "TABLE": np.array([1.0, 3.0]), "inner": njit(cache=True)(lambda x: x * ONE)}
+    for name, value in changes.items():
+        compiled._described.cache_clear()
+        monkeypatch.setitem(globals(), name, value)
+        told.append(code_of(outer))
+    compiled._described.cache_clear()
+    assert len(set(told)) == 4
+    assert code_of(divided) != code_of(outer)
+
+
+def test_a_changed_constant_of_a_called_function_is_met_by_new_code(folder: Path, tmp_path: Path) -> None:
+    """Numba's own cache answers 11 twice: the text of the file that calls is the same."""
+    source = tmp_path / "source"
+    source.mkdir()
+    head = "from nsmaps.exact.compiled import njit\n"
+    (source / "caller.py").write_text(f"{head}from called import one\n@njit(cache=True)\ndef f(x):\n    return one(x) + 10\n")
+    for value in (1, 2):
+        (source / "called.py").write_text(f"{head}@njit(cache=True)\ndef one(x):\n    return {value}\n")
+        paths = os.pathsep.join([str(source), *sys.path])
+        environment = {**os.environ, "PYTHONPATH": paths, "NSMAPS_CACHE_DIR": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+        program = [sys.executable, "-c", "import caller; print(caller.f(0))"]
+        assert subprocess.run(program, capture_output=True, text=True, env=environment, check=True).stdout == f"{value + 10}\n"
+
+
+def test_the_key_is_the_same_in_every_process() -> None:
+    program = (
+        "from nsmaps.reduced import compositekernel as c; from nsmaps.exact.compiled import code_of; print(code_of(c.images))"
+    )
+    told = set()
+    for seed in ("1", "2"):
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": seed}
+        told.add(
+            subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True).stdout
+        )
+    assert len(told) == 1
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_code_that_is_kept_is_used_again_and_what_is_broken_is_made_again(folder: Path) -> None:
+    assert njit(cache=True)(inner.py_func)(1.0) == 2.0
+    (name,) = whole = files(folder)
+    for content in (b"", whole[name][:-1], whole[name][:40] + b"x" + whole[name][41:]):
+        (folder / name).write_bytes(content)
+        again = njit(cache=True)(inner.py_func)
+        assert again(1.0) == 2.0
+        assert sum(again.stats.cache_hits.values()) == 0
+        assert list(files(folder)) == [name]
+    used = njit(cache=True)(inner.py_func)
+    assert used(1.0) == 2.0
+    assert sum(used.stats.cache_hits.values()) == 1
+
+
+def test_a_folder_that_cannot_be_written_is_told_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr(kept, "_folder", lambda: tmp_path / "file" / "kernels")
+    with pytest.warns(RuntimeWarning, match=r"compiled code cannot be kept in .*kernels \(Not a directory\)"):
+        assert njit(cache=True)(inner.py_func)(1.0) == 2.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert njit(cache=True)(inner.py_func)(2.0) == 3.0
