@@ -2,6 +2,7 @@
 
 import re
 from abc import ABC, abstractmethod
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from nsmaps.exact.chain import most_returns
 from nsmaps.exact.impacts import Returns, decode, encode
+from nsmaps.exact.pattern import compiled
 from nsmaps.exact.surface import Grid, Surface, surfaces
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
 OPERATORS = re.compile(r"[+*?|()]")
 LONG = 16  #: returns in a row that a pattern may make
-LONGEST = 3000  #: letters of a word or pattern
+LONGEST, DEEPEST = 3000, 50  #: letters of a word or pattern, parentheses within parentheses
 
 
 class ReturnFamily(BaseModel, ABC):
@@ -63,6 +65,8 @@ class WordFamily(ReturnFamily):
                 raise ValueError(f"{word!r} is no word; accepted: the letters of walls, such as BTB")
             if len(word) > LONGEST:
                 raise ValueError(f"a word of {len(word)} letters; accepted: at most {LONGEST}")
+            if max(accumulate((letter == "(") - (letter == ")") for letter in word)) > DEEPEST:
+                raise ValueError(f"the pattern {word[:40]}... is nested deeper than {DEEPEST} levels")
             try:
                 re.compile(word)
             except (re.error, RecursionError, OverflowError) as error:
@@ -90,5 +94,6 @@ def _make(returns: Returns, word: str) -> NDArray[np.bool_]:
         return returns.has_word(word)
     encode(letters_of(word), returns.walls)  # names a letter that is no wall
     codes, inverse = np.unique(returns.codes, return_inverse=True)
-    matching = [re.fullmatch(word, decode(int(code), returns.walls)) is not None for code in codes]
+    reach = compiled(word)
+    matching = [len(text) in reach(text, frozenset({0})) for text in (decode(int(code), returns.walls) for code in codes)]
     return np.array(matching, bool)[inverse.reshape(-1)]

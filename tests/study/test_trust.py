@@ -137,7 +137,7 @@ HOSTILE = {
     "a pattern that is too deep": (
         "system: ball\nparameters: {a: 1}\ngrid: {v: {from: 0, to: 1, points: 2}, phi: {from: 0, to: 1, points: 2}}\n"
         f"families: {{x: ['B{'(' * 2000}']}}\n",
-        "s.yaml:4:15: the pattern 'B(((((((((((((((((((((((((((((((((((((((...' cannot be read",
+        "s.yaml:4:15: the pattern B(((((((((((((((((((((((((((((((((((((((... is nested deeper than 50 levels",
     ),
 }  # fmt: skip
 

@@ -1,0 +1,75 @@
+"""Patterns of words, matched by the set of all places that they may reach: in a time that grows with the word alone.
+
+Python's regular expressions try one way after another, of which `(B*)*(B*)*T` has 2^n in a word of n letters.
+"""
+
+from collections.abc import Callable
+
+Reach = Callable[[str, frozenset[int]], frozenset[int]]  #: a word and where a part of a pattern may begin -> where it may end
+
+
+def matches(pattern: str, word: str) -> bool:
+    """Whether a pattern of letters, `+`, `*`, `?`, `|` and parentheses stands for the whole word.
+
+    The pattern must be one that `re.compile` accepts.
+
+    >>> [word for word in ("BTB", "BBTB", "BBB") if matches("B+TB", word)]
+    ['BTB', 'BBTB']
+    """
+    return len(word) in compiled(pattern)(word, frozenset({0}))
+
+
+def compiled(pattern: str) -> Reach:
+    """What a pattern reaches."""
+    reach, at = _alternatives(pattern, 0)
+    assert at == len(pattern), "parentheses are closed, as `re.compile` demands"
+    return reach
+
+
+def _alternatives(pattern: str, at: int) -> tuple[Reach, int]:
+    """The alternatives from a place on, up to the end or to the parenthesis that closes them, and where that is."""
+    found: list[list[Reach]] = [[]]
+    while at < len(pattern) and pattern[at] != ")":
+        if pattern[at] == "|":
+            found.append([])
+            at += 1
+        else:
+            reach, at = _repeated(pattern, at)
+            found[-1].append(reach)
+    return lambda word, starts: frozenset().union(*(_one_by_one(parts, word, starts) for parts in found)), at
+
+
+def _one_by_one(parts: list[Reach], word: str, starts: frozenset[int]) -> frozenset[int]:
+    for part in parts:
+        starts = part(word, starts)
+    return starts
+
+
+def _repeated(pattern: str, at: int) -> tuple[Reach, int]:
+    """A letter or what stands in parentheses, with the sign behind it, and where it ends; `+?` and `++` are read as `+`."""
+    if pattern[at] == "(":
+        one, at = _alternatives(pattern, at + 1)
+    else:
+        one = _letter(pattern[at])
+    sign = pattern[at + 1 : at + 2]
+    if sign not in ("+", "*", "?") or not sign:
+        return one, at + 1
+    at += 3 if pattern[at + 2 : at + 3] in ("?", "+") and pattern[at + 2 : at + 3] else 2
+    return (lambda word, starts: starts | one(word, starts)) if sign == "?" else _again(one, sign), at
+
+
+def _letter(letter: str) -> Reach:
+    return lambda word, starts: frozenset(k + 1 for k in starts if word.startswith(letter, k))
+
+
+def _again(one: Reach, sign: str) -> Reach:
+    """A part any number of times, with `+` once or more."""
+
+    def reach(word: str, starts: frozenset[int]) -> frozenset[int]:
+        new = reached = starts if sign == "*" else one(word, starts)
+        while new:
+            new = one(word, new) - reached
+            reached |= new
+        return reached
+
+    return reach

@@ -1,0 +1,45 @@
+"""Patterns of words: the same words as Python's regular expressions, without their exponential time."""
+
+import re
+from time import perf_counter
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from nsmaps.exact.family import WordFamily
+from nsmaps.exact.pattern import matches
+
+ATOMS = st.sampled_from(["B", "T", "~"])
+PATTERNS = st.recursive(
+    ATOMS,
+    lambda inner: (
+        st.lists(inner, min_size=1, max_size=3).map("".join)
+        | st.tuples(inner, inner).map("|".join).map("({})".format)
+        | st.tuples(inner.map("({})".format) | ATOMS, st.sampled_from(["+", "*", "?", "+?", "*?", "??"])).map("".join)
+    ),
+    max_leaves=6,
+)
+
+
+@given(PATTERNS, st.text(st.sampled_from("BT~"), max_size=7))
+def test_a_pattern_stands_for_the_words_of_the_regular_expression(pattern: str, word: str) -> None:
+    try:
+        expected = re.fullmatch(pattern, word) is not None
+    except re.error:
+        assume(False)
+    assert matches(pattern, word) == expected
+
+
+@pytest.mark.parametrize("pattern", ["(B*)*(B*)*(B*)*T", "(B|B|B)*T", "((B+)+)+T", "(B?)" * 100 + "T", "((((B*)*)*)*)*T"])
+def test_no_pattern_takes_exponential_time(pattern: str) -> None:
+    begun = perf_counter()
+    assert not any(matches(pattern, "B" * letters) for letters in range(40))
+    assert matches(pattern, "B" * 39 + "T")
+    assert perf_counter() - begun < 5
+
+
+def test_a_pattern_that_is_nested_too_deeply_is_refused() -> None:
+    WordFamily(name="deep", words=("(" * 50 + "B" + ")" * 50 + "B",))
+    with pytest.raises(ValueError, match="is nested deeper than 50 levels"):
+        WordFamily(name="deep", words=("(" * 51 + "B" + ")" * 51 + "B",))
