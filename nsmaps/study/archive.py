@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.plugins import entry_of, is_file, owner_of
@@ -89,7 +90,11 @@ def resolved(study: Study) -> str:
     yaml = YAML()
     yaml.default_flow_style = None
     yaml.width = 120
-    yaml.dump(study.model_dump(mode="json", by_alias=True, exclude_defaults=True), text)
+    told = study.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    if study.expected_failures:  # texts for keys, which ruamel breaks between lines in flow style, as no reader takes them
+        told["expected_failures"] = CommentedMap(study.expected_failures)
+        told["expected_failures"].fa.set_block_style()
+    yaml.dump(told, text)
     return text.getvalue()
 
 

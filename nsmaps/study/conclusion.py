@@ -1,5 +1,6 @@
 """What a run comes to, in a sentence or two."""
 
+from nsmaps.study.expected import unmet
 from nsmaps.study.motions import coexisting
 from nsmaps.study.result import StudyResult
 
@@ -17,6 +18,9 @@ def conclusion(result: StudyResult) -> str:
     else:
         text = "The study requires no verdict."
     if others:
-        text += f" Of {len(others)} that are not required, {sum(verdict.holds for verdict in others)} hold."
+        expected = sum(bool(verdict.shows) for verdict in others)
+        shown = f", {expected} fail{'s' * (expected == 1)} as expected" if expected else ""
+        text += f" Of {len(others)} that are not required, {sum(verdict.holds for verdict in others)} hold{shown}."
+    text += "".join(f" Expected to fail, but no verdict here that is not required: {name}." for name in unmet(result))
     text = " ".join(filter(None, (text, coexisting(result))))
     return text if result.finished else f"Unfinished: the run was stopped, and this is what it had computed. {text}"

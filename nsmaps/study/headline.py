@@ -25,6 +25,7 @@ NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight",
 SAME = 1e-5  #: of the extent of the orbits, within which two of their cycles are one
 STABLE = {True: "stable ", False: "unstable ", None: ""}
 MOTIONS = 6  #: of a diagram that are told
+ALL = 0.99  #: of the sides of a start box, from which on the last box is all of it
 FAR = 2  #: standard errors from which an exponent is above zero
 DOUBTS = {ESTIMATED: "as far as the held-out error of the fit tells, ", "sampled": "as far as a grid of states tells, "}
 
@@ -95,6 +96,8 @@ def _orbits(result: StudyResult) -> str:
         which = {1: "the one orbit followed ends", 2: "both orbits followed end"}.get(total, f"all {total} orbits followed end")
         which = f"{counted(len(ends))} of the {total} orbits followed end{'s' * (len(ends) == 1)}" if lost else which
         return f"{each[0]}, on which {which}{lost}"
+    if len(ends) == len(kinds):
+        return f"{' and '.join(each)}, on each of which one of the {counted(total)} orbits followed ends{lost}"
     shares = " and ".join(counted(len(kind)) for kind in kinds)
     return f"{' and '.join(each)}, on which {shares} of the {total} orbits followed end{lost}"
 
@@ -150,7 +153,8 @@ def _domain(result: StudyResult, domain: "AttractingDomain") -> str:
     """That every orbit from the start box comes into the last box and stays, and whether that holds what was found."""
     start, end = intervals(domain.coordinates, domain.boxes[0], inward=True), intervals(domain.coordinates, domain.boxes[-1])
     how = f" ({domain.status})" if domain.status not in DOUBTS else ""
-    stays = f"every orbit from {start} comes into {end} and stays there{how}"
+    goes = f"comes into {end} and stays there" if (domain.sizes[-1] < ALL * domain.sizes[0]).any() else f"stays in {end}"
+    stays = f"every orbit from {start} {goes}{how}"
     return f"{DOUBTS.get(domain.status, '')}{stays}{_holds(result, domain)}"
 
 

@@ -51,6 +51,7 @@ class Verdict:
     holds: bool
     required: bool
     text: str
+    shows: str = ""  #: of one that fails as its study expects: what that shows
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -242,6 +242,7 @@ class Study(BaseModel):
     transient: TransientSection | None = None
     figures: tuple[FigureName, ...] = ()
     require: tuple[Literal["covered", "tolerance"], ...] = ()
+    expected_failures: dict[str, str] = {}  #: what the failure of a verdict that is not required shows, by its name
     _source: Source = PrivateAttr(default=Source())
 
     def model_post_init(self, context: Any) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.exact.impacts import Floats
+from nsmaps.study.expected import as_expected
 from nsmaps.study.hints import elsewhere, on_domain, pieces_of_others
 from nsmaps.study.longverdicts import branches, ended, missing
 from nsmaps.study.orbitverdicts import orbit_verdicts
@@ -22,7 +23,7 @@ def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     """Every verdict on what a result holds, coverage first, then the partition, the parametric map, orbits, sweeps, domains."""
     long = (orbit_verdicts, missing, ended, branches)
     sections = (_coverage, _words, _partition, _accurate, _speed, _parametric, *long, _domains, _morse)
-    return tuple(verdict for section in sections for verdict in section(result))
+    return as_expected(result, tuple(verdict for section in sections for verdict in section(result)))
 
 
 def _coverage(result: StudyResult) -> Iterator[Verdict]:

@@ -14,6 +14,7 @@ from nsmaps.exact.surface import Axis, Grid, sweep
 from nsmaps.reduced.diagonal import Diagonal, attracting, diagonal_region
 from nsmaps.reduced.polyfit import Full
 from nsmaps.reduced.region import Where
+from nsmaps.study.conclusion import conclusion
 
 BTB = WordFamily(name="BTB", words=("BTB",))
 GRID = Grid(axes={"v": Axis(low=0.0033, high=1, points=300), "phi": Axis(low=0, high=np.pi, points=300)})
@@ -44,6 +45,19 @@ def test_required_verdicts_hold_and_the_composite_map_covers_the_state_space(cas
     assert verdict(result, "covered").holds
     assert result.coverage.fraction == 1.0
     assert {v.of for v in result.verdicts} - {"exact map, by fitted map R1+"} == {"composite map", "exact map", "fitted map R1+"}
+
+
+@pytest.mark.parametrize("name", ["fp", "pd", "cd", "paper", "published", "fits"])
+def test_what_fails_in_a_shipped_study_is_expected_and_says_what_it_shows(name):
+    result = ran(name)
+    failing = [verdict for verdict in result.verdicts if not verdict.holds]
+    assert failing
+    for verdict in failing:
+        assert verdict.text.startswith(f"no: expected to fail: shows that {verdict.shows}; "), verdict.name
+        assert verdict.shows
+    assert not any("yet it holds" in verdict.text for verdict in result.verdicts)
+    assert f", {len(failing)} fail as expected." in conclusion(result)
+    assert "Expected to fail" not in conclusion(result)
 
 
 def test_a_trapped_box_without_the_attractor_says_so(case):

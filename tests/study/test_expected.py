@@ -1,0 +1,77 @@
+"""Verdicts that are expected to fail: what their failure shows, where it comes and where it does not."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import nsmaps
+from nsmaps.study.conclusion import conclusion
+
+STUDY = """\
+system: vi_pair
+parameters: {d: 0.35, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}
+orbits: [{start: {v: 0.35, phi: 1.5}, returns: 100}]
+domains:
+  - {name: flat, map: exact, bounds: sampled, box: {v: [0.8, 0.87], phi: [0.3, 0.43]}, updates: 1}
+  - {name: small, map: exact, bounds: sampled, box: {v: [0.8214, 0.8454], phi: [0.3391, 0.3881]}, updates: 1REQUIRE}
+expected_failures:
+"""
+
+
+def made(expected: str, require: str = "", **settings: float) -> nsmaps.StudyResult:
+    Path("s.yaml").write_text(STUDY.replace("REQUIRE", require) + expected)
+    return nsmaps.run(nsmaps.load_study("s.yaml", parameters=settings), "other" if settings else "out")
+
+
+def text(result: nsmaps.StudyResult, name: str) -> str:
+    (verdict,) = (verdict for verdict in result.verdicts if verdict.name == name)
+    return verdict.text
+
+
+def test_a_failure_that_is_expected_says_what_it_shows() -> None:
+    plain = {verdict.name: verdict.text for verdict in made("  domain small: nothing\n").verdicts}
+    result = made("  domain flat: a box may be too flat\n")
+    because = plain["domain flat: trapped"].removeprefix("no: ")
+    assert text(result, "domain flat: trapped") == f"no: expected to fail: shows that a box may be too flat; {because}"
+    assert text(result, "domain flat: settled").startswith("no: expected to fail: shows that a box may be too flat; ")
+    flat = [verdict.shows for verdict in result.verdicts if verdict.name.startswith("domain flat")]
+    assert flat == ["a box may be too flat"] * 2
+    assert text(result, "domain small: trapped") == plain["domain small: trapped"].replace("expected to fail, yet it holds; ", "")
+    failing = sum(not verdict.holds for verdict in result.verdicts)
+    assert f"Of 5 that are not required, {5 - failing} hold, 2 fail as expected." in conclusion(result)
+    again = nsmaps.read_result("out")
+    assert [verdict.shows for verdict in again.verdicts] == [verdict.shows for verdict in result.verdicts]
+    kept = json.loads(Path("out/result.json").read_text())["verdicts"]
+    assert sum(verdict["shows"] != "" for verdict in kept) == 2
+
+
+def test_one_claim_or_one_map_of_a_name() -> None:
+    result = made('  "domain flat: trapped": flat\n')
+    assert [v.name for v in result.verdicts if v.shows] == ["domain flat: trapped"]
+    result = made("  domain flat (exact map): flat\n")
+    assert [v.name for v in result.verdicts if v.shows] == ["domain flat: trapped", "domain flat: settled"]
+    assert not any(v.shows for v in made("  domain flat (composite map): flat\n").verdicts)
+
+
+def test_what_holds_against_expectation_or_is_no_verdict_is_said() -> None:
+    result = made("  domain small: too small\n  domain other: none\n")
+    assert text(result, "domain small: trapped").startswith("yes: expected to fail, yet it holds; no worst-case step leaves")
+    said = conclusion(result)
+    assert "Expected to fail, but no verdict here that is not required: domain other." in said
+    assert [verdict.name for verdict in result.verdicts if verdict.shows] == ["domain small: settled"]
+
+
+def test_required_verdicts_and_other_parameters_are_not_excused() -> None:
+    required = made("  domain flat: flat\n  domain small: small\n", ", require: [trapped]")
+    assert text(required, "domain small: trapped").startswith("yes: no worst-case step leaves")
+    changed = made("  domain flat: flat\n", d=0.351)
+    assert not any(verdict.shows for verdict in changed.verdicts)
+    assert "xpected" not in conclusion(changed)
+
+
+@pytest.mark.parametrize("wrong", ["  [1]\n", "  domain flat: [1, 2]\n"])
+def test_what_it_shows_is_a_text(wrong: str) -> None:
+    Path("s.yaml").write_text(STUDY.replace("REQUIRE", "") + wrong)
+    with pytest.raises(nsmaps.NsmapsError, match=r"s\.yaml:\d+:\d+: "):
+        nsmaps.load_study("s.yaml")
