@@ -1,15 +1,16 @@
 """Attractors as sets of states: found by following orbits, and told when an orbit has come to one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.dynamics.distance import distances, extents
-from nsmaps.dynamics.motion import label, periods
+from nsmaps.dynamics.motion import label, magnitudes, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
+from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, wrap
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 VISITED = 4000  #: states that stand for an attractor without period
 SAMPLE = 1000  #: last states of an orbit without period that are compared with others
+COMING = 1e-3  #: of magnitudes, within which an orbit that repeats is on its way to a stable cycle
 STAY = 50  #: successive states within the reach of an attractor without period, of an orbit that has come to it
 
 
@@ -101,6 +103,7 @@ def find_attractors(
     Those of a period up to `longest`, in words and within `tolerance` in each coordinate, have the tolerance for their reach.
     Others are the states that one orbit visits, and reach as far as the farthest of a second half of them is from the first, in
     shares of their extents, so that no coordinate's unit counts.
+    A stable cycle within 1e-3 of what repeats is found by Newton's method: orbits that come to it slowly repeat far from it.
     Orbits that end come to none; a transient that was too short makes a set without period.
     """
     last = np.array(starts, float)
@@ -111,7 +114,8 @@ def find_attractors(
     for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
         if not _is_of(kept, k, (*known, *found)):
             made = _attractor(map, kept, k, tolerance)
-            found += [made] if made else []
+            made = _closed(map, made) if made and made.period else made
+            found += [made] if made and not any(may_be_one(made, other) for other in (*known, *found)) else []
     return found
 
 
@@ -145,6 +149,25 @@ def _periodic(kept: Orbit, k: int, tolerance: float) -> Attractor | None:
     name = label(words, _turns(kept, k), period, kept.walls)
     states = on_circle(kept.states[1 : period + 1, k], kept.coordinates)
     return Attractor(kept.coordinates, states, period, name, tuple(words[1 : period + 1]), tolerance)
+
+
+def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
+    """The cycle that an orbit with a period is on its way to, by Newton's method: slowly, it may be far beyond the tolerance.
+
+    Of the least period that leads to a stable one within 1e-3 of magnitudes of what was seen; else, as without derivatives, what
+    was seen.
+    """
+    if map.first_return(seen.states, derivative=True).derivative is None:
+        return seen
+    scale = magnitudes(seen.coordinates, seen.states)
+    for period in (q for q in range(1, seen.period + 1) if seen.period % q == 0):
+        found = periodic_orbit(map, seen.states[:period], period, scale=scale)
+        if found.converged and found.exists and found.stable:
+            apart = distances(found.states, seen.states, seen.coordinates, scale, np.inf).max()
+            if apart <= COMING:
+                name = seen.label if period == seen.period else found.label
+                return replace(seen, states=found.states, period=period, label=name, words=found.words)
+    return seen
 
 
 def _visited(path: Orbit) -> Attractor:

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from toys import GearRattle
 
 import nsmaps
 from nsmaps.dynamics.attractor import find_attractors
@@ -240,3 +241,42 @@ def test_wrong_calls_are_errors(pair):
         many(nsmaps.Grid(axes={"phi": nsmaps.Axis(low=0, high=1, points=3), "v": nsmaps.Axis(low=0, high=1, points=3)}))
     with pytest.raises(NsmapsError, match="0 returns"):
         many([[0.8, 0.4]], returns=0)
+
+
+@dataclass(frozen=True)
+class Slow:
+    """x -> x + (x - x^3)/1000, which comes to 1 or -1 with the multiplier 0.998, or minus that, which comes to both in turn."""
+
+    side: int = 1
+    coordinates: tuple[str, ...] = ("x",)
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float)
+        image, slopes = self.side * (x + (x - x**3) / 1000), self.side * (1 + (1 - 3 * x**2) / 1000)
+        blank = np.zeros(len(x), np.int8)
+        made = Returns(self.coordinates, ("B",), x, image, np.zeros(x.shape, np.int32), blank + 1, blank, blank + 1.0)
+        return replace(made, derivative=slopes[:, :, None]) if derivative else made
+
+
+def test_cycles_that_attract_slowly_are_found_once():
+    """Each orbit repeats within the tolerance while it is far beyond it from the cycle, and from every other orbit."""
+    starts = np.random.default_rng(0).uniform(-1.5, 1.5, (30, 1))
+    made = basins(Slow(), starts, returns=6000)
+    there = np.array([a.states.item() for a in made.attractors])
+    assert np.allclose(np.sort(there), [-1, 1], atol=1e-9)
+    come = made.label >= 0
+    assert np.array_equal(np.sign(starts[come, 0]), np.sign(there[made.label[come]]))
+    assert 0 < come.mean() < 1, "what has not come is left open"
+    (both,) = basins(Slow(side=-1), starts, returns=6000).attractors
+    assert np.allclose(np.sort(both.states[:, 0]), [-1, 1], atol=1e-9)
+
+
+def test_the_rattle_has_two_attractors_where_one_attracts_slowly():
+    """At eps = 0.44 the multipliers of 1:1/T are about -0.998; orbits that repeated within 1e-6 passed for 241 attractors."""
+    starts = np.random.default_rng(0).uniform([0.1, 0], [14, 6.28], (60, 2))
+    made = basins(GearRattle(eps=0.44), starts)
+    assert {a.label for a in made.attractors} == {"1:1/T", "2:1/2T"}
+    for attractor in made.attractors:
+        path = nsmaps.orbit(GearRattle(eps=0.44), attractor.states[0], 60_000)
+        assert np.allclose(path.states[-1], path.states[-1 - attractor.period], atol=1e-12)
+        assert np.abs(path.states[-1] - attractor.states).max(axis=1).min() < 1e-8
