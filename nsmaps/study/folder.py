@@ -1,11 +1,13 @@
 """The folder of a run: whose it is, and what commands wrote into it beside the results."""
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nsmaps.errors import NsmapsError
+from nsmaps.reading import odd_character
 from nsmaps.storage import replace_file, unfinished
 
 RECORD = "result.json"
@@ -14,7 +16,12 @@ LISTED = "written.txt"  #: the paths of what was drawn and exported from the res
 
 
 def check_folder(folder: Path, study: str) -> None:
-    """Refuse a folder with the run of a study of another name, or with files of a run's names that no run wrote."""
+    """Refuse a folder that cannot be, that holds a run of another study, or files of a run's names that no run wrote."""
+    if found := odd_character(os.fspath(folder)):
+        raise NsmapsError(f"the character {found} in the name of a folder; accepted: a name without control characters")
+    there = next(path for path in (folder, *folder.parents, Path()) if os.path.lexists(path))
+    if not (os.path.isdir(there) and os.access(there, os.W_OK)):
+        raise NsmapsError(f"{there} is no folder that can be written to; accepted: one that can, or the name of one to be made")
     accepted = "accepted: a folder of this study's own, or one that is empty or not there"
     if (folder / RECORD).is_file():
         found = _study_of(folder / RECORD)
@@ -30,7 +37,7 @@ def _study_of(record: Path) -> str | None:
     """The name of the study that a record is of, as it says."""
     try:
         data = json.loads(record.read_text(encoding="utf-8"))
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     name = data.get("study") if isinstance(data, dict) else None
     return name if isinstance(name, str) else None
@@ -58,7 +65,7 @@ def clear(folder: Path) -> None:
     root = folder.resolve()
     for name in (RECORD, "report.html", *files_of(folder), LISTED):
         path = folder / name
-        if path.resolve().is_relative_to(root):
+        if os.path.lexists(path) and not os.path.isdir(path) and path.resolve().is_relative_to(root):
             path.unlink(missing_ok=True)
             if path.parent != folder:
                 with suppress(OSError):  # not there, or with something else in it
@@ -68,4 +75,4 @@ def clear(folder: Path) -> None:
 def files_of(folder: Path) -> list[str]:
     """The paths in a run's folder of what was drawn and exported from its results."""
     path = folder / LISTED
-    return path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+    return path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []

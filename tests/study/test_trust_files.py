@@ -22,6 +22,7 @@ from nsmaps.cli import app
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite import Piece
 from nsmaps.report.page import write_report
+from nsmaps.study.folder import clear
 
 STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 slowly = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -210,6 +211,41 @@ def test_no_name_becomes_tex_that_is_run(monkeypatch: pytest.MonkeyPatch, tmp_pa
     used: list[bool] = []
     Sheet("one", (lambda ax: used.append(ax.title.get_usetex()) or ax,), 1).save(tmp_path, ("png",), 20)
     assert used == [False]
+
+
+@pytest.mark.parametrize(
+    "listed", [b"../keep.txt", b"/keep.txt", b"link/keep.txt", b"export", b"a\0b", b"\xff\xfe", b"z" * 5000, b".", b"", b"out/.."]
+)
+def test_a_list_of_what_was_drawn_removes_nothing_outside_and_stops_no_run(listed: bytes) -> None:
+    kept = Path("keep.txt")
+    kept.write_text("kept")
+    shutil.copytree(STORED / "run", "out")
+    Path("out/link").symlink_to(Path().resolve())
+    Path("out/export").mkdir()
+    Path("out/export/mine.c").write_text("mine")
+    Path("out/written.txt").write_bytes(listed.replace(b"/keep", f"{kept.resolve().parent}/keep".encode(), listed[:1] == b"/"))
+    clear(Path("out"))
+    assert kept.read_text() == "kept"
+    assert Path("out/export/mine.c").read_text() == "mine"
+    assert not Path("out/result.json").exists()
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "{", "null", "\xff"])
+def test_a_folder_whose_record_is_none_is_not_written_to(text: str) -> None:
+    Path("out").mkdir()
+    Path("out/result.json").write_bytes(text.encode("latin-1"))
+    with pytest.raises(NsmapsError, match="is there, and no run wrote it"):
+        nsmaps.run("ball/drop", out="out")
+
+
+@pytest.mark.parametrize("out", ["nowhere\0", "z" * 300, "taken"])
+def test_an_out_folder_that_cannot_be_is_told_before_anything_is_computed(out: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    import nsmaps.study.run
+
+    Path("taken").write_text("a file")
+    monkeypatch.setattr(nsmaps.study.run, "STEPS", {})
+    with pytest.raises((NsmapsError, OSError)):
+        nsmaps.run("ball/drop", out=out)
 
 
 LOGISTIC = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
