@@ -17,8 +17,8 @@ LISTED = "written.txt"  #: the paths of what was drawn and exported from the res
 
 def check_folder(folder: Path, study: str) -> None:
     """Refuse a folder that cannot be, that holds a run of another study, or files of a run's names that no run wrote."""
-    if found := odd_character(os.fspath(folder)):
-        raise NsmapsError(f"the character {found} in the name of a folder; accepted: a name without control characters")
+    if odd := odd_character(os.fspath(folder)):
+        raise NsmapsError(f"the character {odd} in the name of a folder; accepted: a name without control characters")
     there = next(path for path in (folder, *folder.parents, Path()) if os.path.lexists(path))
     if not (os.path.isdir(there) and os.access(there, os.W_OK)):
         raise NsmapsError(f"{there} is no folder that can be written to; accepted: one that can, or the name of one to be made")
