@@ -11,7 +11,8 @@ from nsmaps.errors import StudyError
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "branches, stability, lyapunov, basins, noise, domains, second_iterate, morse, transient, figures, require"
+    "branches, stability, lyapunov, basins, noise, domains, second_iterate, morse, transient, figures, require, "
+    "expected_failures"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
