@@ -83,9 +83,11 @@ def bar(quiet: bool) -> Iterator[Callable[[str, float, int], None]]:
     """
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from nsmaps.progress import silent
+
     screen = console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[left]}"))
-    with Progress(*columns, console=screen, transient=True, disable=quiet or not screen.is_terminal) as shown:
+    with Progress(*columns, console=screen, transient=True, disable=quiet or not screen.is_terminal) as shown, silent():
         task = shown.add_task("", total=None, left="")
         step, since = "", perf_counter()
 

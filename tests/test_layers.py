@@ -15,6 +15,7 @@ RANK = {
     "arrays": 0,
     "names": 0,
     "interrupts": 0,
+    "progress": 0,
     "storage": 0,
     "explain": 0.5,
     "reading": 0.5,

@@ -10,6 +10,7 @@ from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
+from nsmaps.progress import shows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,6 +23,7 @@ class MorseGraph:
     indices: tuple[tuple[str, ...], ...]  #: of each set, in each dimension of homology: invariant factors, "0" of the trivial
 
 
+@shows
 def conley_indices(map: BoxMap | Fitted, window: ArrayLike, depth: int = 5, *, of: str = "") -> MorseGraph:
     """The Morse graph with Conley indices of a map in a window of 2^depth cells an axis.
 

@@ -14,6 +14,7 @@ from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import Floats
+from nsmaps.progress import beat, shows
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -75,6 +76,7 @@ class MorseCover:
         return np.isin(self.cells.numbers_of(states), self.numbers)
 
 
+@shows
 def morse_sets(
     map: BoxMap | Fitted,
     window: ArrayLike,
@@ -110,6 +112,7 @@ def morse_sets(
         for _ in range(depth + 1):
             stage, level = _next(enclosing, stage, len(levels))
             levels.append(level)
+            beat(2.0 ** (len(levels) - 1 - depth), f"level {len(levels) - 1} of {depth}, {len(stage.numbers)} cells")
             if progress is not None:
                 progress(level)
         finished = True
@@ -192,6 +195,7 @@ class Trap:
         return np.isin(self.cells.numbers_of(states), self.numbers)
 
 
+@shows
 def closed_box(map: BoxMap | Fitted, box: ArrayLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
     """A box of states as a closed set of cells, such as the start box of an attracting domain: trapped if every image is in it.
 
@@ -207,6 +211,7 @@ def closed_box(map: BoxMap | Fitted, box: ArrayLike, cells: int | Sequence[int] 
     return Trap(of or name_of(map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
 
 
+@shows
 def trap(map: BoxMap | Fitted, cover: MorseCover, component: int = 0) -> Trap:
     """The cells of a component with all that their images meet, and so on until nothing is added: a set closed under the map.
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,10 +17,12 @@ from nsmaps.auxiliary.twocycle import ROUNDED, TwoCycle, two_cycles
 from nsmaps.auxiliary.update import SLACK, Part, Update, update
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
+from nsmaps.progress import Work, beat, working
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
+MOST = 4.0  # times the sides of the start box, to which it may grow
 GENERIC = 1e-6  # of the last box, by which generic and worst-case iteration may differ
 REST = 1e-10  # largest move of a bound in an update, relative to the start box, after which there are no more
 
@@ -97,12 +100,16 @@ def attracting_domain(
     bounds: How | None = None,
     error: ErrorBound | None = None,
     around: ArrayLike | None = None,
+    max_seconds: float = inf,
 ) -> AttractingDomain:
     """Bound the attracting domain of a map from a start box R1+, eq. An and Bn.
 
     Each update finds the auxiliary maps on the box of the last one and iterates their worst case until it rests. It stops after
     `updates`, or at the first that moves no bound by more than 1e-10 of the start box, or at the first whose box is not carried
     into itself: beyond it the envelopes say nothing.
+
+    An update takes milliseconds for polynomials, a second or more where it is enclosed, as of exact and composite maps; growing
+    may take a hundred times as long. On a terminal a line shows how far it is.
 
     Args:
         map: an exact system, a composite map or a PolyMap; the same code serves all.
@@ -115,6 +122,7 @@ def attracting_domain(
         of: what to call the map in the result.
         progress: called with the number of updates made, after each.
         bounds: `outer`, `inflated`, `enclosed` or `sampled`; the best that the map allows if omitted, see `auxiliary_maps`.
+        max_seconds: after so many seconds no step of growing and no update is begun; what was finished is kept, `reason` says so.
         error: how far a PolyMap is from the map that it stands for: the bound is then for that map, an estimate if the error is.
 
     Raises:
@@ -125,11 +133,15 @@ def attracting_domain(
     if grow and error is not None:
         raise NsmapsError("grow is on and an error is given, which is that of the given box; accepted: one of the two")
     make = auxiliary_maps(map, bounds, error, samples)
-    found, why = found_box(make, map, start, None if around is None else np.asarray(around, float)) if grow else (start, "")
-    start = start if found is None else found
-    made, boxes, maps = _updates(make, start, updates if found is not None else 0, progress)
+    centre = None if around is None else np.asarray(around, float)
+    with working("attracting domain", progress, max_seconds) as work:
+        found, why = found_box(make, map, start, centre, MOST, work) if grow else (start, "")
+        start = start if found is None else found
+        made, boxes, maps = _updates(make, start, updates if found is not None else 0, progress, work)
     trapped, moved = found is not None and all(each.trapped for each in made), _moved(boxes)
     reason = why if found is None else _reason(map, made, moved, settle, maps.status)
+    if trapped and len(made) < updates and moved > REST:
+        reason += f"; stopped after {max_seconds:g} s, with update {len(made)} of {updates}"
     accuracy = _accuracy(maps, start, made[-1])
     return AttractingDomain(
         of or (error.of if error is not None else name_of(map)),
@@ -147,7 +159,7 @@ def attracting_domain(
 
 
 def _updates(
-    make: Maker, start: Floats, most: int, progress: Callable[[int], None] | None
+    make: Maker, start: Floats, most: int, progress: Callable[[int], None] | None, work: Work
 ) -> tuple[list[Update], list[Floats], AuxiliaryMaps]:
     """The updates made, the start box with theirs, and the last auxiliary maps; with `most` 0 one update and the start alone."""
     made: list[Update] = []
@@ -158,9 +170,10 @@ def _updates(
         if not made[-1].trapped or not most:
             break
         boxes.append(made[-1].worst[-1])
+        beat(number / most, f"update {number} of {most}")
         if progress is not None:
             progress(number)
-        if _moved(boxes) <= REST:
+        if _moved(boxes) <= REST or work.over:
             break
     return made, boxes, maps
 
@@ -169,17 +182,19 @@ def smallest_box(
     map: AnyMap,
     box: ArrayLike,
     samples: int = 201,
-    most: float = 4.0,
+    most: float = MOST,
     bounds: How | None = None,
     around: ArrayLike | None = None,
+    max_seconds: float = inf,
 ) -> tuple[Floats | None, str]:
     """The smallest box around a given one, shape (n, 2), that one worst-case step carries into itself; or None, and why.
 
     The box is joined with its image again and again, a trifle more each time. It is given up where a side exceeds `most` times
-    the start's: such a box bounds nothing of use. `bounds` and `around` as in `attracting_domain`.
+    the start's: such a box bounds nothing of use. `bounds`, `around` and `max_seconds` as in `attracting_domain`.
     """
     centre = None if around is None else np.asarray(around, float)
-    return found_box(auxiliary_maps(map, bounds, None, samples), map, np.array(box, float), centre, most)
+    with working("smallest box", None, max_seconds) as work:
+        return found_box(auxiliary_maps(map, bounds, None, samples), map, np.array(box, float), centre, most, work)
 
 
 def _moved(boxes: list[Floats]) -> float:

@@ -19,6 +19,7 @@ from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import Floats
+from nsmaps.progress import beat, shows
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -76,6 +77,7 @@ class CycleSearch:
         return "\n".join(lines)
 
 
+@shows
 def find_cycles(
     map: Searchable | Fitted,
     window: ArrayLike,
@@ -124,6 +126,7 @@ def find_cycles(
             raise NsmapsError(f"level {level} has {len(numbers)} cells; accepted: {MOST_CELLS}; take less depth")
         graph = graph_of(grid, numbers, targets_of(map, grid, numbers))
         numbers, may, walks = _not_excluded(graph, numbers, period, TRIES * (level == depth))
+        beat(2.0 ** (level - depth), f"level {level} of {depth}, {len(numbers)} cells")
         if progress is not None:
             progress(level, len(numbers))
     guesses = [grid.centres(numbers[walk.ravel()]).reshape(*walk.shape, len(grid.shape)) for walk in walks]

@@ -7,32 +7,40 @@ from nsmaps.auxiliary.envelope import AnyMap
 from nsmaps.auxiliary.reasons import without_image
 from nsmaps.auxiliary.update import is_inside
 from nsmaps.exact.impacts import Floats
+from nsmaps.progress import Work, beat
 
 MOST_HALVED = 6  # times that a box is halved before there is none
 MOST_GROWN = 400  # times that a box is joined with its image
 TRIFLE = 1e-5  # of its side, by which a growing box exceeds its image
 
 
-def found_box(make: Maker, map: AnyMap, start: Floats, around: Floats | None, most: float = 4.0) -> tuple[Floats | None, str]:
+def found_box(
+    make: Maker, map: AnyMap, start: Floats, around: Floats | None, most: float, work: Work
+) -> tuple[Floats | None, str]:
     """The smallest box around a given one that a map carries into itself, with auxiliary maps made by `make`; or None, and why.
 
     Where the given box cannot be grown, half of it is tried about the state `around`, shape (n,), and half of that, and so on.
     """
     shrunk = start
-    found, why = first = _grown(make, map, start, start, most)
+    found, why = first = _grown(make, map, start, start, most, work)
     for halves in range(1, MOST_HALVED + 1):
-        if found is not None or around is None:
+        if found is not None or around is None or work.over:
             break
         shrunk = (shrunk + around[:, None]) / 2
-        found, why = _grown(make, map, shrunk, start, most)
+        found, why = _grown(make, map, shrunk, start, most, work)
         why += f" from a box halved {halves} times about the state nearest to the diagonals"
+    if work.over and found is None:
+        return None, why
     return (found, why) if found is not None or around is None else (None, f"{first[1]}; nor halved {MOST_HALVED} times")
 
 
-def _grown(make: Maker, map: AnyMap, start: Floats, room: Floats, most: float) -> tuple[Floats | None, str]:
+def _grown(make: Maker, map: AnyMap, start: Floats, room: Floats, most: float, work: Work) -> tuple[Floats | None, str]:
     """The start joined with its image again and again, until it holds it or has `most` times the sides of a room."""
     grown, names = start.copy(), map.coordinates
     for step in range(MOST_GROWN):
+        if work.over:
+            return None, f"stopped after {work.max_seconds:g} s: grown {step} times to {text(names, grown)}"
+        beat(0.0, f"the start box grows, step {step + 1} of at most {MOST_GROWN}")
         maps = make(grown)
         image, size = maps.worst(grown).bounds, np.ptp(grown, axis=1)
         if not np.isfinite(image).all():

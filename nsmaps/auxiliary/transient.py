@@ -14,6 +14,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.boxes import BoxImages, BoxMap
 from nsmaps.exact.impacts import Floats
+from nsmaps.progress import beat, shows
 from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.region import Region
 
@@ -117,6 +118,7 @@ def _listed(point: tuple[float, ...]) -> str:
     return ", ".join(f"{x:.12f}" for x in point)
 
 
+@shows
 def transient(
     map: BoxMap | Fitted,
     regions: CompositeMap | Mapping[str, Region],
@@ -213,6 +215,7 @@ def _solved(
             found = joined(list(targets_of(map, cells, numbers)))
             for row, beyond in zip(steps, outside, strict=True):
                 _layers(cells, row, numbers, found, found.exists if beyond else found.stays)
+        beat(2.0 ** (level + 1 - len(grids)), f"level {level} of {len(grids) - 1}")
         if progress is not None:
             progress(level, int((steps == NEVER).any(axis=0).sum()))
     return steps

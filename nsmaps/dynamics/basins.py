@@ -15,6 +15,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, as_states
 from nsmaps.exact.parts import Arrays, in_parts
 from nsmaps.exact.surface import Grid
+from nsmaps.progress import shows
 
 UNRESOLVED, ENDED = -1, -2
 SAMPLE = 100  #: starts that are followed to find attractors, at a time
@@ -103,6 +104,7 @@ class Boundary:
         return float(self.attractors[attractor].tree.query(own)[0].min())
 
 
+@shows
 def basins(
     map: ReturnMap,
     grid: Grid | ArrayLike,
@@ -215,6 +217,7 @@ def follow(
     return label, arrival, outcome, stuck
 
 
+@shows
 def boundary(map: ReturnMap, made: Basins, tolerance: float = 1e-6, returns: int = 1000) -> Boundary:
     """Points between basins, by bisection along the edges of their grid.
 

@@ -17,6 +17,7 @@ from nsmaps.dynamics.returnmap import ReturnMap, followed
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome, angle_mask, decoded
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
+from nsmaps.progress import shows
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -78,6 +79,7 @@ class Bifurcation:
         return dataset(self.coordinates, rows, {"value": self.values}, walls=self.walls)
 
 
+@shows
 def bifurcation(
     map_of: Callable[[float], ReturnMap],
     values: ArrayLike,

@@ -14,6 +14,7 @@ from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.trail import Branch, Trail
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
+from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
 SMALLEST = 1e-9  #: step, of the range of the parameter, at which a branch is given up
@@ -32,6 +33,7 @@ class _Extent:
     kinds: Collection[str]  #: those that are looked for
 
 
+@shows
 def continue_branch(
     map_of: Callable[[float], ReturnMap],
     orbit: PeriodicOrbit,
@@ -77,6 +79,7 @@ def continue_branch(
     return _follow(curve, start, start.tangent * np.copysign(1.0, start.tangent @ upward), extent, fresh=False)
 
 
+@shows
 def doubled_branch(
     map_of: Callable[[float], ReturnMap],
     event: Event,
@@ -111,6 +114,7 @@ def doubled_branch(
     return _follow(curve, start, along, extent, fresh=True)
 
 
+@shows
 def cascade(
     map_of: Callable[[float], ReturnMap],
     orbit: PeriodicOrbit,

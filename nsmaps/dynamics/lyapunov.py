@@ -15,6 +15,7 @@ from nsmaps.dynamics.returnmap import CompiledOrbit, CompiledStretches, ReturnMa
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.impacts import Floats, Outcome, Returns, Stretches, as_numbers
 from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
+from nsmaps.progress import shows
 
 BATCHES = 32  #: of successive returns, whose means tell the error
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
@@ -48,6 +49,7 @@ class Lyapunov:
             return np.asarray(np.abs(self.exponents.sum(axis=-1) - self.log_det))
 
 
+@shows
 def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) -> Lyapunov:
     """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim), over n returns.
 
@@ -179,6 +181,7 @@ class LyapunovSweep:
     at: Lyapunov  #: all arrays with V as their first axis; NaN, and the outcome `invalid`, where there is no map
 
 
+@shows
 def lyapunov_sweep(
     map_of: Callable[[float], ReturnMap],
     values: ArrayLike,

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from math import gcd
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from nsmaps.arrays import ArrayLike
 from nsmaps.exact.impacts import CHATTER, LONGER, REST, Floats, angle_mask, nearest_turn
 
 _RESTING = (CHATTER, REST, LONGER)

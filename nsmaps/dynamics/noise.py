@@ -15,6 +15,7 @@ from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.impacts import Floats, Outcome, decoded
 from nsmaps.exact.parts import Arrays, in_parts
+from nsmaps.progress import shows
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -67,6 +68,7 @@ class NoisyOrbits:
         return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
 
 
+@shows
 def noisy_orbits(
     system: "ImpactSystem",
     state: ArrayLike,

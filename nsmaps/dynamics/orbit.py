@@ -11,6 +11,7 @@ from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap, compiled
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import Floats, Outcome, Returns, as_numbers, decoded
+from nsmaps.progress import beat, shows
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -61,6 +62,7 @@ class Orbit:
         return dataset(self.coordinates, rows, {"step": steps, "return": steps[1:]}, walls=self.walls)
 
 
+@shows
 def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], None] | None = None, **how: Any) -> Orbit:
     """The first n returns of one state, shape (dim,), or of many, shape (..., dim).
 
@@ -87,6 +89,7 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
         made = rows.stop
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.told_turns.reshape(-1, m, dim)
         codes[rows], outcome[rows] = part.codes.reshape(-1, m), part.outcome.reshape(-1, m)
+        beat(made / n)
         if progress is not None:
             progress(made)
     shape = n, *start.shape

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from nsmaps.arrays import ArrayLike
 from nsmaps.exact.impacts import Floats, Returns, Stretches
 from nsmaps.explain import explained
+from nsmaps.progress import beat
 
 
 class Ended(Protocol):
@@ -94,6 +95,7 @@ def followed(
             if follow:
                 final = runs[-1].final
                 start = np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, start)
+        beat((k + 1) / len(values), f"{k + 1} of {len(values)} values")
         if progress is not None:
             progress(k + 1)
     return runs, reasons, start

@@ -9,8 +9,10 @@ from nsmaps.dynamics.motion import differences, magnitudes
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.impacts import Floats, as_states
+from nsmaps.progress import shows
 
 
+@shows
 def periodic_orbits(
     map: ReturnMap,
     starts: ArrayLike,

@@ -18,6 +18,7 @@ from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats, Outcome
 from nsmaps.exact.parts import Arrays, in_parts
+from nsmaps.progress import shows
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -49,6 +50,7 @@ class EventCurve:
     reasons: tuple[str, ...]  #: W texts, why a branch ended without the event; "" where it has one
 
 
+@shows
 def stability_diagram(
     map_of: Callable[[float, float], ReturnMap],
     along: ArrayLike,
@@ -107,6 +109,7 @@ def _row(
     return {"period": period, "labels": made.labels[:, 0], "outcome": made.outcome[:, 0], "reason": reason}
 
 
+@shows
 def event_curve(
     map_of: Callable[[float, float], ReturnMap],
     orbit: PeriodicOrbit,

@@ -198,7 +198,7 @@ def _kernel(cls: type, fixed: tuple[tuple[str, str], ...], formulas: tuple[Any, 
     )
     content = kept(f"{name}.code")
     if content is None:
-        _tell(f"compiling {cls.__name__}{' for boxes' if balls else ''}, once: about 10 s")
+        _tell(f"compiling {cls.__name__}{' for boxes' if balls else ''}, once: about 10 s, on a busy machine a minute")
         content = marshal.dumps(compile(source or _generate(system.value, balls), f"{name}.py", "exec"))
         keep(f"{name}.code", content)
     return Kernel(_load(name, content))

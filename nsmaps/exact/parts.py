@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle, angle_mask
 from nsmaps.exact.system import ImpactSystem
+from nsmaps.progress import beat
 
 Arrays = dict[str, NDArray[Any]]
 LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: what dask calls a worker that is gone for good
@@ -75,6 +76,7 @@ def in_parts(
         found[number] = arrays
         if folder is not None:
             folder.write(number, arrays)
+        beat(len(found) / len(parts), f"{len(found)} of {len(parts)} parts")
         if progress is not None:
             progress(len(found))
     return [found[number] for number in range(len(parts))]

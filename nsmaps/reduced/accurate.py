@@ -33,7 +33,7 @@ class AccurateResult:
 
 
 def accurate(
-    system: "ImpactSystem", grid: Grid, tolerance: float, progress: Callable[[int, int], None] = lambda done, waiting: None
+    system: "ImpactSystem", grid: Grid, tolerance: float, progress: Callable[[int, int], None] | None = None
 ) -> AccurateResult:
     """The map of strips of a system over a grid's box; `progress` as of `strip_map`.
 

@@ -10,6 +10,7 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.polynomial.legendre import leggauss
 
 from nsmaps.exact.impacts import Floats, Outcome
+from nsmaps.progress import Work, beat
 from nsmaps.reduced.lines import MANY_IMPACTS
 from nsmaps.reduced.slabs import HIGH, LOW, STRAIGHT, Slab
 
@@ -85,26 +86,32 @@ def grow(
     leaves: Sequence[Leaf],
     tolerance: float,
     degrees: Sequence[int],
-    progress: Callable[[int, int], None] = lambda done, waiting: None,
-) -> int:
+    progress: Callable[[int, int], None] | None,
+    work: Work,
+) -> tuple[int, bool]:
     """Fit leaves, dividing them until their polynomials are within `tolerance` (of speed and of phase in radians).
 
-    Returns how many exact returns it took.
+    Returns how many exact returns it took, and whether all was done before the work was over.
     """
     trial = _trial()
     waiting, done, returns = list(leaves), 0, 0
     nodes = _nodes(max(degrees))
-    while waiting:
-        progress(done, len(waiting))
+    while waiting and not work.over:
+        beat(done / (done + len(waiting)), f"{done} leaves done, {len(waiting)} to fit")
+        if progress is not None:
+            progress(done, len(waiting))
         left: list[Leaf] = []
         for some in (waiting[k : k + 512] for k in range(0, len(waiting), 512)):
+            if work.over:
+                left += some
+                continue
             values, good = _sampled(system, slabs, some, np.concatenate([nodes, trial]))
             returns += values.shape[0] * values.shape[1]
             for leaf, y, fine in zip(some, values, good, strict=True):
                 left += _settle(leaf, y, fine, tolerance, degrees)
         done += len(waiting) - len(left) // 2
         waiting = left
-    return returns
+    return returns, not waiting
 
 
 def _settle(leaf: Leaf, y: Floats, fine: bool, tolerance: float, degrees: Sequence[int]) -> list[Leaf]:

@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surface import Grid
+from nsmaps.progress import shows
 from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.condition import Number
 
@@ -108,6 +109,7 @@ class PartitionResult:
         return [row for row in self.log if row.became.startswith(("accepted", "given up"))]
 
 
+@shows
 def partition(
     system: "ImpactSystem", grid: Grid, spec: Partition, progress: Progress = lambda done, most: None
 ) -> PartitionResult:

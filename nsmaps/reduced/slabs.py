@@ -12,6 +12,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from nsmaps.exact.impacts import TWO_PI, Floats
+from nsmaps.progress import Work, beat
 from nsmaps.reduced.lines import Line, lines
 
 if TYPE_CHECKING:
@@ -57,24 +58,28 @@ def unchart(chart: int, low: float, high: float, s: Floats) -> Floats:
     return high - (high - low) * (far**2 if chart == HIGH else far)
 
 
-def slabs(system: "ImpactSystem", speeds: tuple[float, float], phases: tuple[float, float]) -> list[Slab]:
-    """The bands between two speeds, in order, over the phases from low to high (radians).
+def slabs(
+    system: "ImpactSystem", speeds: tuple[float, float], phases: tuple[float, float], work: Work
+) -> tuple[list[Slab], bool]:
+    """The bands between two speeds, in order, over the phases from low to high (radians); and whether these are all.
 
     What lies between two bands, together less than a millionth of the range, is so near to a change that no curve follows.
     """
     whole = speeds[1] - speeds[0]
     x = np.linspace(0, 1, LINES)
-    found = _told_apart(system, lines(system, speeds[0] + whole * x * (1 + x) / 2, *phases), phases)
+    found = _told_apart(system, lines(system, speeds[0] + whole * x * (1 + x) / 2, *phases), phases, work)
+    apart = not work.over
     runs = [list(run) for _, run in groupby(found, key=lambda line: line.kind)]
     waiting = [(run[0].v, run[-1].v) for run in runs if run[-1].v - run[0].v > NARROW * whole]
     made: list[Slab] = []
-    while waiting:
+    while waiting and not work.over:
+        beat(0.0, f"{len(made)} bands of edges, {len(waiting)} to resolve")
         fitted = _fitted(system, waiting, phases, 0.01 * whole)
         made += [slab for slab in fitted if slab]
         left = [band for band, slab in zip(waiting, fitted, strict=True) if not slab]
         halves = [half for low, high in left for half in ((low, (low + high) / 2), ((low + high) / 2, high))]
         waiting = [(low, high) for low, high in halves if high - low > NARROW * whole]
-    return sorted(made, key=lambda slab: slab.low)
+    return sorted(made, key=lambda slab: slab.low), apart and not waiting
 
 
 def clear_phase(system: "ImpactSystem", speeds: tuple[float, float]) -> float:
@@ -88,15 +93,16 @@ def clear_phase(system: "ImpactSystem", speeds: tuple[float, float]) -> float:
     return float(at[np.argmax(away)])
 
 
-def _told_apart(system: "ImpactSystem", found: list[Line], phases: tuple[float, float]) -> list[Line]:
+def _told_apart(system: "ImpactSystem", found: list[Line], phases: tuple[float, float], work: Work) -> list[Line]:
     """Lines so that neighbours of different kinds are as near as floats can be."""
     whole = found[-1].v - found[0].v
-    for _ in range(60):
+    for number in range(60):
         ends = [(a.v, b.v) for a, b in pairwise(found) if a.kind != b.kind]
         least = 4e-16 * max(abs(found[0].v), abs(found[-1].v)) if len(ends) <= MANY else ROUGH * whole
         pairs = [(a + b) / 2 for a, b in ends if b - a > least]
-        if not pairs:
+        if not pairs or work.over:
             break
+        beat(0.0, f"edges told apart on {len(found)} lines, round {number + 1}")
         between = lines(system, pairs, *phases)
         both = sorted([*found, *between], key=lambda line: line.v)
         inner = [b for a, b, c in zip(both, both[1:], both[2:], strict=False) if not a.kind == b.kind == c.kind]

@@ -1,7 +1,8 @@
 """A return map to any tolerance: polynomials in strips between the edges of the exact map, which itself answers for the rest."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import FitError
 from nsmaps.exact.impacts import TWO_PI, Floats, Returns, as_states
+from nsmaps.progress import Work, working
 from nsmaps.reduced.leaves import Leaf, cell_area, grow, roots_of, terms
 from nsmaps.reduced.polymap import Ints
 from nsmaps.reduced.slabs import Slab, clear_phase, slabs
@@ -37,6 +39,7 @@ class StripReport:
     exact_share: float  #: of the box's area that is left to the exact map, to a few digits
     returns: int  #: exact returns used for the fits
     seconds: dict[str, float]  #: to build, by part
+    stopped: bool = False  #: by `max_seconds`, before all was within the tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,38 +130,57 @@ def strip_map(
     speeds: tuple[float, float],
     phases: tuple[float, float],
     tolerance: float,
-    progress: Callable[[int, int], None] = lambda done, waiting: None,
+    progress: Callable[[int, int], None] | None = None,
+    max_seconds: float = inf,
 ) -> StripMap:
     """The map of strips of a system over a box of speeds and phases, to a tolerance.
+
+    It takes seconds over a box with few edges, and many minutes where there are many, as over speeds so large that a flight spans
+    many periods of the forcing: on a terminal a line shows how far it is.
 
     Args:
         speeds: lowest and highest, both above zero: at zero the ball does not leave the wall, and the map is not smooth.
         phases: lowest and highest, radians; a whole turn is taken as a circle, cut where that is best.
         tolerance: of the speed, and of the phase in radians, over the whole box but within 1e-11 of an edge.
         progress: called with the leaves that are done and those that wait, before each round of fits.
+        max_seconds: after so many seconds no round is begun, nor after half as many one that seeks edges: where it was not
+            finished the exact map answers. `report.exact_share` says where how much, `report.stopped` that it was so.
 
     Raises:
         FitError: a box that is none, or a tolerance that rounding does not allow.
     """
+    _check_box(speeds, phases, tolerance)
+    with working("strip map", progress, max_seconds) as work:
+        return _strip_map(system, speeds, phases, tolerance, progress, work)
+
+
+def _strip_map(
+    system: "ImpactSystem",
+    speeds: tuple[float, float],
+    phases: tuple[float, float],
+    tolerance: float,
+    progress: Callable[[int, int], None] | None,
+    work: Work,
+) -> StripMap:
     from nsmaps.reduced.striptables import build_tables
 
-    _check_box(speeds, phases, tolerance)
     begun = perf_counter()
     if phases[1] - phases[0] >= TWO_PI * (1 - 1e-12):
         cut = clear_phase(system, speeds)
         cut -= TWO_PI * (cut > np.pi)
         phases = cut, cut + TWO_PI
-    bands = slabs(system, speeds, phases)
+    bands, found = slabs(system, speeds, phases, replace(work, max_seconds=work.max_seconds / 2))
     cut_at = perf_counter()
     box = np.array([speeds, phases], float)
     trees = roots_of(bands, box[:, 1] - box[:, 0])
     degrees = next(each for least, each in DEGREES if tolerance >= least)
     roots = [leaf for cells in trees for cell in cells for leaf in cell]
-    returns = grow(system, bands, roots, tolerance, degrees, progress=progress)
+    returns, fitted = grow(system, bands, roots, tolerance, degrees, progress, work)
     leaves = [leaf for root in roots for leaf in _ends(root)]
     report = _report(tolerance, box, bands, leaves, returns, {"edges": cut_at - begun, "fits": perf_counter() - cut_at})
     cells = [(bands[leaf.slab], leaf.cell) for leaf in leaves if leaf.degree >= 0]
     words = np.array([(band.words[cell], band.outcomes[cell]) for band, cell in cells], np.int64).reshape(-1, 2)
+    report = replace(report, stopped=not (found and fitted))
     return StripMap(system, Strips(box, tuple(bands), report, words, build_tables(box, bands, trees)))
 
 

@@ -96,7 +96,8 @@ def _forest(trees: Trees) -> tuple[Ints, Ints, Floats, list[Leaf]]:
     cells = [cell for slab in trees for cell in (*slab, [])]  # above the last curve of a slab there is no cell
     root = [[planted(cell[k]) if k < len(cell) else -1 for k in (0, 1)] for cell in cells]
     across = [[cell[k].chart if k < len(cell) else 0 for k in (0, 1)] for cell in cells]
-    return np.array(root).reshape(-1, 2), np.array(across).reshape(-1, 2), np.array(nodes).reshape(-1, 4), leaves
+    roots, charts = (np.array(each, np.int64).reshape(-1, 2) for each in (root, across))
+    return roots, charts, np.array(nodes, float).reshape(-1, 4), leaves
 
 
 def _powers(leaf: Leaf) -> Floats:

@@ -11,6 +11,7 @@ from time import perf_counter
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.interrupts import heard
 from nsmaps.plugins import is_file
+from nsmaps.progress import working
 from nsmaps.study.archive import read_result, versions_of, write
 from nsmaps.study.folder import check_folder
 from nsmaps.study.plan import Plan, prepare
@@ -39,7 +40,7 @@ class Interrupted(KeyboardInterrupt):
 def run(
     study: Study | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
-    progress: Progress = lambda what, done, total: None,
+    progress: Progress | None = None,
     resume: bool = False,
     *,
     installed_only: bool = False,
@@ -55,6 +56,9 @@ def run(
     more than `max_memory` gigabytes or `max_hours` on one core is refused before anything is computed: by default more than the
     environment variables `NSMAPS_MAX_MEMORY` and `NSMAPS_MAX_HOURS` say, else the memory of the machine and 24 hours.
 
+    `progress` is called with the step, how many are done with the share of it, and how many there are; without one a line on a
+    terminal says so.
+
     What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
 
     Raises StudyError for a study that cannot be run; NsmapsError for a folder that holds a run of another study, or, to be
@@ -62,6 +66,23 @@ def run(
     have been written.
     """
     study = study if isinstance(study, Study) else load_study(study, installed_only=installed_only)
+    with working(study.name, progress) as work:
+
+        def line(what: str, done: float, total: int) -> None:
+            work.step_to(f"{what} ({min(int(done) + 1, total)} of {total})", done / total)
+
+        return _run(study, out, progress or line, resume, installed_only, max_memory, max_hours)
+
+
+def _run(
+    study: Study,
+    out: str | os.PathLike[str] | None,
+    progress: Progress,
+    resume: bool,
+    installed_only: bool,
+    max_memory: float | None,
+    max_hours: float | None,
+) -> StudyResult:
     if installed_only:
         check_installed(study)
     plan = prepare(study)

@@ -33,7 +33,7 @@ FOLLOWED, IMPACTS, LOOKS = 6, 4, 40  #: trajectories compared with the formulas,
 
 
 def check_system(system: ImpactSystem, acceleration: Acceleration | None = None, states: ArrayLike | None = None) -> None:
-    """Check that a system's formulas make a return map; takes seconds, most of them to compile it when it is new.
+    """Check that a system's formulas make a return map; takes seconds, and up to a minute or more to compile it when it is new.
 
     Told are: walls that leave no room, or are forgotten so that flights never come back; a period that is wrong; a flight that
     does not start where and as fast as it should, or not obey its equation; an impact that does not reverse the motion; a

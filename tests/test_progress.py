@@ -1,0 +1,182 @@
+"""What long calls say on a terminal and nowhere else, and that they stop where they are told to, with what was finished."""
+
+import sys
+import threading
+from io import StringIO
+from math import inf, pi
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps import progress
+from nsmaps.auxiliary.domain import smallest_box
+from nsmaps.progress import CLEAR, Work, beat, shown, shows, silent, working
+
+BOX = [[0.7, 1.0], [0.2, 1.14]]
+
+
+class Terminal(StringIO):
+    """Standard error of somebody who looks on."""
+
+    def isatty(self):
+        return True
+
+
+def looked_at(monkeypatch):
+    """Standard error from now on: not from a fixture, after which pytest sets its own."""
+    monkeypatch.setattr(progress, "AFTER", 0.01)
+    monkeypatch.setattr(progress, "EVERY", 0.01)
+    monkeypatch.setattr(sys, "stderr", stream := Terminal())
+    return stream
+
+
+def lines(stream):
+    return [line for line in stream.getvalue().split(CLEAR) if line]
+
+
+def waits(seconds=0.1):
+    threading.Event().wait(seconds)
+
+
+def test_a_line_says_how_far_a_call_is_and_is_gone_after_it(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    with shown(Work("long call")):
+        waits()
+        beat(0.25, "7 parts")
+        waits()
+    assert lines(terminal)[0] == "long call: 0:00"
+    assert lines(terminal)[-1] == "long call: 25 %, 7 parts, 0:00"
+    assert terminal.getvalue().endswith(CLEAR)
+    assert "\n" not in terminal.getvalue()
+
+
+def test_only_the_outermost_call_is_shown(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    inner = shows(lambda: waits(0.05))
+    with working("outer", None):
+        inner()
+        inner()
+    assert {line.split(":")[0] for line in lines(terminal)} == {"outer"}
+    with silent():
+        inner()
+    assert {line.split(":")[0] for line in lines(terminal)} == {"outer"}
+
+
+def test_one_that_is_given_a_progress_is_silent(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    call = shows(lambda progress=None: waits(0.05))
+    call(progress=print)
+    assert terminal.getvalue() == ""
+    call()
+    assert terminal.getvalue() != ""
+
+
+def test_another_thread_is_silent_and_an_error_takes_the_line_away(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    thread = threading.Thread(target=shows(lambda: waits(0.05)))
+    thread.start()
+    thread.join()
+    assert terminal.getvalue() == ""
+    with pytest.raises(ZeroDivisionError):
+        shows(lambda: waits(0.05) or 1 / 0)()
+    assert terminal.getvalue().endswith(CLEAR)
+    assert not progress._shown
+
+
+def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
+    for stream in (StringIO(), Terminal(), None):
+        monkeypatch.setattr(sys, "stderr", stream)
+        with shown(Work("call")):
+            waits(0.05)
+        assert stream is None or stream.getvalue() == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("attracting domain", lambda system: nsmaps.attracting_domain(system, BOX, 2, bounds="sampled", samples=21)),
+        ("smallest box", lambda system: smallest_box(system, BOX, 21, bounds="sampled")),
+        ("strip map", lambda system: nsmaps.strip_map(system, (0.6, 0.95), (0.1, 1.0), 1e-2)),
+        ("bifurcation", lambda system: nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], 20, 20)),
+        ("basins", lambda system: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), returns=200)),
+        ("morse_sets", lambda system: nsmaps.morse_sets(system, BOX, 1)),
+        ("find_cycles", lambda system: nsmaps.find_cycles(system, BOX, 1, 1)),
+        ("orbit", lambda system: nsmaps.orbit(system, [0.2, 0.1], 200_000)),
+    ],
+)
+def test_long_calls_are_shown(name, call, pair, monkeypatch):
+    seen = []
+    system = pair(0.35)
+    looked_at(monkeypatch)
+    monkeypatch.setattr(progress, "_show", lambda work, done: seen.append(work))
+    call(system)
+    assert [work.name for work in seen] == [name]
+
+
+RUN = """
+title: An orbit and a diagram
+system: bouncing_ball
+parameters: {Gamma: 1.2}
+grid: {v: {from: 1, to: 5, points: 3}, phi: {from: 0, to: 2*pi, points: 3}}
+orbits: [{start: {v: 4, phi: 0.5}, returns: 40000}]
+bifurcation: {parameter: Gamma, from: 1.1, to: 1.3, points: 40, start: {v: 4, phi: 0.5}, returns: 200, transient: 200}
+"""
+
+
+def test_a_run_says_its_step(monkeypatch, tmp_path):
+    seen = []
+
+    def note(work, done):
+        while not done.wait(0.0005):
+            seen.append(work.line())
+
+    (tmp_path / "small.yaml").write_text(RUN)
+    looked_at(monkeypatch)
+    monkeypatch.setattr(progress, "_show", note)
+    nsmaps.run(tmp_path / "small.yaml")
+    assert any("bifurcation (4 of 4), " in line and " of 40 values" in line for line in seen)
+    assert all(line.startswith("small:") for line in seen)
+    seen.clear()
+    told = []
+    nsmaps.run(tmp_path / "small.yaml", progress=lambda what, done, total: told.append(what))
+    assert seen == []
+    assert {"orbits", "bifurcation", "done"} <= set(told)
+
+
+def test_a_domain_stops_in_time_with_the_updates_that_are_finished(pair):
+    whole = nsmaps.attracting_domain(pair(0.35), BOX, 11)
+    part = nsmaps.attracting_domain(pair(0.35), BOX, 11, max_seconds=0)
+    assert len(whole.updates) > len(part.updates) == 1
+    assert np.array_equal(part.boxes, whole.boxes[:2])
+    assert (part.trapped, part.settled) == (True, False)
+    assert part.reason.endswith("stopped after 0 s, with update 1 of 11")
+    assert "stopped" not in whole.reason
+
+
+def test_a_box_that_is_not_grown_in_time_is_none(pair):
+    box, why = smallest_box(pair(0.35), [[0.8, 0.81], [0.4, 0.41]], bounds="sampled", max_seconds=0)
+    assert box is None
+    assert why == "stopped after 0 s: grown 0 times to v in [0.8, 0.81] x phi in [0.4, 0.41]"
+    domain = nsmaps.attracting_domain(pair(0.35), [[0.8, 0.81], [0.4, 0.41]], grow=True, bounds="sampled", max_seconds=0)
+    assert (domain.trapped, domain.settled) == (False, False)
+    assert "stopped after 0 s" in domain.reason
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.5, inf])
+def test_a_map_of_strips_stops_in_time_and_leaves_the_rest_to_the_exact_map(seconds, pair):
+    system = pair(0.30)
+    made = nsmaps.strip_map(system, (0.2, 1.2), (0.0, 2 * pi), 1e-4, max_seconds=seconds)
+    assert made.strips.report.stopped == (seconds < inf)
+    if seconds == 0:
+        assert made.strips.report.exact_share == pytest.approx(1)
+    states = np.random.default_rng(2).uniform([0.2, 0], [1.2, 6.28], (500, 2))
+    strips, exact = made.first_return(states), system.first_return(states)
+    assert np.array_equal(strips.outcome == 0, exact.outcome == 0)
+    assert np.nanmax(np.abs(strips.lifted - exact.lifted)) < 3e-4
+
+
+def test_a_map_of_strips_with_many_edges_stops_while_these_are_told_apart(pair):
+    made = nsmaps.strip_map(pair(0.35), (0.5, 15), (0.0, 2 * pi), 1e-4, max_seconds=1)
+    assert made.strips.report.stopped
+    assert sum(made.strips.report.seconds.values()) < 60  # minutes without a limit; the rounds begun are finished
