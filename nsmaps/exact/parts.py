@@ -4,9 +4,12 @@ import hashlib
 import json
 import pickle
 import warnings
+import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, fields, is_dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +20,10 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle, angle_mask
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.progress import beat
+from nsmaps.storage import replace_file, sweep
 
 Arrays = dict[str, NDArray[Any]]
+NOTE, OF = "parts.json", "part_of"  #: of a folder of parts: the file that says of what, and the key in each that does
 LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: what dask calls a worker that is gone for good
 
 
@@ -89,22 +94,37 @@ def _computed(
     left = set(todo)
     if executor is not None and todo:
         _check_sent(work, parts[todo[0]], executor)
-        futures = {}
+        futures: dict[Future[Arrays], int] = {}
+        why = ""
         try:
-            futures = {executor.submit(work, *parts[k]): k for k in todo}
+            try:
+                for k in todo:
+                    futures[executor.submit(work, *parts[k])] = k
+            except Exception as error:  # a worker was lost before all were sent
+                why = _lost(error)
             for future in as_completed(futures):
-                yield futures[future], future.result()
+                try:
+                    made = future.result()
+                except Exception as error:  # of this part alone: others may be finished elsewhere
+                    why = _lost(error)
+                    continue
+                yield futures[future], made
                 left.discard(futures[future])
-        except Exception as error:
-            if not isinstance(error, BrokenExecutor) and type(error).__name__ not in LOST:
-                raise
-            text = f"workers were lost ({error or type(error).__name__}); {len(left)} of {len(parts)} parts are computed here"
-            warnings.warn(text, RuntimeWarning, stacklevel=4)
         finally:
             for future in futures:
                 future.cancel()
+        if left:
+            text = f"workers were lost ({why}); {len(left)} of {len(parts)} parts are computed here"
+            warnings.warn(text, RuntimeWarning, stacklevel=4)
     for number in sorted(left):
         yield number, work(*parts[number])
+
+
+def _lost(error: Exception) -> str:
+    """What is said of a worker that was lost for good; any other error is raised."""
+    if not isinstance(error, BrokenExecutor) and type(error).__name__ not in LOST:
+        raise error
+    return str(error) or type(error).__name__
 
 
 def _check_sent(work: object, part: tuple[Any, ...], executor: Executor) -> None:
@@ -124,33 +144,59 @@ class _Folder:
     """Finished parts as files, beside a note of what they are parts of."""
 
     path: Path
+    work: str  #: a digest of what they are parts of, which each of them holds
 
     @classmethod
     def of(cls, path: Path, work: Callable[..., Arrays], parts: Sequence[tuple[Any, ...]]) -> "_Folder":
         """The folder for these parts; made, or found to be of the same."""
         text = _told((f"{work.__module__}.{work.__qualname__}", tuple(parts)))
-        note = {"work": work.__qualname__, "parts": len(parts), "of": hashlib.sha256(text.encode()).hexdigest()}
-        file = path / "parts.json"
-        if file.exists() and json.loads(file.read_text()) != note:
-            raise NsmapsError(f"the folder {path} holds parts of other work; accepted: the same again, or another folder")
+        of = hashlib.sha256(text.encode()).hexdigest()
+        note = {"work": work.__qualname__, "parts": len(parts), "of": of}
         path.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(note))
-        return cls(path)
+        sweep(path)
+        found = _note(path / NOTE)
+        if found is not None and found != note:
+            raise NsmapsError(f"the folder {path} holds parts of other work; accepted: the same again, or another folder")
+        if found is None:
+            replace_file(path / NOTE, json.dumps(note).encode())
+        return cls(path, of)
 
     def read(self, count: int) -> dict[int, Arrays]:
-        """The finished parts among the first `count`."""
+        """The finished parts among the first `count`; one that is broken, or of other work, is not among them."""
         files = {k: self._file(k) for k in range(count)}
-        return {k: dict(np.load(file, allow_pickle=False)) for k, file in files.items() if file.exists()}
+        found = {k: read_arrays(file) for k, file in files.items()}
+        return {k: arrays for k, arrays in found.items() if arrays is not None and str(arrays.pop(OF, "")) == self.work}
 
     def write(self, number: int, arrays: Arrays) -> None:
         """Keep a part: its file appears whole or not at all."""
-        unfinished = self._file(number).with_suffix(".unfinished")
-        with unfinished.open("wb") as stream:
-            np.savez(stream, allow_pickle=False, **arrays)
-        unfinished.replace(self._file(number))
+        replace_file(self._file(number), packed({**arrays, OF: np.array(self.work)}))
 
     def _file(self, number: int) -> Path:
         return self.path / f"part-{number:06d}.npz"
+
+
+def packed(arrays: Arrays) -> bytes:
+    """Arrays as the content of an npz file, without Python objects."""
+    stream = BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def read_arrays(file: Path) -> Arrays | None:
+    """The arrays of an npz file; None where it is not there, or not whole."""
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            return dict(arrays)
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error):
+        return None
+
+
+def _note(file: Path) -> Any:
+    """What is noted of the work whose parts are in a folder; None where nothing is, or where it cannot be read."""
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
 
 
 def _told(value: Any) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from importlib.metadata import PackageNotFoundError, version
-from io import BytesIO, StringIO
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +23,12 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.exact.parts import packed
 from nsmaps.plugins import entry_of, is_file, owner_of
 from nsmaps.reading import json_of, text_of
 from nsmaps.storage import replace_file
 from nsmaps.study.domains import second_iterate_of
-from nsmaps.study.folder import RECORD, clear
+from nsmaps.study.folder import RECORD, replace_results, settle
 from nsmaps.study.reader import read_study
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.sizes import GIGABYTE, memory_limit
@@ -69,6 +70,10 @@ KEPT = (
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")
 
 
+class BrokenRun(NsmapsError):
+    """A file of a run is missing or cut off."""
+
+
 def versions() -> dict[str, str]:
     """The versions of Python, of nsmaps and of what it is built on, without importing any of them."""
     found = {"python": platform.python_version(), "platform": platform.platform()}
@@ -100,15 +105,10 @@ def resolved(study: Study) -> str:
 
 def write(result: StudyResult, folder: Path) -> None:
     """Write a result's files to a folder, which is made if it is not there; what was drawn of an earlier result goes."""
-    folder.mkdir(parents=True, exist_ok=True)
-    clear(folder)
     arrays: Arrays = {}
     objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
-    packed = BytesIO()
-    np.savez(packed, allow_pickle=False, **arrays)
-    replace_file(folder / "study.yaml", resolved(result.study).encode())
-    replace_file(folder / "arrays.npz", packed.getvalue())
-    replace_file(folder / "result.json", json.dumps(_record(result) | {"objects": objects}, indent=1).encode())
+    record = json.dumps(_record(result) | {"objects": objects}, indent=1).encode()
+    replace_results(folder, {"study.yaml": resolved(result.study).encode(), "arrays.npz": packed(arrays), RECORD: record})
 
 
 def amend(result: StudyResult, folder: Path) -> None:
@@ -143,6 +143,8 @@ def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False)
     Raises NsmapsError when the folder holds no finished result or one of another format.
     """
     place = Path(folder)
+    with suppress(OSError):  # it may be read only
+        settle(place)
     if not (place / "result.json").is_file():
         raise NsmapsError(f"{place} holds no result.json; accepted: a folder that `nsmaps run` wrote")
     with _whole(place / "result.json"):
@@ -200,7 +202,7 @@ def _whole(file: Path) -> Iterator[None]:
         raise
     except (OSError, EOFError, ValueError, RuntimeError, MemoryError, LookupError, zipfile.BadZipFile, zlib.error) as error:
         what = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
-        raise NsmapsError(f"{file} {what}; accepted: a folder as `nsmaps run` wrote it; run the study again") from error
+        raise BrokenRun(f"{file} {what}; accepted: a folder as `nsmaps run` wrote it; run the study again") from error
 
 
 def _check_format(place: Path, record: Any) -> None:

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -11,20 +11,31 @@ from nsmaps.reading import odd_character
 from nsmaps.storage import replace_file, unfinished
 
 RECORD = "result.json"
-RESULTS = ("study.yaml", RECORD, "arrays.npz")
+RESULTS = ("study.yaml", "arrays.npz", RECORD)
 LISTED = "written.txt"  #: the paths of what was drawn and exported from the results, a line each
 
 
+READY = ".ready"  #: a folder inside with files of a result that are whole, and are moved to their places
+BEGIN = '{\n "format": '  #: how a record begins
+
+
 def check_folder(folder: Path, study: str) -> None:
-    """Refuse a folder that cannot be, that holds a run of another study, or files of a run's names that no run wrote."""
+    """Refuse a folder that cannot be, that holds a run of another study, or files of a run's names that no run wrote.
+
+    What a program that was killed had ready is moved to its place before.
+    """
     if odd := odd_character(os.fspath(folder)):
         raise NsmapsError(f"the character {odd} in the name of a folder; accepted: a name without control characters")
     there = next(path for path in (folder, *folder.parents, Path()) if os.path.lexists(path))
     if not (os.path.isdir(there) and os.access(there, os.W_OK)):
         raise NsmapsError(f"{there} is no folder that can be written to; accepted: one that can, or the name of one to be made")
+    with writable(folder):
+        settle(folder)
+        with unfinished(folder):
+            pass
     accepted = "accepted: a folder of this study's own, or one that is empty or not there"
     if (folder / RECORD).is_file():
-        found = _study_of(folder / RECORD)
+        found = study if _is_cut_off(folder / RECORD) else _study_of(folder / RECORD)
         if found is None:
             raise NsmapsError(f"{folder / RECORD} is there, and no run wrote it; {accepted}")
         if found != study:
@@ -41,6 +52,45 @@ def _study_of(record: Path) -> str | None:
         return None
     name = data.get("study") if isinstance(data, dict) else None
     return name if isinstance(name, str) else None
+
+
+def _is_cut_off(record: Path) -> bool:
+    """Whether a file is what a broken disk left of a record."""
+    text = record.read_bytes().decode(errors="replace")
+    return not text.strip("\0 \n") or (text.startswith(BEGIN) and _study_of(record) is None)
+
+
+def replace_results(folder: Path, contents: Mapping[str, bytes]) -> None:
+    """Replace the files of a result, all or none, whatever stops the program; what was drawn of the earlier result goes."""
+    settle(folder)
+    with unfinished(folder) as beside:
+        for name, content in contents.items():
+            replace_file(beside / name, content)
+        beside.rename(folder / READY)
+    settle(folder)
+
+
+def settle(folder: Path) -> None:
+    """Move files of a result that are ready to their places, the record last, if there are any."""
+    if not (folder / READY / RECORD).is_file():
+        return
+    clear(folder)
+    for name in RESULTS:
+        if (folder / READY / name).is_file():
+            (folder / READY / name).replace(folder / name)
+    (folder / READY).rmdir()
+
+
+@contextmanager
+def writable(folder: Path) -> Iterator[None]:
+    """Where a run's folder cannot be written the error says what is kept and how to go on."""
+    try:
+        yield
+    except OSError as error:
+        raise NsmapsError(
+            f"{folder} cannot be written to ({error.strerror or error}); expected: room on the disk, and the right to write. "
+            "What was finished before is kept there: go on with --resume"
+        ) from error
 
 
 @contextmanager

@@ -12,8 +12,9 @@ from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.interrupts import heard
 from nsmaps.plugins import is_file
 from nsmaps.progress import working
-from nsmaps.study.archive import read_result, versions_of, write
-from nsmaps.study.folder import check_folder
+from nsmaps.study.archive import BrokenRun, read_result, versions_of, write
+from nsmaps.study.checkpoint import PARTS, keep_step, with_steps
+from nsmaps.study.folder import check_folder, writable
 from nsmaps.study.plan import Plan, prepare
 from nsmaps.study.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
@@ -25,7 +26,6 @@ from nsmaps.study.verdicts import verdicts
 Progress = Callable[
     [str, float, int], None
 ]  #: what is being computed, how many steps are done and which share of it, of how many
-PARTS = "parts"  #: the folder of a run's folder with what is finished of steps that are not
 ALMOST = 0.999  #: the largest share of a step that is told before it is done
 
 
@@ -93,9 +93,11 @@ def _run(
     result = StudyResult(study, plan.system, versions=versions_of(study.system))
     if resume and folder and (folder / "result.json").is_file():
         result = _kept(result, folder)
-    elif folder and not resume:
-        shutil.rmtree(folder / PARTS, ignore_errors=True)
     names = steps_of(study)
+    if folder and resume:
+        result = with_steps(result, names, folder)
+    elif folder:
+        shutil.rmtree(folder / PARTS, ignore_errors=True)
     try:
         with heard() as stopped:
             for done, name in enumerate(names):
@@ -103,10 +105,11 @@ def _run(
                 if name not in result.timings:
                     keep = folder and folder / PARTS / name
                     told = _share(progress, stopped, name, done, len(names))
-                    result = _with_step(replace(plan, told=told, keep=keep), result, name)
+                    result = _with_step(replace(plan, told=told, keep=keep), result, name, folder)
                 stopped()
             progress("done", len(names), len(names))
-            result = replace(result, verdicts=verdicts(result), finished=True)
+            timings = {name: result.timings[name] for name in names} | result.timings  # in the order of the steps
+            result = replace(result, timings=timings, verdicts=verdicts(result), finished=True)
     except KeyboardInterrupt:
         raise Interrupted(_unfinished(result, folder), folder) from None
     except Exception as error:
@@ -128,9 +131,12 @@ def _unfinished(result: StudyResult, folder: Path | None) -> StudyResult:
 
 def _write(result: StudyResult, folder: Path) -> None:
     """Write a result, and only then let go of the parts of its steps."""
-    write(result, folder)
+    with writable(folder):
+        write(result, folder)
     for name in result.timings:
         shutil.rmtree(folder / PARTS / name, ignore_errors=True)
+        with suppress(OSError):  # not there
+            (folder / PARTS / f"{name}.npz").unlink()
     with suppress(OSError):  # not there, or with parts of a step that was stopped
         (folder / PARTS).rmdir()
 
@@ -145,16 +151,23 @@ def _share(progress: Progress, stopped: Callable[[], None], name: str, done: int
     return told
 
 
-def _with_step(plan: Plan, result: StudyResult, name: str) -> StudyResult:
-    """The result with what one step computes, and its time."""
+def _with_step(plan: Plan, result: StudyResult, name: str, folder: Path | None) -> StudyResult:
+    """The result with what one step computes, and its time; kept in the folder, if there is one."""
     begun = perf_counter()
-    parts = STEPS[name](plan, result)
-    return replace(result, **parts, timings={**result.timings, name: perf_counter() - begun})
+    changes = STEPS[name](plan, result)
+    result = replace(result, **changes, timings={**result.timings, name: perf_counter() - begun})
+    if folder:
+        with writable(folder):
+            keep_step(result, name, changes, folder)
+    return result
 
 
 def _kept(new: StudyResult, folder: Path) -> StudyResult:
     """The result in a folder, if it is one of the same study by the same versions."""
-    kept = read_result(folder, installed_only=not is_file(new.study.system))
+    try:
+        kept = read_result(folder, installed_only=not is_file(new.study.system))
+    except (BrokenRun, StudyError):  # computed again
+        return new
     for what, same in (("study", kept.study == new.study), ("versions", kept.versions == new.versions)):
         if not same:
             raise NsmapsError(

@@ -5,7 +5,7 @@ import pickle
 import signal
 import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -158,3 +158,48 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
                 assert np.array_equal(one[name].image, two[name].image)
     with pytest.raises(nsmaps.NsmapsError, match="unknown parameter 'dd'"):
         sweep(system, "dd", [0.3], grid, families)
+
+
+def test_a_broken_part_or_note_loses_nothing_else(tmp_path: Path) -> None:
+    tasks = [(k,) for k in range(4)]
+    whole = in_parts(counted, tasks, keep=tmp_path)
+    for note in ("", '{"work'):
+        (tmp_path / "parts.json").write_text(note)
+        file = tmp_path / "part-000002.npz"
+        file.write_bytes(file.read_bytes()[:50])
+        COUNTED.clear()
+        again = in_parts(counted, tasks, keep=tmp_path)
+        assert COUNTED == [2]
+        assert [int(each["x"][0]) for each in again] == [int(each["x"][0]) for each in whole] == [0, 1, 2, 3]
+
+
+def test_parts_of_other_work_are_not_taken_where_the_note_is_broken(tmp_path: Path) -> None:
+    in_parts(counted, [(k,) for k in range(4)], keep=tmp_path)
+    (tmp_path / "parts.json").write_text("")
+    COUNTED.clear()
+    in_parts(counted, [(k + 1,) for k in range(4)], keep=tmp_path)
+    assert COUNTED == [1, 2, 3, 4]
+
+
+COUNTED: list[int] = []
+
+
+def counted(k: int) -> dict[str, np.ndarray]:
+    """A part that notes that it was computed."""
+    COUNTED.append(k)
+    return {"x": np.array([k])}
+
+
+def test_one_lost_part_leaves_the_others_to_their_workers(tmp_path: Path) -> None:
+    class Losing(ThreadPoolExecutor):
+        def submit(self, work, k):
+            return super().submit(lost if k == 1 else work, k)
+
+    def lost(k: int) -> None:
+        raise BrokenExecutor("gone")
+
+    COUNTED.clear()
+    with Losing(1) as executor, pytest.warns(RuntimeWarning, match=r"workers were lost \(gone\); 1 of 4 parts are computed here"):
+        made = in_parts(counted, [(k,) for k in range(4)], executor)
+    assert COUNTED == [0, 2, 3, 1]
+    assert [int(each["x"][0]) for each in made] == [0, 1, 2, 3]

@@ -13,6 +13,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact import parts
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.reduced.composite import CompositeMap
+from nsmaps.study import folder as folders
 from nsmaps.study import steps
 from nsmaps.study.run import Interrupted
 
@@ -195,3 +196,94 @@ def test_noise_goes_on_at_its_finished_parts_and_a_fresh_run_does_not(monkeypatc
     made.clear()
     run("s.yaml", out="other")
     assert len(made) == 6, "from the beginning"
+
+
+class Killed(BaseException):
+    """What no program can answer, as kill -9."""
+
+
+def killed(study: str, at: str, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a run that was killed in a step."""
+    with monkeypatch.context() as patch:
+        patch.setitem(steps.STEPS, at, lambda plan, result: (_ for _ in ()).throw(Killed))
+        with pytest.raises(Killed):
+            run(study, out="out")
+    return Path("out")
+
+
+def made_by(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the steps that are computed from now on."""
+    made: list[str] = []
+    for name, step in list(steps.STEPS.items()):
+        monkeypatch.setitem(steps.STEPS, name, lambda *given, name=name, step=step: (made.append(name), step(*given))[1])
+    return made
+
+
+def test_a_killed_run_goes_on_after_its_last_step(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("s.yaml").write_text(good)
+    whole = run("s.yaml")
+    folder = killed("s.yaml", "domains", monkeypatch)
+    assert not (folder / "result.json").exists()
+    (folder / "parts" / "surfaces.npz").write_bytes(b"cut off")
+    made = made_by(monkeypatch)
+    again = run("s.yaml", out=folder, resume=True)
+    assert made == ["surfaces", "domains"]
+    assert list(again.timings) == list(whole.timings)
+    assert again.verdicts == whole.verdicts
+    assert np.array_equal(again.orbits[0].exact.states, whole.orbits[0].exact.states)
+    assert sorted(path.name for path in folder.iterdir()) == ["arrays.npz", "result.json", "study.yaml"]
+
+
+def test_steps_of_another_study_are_refused(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("s.yaml").write_text(good)
+    folder = killed("s.yaml", "domains", monkeypatch)
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 6"))
+    with pytest.raises(NsmapsError, match="out holds steps of a run of another study, or by other versions, than 's' now"):
+        run("s.yaml", out=folder, resume=True)
+
+
+@pytest.mark.parametrize("file", ["result.json", "study.yaml", "arrays.npz"])
+def test_what_is_broken_of_a_run_is_computed_again(good: str, file: str) -> None:
+    Path("s.yaml").write_text(good)
+    whole = run("s.yaml", out="out")
+    for content in (b"", Path("out", file).read_bytes()[:100]):
+        Path("out", file).write_bytes(content)
+        assert run("s.yaml", out="out", resume=True).verdicts == whole.verdicts
+        assert read_result("out").finished
+
+
+@pytest.mark.parametrize("moved", [0, 1, 2])
+def test_a_result_that_was_ready_when_the_program_was_killed_is_there(good: str, moved: int) -> None:
+    Path("s.yaml").write_text(good)
+    run("s.yaml", out="out")
+    ready = Path("out/.ready")
+    ready.mkdir()
+    for name in ("study.yaml", "arrays.npz", "result.json")[moved:]:
+        Path("out", name).rename(ready / name)
+    assert read_result("out").finished
+    assert not ready.exists()
+
+
+def test_a_disk_that_is_full_at_the_end_loses_no_step_and_no_earlier_result(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("s.yaml").write_text(good)
+    run("s.yaml", out="out")
+    before = {path.name: path.read_bytes() for path in Path("out").iterdir()}
+
+    def full(path: Path, content: bytes) -> None:
+        raise OSError(28, "No space left on device", str(path))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(folders, "replace_file", full)
+        with pytest.raises(NsmapsError, match=r"^out cannot be written to \(No space left on device\); .* go on with --resume$"):
+            run("s.yaml", out="out")
+    assert {path.name: path.read_bytes() for path in Path("out").iterdir() if path.is_file()} == before
+    assert {path.stem for path in Path("out/parts").iterdir()} == {"system", "surfaces", "composite", "orbits", "domains"}
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch, good: str) -> None:
+    Path("s.yaml").write_text(good)
+    Path("file").write_text("")
+    made = made_by(monkeypatch)
+    with pytest.raises(NsmapsError, match=r"^file is no folder that can be written to"):
+        run("s.yaml", out="file/out")
+    assert made == []
