@@ -13,7 +13,7 @@ from nsmaps.auxiliary.closedwalks import on_closed_walks
 from nsmaps.auxiliary.cover import MOST_CELLS
 from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.auxiliary.splices import spliced
-from nsmaps.dynamics.motion import differences
+from nsmaps.dynamics.motion import differences, magnitudes
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 MOST_WALKED = 20_000  #: cells among which closed walks are told apart by their length
 TRIES = 32  #: closed walks of each length from each cell, at random
 MOST_STEPS = 30  #: of Newton's method
-SAME = 1e-7  #: states that differ by less, in every coordinate, are one
-RESIDUAL = 1e-10
+SAME = 1e-7  #: states that differ by less in every coordinate, of its largest magnitude in the window or in radians, are one
+RESIDUAL = 1e-10  #: of cycles, in the same
 
 
 class Searchable(BoxMap, ReturnMap, Protocol):
@@ -162,29 +162,30 @@ def _cycles(map: ReturnMap, cells: Cells, guesses: Sequence[Floats], period: int
 def _add(map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]) -> None:
     """Add to the cycles found those to which Newton's method comes from guesses of shape (W, p, n), each once."""
     points = np.concatenate([np.empty((0, len(cells.shape))), *(cycle.states for cycle in found)])
-    made = _newton(map, guess)
-    _, firsts = np.unique(np.rint(made / SAME), axis=0, return_index=True)
+    scale = magnitudes(cells.coordinates, cells.window.T)
+    made = _newton(map, guess, scale)
+    _, firsts = np.unique(np.rint(made / scale / SAME), axis=0, return_index=True)
     for states in made[firsts]:
-        states = states[: _least_period(states, cells.coordinates)]
-        if _near(states[0], points, cells.coordinates).any() or (cells.numbers_of(states) < 0).any():
+        states = states[: _least_period(states, cells.coordinates, scale)]
+        if _near(states[0], points, cells.coordinates, scale).any() or (cells.numbers_of(states) < 0).any():
             continue
-        cycle = periodic_orbit(map, states, len(states), RESIDUAL)
+        cycle = periodic_orbit(map, states, len(states), RESIDUAL, scale)
         if cycle.converged and cycle.exists:
             found.append(cycle)
             points = np.concatenate([points, cycle.states])
 
 
-def _near(state: Floats, points: Floats, coordinates: tuple[str, ...]) -> Bools:
-    return np.asarray((np.abs(differences(points, state, coordinates)) < SAME).all(axis=1))
+def _near(state: Floats, points: Floats, coordinates: tuple[str, ...], scale: Floats) -> Bools:
+    return np.asarray((np.abs(differences(points, state, coordinates)) < SAME * scale).all(axis=1))
 
 
-def _least_period(states: Floats, coordinates: tuple[str, ...]) -> int:
+def _least_period(states: Floats, coordinates: tuple[str, ...], scale: Floats) -> int:
     p = len(states)
-    apart = (np.abs(differences(states, np.roll(states, -q, axis=0), coordinates)).max() for q in range(1, p + 1))
+    apart = ((np.abs(differences(states, np.roll(states, -q, axis=0), coordinates)) / scale).max() for q in range(1, p + 1))
     return next(q for q, far in enumerate(apart, 1) if p % q == 0 and far < SAME)
 
 
-def _newton(map: ReturnMap, x: Floats) -> Floats:
+def _newton(map: ReturnMap, x: Floats, scale: Floats) -> Floats:
     """The cycles, shape (C, p, n), to which full Newton steps in all states at once come from guesses (W, p, n)."""
     done, (p, n) = [x[:0]], x.shape[1:]
     for _ in range(MOST_STEPS):
@@ -194,7 +195,7 @@ def _newton(map: ReturnMap, x: Floats) -> Floats:
         assert returns.derivative is not None
         gaps = differences(returns.image.reshape(x.shape), np.roll(x, -1, axis=1), map.coordinates)
         with np.errstate(invalid="ignore"):
-            worst = np.abs(gaps).max(axis=(1, 2), initial=0.0)
+            worst = np.abs(gaps / scale).max(axis=(1, 2), initial=0.0)
         done.append(x[worst <= RESIDUAL])
         blocks = np.zeros((len(x), p, n, p, n))
         for k in range(p):

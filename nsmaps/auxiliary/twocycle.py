@@ -10,6 +10,7 @@ from nsmaps.auxiliary.envelope import AuxiliaryMaps
 from nsmaps.auxiliary.update import Update
 from nsmaps.exact.impacts import Floats
 
+Curve = Callable[[Floats], Floats]
 ROUNDED = 1e-10  #: by how much iteration and roots of curves that are known to rounding may differ, relative to the start box
 POINTS = 201  #: at which changes of sign are sought, over twice the box
 
@@ -52,7 +53,8 @@ def _two_cycle(maps: AuxiliaryMaps, index: int, last: Update, accuracy: float) -
     an end of its own makes that a fixed point, as xi_L(p) = p; one inside is a number.
     """
     ends, at = last.worst[-1, index], last.at[-1, index]
-    near = 1e-6 * max(float(np.ptp(ends)), 1e-9)
+    side = float(np.ptp(last.box[index]))
+    near = 1e-6 * max(float(np.ptp(ends)), 1e-9 * side)
     places = _place(at[0], ends, near), _place(at[1], ends, near)
 
     def lower(x: Floats) -> Floats:
@@ -61,7 +63,7 @@ def _two_cycle(maps: AuxiliaryMaps, index: int, last: Update, accuracy: float) -
     def upper(x: Floats) -> Floats:
         return maps.curves(index, x)[1]
 
-    reach = last.box[index].mean() + np.array([-1, 1]) * np.ptp(last.box[index])
+    reach = last.box[index].mean() + np.array([-1, 1]) * side
     match places:
         case ("q", "p"):
             p = _root(lambda x: lower(upper(x)), ends[0], reach)
@@ -71,7 +73,7 @@ def _two_cycle(maps: AuxiliaryMaps, index: int, last: Update, accuracy: float) -
             q = _end(upper, largest == "q", ends[1], at[1], reach)
             p = float(lower(np.array([q]))[0]) if least == "q" else p
             q = float(upper(np.array([p]))[0]) if largest == "p" else q
-    slope, name = _slope(lower, upper, places, p, q), last.envelopes[index].coordinate
+    slope, name = _slope(lower, upper, places, p, q, 1e-9 * side), last.envelopes[index].coordinate
     return TwoCycle(name, ends, np.array([p, q]), places, slope, accuracy / (1 - slope) if slope < 1 else accuracy)
 
 
@@ -80,12 +82,12 @@ def _place(at: Floats, ends: Floats, near: float) -> str:
     return "p" if at[1] <= ends[0] + near else "q" if at[0] >= ends[1] - near else "inside"
 
 
-def _end(curve: Callable[[Floats], Floats], own: bool, value: float, at: Floats, reach: Floats) -> float:
+def _end(curve: Curve, own: bool, value: float, at: Floats, reach: Floats) -> float:
     """The fixed point of a curve whose extreme is at its own end, or the extreme of one that is inside."""
     return _root(curve, value, reach) if own else float(curve(np.array([at.mean()]))[0])
 
 
-def _root(function: Callable[[Floats], Floats], near: float, reach: Floats) -> float:
+def _root(function: Curve, near: float, reach: Floats) -> float:
     """The fixed point of a function that is nearest to a value, between the ends of `reach`; NaN if there is none."""
     from scipy.optimize import brentq
 
@@ -95,14 +97,14 @@ def _root(function: Callable[[Floats], Floats], near: float, reach: Floats) -> f
     if not len(changes):
         return np.nan
     k = changes[np.argmin(np.abs((x[changes] + x[changes + 1]) / 2 - near))]
-    return float(brentq(lambda y: float(function(np.array([y]))[0]) - y, x[k], x[k + 1], xtol=1e-15, rtol=1e-15))
+    return float(
+        brentq(lambda y: float(function(np.array([y]))[0]) - y, x[k], x[k + 1], xtol=1e-15 * (reach[1] - reach[0]), rtol=1e-15)
+    )
 
 
-def _slope(
-    lower: Callable[[Floats], Floats], upper: Callable[[Floats], Floats], places: tuple[str, str], p: float, q: float
-) -> float:
-    def by_difference(curve: Callable[[Floats], Floats], x: float) -> float:
-        h = max(1e-4 * (q - p), 1e-6 * max(abs(p), abs(q), 1e-3))
+def _slope(lower: Curve, upper: Curve, places: tuple[str, str], p: float, q: float, least: float) -> float:
+    def by_difference(curve: Curve, x: float) -> float:
+        h = max(1e-4 * (q - p), 1e-6 * max(abs(p), abs(q)), least)
         before, after = curve(np.array([x - h, x + h]))
         return float(after - before) / (2 * h)
 

@@ -29,7 +29,7 @@ from nsmaps.exact.flight import (
     settled,
     taylor_root,
 )
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, WIDE, bounds_at, coefficients_at, horizon, rebound, start
+from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, WIDE, bounds_at, coefficients_at, horizon, phase_rate, rebound, start
 from nsmaps.exact.returns import (
     INVALID,
     NO_SPEED,
@@ -92,7 +92,7 @@ def launch(p, t, n, up, chatter):
         gap = ahead(up, 0.0, 0.0, (0.0, w, *start(c)))
         press = -gap[2]
         odd = t[ODD + k] > 0.0 or not u >= NO_SPEED
-        odd = odd or (press > 0.0 and v <= chatter and u < v and accumulation(u, v, press, limits)[1])
+        odd = odd or (press > 0.0 and v * phase_rate(p) <= chatter * press and u < v and accumulation(u, v, press, limits)[1])
         surely, h = leave(gap, room_up + room_down, limits[0] * OUTWARD, limits[1] * OUTWARD)
         write_gap(t, k, gap)
         t[LESS + k], t[SINE + k], t[W + k] = at[1], at[2], w

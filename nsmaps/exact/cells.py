@@ -23,7 +23,7 @@ MOST_PARTS = 64  #: swarms of one cell that fly on at a time
 MOST_FLIGHTS = 64  #: of the swarms of one cell
 MOST_HITS = 48  #: of one flight of a swarm
 LOOSE, SLACK = 1.1, 1.25  #: how much wider than linear an image may be before corners are looked at, before a cell is cut
-SMALL = 1e-9  #: half sides that are not cut
+SMALL = 1e-9  #: half sides that are not cut, of a speed and in radians
 
 
 @njit(**INNER)
@@ -95,7 +95,7 @@ def sharpened(p, cell, tables, most):
     code, ends, loose = codes[0], images[0].copy(), False
     for row in range(2):
         a, b = d[2 * row], d[2 * row + 1]
-        linear = abs(one[2 * row][0]) * r[0] + abs(one[2 * row + 1][0]) * r[1] + SMALL * SMALL
+        linear = abs(one[2 * row][0]) * r[0] + abs(one[2 * row + 1][0]) * r[1] + SMALL * SMALL * (1.0 if row else size(v))
         wide = (phi[1] if row else v[1]) / linear
         if not wide > most:
             continue
@@ -147,7 +147,7 @@ def box_images(p, cells, tables, codes, images):
         if n == 1 and bounded and not loose:
             loose, by = sharpened(p, cells[k], tables, SLACK if k > 0 else LOOSE)
         most = MOST_CELLS if bounded and not without else len(cells)
-        if loose and last + 2 <= most and max(v[1], phi[1]) > SMALL:
+        if loose and last + 2 <= most and (v[1] > SMALL * v[0] or phi[1] > SMALL):
             cut(cells, k, last, (by[0] >= by[1] and v[1] > 0.0) or phi[1] == 0.0)
             last += 2
         elif not bounded:

@@ -20,7 +20,7 @@ from nsmaps.exact.swarm import INNER, NOTHING, bent, box_swarm, gap_to, landed, 
 
 MOST_LEAPS = 400  # steps of one flight of a swarm
 CLOSER = 0.125  # steps are cut off where they get shorter than this share of the time in which a swarm passes
-CHATTERED = 1e-12  # impacts on the base wall up to this speed are summed up by `first_return`
+CHATTERED = 1.000001e-12  # impacts on the base wall up to this speed, of that gained in a radian, `first_return` sums up
 LANDED, RESTED, GONE, SPENT = 0, 1, 2, 3  # how the flight of a swarm ended; all but the first: perhaps of some states only
 
 
@@ -84,8 +84,9 @@ def first_impacts(p, up, swarm, table):
     _, _, a, j = ball_motion(flight[1], NOTHING)
     motion = NOTHING, flight[4], a, j
     own = gap_to(up, NOTHING, motion)
-    u = max(low(own[1]), 0.0)
-    if low(own[2]) <= 0.0 and (u <= NO_SPEED or (up == BASE_UP and low(swarm[6]) <= CHATTERED)):
+    u, (omega,) = max(low(own[1]), 0.0), ball_rate(p)
+    slow = up == BASE_UP and low(swarm[6]) * low(omega) <= CHATTERED * -low(own[2])
+    if low(own[2]) <= 0.0 and (u <= NO_SPEED or slow):
         return RESTED, 0, swarm[5]
     away = first_step(u, low(own[2]), low(own[3]), jerk, snap) * INWARD
     s, n, by = 0.0, 0, swarm[5]

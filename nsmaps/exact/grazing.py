@@ -19,7 +19,7 @@ from nsmaps.exact.impacts import HIGHEST, LOWEST, TWO_PI, Floats, nearest_turn
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-BESIDE = 1e-11  # how far from a curve its two sides are looked at
+BESIDE = 1e-11  # how far from a curve its two sides are looked at, of the highest speed and in radians
 CHANGES = 8  # of itinerary that are sought between two neighbours of the scan
 
 
@@ -34,12 +34,12 @@ class GrazingCurve:
     word: str  #: the impacts up to the touch, the start on the base wall included: `B`, `BT`
     points: Floats  #: shape (M, 2), states (v, phi); phi is continued along the curve, not wrapped
     touch: Floats  #: shape (M,), time from the last impact of `word` to the touch
-    length: Floats  #: shape (M,), arc length from the first point, the sum of chords in the plane of (v, phi)
+    length: Floats  #: shape (M,), arc length from the first point, the sum of chords, speeds as shares of the box's highest
     closed: bool  #: whether the last point is the first, on whichever turn
     ends: tuple[str, str]  #: why the curve ends at its first and its last point, see `ImpactSystem.grazing_curves`
-    hit: NDArray[np.str_]  #: shape (M,), itinerary 1e-11 beside the point where the wall is hit
-    missed: NDArray[np.str_]  #: shape (M,), itinerary 1e-11 beside the point where the wall is missed
-    jump: Floats  #: shape (M,), distance of the images on both sides
+    hit: NDArray[np.str_]  #: shape (M,), itinerary where the wall is hit, 1e-11 radians or of the highest speed beside the point
+    missed: NDArray[np.str_]  #: shape (M,), itinerary where the wall is missed, on the other side
+    jump: Floats  #: shape (M,), distance of the images on both sides, in shares of the box's highest speed and radians
     jumps: bool  #: whether `jump` is that of a jump, and not of a square root, at most points
 
     @property
@@ -147,17 +147,18 @@ def _described(system: "ImpactSystem", kind: Touch, places: Floats, ends: tuple[
     points = places[:, :2] * frame.scale[:2]
     if frame.circle:
         points[:, 1] -= TWO_PI * np.floor((points[0, 1] - frame.low[1]) / TWO_PI)
-    across = np.array([kind.equations(place)[2][0, :2] for place in places]) / frame.scale[:2]
-    across /= np.linalg.norm(across, axis=1)[:, None]
+    unit = np.array([frame.high[0], 1.0])
+    across = np.array([kind.equations(place)[2][0, :2] for place in places]) / frame.scale[:2] * unit
+    across *= unit / np.linalg.norm(across, axis=1)[:, None]
 
     def beside(distance: float) -> tuple[Floats, Floats]:
-        least = np.minimum(distance, 0.1 * points[:, :1])
+        least = np.minimum(distance, 0.1 * points[:, :1] / unit[0])
         return points - least * across, points + least * across
 
     def jump(distance: float) -> Floats:
         hit, missed = (system.first_return(side).image for side in beside(distance))
         missed[:, 1] = nearest_turn(missed[:, 1], hit[:, 1])
-        return np.linalg.norm(hit - missed, axis=1)
+        return np.linalg.norm((hit - missed) / unit, axis=1)
 
     hit, missed = (system.legs(side).itineraries for side in beside(BESIDE))
     near = jump(BESIDE)
@@ -168,7 +169,7 @@ def _described(system: "ImpactSystem", kind: Touch, places: Floats, ends: tuple[
         word=names[0] + names[-1] * kind.hits,
         points=points,
         touch=places[:, 2] * frame.scale[2],
-        length=np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))),
+        length=np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0) / unit, axis=1))),
         closed=ends[0] == "closed",
         ends=ends,
         hit=hit,

@@ -91,7 +91,7 @@ def bounce(p, law, ball, count, q, h, v, chatter):
     if press > 0.0:
         if u == 0.0:
             count[RESTING] = 2
-        elif u < v and v <= (chatter if up == BASE_UP else math.inf):
+        elif u < v and v * phase_rate(p) <= (chatter if up == BASE_UP else math.inf) * press:
             phi, _ = onward(p, ball[PHASE], ball[NOW])
             x, summable = accumulation(u, v, press, bounds(p, phi, ball[PLACE], -into * u))
             if summable:

@@ -74,9 +74,10 @@ def next_impact(p, up, phi, v, chatter):
     """From just before an impact of speed v at phase phi to just before the next.
 
     Returns (how it ended, on the upper wall, time taken, speed, undecided, du/dv of the rebound, velocity after the impact).
-    Chatter whose first speed is at most `chatter` is summed up as soon as the sum is exact to rounding: with acceleration alpha
-    into the wall, alpha' = beta of a ball held there and x = 2 u/(alpha (1 - r)) the impacts accumulate after
-    x - beta x^2/(3 alpha) + O(x^3), where velocity does not count; where it does, flights have another jerk j than beta.
+    Chatter whose first speed is at most `chatter`, as a share of what is gained in a radian of the forcing, is summed up once the
+    sum is exact to rounding: with acceleration alpha into the wall, alpha' = beta of a ball held there and x = 2 u/(alpha (1 -
+    r)) the impacts accumulate after x - beta x^2/(3 alpha) + O(x^3), where velocity does not count; where it does, flights have
+    another jerk j than beta.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -95,7 +96,7 @@ def next_impact(p, up, phi, v, chatter):
             return FOREVER, up, 0.0, 0.0, False, slope, w
         if rest > 1e-13 * TWO_PI / phase_rate(p):
             return REST, up, rest, 0.0, False, slope, w
-    elif press > 0.0 and v <= chatter and u < v:
+    elif press > 0.0 and v * phase_rate(p) <= chatter * press and u < v:
         x, summable = accumulation(u, v, press, limits)
         if summable:
             r, j, beta = u / v, into * jk, into * held_at(p, angle(phi), z)[1]

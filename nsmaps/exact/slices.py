@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Floats, Returns
+from nsmaps.exact.impacts import Floats, Returns, angle_mask
 from nsmaps.exact.surface import Axis
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 HALVINGS = 60  #: of the interval in which the itinerary changes: to rounding
-APART = 1e-2  #: images on either side of a jump differ by more; at a graze that is none by less, within rounding of it
+APART = (
+    1e-2  #: of the largest speed, or radians: by how much, or more, images differ on either side of a jump; at a graze by less
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +58,8 @@ def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str,
     x = np.unique(np.concatenate([x, low, high]))
     returns = system.first_return(states(x))
     below = np.isin(x[:-1], low) & np.isin(x[1:], high)
-    near = (np.abs(np.diff(returns.image, axis=0)) <= APART).all(axis=1)
+    scale = np.where(angle_mask(system.coordinates), 1.0, np.nanmax(np.abs(returns.image), axis=0, initial=0.0))
+    near = (np.abs(np.diff(returns.image, axis=0)) <= APART * scale).all(axis=1)
     return Slice(along, dict(at), returns, below & ~near)
 
 

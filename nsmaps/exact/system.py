@@ -104,12 +104,13 @@ class ImpactSystem(BaseModel, ABC):
         Args:
             states: shape (N, 2), impact speeds (the system's units, >= 0) and phases (radians, any turn).
             derivative: also the derivative of the image, shape (N, 2, 2), by the implicit function theorem.
-            chatter: impact speed at or below which chatter on the base wall is summed up in one return that ends with the release
-                (word `B~`) once that sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
+            chatter: impact speed, as a share of that gained in a radian of the forcing by the acceleration into the wall, at or
+                below which chatter on the base wall is summed up in one return that ends with the release (word `B~`) once
+                that sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
             margin: also how far each return is from a graze, by a second pass.
 
         Raises:
-            StateError: `states` is not a batch of shape (N, 2), or `chatter` is not a speed.
+            StateError: `states` is not a batch of shape (N, 2), or `chatter` is below zero.
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
@@ -268,4 +269,4 @@ def with_parameters(cls: type[System], parameters: Mapping[str, Any]) -> System:
 
 def _check_chatter(chatter: float) -> None:
     if not chatter >= 0:
-        raise StateError(f"chatter is {chatter}; an impact speed >= 0 is accepted (inf: always sum up)")
+        raise StateError(f"chatter is {chatter}; a share >= 0 is accepted (inf: always sum up)")

@@ -23,7 +23,7 @@ MANY_IMPACTS = -1  #: instead of the code of a word that is longer
 SCAN = 600  #: phases of a line that are looked at first
 ZOOM = 24  #: phases into which a place that may hide two edges is divided, three times
 NEAR = 10.0 ** -np.arange(3, 11)  #: how far beside an edge another is looked for, in radians
-GRAZE = 1e-8  #: a gap or an impact speed below this, at an edge known to rounding, is a graze
+GRAZE = 1e-8  #: of the largest gap met, a gap below which at an edge known to rounding is a graze; of a speed its root
 STENCIL = 1e-10  #: radians between the three places from which the gap is continued to zero
 
 
@@ -143,8 +143,9 @@ def _lines(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, po
     codes = [
         np.where(side.code == MANY_IMPACTS, MANY_IMPACTS, each) for side, each in zip((lowest, below, above), codes, strict=True)
     ]
-    misses_below = (below.gap < GRAZE) & (above.slow < np.sqrt(GRAZE))
-    misses_above = (above.gap < GRAZE) & (below.slow < np.sqrt(GRAZE))
+    gap, slow = (GRAZE * _largest(points.gap), np.sqrt(GRAZE) * _largest(points.slow))
+    misses_below = (below.gap < gap) & (above.slow < slow)
+    misses_above = (above.gap < gap) & (below.slow < slow)
     edge = misses_below | misses_above | (codes[1] != codes[2]) | (below.outcome != above.outcome)
     hit = np.where(misses_below == misses_above, 0, np.where(misses_below, 1, -1))
     phi = _sharpened(system, v, below, above, hit)
@@ -155,6 +156,11 @@ def _lines(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, po
         outcomes = [int(lowest.outcome[k]), *above.outcome[mine].tolist()]
         result.append(Line(float(speed), phi[mine], tuple(hit[mine].tolist()), tuple(words), tuple(outcomes)))
     return result
+
+
+def _largest(margins: Floats) -> float:
+    """Of margins that are finite; what is small is small beside it. Zero of none."""
+    return float(margins.max(initial=0.0, where=np.isfinite(margins)))
 
 
 def _sharpened(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, hit: Ints) -> Floats:
