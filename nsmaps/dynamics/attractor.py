@@ -33,7 +33,7 @@ class Attractor:
     label: str  #: the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
     words: tuple[str, ...]  #: of the return from each state of a period; without one, every word on it
     reach: float  #: within which, in each coordinate, a state counts as one of it; see `find_attractors`
-    scale: Floats | None = None  #: shape (n,), what the reach counts in, such as the extents of the states; None: the units
+    scale: Floats | None = None  #: shape (n,), what the reach counts in, as extents or largest magnitudes; None: the units
 
     @property
     def stay(self) -> int:
@@ -100,9 +100,10 @@ def find_attractors(
 ) -> list[Attractor]:
     """The attractors that orbits of starts, shape (N, n), have come to after a transient, other than those known.
 
-    Those of a period up to `longest`, in words and within `tolerance` in each coordinate, have the tolerance for their reach.
-    Others are the states that one orbit visits, and reach as far as the farthest of a second half of them is from the first, in
-    shares of their extents, so that no coordinate's unit counts.
+    Those of a period up to `longest`, in words and within `tolerance` in each coordinate, in radians of an angle, else as a share
+    of its largest magnitude among starts and last states, have the tolerance for their reach. Others are the states that one
+    orbit visits, and reach as far as the farthest of a second half of them is from the first, in shares of their extents, so that
+    no coordinate's unit counts.
     A stable cycle within 1e-3 of what repeats is found by Newton's method: orbits that come to it slowly repeat far from it.
     Orbits that end come to none; a transient that was too short makes a set without period.
     """
@@ -110,10 +111,10 @@ def find_attractors(
     for part in returns_of(map, last, transient):
         last = part.image[-len(last) :]
     kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * longest)
-    found: list[Attractor] = []
+    scale, found = magnitudes(kept.coordinates, np.array(starts, float), kept.states), list[Attractor]()
     for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
         if not _is_of(kept, k, (*known, *found)):
-            made = _attractor(map, kept, k, tolerance)
+            made = _attractor(map, kept, k, tolerance, scale)
             made = _closed(map, made) if made and made.period else made
             found += [made] if made and not any(may_be_one(made, other) for other in (*known, *found)) else []
     return found
@@ -125,30 +126,30 @@ def _is_of(kept: Orbit, k: int, attractors: Sequence[Attractor]) -> bool:
     return any(attractor.holds(tail) for attractor in attractors)
 
 
-def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float) -> Attractor | None:
+def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
     """The attractor of one orbit: its period, or the states that it visits from there on; None where it ends on the way.
 
     An orbit that finds a period after all was on a long transient, and is told by that.
     """
-    made, longest = _periodic(kept, k, tolerance), (len(kept.states) - 1) // 2
+    made, longest = _periodic(kept, k, tolerance, scale), (len(kept.states) - 1) // 2
     if made is not None:
         return made
     path = orbit(map, kept.final[k : k + 1], VISITED)
     after = orbit(map, path.final, 2 * longest)
     if not np.isfinite(after.final).all():
         return None
-    return _periodic(after, 0, tolerance) or _visited(path)
+    return _periodic(after, 0, tolerance, scale) or _visited(path)
 
 
-def _periodic(kept: Orbit, k: int, tolerance: float) -> Attractor | None:
+def _periodic(kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
     """The attractor of one orbit with a period, None of one without."""
-    period = int(periods(kept.states[1:, k], kept.codes[:, k], kept.coordinates, tolerance))
+    period = int(periods(kept.states[1:, k], kept.codes[:, k], kept.coordinates, tolerance * scale))
     if not period:
         return None
     words = kept.words[:, k].tolist()
     name = label(words, _turns(kept, k), period, kept.walls)
     states = on_circle(kept.states[1 : period + 1, k], kept.coordinates)
-    return Attractor(kept.coordinates, states, period, name, tuple(words[1 : period + 1]), tolerance)
+    return Attractor(kept.coordinates, states, period, name, tuple(words[1 : period + 1]), tolerance, scale)
 
 
 def _closed(map: ReturnMap, seen: Attractor) -> Attractor:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, brief
 from nsmaps.dynamics.attractor import Attractor, find_attractors, on_circle
+from nsmaps.dynamics.motion import magnitudes
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Floats, Outcome, angle_mask, as_states
+from nsmaps.exact.impacts import TWO_PI, Floats, Outcome, angle_mask, as_states
 from nsmaps.exact.parts import Arrays, in_parts
 from nsmaps.exact.surface import Grid
 from nsmaps.progress import shows
@@ -88,7 +89,7 @@ class Boundary:
     attractors: tuple[Attractor, ...]
     points: Floats  #: shape (E, n), angles in [0, 2 pi)
     sides: NDArray[np.int32]  #: shape (E, 2), labels of the starts on either side, as of `Basins`
-    tolerance: float  #: length of the piece of the edge that holds the change of basin, in any coordinate
+    tolerance: float  #: length of the piece of the edge that holds the change of basin, as of `boundary`
 
     def distance(self, attractor: int) -> float:
         """The least distance of the states of an attractor from the points at its basin's boundary; inf without such points.
@@ -118,7 +119,8 @@ def basins(
 ) -> Basins:
     """Which attractor each start comes to, and after how many returns.
 
-    An orbit has arrived with the first state within `tolerance` of each coordinate of a state of a periodic attractor, or at the
+    An orbit has arrived with the first state within `tolerance` of each coordinate of a state of a periodic attractor, in radians
+    of an angle, else as a share of its largest magnitude among the starts and states that attractors are found from, or at the
     first of 50 successive states within the reach of one without period (`Attractor`). Unless they are given, attractors are
     found by following some starts, and again some of those that came to none, until none is new: one whose basin falls between
     the starts is not found.
@@ -224,15 +226,16 @@ def boundary(map: ReturnMap, made: Basins, tolerance: float = 1e-6, returns: int
     An edge that crosses several basins gives the end of that in which it begins, or where it first meets one such end.
 
     Args:
-        tolerance: length to which each edge is halved, in any coordinate, or to rounding if it is less.
+        tolerance: length to which each edge is halved in every coordinate, in radians of an angle, else as a share of its largest
+            magnitude on the edges; or to rounding if that is more.
         returns: as of `basins`, for the states that are tried.
     """
     if not tolerance > 0:
         raise NsmapsError(f"the tolerance is {tolerance}; a positive length is accepted")
     ends, sides = made.edges()
-    tolerance = max(tolerance, 4 * float(np.spacing(np.abs(ends).max(initial=0.0))))
+    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), magnitudes(made.coordinates, ends)
     low, high, sides = ends[:, 0].copy(), ends[:, 1].copy(), sides.copy()
-    while len(low) and np.abs(high - low).max() > tolerance:
+    while len(low) and (np.abs(high - low) / scale).max() > tolerance:
         middle = (low + high) / 2
         label = follow(map, middle, made.attractors, returns)[0]
         same = label == sides[:, 0]

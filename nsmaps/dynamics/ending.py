@@ -17,11 +17,7 @@ from nsmaps.exact.impacts import Floats, angle_mask
 
 LONGEST = 64  #: returns of the longest period that is looked for
 WINDOW = 32  #: last returns, at least, that must repeat
-CLOSE = (
-    1e-9,
-    1e-6,
-    1e-3,
-)  #: of magnitudes, within which the last states repeat, tried in turn: what has come, nearly or soon
+CLOSE = 1e-9, 1e-6, 1e-3  #: of magnitudes, within which the last states repeat, tried in turn: what has come, or nearly
 RESTED = 1e-6  #: the same, within which a cycle is believed although Newton's method finds none, as where it has no derivative
 VISITED = 1000  #: states that stand for an attractor without period
 SAME = 1e-8  #: the same, of states that count as one, far above the residual of Newton's method
