@@ -209,7 +209,9 @@ def _key(cls: type, fixed: tuple[tuple[str, str], ...], formulas: tuple[Any, ...
     from nsmaps.exact.compiled import code_of, compilers
 
     files = (*BALLS, "ballcode.py") if balls else ENGINE
-    machinery = [(HERE / name).read_text() for name in (*files, "symbols.py", "generate.py", "system.py", "compiled.py")]
+    machinery = [
+        (HERE / name).read_text() for name in (*files, "symbols.py", "generate.py", "printing.py", "system.py", "compiled.py")
+    ]
     versions = [f"{name} {version(name)}" for name in WRITTEN_WITH]
     text = "\0".join([cls.__qualname__, repr(fixed), code_of(*formulas), sources, *versions, *compilers(), *machinery])
     return hashlib.sha256(text.encode()).hexdigest()[:20]
