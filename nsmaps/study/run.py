@@ -133,6 +133,9 @@ def _write(result: StudyResult, folder: Path) -> None:
     """Write a result, and only then let go of the parts of its steps."""
     with writable(folder):
         write(result, folder)
+    if result.finished:
+        shutil.rmtree(folder / PARTS, ignore_errors=True)
+        return
     for name in result.timings:
         shutil.rmtree(folder / PARTS / name, ignore_errors=True)
         with suppress(OSError):  # not there

@@ -225,6 +225,7 @@ def test_a_killed_run_goes_on_after_its_last_step(good: str, monkeypatch: pytest
     folder = killed("s.yaml", "domains", monkeypatch)
     assert not (folder / "result.json").exists()
     (folder / "parts" / "surfaces.npz").write_bytes(b"cut off")
+    (folder / "parts" / ".unfinished-1").write_bytes(b"of a program that was killed")
     made = made_by(monkeypatch)
     again = run("s.yaml", out=folder, resume=True)
     assert made == ["surfaces", "domains"]
