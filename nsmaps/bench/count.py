@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-COUNTED = {"evaluate": "evaluations of a flight", "wave": "of sine and cosine"}  #: function -> its calls
+COUNTED = {"weighed": "evaluations of a flight", "wave": "of sine and cosine"}  #: function -> its calls
 
 
 def work_per_return(returns: int = 500) -> dict[str, float]:

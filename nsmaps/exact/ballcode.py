@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from nsmaps.errors import ProofError
+from nsmaps.exact.bounding import Lesser
 from nsmaps.exact.generate import UP, Formulas, V, W, formulas_of, impact_law
 from nsmaps.exact.printing import PHI, shared_parts
 from nsmaps.exact.symbols import Flow
@@ -22,7 +23,7 @@ WAVES = {
 }
 DECORATOR = '@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)'  #: as `INNER` of `swarm.py`
 LONG = 16  #: parts of a sum or product that are written one within the other
-CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin"}
+CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin", Lesser: "bmin"}
 
 
 def ball_code(expr: sp.Expr) -> str:
@@ -91,7 +92,8 @@ def _function(head: str, doc: str, exprs: list[sp.Expr], unpack: list[str]) -> s
 
 def _remainders(flow: Flow, k: dict[sp.Expr, sp.Expr]) -> list[str]:
     lines = [f"{w.c}, {w.n}, {w.r} = bwave(bmul({ball_code(k[w.k])}, s))" for w in flow.waves]
-    return lines + [f"{q.x}, {q.e} = bgrowth(bmul({ball_code(k[q.k])}, s))" for q in flow.growths]
+    lines += [f"{q.x}, {q.e} = bgrowth(bmul({ball_code(k[q.k])}, s))" for q in flow.growths]
+    return lines + [f"{q.n}, {q.r} = btwin(bmul({ball_code(k[q.k])}, s), {q.upper.x})" for q in flow.twins]
 
 
 def ball_source(system: "ImpactSystem") -> str:
@@ -108,7 +110,7 @@ def ball_source(system: "ImpactSystem") -> str:
     places, rebound = impact_law(f.system)
     rebound.append(sp.diff(rebound[1], V))
     bends = [sp.diff(f.tangent[i], x) for i, x in ((0, PHI), (0, W), (1, W), (2, PHI), (2, W), (3, W))]
-    bends += [f.flow.rate(rate) for rate in f.tangent[2:]]
+    bends += [f.flow.restore(f.flow.rate(rate)) for rate in f.tangent[2:]]
     timed = [*state, "_s = s", *_remainders(f.flow, plain)]
     return "\n\n".join(
         [

@@ -160,6 +160,14 @@ def bgrowth(a):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def btwin(y, more):
+    """The remainders of `twin`, of y and exp x - 1."""
+    plain, rest = bgrowth((-2.0 * y[0], 2.0 * y[1]))
+    half = (-0.5, 0.0)
+    return bmul(half, bmul(plain, badd((1.0, 0.0), more))), bmul(half, badd(bmul(plain, more), rest))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def bangle(phi):
     """A phase with its cosine less one and its sine, as `angle`."""
     less, sine, _ = bwave(phi)

@@ -52,7 +52,7 @@ FEW = 16  # returns that are not worth a block
 MOST_FLIGHTS = 16  # of a return in a block, more are rare
 MOST_ROUNDS = 50  # of a flight in a block, more are rare
 WHICH, TIME, TURNS, V, PHI, LESS, SINE, W = range(0, 8 * PITCH, PITCH)  # the return and its last impact
-ODD, OPEN, TO_UP, S, X, LEAST, BEHIND, STEP, LOW, HIGH, RATE = range(8 * PITCH, 19 * PITCH, PITCH)  # the flight so far
+ODD, OPEN, TO_UP, S, X, ERROR, BEHIND, STEP, LOW, HIGH, RATE = range(8 * PITCH, 19 * PITCH, PITCH)  # the flight so far
 Y, U, B, J, K, Q, ROWS, D01, D10, D11, ALL_ROWS = range(19 * PITCH, 30 * PITCH, PITCH)  # the gap ahead, the derivative
 D00 = ROWS  # rows from here on are there only where derivatives are wanted
 
@@ -96,7 +96,7 @@ def launch(p, t, n, up, chatter):
         surely, h = leave(gap, room_up + room_down, limits[0] * OUTWARD, limits[1] * OUTWARD)
         write_gap(t, k, gap)
         t[LESS + k], t[SINE + k], t[W + k] = at[1], at[2], w
-        t[S + k], t[X + k], t[TO_UP + k] = 0.0, h, 1.0 if up else 0.0
+        t[S + k], t[X + k], t[ERROR + k], t[TO_UP + k] = 0.0, h, 0.0, 1.0 if up else 0.0
         t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if surely or odd else 1.0
 
 
@@ -109,10 +109,10 @@ def march(p, t, n, up):
         c, jerk, snap, _ = flight_at(p, z, t, k)
         s = t[S + k] + t[X + k] * INWARD
         odd = not (t[X + k] > ROUNDING * t[S + k] and s < longest)
-        to_up, gap, error, behind = see(c, up, room_up, room_down, s, t[W + k], jerk)
+        to_up, gap, error, behind = see(c, room_up, room_down, s)
         surely, x = look(gap[0] + error, behind, gap, jerk, snap)
         write_gap(t, k, gap)
-        t[S + k], t[X + k], t[TO_UP + k], t[LEAST + k], t[BEHIND + k] = s, x, 1.0 if to_up else 0.0, gap[0] - error, behind
+        t[S + k], t[X + k], t[TO_UP + k], t[ERROR + k], t[BEHIND + k] = s, x, 1.0 if to_up else 0.0, error, behind
         t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if surely or odd else 1.0
 
 
@@ -122,7 +122,7 @@ def measure(p, t, n, up):
     z, _, _ = rooms(p, up)
     for k in range(n):
         _, jerk, snap, _ = flight_at(p, z, t, k)
-        t[X + k] = careful_step(max(t[LEAST + k], 0.0), t[BEHIND + k], read_gap(t, k), jerk, snap)
+        t[X + k] = careful_step(max(t[Y + k] - t[ERROR + k], 0.0), t[BEHIND + k], read_gap(t, k), jerk, snap)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -143,11 +143,12 @@ def near(p, t, n, up):
     z, room_up, room_down = rooms(p, up)
     for k in range(n):
         c, _, _, pop = flight_at(p, z, t, k)
-        at = t[S + k], t[X + k], t[STEP + k], read_gap(t, k), t[LOW + k], t[HIGH + k]
+        at = t[S + k], t[X + k], t[STEP + k], read_gap(t, k), t[ERROR + k], t[LOW + k], t[HIGH + k]
         rate, at = close_in(c, t[TO_UP + k] > 0.0, room_up, room_down, *at)
-        s, x, step, gap, low, high = at
+        s, x, step, gap, error, low, high = at
         write_gap(t, k, gap)
         t[S + k], t[X + k], t[STEP + k], t[LOW + k], t[HIGH + k], t[RATE + k] = s, x, step, low, high, rate
+        t[ERROR + k] = error
         t[OPEN + k] = 0.0 if settled(step, rate, s, pop) or t[ODD + k] > 0.0 else 1.0
 
 
@@ -167,10 +168,10 @@ def land(p, t, n, up):
     """The impact at S: open are those that are not back on the base wall."""
     z, room_up, room_down = rooms(p, up)
     for k in range(n):
-        c, jerk, _, _ = flight_at(p, z, t, k)
+        _, jerk, _, _ = flight_at(p, z, t, k)
         s, rate, to_up = t[S + k] + t[STEP + k], t[RATE + k], t[TO_UP + k] > 0.0
-        most = abs(start(c)[0]) + s * jerk
-        odd = t[ODD + k] > 0.0 or doubtful(rate, to_up == up, s, t[W + k], most, room_up + room_down)
+        room = room_up if to_up else room_down
+        odd = t[ODD + k] > 0.0 or doubtful(s, t[STEP + k], rate, read_gap(t, k), t[ERROR + k], t[W + k], room, jerk)
         phi, whole = turned(p, t[PHI + k], s)
         t[PHI + k], t[V + k], t[TIME + k], t[TURNS + k] = phi, max(-rate, 0.0), t[TIME + k] + s, t[TURNS + k] + whole
         t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if to_up == BASE_UP or odd else 1.0

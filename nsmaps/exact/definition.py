@@ -7,7 +7,7 @@ import sympy as sp
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.files import place_of
 from nsmaps.exact.generate import V, W, Z, check_symbols, displacement_at, in_symbols, trials, values_told
-from nsmaps.exact.symbols import S, check_form
+from nsmaps.exact.symbols import Flow, S, check_form
 from nsmaps.exact.written import FailsNow, law_of, period_of, walls_of
 
 if TYPE_CHECKING:
@@ -67,10 +67,17 @@ def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:
     given = displacement_at(symbolic, period)
     check_form(given)
     check_symbols(cls.__name__, [given, period, *laws], {*symbols.values(), S})
-    for growth in given.atoms(sp.exp, sp.sinh, sp.cosh):
-        most = sp.diff(growth.args[0], S) * sp.Float(cls.horizon) * period
-        if most.is_number and (most if isinstance(growth, sp.exp) else abs(most)) > LARGEST:
+    if given.has(sp.exp, sp.sinh, sp.cosh):
+        _check_growth(cls, given, sp.Float(cls.horizon) * period)
+
+
+def _check_growth(cls: "type[ImpactSystem]", given: sp.Expr, horizon: sp.Expr) -> None:
+    """Refuse what grows too much by its rates alone, products of exponentials multiplied."""
+    flow = Flow()
+    flow.split(given)
+    for rate in [*(growth.k for growth in flow.growths), *(twin.lower for twin in flow.twins)]:
+        if (rate * horizon).is_number and rate * horizon > LARGEST:
             raise SystemDefinitionError(
-                f"{cls.__name__}.displacement grows as {sp.sstr(growth)}, to which there is no bound within the horizon of "
-                f"{cls.horizon} periods; a shorter `horizon` is accepted"
+                f"{cls.__name__}.displacement grows as {sp.sstr(sp.exp(rate * S))}, to which there is no bound within the "
+                f"horizon of {cls.horizon} periods; a shorter `horizon` is accepted"
             )

@@ -7,7 +7,7 @@ This file is not imported: `kernel.py` copies what stands below the mark, behind
 import math
 
 from nsmaps.exact.compiled import njit
-from nsmaps.exact.flow import HAS_DOWN, HAS_UP, bounds_at, coefficients_at, evaluate, horizon, start, wall_places
+from nsmaps.exact.flow import HAS_DOWN, HAS_UP, bounds_at, coefficients_at, horizon, start, wall_places, weighed
 from nsmaps.exact.remainders import wave
 
 # === engine ===
@@ -16,6 +16,7 @@ MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall 
 FAR = 1e300  # a step beyond any horizon
 ROUNDING = 1e-15  # a few units in the last place
 OUTWARD, INWARD = 1.0 + 1e-12, 1.0 - 1e-12  # what bounds are raised by, and steps shortened by, against rounding
+CLOUDED = 1e-10  # of the way flown: a flight whose gap may be wrong by more is undecided
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0  # a product is cheaper than a division
 
 
@@ -137,10 +138,17 @@ def taylor_root(gap, x):
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def ahead(to_up, room_up, room_down, motion):
     """The gap to a wall and its rates, of displacement, velocity and further rates."""
-    d, v, a, j, k, q = motion
+    d, v, a, j, k, q = motion[:6]
     if to_up:
         return room_up - d, -v, -a, -j, -k, -q
     return room_down + d, v, a, j, k, q
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def seen(c, to_up, room_up, room_down, s):
+    """The gap to a wall at time s with its rates, and what it may be wrong by."""
+    motion = weighed(c, s)
+    return ahead(to_up, room_up, room_down, motion), ROUNDING * (motion[6] + (room_up if to_up else room_down))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -151,30 +159,30 @@ def settled(step, rate, s, pop):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def close_in(c, to_up, room_up, room_down, s, x, step, gap, low, high):
+def close_in(c, to_up, room_up, room_down, s, x, step, gap, error, low, high):
     """On to the root of the last Taylor polynomial, and the root of the next: (its rate, where to go on).
 
     The one crossing lies between low and high. Steps that leave this bracket, or do not shrink, halve it.
     """
     s += step if low < s + step and s + step < high else (low + high) * 0.5 - s
-    gap = ahead(to_up, room_up, room_down, evaluate(c, s))
+    gap, error = seen(c, to_up, room_up, room_down, s)
     low, high = s if gap[0] > 0.0 else low, high if gap[0] > 0.0 else s
     newton = -gap[0] / gap[1]
     x = newton if abs(newton) < 0.5 * abs(x) else (low + high) * 0.5 - s
     step, rate = taylor_root(gap, x)
-    return rate, (s, x, step, gap, low, high)
+    return rate, (s, x, step, gap, error, low, high)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def refine(c, to_up, room_up, room_down, s, x, gap, pop):
-    """The one crossing of a gap with these rates between s and s + 1.5 x, to rounding: (its time, the gap's rate)."""
+def refine(c, to_up, room_up, room_down, s, x, gap, error, pop):
+    """The one crossing of a gap with these rates between s and s + 1.5 x, to rounding: (its rate, where `close_in` ends)."""
     step, rate = taylor_root(gap, x)
-    at = s, x, step, gap, s, s + 1.5 * x
+    at = s, x, step, gap, error, s, s + 1.5 * x
     for _ in range(200):
         if settled(at[2], rate, at[0], pop):
             break
         rate, at = close_in(c, to_up, room_up, room_down, *at)
-    return at[0] + at[2], rate
+    return rate, at
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -216,25 +224,29 @@ def careful_step(least, least_behind, gap, jerk, snap):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def see(c, up, room_up, room_down, s, w, jerk):
+def see(c, room_up, room_down, s):
     """What is at time s: (towards the upper wall, the gap ahead and its rates, what it may be wrong by, the least gap behind).
 
-    Rounding counts relative to the way flown in the gap to the wall just left, and to the room besides in that to the other.
+    Rounding counts relative to the size of what the way flown is the sum of, and to the room to a wall: none to that just left.
     """
-    motion = evaluate(c, s)
-    d, v = motion[0], motion[1]
-    to_up = HAS_UP and (v > 0.0 or not HAS_DOWN)
-    near = ROUNDING * s * (abs(w) + s * (abs(start(c)[0]) + s * jerk))
-    far = near + ROUNDING * (room_up + room_down)
-    behind = (room_down + d if to_up else room_up - d) - (far if to_up == up else near)
-    return to_up, ahead(to_up, room_up, room_down, motion), near if to_up == up else far, max(behind, 0.0)
+    motion = weighed(c, s)
+    to_up = HAS_UP and (motion[1] > 0.0 or not HAS_DOWN)
+    to, behind = (room_up, room_down + motion[0]) if to_up else (room_down, room_up - motion[0])
+    behind -= ROUNDING * (motion[6] + (room_up + room_down - to))
+    return to_up, ahead(to_up, room_up, room_down, motion), ROUNDING * (motion[6] + to), max(behind, 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def doubtful(rate, back, s, w, most, room):
-    """Is an arc beyond the wall, at least rate^2/(2 most) deep, within the gap's rounding: relative to the wall just left."""
-    scale = s * (abs(w) + s * most) if back else room
-    return rate * rate <= 16.0 * ROUNDING * scale * most
+def doubtful(s, step, rate, gap, error, w, room, jerk):
+    """Is an impact at s, a step from where the gap and its rates are known, within rounding: the gap may be wrong by the error.
+
+    That counts against an arc beyond the wall, on which the acceleration is at most |b| + sqrt(rate jerk) until it is
+    rate^2/2 over that deep, and against the way flown, by the room to the wall and by the speeds.
+    """
+    size = abs(step)
+    error += ROUNDING * size * (abs(gap[1]) + size * abs(gap[2]))
+    most = abs(gap[2]) + size * jerk + math.sqrt(abs(rate) * jerk)
+    return rate * rate <= 16.0 * error * most or error > CLOUDED * max(room, s * max(abs(w), abs(rate)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -251,7 +263,7 @@ def flight(p, c, up, w, limits):
 
     A march: no step can carry the gap to either wall through zero, and steps close in on a root at third order. It ends where
     the wall will surely be met, once and without a turn: then the root is refined to rounding. Rounding is counted: the bounds
-    are raised, the steps shortened, and a gap is taken less what it may be wrong by, which to the wall just left is relative.
+    are raised, the steps shortened, and a gap is taken less what it may be wrong by: what cancels in it counts in full.
     """
     _, room_up, room_down = rooms(p, up)
     jerk, snap, pop = limits[0] * OUTWARD, limits[1] * OUTWARD, limits[3] * OUTWARD
@@ -262,9 +274,11 @@ def flight(p, c, up, w, limits):
     surely, h = leave(gap, room_up + room_down, jerk, snap)
     for _ in range(MOST_STEPS):
         if surely or (h <= ROUNDING * s and gap[0] <= 0.0):
-            s, rate = refine(c, to_up, room_up, room_down, s, h, gap, pop) if surely else (s, gap[1])
-            most = abs(start(c)[0]) + s * jerk
-            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, to_up == up, s, w, most, room_up + room_down)
+            rate, at = gap[1], (s, h, 0.0, gap, error, s, s)
+            if surely:
+                rate, at = refine(c, to_up, room_up, room_down, s, h, gap, error, pop)
+            s, room = at[0] + at[2], room_up if to_up else room_down
+            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(s, at[2], rate, at[3], at[4], w, room, jerk)
         if h <= ROUNDING * s:
             undecided = True  # a graze within rounding: pass it, to where the wall recedes again
             h = 4.0 * ROUNDING * s
@@ -273,7 +287,7 @@ def flight(p, c, up, w, limits):
         s += h * INWARD
         if not s < longest:
             break
-        to_up, gap, error, behind = see(c, up, room_up, room_down, s, w, jerk)
+        to_up, gap, error, behind = see(c, room_up, room_down, s)
         surely, h = look(gap[0] + error, behind, gap, jerk, snap)
         if not surely:
             h = careful_step(max(gap[0] - error, 0.0), behind, gap, jerk, snap)

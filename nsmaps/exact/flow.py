@@ -55,6 +55,11 @@ def evaluate(c: Numbers, s: float) -> tuple[float, float, float, float, float, f
     raise NotImplementedError
 
 
+def weighed(c: Numbers, s: float) -> tuple[float, float, float, float, float, float, float]:
+    """As `evaluate`, and behind it the size of all that the displacement is the sum of, signs forgotten (see `rounding.py`)."""
+    raise NotImplementedError
+
+
 def start(c: Numbers) -> tuple[float, float, float, float]:
     """Acceleration, jerk, snap and crackle at s = 0."""
     raise NotImplementedError

@@ -30,6 +30,7 @@ HERE = Path(__file__).parent
 RETURNS = ("remainders.py", "flight.py", "returns.py")  # copied behind what is generated
 ENGINE = (*RETURNS, "batch.py", "legs.py", "sensitivity.py", "stretches.py", "swayed.py", "noisy.py")
 BALLS = (*RETURNS, "balls.py", "swarm.py", "encounters.py", "cells.py")  # the same for images of boxes
+GENERATOR = ("symbols.py", "bounding.py", "rounding.py", "generate.py", "printing.py")
 MARK = "# === engine ===\n"
 OTHERS = ("numba", "llvmlite", "matplotlib", "pytest")  #: packages that files of systems may import, and formulas cannot call
 WRITTEN_WITH = ("sympy", "mpmath", "numpy", "scipy", "pydantic")  #: packages that formulas may call, told by their versions
@@ -209,9 +210,7 @@ def _key(cls: type, fixed: tuple[tuple[str, str], ...], formulas: tuple[Any, ...
     from nsmaps.exact.compiled import code_of, compilers
 
     files = (*BALLS, "ballcode.py") if balls else ENGINE
-    machinery = [
-        (HERE / name).read_text() for name in (*files, "symbols.py", "generate.py", "printing.py", "system.py", "compiled.py")
-    ]
+    machinery = [(HERE / name).read_text() for name in (*files, *GENERATOR, "system.py", "compiled.py")]
     versions = [f"{name} {version(name)}" for name in WRITTEN_WITH]
     text = "\0".join([cls.__qualname__, repr(fixed), code_of(*formulas), sources, *versions, *compilers(), *machinery])
     return hashlib.sha256(text.encode()).hexdigest()[:20]

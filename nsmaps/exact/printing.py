@@ -6,6 +6,8 @@ from typing import Any
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
+from nsmaps.exact.bounding import Lesser
+
 PHI = sp.Symbol("_phi", real=True)
 DECORATOR = '@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)'
 
@@ -22,6 +24,9 @@ class _Printer(PythonCodePrinter):  # type: ignore[misc]
 
     def _print_Max(self, expr: sp.Max) -> str:
         return f"max({', '.join(self._print(sp.Float(a) if a.is_Integer else a) for a in expr.args)})"
+
+    def _print_Lesser(self, expr: Lesser) -> str:
+        return f"min({self._print(expr.args[0])}, {self._print(expr.args[1])})"
 
 
 def code(expr: Any) -> str:

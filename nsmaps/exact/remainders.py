@@ -49,4 +49,15 @@ def growth(x):
         + zz * (((1 / 720 + x * (1 / 5040)) + z * (1 / 40320 + x * (1 / 362880)))
         + zz * (((1 / 3628800 + x * (1 / 39916800)) + z * (1 / 479001600 + x * (1 / 6227020800))) + zz * (1 / 87178291200))))
     return x + e, e
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def twin(y, x, more):
+    """exp(x - y) sinh y and that less y, where `more` is exp x - 1; what grows is not multiplied by what decays."""
+    sign = 1.0
+    if y < 0.0:
+        x, y, sign = x - 2.0 * y, -y, -1.0
+        more, _ = growth(x)
+    plain, rest = growth(-2.0 * y)
+    return sign * (-0.5 * plain * (1.0 + more)), sign * (-0.5 * (plain * more + rest))
 # fmt: on

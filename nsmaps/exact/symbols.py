@@ -2,17 +2,21 @@
 
 With s the time since the impact, each sin, cos and exp of (A + k s) is split by angle addition into a factor free of s and the
 remainders C = cos(k s) - 1, R = sin(k s) - k s, E = exp(k s) - 1 - k s, so that what is small is computed small. Rates follow by
-the chain rule, with N = sin(k s) and X = exp(k s) - 1.
+the chain rule, with N = sin(k s) and X = exp(k s) - 1. Products of exp, sinh and cosh are written as one of each before: what
+grows is never multiplied by what decays. exp(a s) sinh(k s) has remainders of its own, that of exp(a s) cosh(k s) is that of
+exp((a + k) s) less these: k may be small or large.
 """
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 
 S = sp.Symbol("_s", real=True)
+
+
+Sums = dict[tuple[sp.Expr, sp.Expr, bool], sp.Expr]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +39,24 @@ class Growth:
 
 
 @dataclass(frozen=True, slots=True)
+class Twin:
+    """The remainders of two rates, a + k and a - k: N = exp(a s) sinh(k s), R = N - k s."""
+
+    k: sp.Expr
+    upper: Growth  #: of the rate a + k
+    lower: sp.Expr  #: the rate a - k
+    n: sp.Symbol
+    r: sp.Symbol
+
+
+@dataclass(frozen=True, slots=True)
 class Flow:
-    """A flight as a polynomial in s and the remainders of its waves and growths."""
+    """A flight as a polynomial in s and the remainders of its waves, growths and twins."""
 
     waves: list[Wave] = field(default_factory=list)
     growths: list[Growth] = field(default_factory=list)
+    twins: list[Twin] = field(default_factory=list)
+    factors: dict[sp.Symbol, tuple[type, sp.Expr]] = field(default_factory=dict)  #: exp, sinh and cosh of s, not yet multiplied
     names: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)  #: of what is free of s, kept whole through the algebra
 
     def wave(self, k: sp.Expr) -> Wave:
@@ -60,10 +77,21 @@ class Flow:
         self.growths.append(Growth(k, *(sp.Symbol(f"_{letter}{i}", real=True) for letter in "xe")))
         return self.growths[-1]
 
+    def twin(self, a: sp.Expr, k: sp.Expr) -> Twin:
+        """The twin of the rates a + k and a - k, made when first met."""
+        upper = self.growth(_simple(a + k))
+        for twin in self.twins:
+            if twin.upper is upper and sp.simplify(twin.k - k) == 0:
+                return twin
+        i = len(self.twins)
+        self.twins.append(Twin(k, upper, _simple(a - k), sp.Symbol(f"_m{i}", real=True), sp.Symbol(f"_t{i}", real=True)))
+        return self.twins[-1]
+
     @property
     def generators(self) -> list[sp.Symbol]:
         """s and all remainders."""
-        return [S, *(g for w in self.waves for g in (w.c, w.n, w.r)), *(g for q in self.growths for g in (q.x, q.e))]
+        waves, growths = (g for w in self.waves for g in (w.c, w.n, w.r)), (g for q in self.growths for g in (q.x, q.e))
+        return [S, *waves, *growths, *(g for twin in self.twins for g in (twin.n, twin.r))]
 
     def name(self, expr: sp.Expr) -> sp.Expr:
         """A symbol for an expression that is free of s, so that nothing expands it; numbers and symbols are their own."""
@@ -77,42 +105,86 @@ class Flow:
 
     @property
     def frequencies(self) -> list[sp.Expr]:
-        """The frequencies of the waves and the rates of the growths."""
-        return [*(w.k for w in self.waves), *(q.k for q in self.growths)]
+        """The frequencies of the waves, the rates of the growths and half the differences of the twins' rates."""
+        return [*(w.k for w in self.waves), *(q.k for q in self.growths), *(twin.k for twin in self.twins)]
 
     def split(self, expr: sp.Expr) -> sp.Expr:
         """The expression, of a form that was checked, with every function of s split into factors free of s and remainders."""
+        expr = self._split(expr)
+        if not self.factors:
+            return expr
+        sums: Sums = {}
+        for exponents, c in sp.Poly(sp.expand(expr), *self.factors).terms():
+            for key, share in self._product(exponents).items():
+                sums[key] = sums.get(key, sp.S.Zero) + c * share
+        return sp.Add(*(c * self._exponential(*key) for key, c in sums.items() if sp.expand(c) != 0))
+
+    def _split(self, expr: sp.Expr) -> sp.Expr:
+        """See `split`; exp, sinh and cosh of s are left as `factors`."""
         if expr == S:
             return expr
         if not expr.has(S):
             return self.name(expr)
-        if isinstance(expr, (sp.sin, sp.cos, sp.exp)):
-            return self._add_angles(type(expr), expr.args[0].subs(S, 0), sp.simplify(sp.diff(expr.args[0], S)))
-        if isinstance(expr, (sp.sinh, sp.cosh)):
-            return self.split(expr.rewrite(sp.exp))
+        if isinstance(expr, (sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh)):
+            return self._add_angles(type(expr), expr.args[0].subs(S, 0), _simple(sp.diff(expr.args[0], S)))
         if expr.is_Add or expr.is_Mul:
             free, timed = expr.as_independent(S, as_Add=expr.is_Add)
             parts = timed.args if isinstance(timed, expr.func) else (timed,)
-            return expr.func(self.name(free), *(self.split(a) for a in parts))
-        return self.split(expr.base) ** expr.exp
+            return expr.func(self.name(free), *(self._split(a) for a in parts))
+        return self._split(expr.base) ** expr.exp
 
     def _add_angles(self, kind: type, a: sp.Expr, k: sp.Expr) -> sp.Expr:
         if kind is sp.exp:
-            growth = self.growth(k)
-            return self.name(sp.exp(a)) * (1 + growth.k * S + growth.e)
+            return self.name(sp.exp(a)) * self._factor(sp.exp, k)
+        if kind in (sp.sinh, sp.cosh):
+            sinh_a, cosh_a = self.name(sp.sinh(a)), self.name(sp.cosh(a))
+            sinh, cosh = self._factor(sp.sinh, k), self._factor(sp.cosh, k)
+            return sinh_a * cosh + cosh_a * sinh if kind is sp.sinh else cosh_a * cosh + sinh_a * sinh
         sign = -1 if k.could_extract_minus_sign() else 1
         wave = self.wave(sign * k)
-        sine, cosine = sign * (wave.k * S + wave.r), 1 + wave.c
+        sine, cosine = sign * (self.name(wave.k) * S + wave.r), 1 + wave.c
         sin_a, cos_a = self.name(sp.sin(a)), self.name(sp.cos(a))
         return sin_a * cosine + cos_a * sine if kind is sp.sin else cos_a * cosine - sin_a * sine
+
+    def _factor(self, kind: type, k: sp.Expr) -> sp.Symbol:
+        """A symbol for a function of k s, the same for the same."""
+        known = {meant: symbol for symbol, meant in self.factors.items()}
+        symbol = known.get((kind, k), sp.Symbol(f"_f{len(self.factors)}", real=True))
+        self.factors[symbol] = (kind, k)
+        return symbol
+
+    def _product(self, exponents: tuple[int, ...]) -> Sums:
+        """Powers of the `factors`, multiplied: a sum of single exp(a s) cosh(k s) and exp(a s) sinh(k s)."""
+        sums = {(sp.S.Zero, sp.S.Zero, False): sp.S.One}
+        for (kind, rate), n in zip(self.factors.values(), exponents, strict=True):
+            if kind is sp.exp:
+                sums = {(_simple(a + n * rate), k, odd): c for (a, k, odd), c in sums.items()}
+            for _ in range(0 if kind is sp.exp else n):
+                sums = _times(sums, rate, kind is sp.sinh)
+        return sums
+
+    def _exponential(self, a: sp.Expr, k: sp.Expr, odd: bool) -> sp.Expr:
+        """exp(a s) cosh(k s), or sinh where it is odd, in remainders."""
+        upper = _simple(a + k)
+        growth = self.growth(upper) if upper != 0 else None
+        whole = 1 + self.name(upper) * S + growth.e if growth else sp.S.One
+        if k == 0:
+            return sp.S.Zero if odd else whole
+        sinh = self.name(k) * S + self.twin(a, k).r
+        return sinh if odd else whole - sinh
 
     def rate(self, expr: sp.Expr) -> sp.Expr:
         """The time derivative of a polynomial in s and the remainders."""
         total = sp.diff(expr, S)
         for w in self.waves:
-            total += sp.diff(expr, w.c) * -w.k * w.n + sp.diff(expr, w.n) * w.k * (1 + w.c) + sp.diff(expr, w.r) * w.k * w.c
+            k = self.name(w.k)
+            total += sp.diff(expr, w.c) * -k * w.n + sp.diff(expr, w.n) * k * (1 + w.c) + sp.diff(expr, w.r) * k * w.c
         for q in self.growths:
-            total += sp.diff(expr, q.e) * q.k * q.x + sp.diff(expr, q.x) * q.k * (1 + q.x)
+            k = self.name(q.k)
+            total += sp.diff(expr, q.e) * k * q.x + sp.diff(expr, q.x) * k * (1 + q.x)
+        for twin in self.twins:
+            k, fall = self.name(twin.k), self.name(twin.lower) * twin.n
+            total += sp.diff(expr, twin.r) * (fall + k * twin.upper.x) + sp.diff(expr, twin.n) * (fall + k * (1 + twin.upper.x))
         return total
 
     def moved(self, expr: sp.Expr, way: dict[sp.Symbol, sp.Symbol]) -> sp.Expr:
@@ -127,6 +199,11 @@ class Flow:
             total += self.restore(by_angle) * S * along(w.k)
         for q in self.growths:
             total += self.restore(sp.diff(expr, q.e) * q.x + sp.diff(expr, q.x) * (1 + q.x)) * S * along(q.k)
+        for twin in self.twins:
+            a, k = (along(twin.upper.k) + along(twin.lower)) / 2, along(twin.k)
+            less, more = sp.diff(expr, twin.r), sp.diff(expr, twin.n)
+            by_k = (less + more) * (twin.upper.x - twin.n) + more
+            total += S * (self.restore(less + more) * twin.n * a + self.restore(by_k) * k)
         return total
 
     def terms(self, expr: sp.Expr) -> dict[tuple[int, ...], sp.Expr]:
@@ -138,28 +215,16 @@ class Flow:
         """The product of the generators to these exponents."""
         return sp.Mul(*(g**e for g, e in zip(self.generators, exponents, strict=True)))
 
-    def bound(self, expr: sp.Expr, horizon: sp.Expr) -> sp.Expr:
-        """A bound on |expr| for s in [0, horizon]: sines and cosines of one frequency collected into one amplitude."""
-        sine = {w: sp.Symbol(f"_sin{i}") for i, w in enumerate(self.waves)}
-        cosine = {w: sp.Symbol(f"_cos{i}") for i, w in enumerate(self.waves)}
-        power = {q: sp.Symbol(f"_exp{i}") for i, q in enumerate(self.growths)}
-        plain = {w.c: cosine[w] - 1 for w in self.waves} | {w.n: sine[w] for w in self.waves}
-        plain |= {w.r: sine[w] - w.k * S for w in self.waves}
-        plain |= {q.x: power[q] - 1 for q in self.growths} | {q.e: power[q] - 1 - q.k * S for q in self.growths}
-        others = [S, *power.values()]
-        poly = sp.Poly(sp.expand(expr.subs(plain)), *others, *sine.values(), *cosine.values())
-        n, m = len(self.waves), len(others)
-        amplitudes: dict[tuple[Any, ...], list[sp.Expr]] = {}
-        for exponents, coefficient in poly.terms():
-            trig = exponents[m:]
-            single = sum(trig) == 1
-            key = (exponents[:m], trig.index(1) % n if single else trig)
-            amplitudes.setdefault(key, []).append(self.restore(coefficient))
-        total = sp.S.Zero
-        for (exponents, _), coefficients in amplitudes.items():
-            rate = sp.Add(*(q.k * e for q, e in zip(self.growths, exponents[1:], strict=True)))
-            total += _largest(exponents[0], rate, horizon) * _length(coefficients)
-        return total
+
+def _times(sums: Sums, rate: sp.Expr, odd: bool) -> Sums:
+    """A sum of exp(a s) cosh(k s) and exp(a s) sinh(k s), by (a, k, is it sinh), times cosh or sinh of rate s."""
+    product: Sums = {}
+    for (a, k, was_odd), c in sums.items():
+        both = [(rate, c)] if k == 0 else [(k + rate, c / 2), (k - rate, -c / 2 if odd else c / 2)]
+        for other, part in both:
+            key = a, _simple(other), was_odd != odd
+            product[key] = product.get(key, sp.S.Zero) + part
+    return product
 
 
 def check_form(expr: sp.Expr) -> None:
@@ -179,27 +244,16 @@ def check_form(expr: sp.Expr) -> None:
         )
 
 
-def along_phase(expr: sp.Expr, phase: sp.Symbol, period: sp.Expr) -> list[sp.Expr]:
-    """An expression in the phase, its rate in time, and a bound on its second rate over a period of the forcing."""
-    rate, flow = 2 * sp.pi / period, Flow()
-    later = expr.subs(phase, rate * S)
-    check_form(later)
-    return [expr, rate * sp.diff(expr, phase), flow.bound(flow.rate(flow.rate(flow.split(later))), period)]
+def factored(expr: sp.Expr) -> sp.Expr:
+    """The expression with what stands under its square roots, and its differences of constants, as products.
+
+    (z - 1) (z + 1) keeps the digits that z^2 - 1 loses where z is near 1.
+    """
+    roots = {root: sp.factor(root.base) ** root.exp for root in expr.atoms(sp.Pow) if abs(root.exp) == sp.S.Half}
+    pairs = {two: sp.factor(two) for two in expr.atoms(sp.Add) if len(two.args) == 2 and any(a.is_number for a in two.args)}
+    return expr.xreplace({x: product for x, product in (pairs | roots).items() if not x.has(S)})
 
 
-def _largest(power: int, rate: sp.Expr, horizon: sp.Expr) -> sp.Expr:
-    """The largest s**power exp(rate s) for s in [0, horizon]: at its maximum, s = -power/rate, if that comes before the end."""
-    if power == 0:
-        return sp.exp(sp.Max(0, rate) * horizon)
-    s = power / sp.Max(-rate, power / horizon)
-    return s**power * sp.exp(rate * s)
-
-
-def _length(parts: list[sp.Expr]) -> sp.Expr:
-    """The Euclidean length of the coefficients of sine and cosine."""
-    if len(parts) == 1:
-        return sp.Abs(parts[0])
-    square = sp.expand(sum(part**2 for part in parts))
-    if sp.count_ops(square) < 200:
-        square = sp.factor(sp.trigsimp(square))
-    return sp.sqrt(square)
+def _simple(rate: sp.Expr) -> sp.Expr:
+    """A frequency or a rate, simplified."""
+    return factored(sp.simplify(rate))

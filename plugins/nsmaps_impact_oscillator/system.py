@@ -67,7 +67,7 @@ class ImpactOscillator(ImpactSystem):
 
     def _free(self, s: Any, z: Any, w: Any) -> Any:
         """The motion without forcing, from the place z with the velocity w."""
-        from sympy import cos, exp, sin, sqrt
+        from sympy import cos, exp, sin, sinh, sqrt
 
         if self.damping == "critical":
             return exp(-s) * (z + (w + z) * s)
@@ -75,8 +75,8 @@ class ImpactOscillator(ImpactSystem):
             k = sqrt(1 - self.zeta**2)
             return exp(-self.zeta * s) * (z * cos(k * s) + (w + self.zeta * z) * sin(k * s) / k)
         k = sqrt(self.zeta**2 - 1)
-        fast, slow = -self.zeta - k, -1 / (self.zeta + k)  # slow is -zeta + k, which cancels
-        return ((w - fast * z) * exp(slow * s) - (w - slow * z) * exp(fast * s)) / (2 * k)
+        slow = -1 / (self.zeta + k)  # which is -zeta + k
+        return z * exp(slow * s) + (w - slow * z) * exp(-self.zeta * s) * sinh(k * s) / k
 
     @model_validator(mode="after")
     def _of_its_regime(self) -> Self:

@@ -81,16 +81,16 @@ from toys import BouncingBall, Oscillator
 for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator(zeta=0.05, w=0.81, gap=0.7), 2.0)):
     module = system._kernel().module
     count, per_flight = [0], []
-    evaluate, flight = module.evaluate, module.flight
+    weighed, flight = module.weighed, module.flight
     def counted(c, s):
         count[0] += 1
-        return evaluate(c, s)
+        return weighed(c, s)
     def watched(*args):
         before = count[0]
         found = flight(*args)
         per_flight.append(count[0] - before)
         return found
-    module.evaluate, module.flight = counted, watched
+    module.weighed, module.flight = counted, watched
     rng = np.random.default_rng(0)
     for state in np.column_stack([rng.uniform(0.01, top, 300), rng.uniform(0, 6.28, 300)]):
         system.first_return([state])
@@ -105,7 +105,7 @@ for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator
     rows = [tuple(map(float, line.split())) for line in run.stdout.splitlines()]
     assert len(rows) == 3
     assert max(most for most, _ in rows) <= 25
-    assert rows[0][1] < 3
+    assert 1 < rows[0][1] < 3
 
 
 def test_a_million_returns_need_little_memory(pair):
