@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import sympy as sp
 
+from nsmaps.exact.printing import PHI
 from nsmaps.exact.symbols import Flow, S
 
 
@@ -25,7 +26,7 @@ def size(expr: sp.Expr) -> sp.Expr:
         return sp.Abs(expr) * (size(expr.base) / sp.Abs(expr.base)) ** sp.ceiling(abs(expr.exp))
     if isinstance(expr, sp.exp):
         return sp.Abs(expr) * (1 + size(expr.args[0]))
-    return sp.Abs(expr) + sp.Add(*map(size, expr.args))
+    return sp.Abs(expr) + sp.Add(*(size(arg.subs(PHI, 2 * sp.pi)) for arg in expr.args))  # a phase is in [0, 2 pi)
 
 
 def cancels_not(expr: sp.Expr) -> bool:
