@@ -15,7 +15,7 @@ from numpy.polynomial.chebyshev import chebder, chebvander
 
 from nsmaps.auxiliary.ranges import Hulls
 from nsmaps.exact.impacts import Floats
-from nsmaps.reduced.polymap import PolyMap, dense
+from nsmaps.reduced.polymap import Ints, PolyMap, dense
 
 EPS = 2.0**-52  #: twice the unit roundoff: a reserve of one half, for terms of second order
 BLOCK = 2**20  #: floats of one array of values at a time
@@ -81,8 +81,7 @@ class Polynomials:
         reach = np.maximum(np.abs(middle) + half, 1.0)
         growth = reach + np.sqrt(reach**2 - 1)
         powers = [growth[:, j, None, None] ** np.arange(1, size + 1)[:, None] for j, size in enumerate(sizes)]
-        squares = sum(np.ix_(*(10.0 * np.arange(1, size + 1) ** 2 for size in sizes)), np.zeros(sizes))
-        weights = np.abs(self.tensor) * (squares + 2 * sum(sizes) + 6)
+        weights = np.abs(self.tensor) * (_squares(sizes) + 2 * sum(sizes) + 6)
         each = _along(np.broadcast_to(weights, (len(reach), *weights.shape)), powers).reshape(len(reach), -1)
         lebesgue = prod(2 / pi * log(size) + 1 for size in sizes)
         return (EPS * each + self.blur * np.prod(growth ** np.array(sizes), axis=1)[:, None]) * (1 + lebesgue)
@@ -94,6 +93,12 @@ class Polynomials:
         swing = np.abs(rest).reshape(*level.shape, -1).max(axis=2)
         largest = _along(np.abs(chebyshev), [np.abs(conversion(size - 1)).max(axis=1)[:, None] for size in sizes])
         return steps * (2 ** len(sizes) * prod(sizes) * swing + largest.reshape(level.shape)) + EPS * (np.abs(level) + swing)
+
+
+@lru_cache(maxsize=64)
+def _squares(sizes: tuple[int, ...]) -> Floats:
+    """Ten times the sum of the squares of one more than each degree, shape `sizes`."""
+    return np.asarray(sum(np.ix_(*(10.0 * np.arange(1, size + 1) ** 2 for size in sizes)), np.zeros(sizes)))
 
 
 @lru_cache(maxsize=64)
@@ -129,12 +134,23 @@ def conversion(degree: int) -> Floats:
     return np.array(rows)
 
 
+@lru_cache(maxsize=64)
+def _corners(sizes: tuple[int, ...]) -> Ints:
+    """The places of the corners of an array of these sizes, when it is flat."""
+    corners = np.indices((2,) * len(sizes)).reshape(len(sizes), -1)
+    return np.ravel_multi_index(tuple(corners * (np.array(sizes) - 1)[:, None]), sizes)
+
+
 def _along(values: Floats, matrices: list[Floats]) -> Floats:
     """Values (N, m, sizes) with a matrix applied along each of the last axes, the same for all rows or one for each."""
     for j, matrix in enumerate(matrices):
-        moved = np.moveaxis(values, 2 + j, -1)
-        product = moved.reshape(len(moved), -1, moved.shape[-1]) @ matrix
-        values = np.moveaxis(product.reshape(*moved.shape[:-1], matrix.shape[-1]), -1, 2 + j)
+        before, size, after = values.shape[: 2 + j], values.shape[2 + j], values.shape[3 + j :]
+        if after:
+            turned = np.swapaxes(matrix, -1, -2)
+            product = (turned if matrix.ndim == 2 else turned[:, None]) @ values.reshape(len(values), -1, size, prod(after))
+        else:
+            product = values.reshape(len(values), -1, size) @ matrix
+        values = product.reshape(*before, matrix.shape[-1], *after)
     return values
 
 
@@ -143,9 +159,8 @@ def _hulls(boxes: Floats, level: Floats, bernstein: Floats, margin: Floats, own:
     count, n = len(boxes), boxes.shape[1]
     sizes = np.array(bernstein.shape[2:])
     flat = bernstein.reshape(*level.shape, -1)
-    corners = np.stack(np.meshgrid(*([0, 1] for _ in sizes), indexing="ij"), axis=-1).reshape(-1, n)
-    index = np.ravel_multi_index(tuple((corners * (sizes - 1)).T), tuple(sizes))
-    inner = np.stack([flat[:, :, index].min(axis=2), flat[:, :, index].max(axis=2)], axis=2) + level[:, :, None]
+    taken = flat[:, :, _corners(bernstein.shape[2:])]
+    inner = np.stack([taken.min(axis=2), taken.max(axis=2)], axis=2) + level[:, :, None]
     best = np.stack([flat.argmin(axis=2), flat.argmax(axis=2)], axis=2)
     outer = np.stack([flat.min(axis=2), flat.max(axis=2)], axis=2) + level[:, :, None] + own[:, :, None] * [-1.0, 1.0]
     multi = np.stack(np.unravel_index(best, tuple(sizes)), axis=-1)
@@ -156,12 +171,13 @@ def _hulls(boxes: Floats, level: Floats, bernstein: Floats, margin: Floats, own:
     at = np.stack([np.where(sharp & high, last, first), np.where(sharp & ~high, first, last)], axis=-1)
     bend = np.zeros((count, n))
     for j in range(n):
-        rise = np.diff(bernstein, axis=2 + j).reshape(*level.shape, -1)
+        steps = np.diff(bernstein, axis=2 + j)
+        rise = steps.reshape(*level.shape, -1)
         rises, falls = (rise > 0).all(axis=2), (rise < 0).all(axis=2)  # a monotone coordinate is extreme at its ends
         ends = np.stack([rises, falls], axis=-1), np.stack([falls, rises], axis=-1)
         at[..., j, 1] = np.where(ends[0], first[..., j], at[..., j, 1])
         at[..., j, 0] = np.where(ends[1], last[..., j], at[..., j, 0])
         if sizes[j] > 2:
-            bend[:, j] = np.abs(np.diff(bernstein, 2, axis=2 + j)).reshape(*level.shape, -1).max(axis=2).max(axis=1)
+            bend[:, j] = np.abs(np.diff(steps, axis=2 + j)).reshape(len(level), -1).max(axis=1)
     made = Hulls(outer, inner, margin, at, bend)
     return made.absolute(np.array(absolute), boxes) if any(absolute) else made

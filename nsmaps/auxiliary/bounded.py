@@ -1,9 +1,9 @@
 """Auxiliary maps that bound: of polynomials by Bernstein form, of any map that encloses the images of boxes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import cast
+from typing import Self, cast
 
 import numpy as np
 
@@ -15,12 +15,11 @@ from nsmaps.auxiliary.sampled import Sampled
 from nsmaps.exact.boxes import BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
 from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Bools
 
 SAMPLES = 201  #: values at which an envelope is given
 SIGN = 1e-3  #: gap of the range of a slope, of which the sign is wanted
 TRIFLE = 1e-12  #: of a value, which enclosures need not be finer than
-FINE, DRAWN, COARSE = 1e-12, 1e-9, 1e-5  #: gaps of ranges, relative to them, below which no box is cut; the last of enclosures
+FINE, DRAWN, COARSE = 1e-12, 1e-9, 1e-6  #: gaps of ranges, relative to them, below which no box is cut; the last of enclosures
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +28,7 @@ class Polynomial:
 
     box: Floats  #: shape (n, 2)
     status: str
-    hulls: Callable[[Floats], Hulls]
+    hulls: Callable[[Floats], Hulls]  #: of the polynomials themselves
     error: Floats  #: shape (n,), by which everything is moved out
     map: PolyMap
     shift: Floats  #: shape (n,), whole turns by which its images are moved
@@ -40,18 +39,22 @@ class Polynomial:
         values = np.asarray(x, float)
         boxes = np.repeat(self.box[None], len(values), axis=0)
         boxes[:, index] = values[:, None]
-        lower, upper = ranges(self.hulls, boxes, FINE, self._only(index)).bounds[:, index].T
-        return lower - self.error[index], upper + self.error[index]
+        lower, upper = ranges(self.hulls, boxes, index, FINE).bounds.T
+        return lower + self.shift[index] - self.error[index], upper + self.shift[index] + self.error[index]
 
-    def worst(self, intervals: Floats) -> Extremes:
+    def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps."""
-        made = _worst(self.hulls, self.box, intervals, FINE)
-        return Extremes(made.bounds + self.error[:, None] * [-1.0, 1.0], made.at)
+        made = _worst(self.hulls, self.box, intervals, FINE, known)
+        return replace(made, bounds=made.bounds + self.shift[:, None] + self.error[:, None] * [-1.0, 1.0])
 
-    def at(self, state: Floats) -> Floats:
+    @classmethod
+    def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
-        made = _worst(self.hulls, self.box, np.repeat(state[:, None], 2, axis=1), DRAWN)
-        return made.bounds + self.error[:, None] * [-1.0, 1.0]
+        k = np.arange(states.shape[1])
+        boxes = np.repeat([[map.box] for map in maps], len(k), axis=1)
+        boxes[:, k, k] = states[..., None]
+        made = ranges(maps[0].hulls, boxes.reshape(-1, *boxes.shape[2:]), np.tile(k, len(maps)), DRAWN, side=side)
+        return made.bounds[:, side].reshape(states.shape) + [map.shift + (2 * side - 1) * map.error for map in maps]
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""
@@ -69,16 +72,13 @@ class Polynomial:
         held[others] = np.where(rises[:, None], self.box[others], self.box[others, ::-1])
         return Envelope(name, x, lower, upper, *drawn, "closed form", self.status, held, slopes)
 
-    def _only(self, index: int) -> Bools:
-        return (np.arange(len(self.box)) == index)[None, :, None]
-
 
 def of_polynomials(map: PolyMap, error: Floats, status: str, box: Floats) -> Polynomial:
     """The auxiliary maps of polynomials moved out by an error, shape (n,), angles on the turn nearest to the box's centre."""
     polynomials, centre = Polynomials.of(map), box.mean(axis=1)
     turns = TWO_PI * np.round((map(centre[None])[0] - centre) / TWO_PI)
     shift = np.where(angle_mask(map.coordinates), -turns, 0.0)
-    return Polynomial(box, status, lambda boxes: polynomials.hulls(boxes).moved(shift), error, map, shift)
+    return Polynomial(box, status, polynomials.hulls, error, map, shift)
 
 
 def _slopes(map: PolyMap, index: int, box: Floats) -> Floats:
@@ -87,11 +87,11 @@ def _slopes(map: PolyMap, index: int, box: Floats) -> Floats:
     slopes = np.full((len(box), 2), np.nan)
     for j in range(len(box)):
         if j != index:
-            slopes[j] = ranges(polynomials.slope(j).hulls, box[None], SIGN).bounds[0, index]
+            slopes[j] = ranges(polynomials.slope(j).hulls, box[None], index, SIGN).bounds[0]
     if map.coordinates[index] not in map.absolute:
         return slopes
     within = replace(polynomials, absolute=(False,) * len(box))
-    low, high = ranges(within.hulls, box[None], SIGN).bounds[0, index]
+    low, high = ranges(within.hulls, box[None], index, SIGN).bounds[0]
     kink = np.where(np.isnan(slopes), np.nan, [-np.inf, np.inf])
     return slopes if low >= 0 else -slopes[:, ::-1] if high <= 0 else kink
 
@@ -107,7 +107,7 @@ class Enclosed:
     box: Floats  #: shape (n, 2)
     drawn: Sampled
     status: str = "enclosed"
-    same: float = COARSE
+    same: float = 1e-5
 
     @classmethod
     def of(cls, map: BoxMap, samples: int, box: Floats) -> "Enclosed":
@@ -118,27 +118,30 @@ class Enclosed:
         """See AuxiliaryMaps."""
         return self.drawn.curves(index, x)
 
-    def at(self, state: Floats) -> Floats:
+    @classmethod
+    def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
-        return self.drawn.at(state)
+        return Sampled.at([map.drawn for map in maps], states, side)
 
-    def worst(self, intervals: Floats) -> Extremes:
+    def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps."""
         hulls = partial(_box_hulls, self.map, self.drawn.function, self.box)
-        return replace(_worst(hulls, self.box, intervals, COARSE), at=self.drawn.worst(intervals).at)
+        return replace(_worst(hulls, self.box, intervals, COARSE, known), at=self.drawn.worst(intervals).at)
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""
         return self.drawn.envelopes()
 
 
-def _worst(hulls: Callable[[Floats], Hulls], box: Floats, intervals: Floats, tolerance: float) -> Extremes:
+def _worst(
+    hulls: Callable[[Floats], Hulls], box: Floats, intervals: Floats, tolerance: float, known: Extremes | None = None
+) -> Extremes:
     """The range of each coordinate over an interval of its own and the others' sides of a box."""
     k = np.arange(len(box))
     boxes = np.repeat(box[None], len(k), axis=0)
     boxes[k, k] = intervals
-    made = ranges(hulls, boxes, tolerance, np.eye(len(k), dtype=bool)[:, :, None])
-    return Extremes(made.bounds[k, k], made.at[k, k, :, k])
+    made = ranges(hulls, boxes, k, tolerance, None if known is None else known.ranges)
+    return Extremes(made.bounds, made.at[k, :, k], made)
 
 
 def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxes: Floats) -> Hulls:
@@ -149,9 +152,12 @@ def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxe
     images = found.images - np.where(angles, turns, 0.0)[..., None]
     outer = replace(found, images=images).hulls()
     outer[found.empty | np.isnan(outer).any(axis=(1, 2))] = [-np.inf, np.inf]
-    values = taken(boxes.mean(axis=2))[..., None]
-    inner = np.where(np.isfinite(values), values, [np.inf, -np.inf])
     count, n = outer.shape[:2]
+    corners = boxes[:, np.arange(n), np.indices((2,) * n).reshape(n, -1).T]  # where what rises or falls is extreme
+    states = np.concatenate([corners, boxes.mean(axis=2)[:, None]], axis=1)
+    values = taken(states.reshape(-1, n)).reshape(states.shape)
+    finite = np.isfinite(values)
+    inner = np.stack([np.where(finite, values, np.inf).min(axis=1), np.where(finite, values, -np.inf).max(axis=1)], axis=2)
     at = np.broadcast_to(boxes[:, None, None], (count, n, 2, n, 2))
     side = np.ptp(box, axis=1)
     bend = np.ptp(boxes, axis=2) / np.where(side > 0, side, 1.0)

@@ -14,7 +14,7 @@ from nsmaps.auxiliary.fittedboxes import name_of
 from nsmaps.auxiliary.reasons import about_fixed_point, without_image
 from nsmaps.auxiliary.startbox import found_box
 from nsmaps.auxiliary.twocycle import ROUNDED, TwoCycle, two_cycles
-from nsmaps.auxiliary.update import SLACK, Part, Update, update
+from nsmaps.auxiliary.update import SLACK, Part, Update, update, with_generic
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Floats
 from nsmaps.progress import Work, beat, working
@@ -162,11 +162,11 @@ def _updates(
     make: Maker, start: Floats, most: int, progress: Callable[[int], None] | None, work: Work
 ) -> tuple[list[Update], list[Floats], AuxiliaryMaps]:
     """The updates made, the start box with theirs, and the last auxiliary maps; with `most` 0 one update and the start alone."""
-    made: list[Update] = []
+    made, maps = list[Update](), list[AuxiliaryMaps]()
     boxes = [start]
     for number in range(1, max(most, 1) + 1):
-        maps = make(boxes[-1])
-        made.append(update(maps, number, boxes[-1]))
+        maps.append(make(boxes[-1]))
+        made.append(update(maps[-1], number, boxes[-1]))
         if not made[-1].trapped or not most:
             break
         boxes.append(made[-1].worst[-1])
@@ -175,7 +175,7 @@ def _updates(
             progress(number)
         if _moved(boxes) <= REST or work.over:
             break
-    return made, boxes, maps
+    return with_generic(made, maps), boxes, maps[-1]
 
 
 def smallest_box(

@@ -1,12 +1,13 @@
 """The auxiliary maps of one coordinate: the largest and smallest image over the others, eq. auxv and auxphi."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, Self
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike
+from nsmaps.auxiliary.ranges import Ranges
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, nearest_turn
 
@@ -71,6 +72,7 @@ class Extremes:
 
     bounds: Floats  #: shape (n, 2), the least of the lower and the largest of the upper map
     at: Floats  #: shape (n, 2, 2), an interval of the coordinate's values that holds the place of each
+    ranges: Ranges | None = None  #: where they come from, for intervals within these
 
 
 class AuxiliaryMaps(Protocol):
@@ -87,11 +89,12 @@ class AuxiliaryMaps(Protocol):
     def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
         """The lower and upper map of a coordinate at its values x, shape (m,)."""
 
-    def at(self, state: Floats) -> Floats:
-        """The lower and upper map of every coordinate at its value in a state (n,), shape (n, 2)."""
+    @classmethod
+    def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
+        """The lower (side 0) or upper (1) maps of one map on several boxes, each at a state of its own: (U, n) to (U, n)."""
 
-    def worst(self, intervals: Floats) -> Extremes:
-        """The worst case over an interval of each coordinate, shape (n, 2)."""
+    def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
+        """The worst case over an interval of each coordinate, shape (n, 2), with that known over some that hold these."""
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """The curves of every coordinate at equidistant values."""

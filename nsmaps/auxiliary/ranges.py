@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Literal
+from functools import partial
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from nsmaps.exact.impacts import Floats
 from nsmaps.reduced.polymap import Ints
 from nsmaps.reduced.region import Bools
 
-SLICES = 8  #: into which a box is cut along one coordinate
-MOST_ROUNDS, MOST_BOXES = 60, 2**15  #: of cutting, and of boxes in one round
+SLICES, FEW = 8, 16  #: into which a box is cut along one coordinate, more if that makes but few: a round of these costs no more
+MOST_ROUNDS, MOST_BOXES = 60, 2**12  #: of cutting, and of boxes in one round
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,14 +29,6 @@ class Hulls:
         """The parts one after another."""
         return parts[0] if len(parts) == 1 else cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
-    def of(self, rows: Bools) -> "Hulls":
-        """Some of the boxes."""
-        return Hulls(*(getattr(self, f.name)[rows] for f in fields(self)))
-
-    def moved(self, by: Floats) -> "Hulls":
-        """The same of functions moved by constants, shape (m,)."""
-        return replace(self, outer=self.outer + by[:, None], inner=self.inner + by[:, None])
-
     def absolute(self, which: Bools, boxes: Floats) -> "Hulls":
         """The same of the absolute values of some of the functions, shape (m,), on the boxes (M, n, 2) that these are of."""
         outer, inner = (_absolute(bounds, which) for bounds in (self.outer, self.inner))
@@ -48,72 +40,123 @@ class Hulls:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ranges:
-    """The ranges of m functions over N boxes."""
+class Pieces:
+    """Parts of boxes, and what is known on each of the one function that its box is for."""
 
-    bounds: Floats  #: shape (N, m, 2), outer: least and largest value; infinite where nothing is known
-    gap: Floats  #: shape (N, m, 2), from there to a value that is taken
-    at: Floats  #: shape (N, m, 2, n, 2), a box that holds the places of the extreme
+    source: Ints  #: shape (M,), number of the box
+    boxes: Floats  #: shape (M, n, 2)
+    outer: Floats  #: shape (M, 2), bounds without `margin`
+    inner: Floats  #: shape (M, 2), values that are taken
+    margin: Floats  #: shape (M,)
+    at: Floats  #: shape (M, 2, n, 2)
+    bend: Floats  #: shape (M, n)
+
+    @classmethod
+    def joined(cls, parts: Sequence["Pieces"]) -> "Pieces":
+        """The parts one after another."""
+        return parts[0] if len(parts) == 1 else cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+
+    def of(self, rows: Bools) -> "Pieces":
+        """Some of them."""
+        return Pieces(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ranges:
+    """The ranges of functions over N boxes, one function each."""
+
+    bounds: Floats  #: shape (N, 2), outer: least and largest value; infinite where nothing is known
+    gap: Floats  #: shape (N, 2), from there to a value that is taken
+    at: Floats  #: shape (N, 2, n, 2), a box that holds the places of the extreme
+    boxes: Floats  #: shape (N, n, 2)
+    pieces: Pieces  #: into which the boxes were cut
 
 
 def ranges(
-    hulls: Callable[[Floats], Hulls], boxes: Floats, tolerance: float = 1e-12, wanted: Bools | Literal[True] = True
+    hulls: Callable[[Floats], Hulls],
+    boxes: Floats,
+    which: Ints | int = 0,
+    tolerance: float = 1e-12,
+    known: Ranges | None = None,
+    side: int | None = None,
 ) -> Ranges:
-    """The ranges over boxes (N, n, 2), which are cut until the gap is below `tolerance` of the range, or there are too many.
+    """The ranges over boxes (N, n, 2) of one function each, by number, shape (N,).
 
-    The bounds are outer whatever the tolerance: they are those of all the boxes that were left uncut. Boxes are cut for the
-    sake of the bounds that are wanted, shape (N, m, 2).
+    All boxes are cut side by side, each until the gap is below `tolerance` of its range, or there are too many pieces. The
+    bounds are outer whatever the tolerance: they are those of all the pieces that were left uncut. What is `known` of the same
+    functions over boxes that hold these ones is used again: only the pieces that stick out are cut off and looked at anew. What
+    is known of boxes that do not hold these ones is not used.
+    With `side` 0 boxes are cut for the sake of the least value alone, with 1 of the largest.
     """
-    pieces, source = boxes, np.arange(len(boxes))
-    leaves: list[tuple[Ints, Hulls]] = []
-    taken: Floats | None = None
-    for _ in range(MOST_ROUNDS):
-        found = hulls(pieces)
-        taken = _joined(source, found.inner, len(boxes), taken)
-        slack = tolerance * (taken[..., 1] - taken[..., 0])[source] + 4 * found.margin
-        over = np.stack([taken[source, :, 0] - found.outer[..., 0], found.outer[..., 1] - taken[source, :, 1]], axis=2)
-        is_open = ((over > slack[..., None]) & np.broadcast_to(wanted, taken.shape)[source]).any(axis=(1, 2))
-        if is_open.sum() * SLICES > MOST_BOXES:
+    which, sides = np.broadcast_to(which, len(boxes)), [0, 1] if side is None else [side]
+    look = partial(_look, hulls, which)
+    kept, cut, source = _within(known, boxes)
+    taken = np.broadcast_to([np.inf, -np.inf], (len(boxes), 2)).copy()
+    leaves: list[Pieces] = []
+    for last in (*(False,) * MOST_ROUNDS, True):
+        found = Pieces.joined([*kept, *([look(cut, source)] if len(cut) else [])])
+        _join(taken, found.source, found.inner)
+        slack = tolerance * (taken[:, 1] - taken[:, 0])[found.source] + 4 * found.margin
+        over = np.stack([taken[found.source, 0] - found.outer[:, 0], found.outer[:, 1] - taken[found.source, 1]], axis=1)
+        is_open = (over > slack[:, None])[:, sides].any(axis=1)
+        if last or is_open.sum() * SLICES > MOST_BOXES:
             is_open[:] = False
-        leaves.append((source[~is_open], found.of(~is_open)))
+        leaves.append(found.of(~is_open))
         if not is_open.any():
             break
-        pieces, source = _cut(pieces[is_open], found.bend[is_open]), np.repeat(source[is_open], SLICES)
-    else:
-        leaves.append((source, hulls(pieces)))
-    assert taken is not None
-    return _ranges(len(boxes), taken, np.concatenate([s for s, _ in leaves]), Hulls.joined([h for _, h in leaves]))
+        slices = max(SLICES, FEW // int(is_open.sum()))
+        kept, cut, source = [], _cut(found.boxes[is_open], found.bend[is_open], slices), np.repeat(found.source[is_open], slices)
+    return _ranges(boxes, taken, Pieces.joined(leaves))
 
 
-def _ranges(count: int, taken: Floats, source: Ints, all: Hulls) -> Ranges:
-    widened = np.stack([all.outer[..., 0] - all.margin, all.outer[..., 1] + all.margin], axis=2)
-    bounds = _joined(source, widened, count)
-    gap = np.abs(bounds - taken)
+def _look(hulls: Callable[[Floats], Hulls], which: Ints, boxes: Floats, source: Ints) -> Pieces:
+    """What is known on parts (M, n, 2) of boxes of the functions that these are for."""
+    found, rows = hulls(boxes), (np.arange(len(source)), which[source])
+    return Pieces(source, boxes, found.outer[rows], found.inner[rows], found.margin[rows], found.at[rows], found.bend)
+
+
+def _within(known: Ranges | None, boxes: Floats) -> tuple[list[Pieces], Floats, Ints]:
+    """The pieces known that lie within boxes (N, n, 2), and of the others the parts that do, with their sources."""
+    if known is None or (boxes[..., 0] < known.boxes[..., 0]).any() or (boxes[..., 1] > known.boxes[..., 1]).any():
+        return [], boxes, np.arange(len(boxes))
+    pieces, ends = known.pieces, boxes[known.pieces.source]
+    low, high = np.maximum(pieces.boxes[..., 0], ends[..., 0]), np.minimum(pieces.boxes[..., 1], ends[..., 1])
+    whole = ((low == pieces.boxes[..., 0]) & (high == pieces.boxes[..., 1])).all(axis=1)
+    meets = ((low < high) | (ends[..., 0] == ends[..., 1]) & (low == high)).all(axis=1)  # what only touches has a neighbour
+    cut = meets & ~whole
+    return [pieces.of(whole)], np.stack([low, high], axis=2)[cut], pieces.source[cut]
+
+
+def _ranges(boxes: Floats, taken: Floats, pieces: Pieces) -> Ranges:
     sign = np.array([-1.0, 1.0])
-    may = sign * widened >= sign * taken[source] - all.margin[..., None]
-    low, high = np.full((count, *all.at.shape[1:-1]), np.inf), np.full((count, *all.at.shape[1:-1]), -np.inf)
-    np.minimum.at(low, source, np.where(may[..., None], all.at[..., 0], np.inf))
-    np.maximum.at(high, source, np.where(may[..., None], all.at[..., 1], -np.inf))
-    return Ranges(bounds, gap, np.stack([low, high], axis=-1))
+    widened = pieces.outer + sign * pieces.margin[:, None]
+    bounds = np.broadcast_to([np.inf, -np.inf], taken.shape).copy()
+    _join(bounds, pieces.source, widened)
+    at = np.broadcast_to([np.inf, -np.inf], (len(boxes), *pieces.at.shape[1:])).copy()
+    may = sign * widened >= sign * taken[pieces.source] - pieces.margin[:, None]
+    for side in (0, 1):
+        _join(at[:, side], pieces.source[may[:, side]], pieces.at[may[:, side], side])
+    return Ranges(bounds, np.abs(bounds - taken), at, boxes, pieces)
 
 
-def _joined(source: Ints, values: Floats, count: int, known: Floats | None = None) -> Floats:
-    """The least and largest values of each source, together with what is known."""
-    made = np.broadcast_to([np.inf, -np.inf], (count, *values.shape[1:])).copy() if known is None else known
-    np.minimum.at(made[..., 0], source, values[..., 0])
-    np.maximum.at(made[..., 1], source, values[..., 1])
-    return made
+def _join(known: Floats, source: Ints, values: Floats) -> None:
+    """Widen what is known of each source (N, ..., 2) by the least and largest of its values (M, ..., 2)."""
+    order = np.argsort(source, kind="stable")
+    there, first = np.unique(source[order], return_index=True)
+    if len(there):
+        low, high = np.minimum.reduceat(values[order, ..., 0], first), np.maximum.reduceat(values[order, ..., 1], first)
+        known[there, ..., 0] = np.minimum(known[there, ..., 0], low)
+        known[there, ..., 1] = np.maximum(known[there, ..., 1], high)
 
 
-def _cut(boxes: Floats, bend: Floats) -> Floats:
-    """Each box in slices along the coordinate that bends most."""
+def _cut(boxes: Floats, bend: Floats, slices: int) -> Floats:
+    """Each box in so many slices along the coordinate that bends most."""
     rows, j = np.arange(len(boxes)), bend.argmax(axis=1)
     low, high = boxes[rows, j].T
-    ends = low[:, None] + (high - low)[:, None] * np.arange(SLICES + 1) / SLICES
+    ends = low[:, None] + (high - low)[:, None] * np.arange(slices + 1) / slices
     ends[:, -1] = high
-    pieces = np.repeat(boxes[:, None], SLICES, axis=1)
-    for k in range(SLICES):
-        pieces[rows, k, j] = ends[:, k : k + 2]
+    pieces = np.repeat(boxes[:, None], slices, axis=1)
+    pieces[rows, :, j] = np.stack([ends[:, :-1], ends[:, 1:]], axis=2)
     return pieces.reshape(-1, *boxes.shape[1:])
 
 

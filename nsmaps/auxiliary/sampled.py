@@ -1,7 +1,8 @@
 """Auxiliary maps sampled on grids: of any map, and no bound."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -41,11 +42,14 @@ class Sampled:
         """See AuxiliaryMaps."""
         return extremes(self.function, index, x, self.box, self.samples)
 
-    def at(self, state: Floats) -> Floats:
+    @classmethod
+    def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
-        return np.array([np.ravel(self.curves(k, [value])) for k, value in enumerate(state)])
+        return np.array(
+            [[map.curves(k, [x])[side][0] for k, x in enumerate(state)] for map, state in zip(maps, states, strict=True)]
+        )
 
-    def worst(self, intervals: Floats) -> Extremes:
+    def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps: an interval's own ends are evaluated, what lies between them is read off the grid."""
         found = []
         for k, (e, interval) in enumerate(zip(self.grid, intervals, strict=True)):

@@ -97,9 +97,14 @@ def _root(function: Curve, near: float, reach: Floats) -> float:
     if not len(changes):
         return np.nan
     k = changes[np.argmin(np.abs((x[changes] + x[changes + 1]) / 2 - near))]
-    return float(
-        brentq(lambda y: float(function(np.array([y]))[0]) - y, x[k], x[k + 1], xtol=1e-15 * (reach[1] - reach[0]), rtol=1e-15)
-    )
+
+    def beyond(y: float) -> float:
+        return float(function(np.array([y]))[0]) - y
+
+    ends = sorted((float(x[k]), float(x[k + 1])), key=lambda y: abs(beyond(y)))
+    if beyond(ends[0]) * beyond(ends[1]) >= 0:  # a root within rounding, which alone may be another than among others
+        return ends[0]
+    return float(brentq(beyond, *ends, xtol=1e-15 * (reach[1] - reach[0]), rtol=1e-15))
 
 
 def _slope(lower: Curve, upper: Curve, places: tuple[str, str], p: float, q: float, least: float) -> float:

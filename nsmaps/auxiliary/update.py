@@ -1,6 +1,7 @@
 """One update of the auxiliary maps: their worst case and their generic iteration on one box, section 6.2, steps 1 and 2."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -41,7 +42,7 @@ class Update:
 
 
 def update(maps: AuxiliaryMaps, number: int, box: Floats) -> Update:
-    """The worst-case intervals on a box until they rest, and the generic iterates of a trapped one.
+    """The worst-case intervals on a box until they rest; generic iterates are made `with_generic`.
 
     A start box (number 1) must hold its image, unless that is sampled: then it may be exceeded by what sampling may be off by.
     Where the start box is trapped by bounds, orbits stay in the common part of every interval and its image, so later boxes are.
@@ -64,8 +65,30 @@ def update(maps: AuxiliaryMaps, number: int, box: Floats) -> Update:
             break
     at, intervals = np.array(places), np.array(worst)
     conditions = left(at, intervals[1:], maps.same * size)
-    generic = _generic(maps, box) if trapped else box.mean(axis=1)[None, :].repeat(2, axis=0)
+    generic = box.mean(axis=1)[None, :].repeat(2, axis=0)
     return Update(number, box, maps.envelopes(), intervals, at, conditions, generic, trapped, converged)
+
+
+def with_generic(made: Sequence[Update], maps: Sequence[AuxiliaryMaps]) -> list[Update]:
+    """Updates with the generic iterates of those that are trapped, all side by side.
+
+    Every coordinate goes from the box's centre by the upper and the lower map in turn, until a two-cycle.
+    """
+    values = [[update.box.mean(axis=1)] for update in made]
+    size = np.array([np.ptp(update.box, axis=1) for update in made])
+    going = [k for k, update in enumerate(made) if update.trapped]
+    for step in range(MOST_STEPS):
+        if not going:
+            break
+        side = 1 - step % 2
+        found = type(maps[0]).at([maps[k] for k in going], np.array([values[k][-1] for k in going]), side)
+        for k, value in zip(going, found, strict=True):
+            values[k].append(value)
+        if step > 2 and side == 0:
+            going = [k for k in going if not np.all(np.abs(values[k][-1] - values[k][-3]) <= maps[k].same * size[k])]
+    return [
+        replace(update, generic=np.array(value)) if update.trapped else update for update, value in zip(made, values, strict=True)
+    ]
 
 
 def is_inside(image: Floats, box: Floats, slack: float = 0.0) -> bool:
@@ -89,21 +112,9 @@ def _next(maps: AuxiliaryMaps, found: Extremes | None, intervals: Floats) -> Ext
         kept = (found.at[..., 0] >= intervals[:, None, 0]) & (found.at[..., 1] <= intervals[:, None, 1])
         if kept.all():
             return found
-    return maps.worst(intervals)
+    return maps.worst(intervals, found)
 
 
 def _common(image: Floats, interval: Floats) -> Floats:
     """The part of the image in the interval: where a box is trapped, orbits stay in both."""
     return np.stack([np.maximum(image[:, 0], interval[:, 0]), np.minimum(image[:, 1], interval[:, 1])], axis=1)
-
-
-def _generic(maps: AuxiliaryMaps, box: Floats) -> Floats:
-    """The generic iterates of every coordinate from the box's centre: upper and lower map in turn, until a two-cycle."""
-    values = [box.mean(axis=1)]
-    size = np.ptp(box, axis=1)
-    for step in range(MOST_STEPS):
-        side = 1 - step % 2
-        values.append(maps.at(values[-1])[:, side])
-        if step > 2 and side == 0 and np.all(np.abs(values[-1] - values[-3]) <= maps.same * size):
-            break
-    return np.array(values)

@@ -39,11 +39,10 @@ class BoxImages:
     def hulls(self) -> Floats:
         """The smallest box around all images of each source, shape (N, n, 2); NaN without images, infinite if not bounded."""
         hull = np.full((len(self.bounded), *self.images.shape[1:]), np.nan)
-        hull[:, :, 0], hull[:, :, 1] = np.inf, -np.inf
-        np.minimum.at(hull[:, :, 0], self.source, self.images[:, :, 0])
-        np.maximum.at(hull[:, :, 1], self.source, self.images[:, :, 1])
-        none = ~np.isin(np.arange(len(hull)), self.source)
-        hull[none] = np.nan
+        if len(self.source):
+            first = np.flatnonzero(np.diff(self.source, prepend=-1))
+            hull[self.source[first], :, 0] = np.minimum.reduceat(self.images[:, :, 0], first)
+            hull[self.source[first], :, 1] = np.maximum.reduceat(self.images[:, :, 1], first)
         hull[~self.bounded, :, 0], hull[~self.bounded, :, 1] = -np.inf, np.inf
         return hull
 
