@@ -27,7 +27,7 @@ def colours_of(result: Drawable, figure: str) -> list[str]:
     made = [k for k, piece in enumerate(pieces) if piece.word]
     if len(made) <= MOST:
         return piece_colours([piece.name for piece in pieces], [not piece.word for piece in pieces])
-    number = composite_of(result, figure).piece_of
+    number = composite_of(result, figure).piece_once
     states = next(iter(surfaces_of(result, figure).values())).grid.states()
     size = np.bincount(number(states) + 1, minlength=len(pieces) + 1)[1:]
     for pair in result.orbits:
@@ -60,7 +60,7 @@ def pieces_on(composite: CompositeMap, grid: Grid) -> NDArray[np.int64]:
     """The number of the piece of each state of a grid; a last row at 2 pi is the edge of the circle and not phase zero."""
     states = grid.states()
     below = np.where(angle_mask(composite.coordinates) & (states == TWO_PI), np.nextafter(TWO_PI, 0), states)
-    return composite.piece_of(below)
+    return composite.piece_once(below)
 
 
 def outline(ax: Axes, grid: Grid, area: NDArray[np.bool_], color: str, lw: float) -> None:

@@ -1,27 +1,27 @@
 """Cobwebs of the composite map, a picture a coordinate: fig. glosmallic."""
 
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
-from nsmaps.exact.surface import Grid
+from nsmaps.exact.surface import Axis, Grid
 from nsmaps.figures.areas import colours_of
 from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
 from nsmaps.figures.needs import position as place
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import MAGENTA, REST, dress, piece_label, tint
+from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.polymap import Ints
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.reduced.composite import Piece
 
 _ACROSS = 3000  #: values of each other coordinate among which the least and the largest image are looked for
 _REACH = 0.3  #: of the picture, beyond which images are cut off
@@ -100,23 +100,17 @@ def draw_pieces(result: Drawable, ax: Axes, i: int) -> dict[int, list[Line2D | P
 
     An angle is not wrapped, so that an area across the seam is not the whole circle: it is drawn on each turn.
     """
-    composite = composite_of(result, "cobweb")
-    axes = next(iter(surfaces_of(result, "cobweb").values())).grid.axes
-    finer = {name: axis if k == i else axis.model_copy(update={"points": _ACROSS}) for k, (name, axis) in enumerate(axes.items())}
-    grid, x = Grid(axes=finer), list(axes.values())[i].values()
-    states = grid.states()
-    number, colours = composite.piece_of(states), colours_of(result, "cobweb")
+    composite, colours = composite_of(result, "cobweb"), colours_of(result, "cobweb")
+    axes = tuple(next(iter(surfaces_of(result, "cobweb").values())).grid.axes.values())
+    x = axes[i].values()
     ax.set_xlim(x[0], x[-1])
     angle = isinstance(composite.coordinates[i], Angle)
     drawn: dict[int, list[Line2D | PolyCollection]] = {}
-    for k, piece in enumerate(composite.pieces):
-        own = number == k
-        if not own.any():
-            continue
-        low, high = _extremes(piece.map(states)[:, i], own, grid.shape, i)
+    for k, (low, high, share) in _images(composite, axes, i).items():
+        piece = composite.pieces[k]
         middle = TWO_PI * np.round((np.nanmedian(low + high) - x[0] - x[-1]) / 2 / TWO_PI) if angle else 0.0
         text = "_" if colours[k] == REST else piece_label(piece.name)
-        flat, above = _separable(piece, i), 2 - float(own.mean())  # a small area on top of a large one hides it not
+        flat, above = _separable(piece, i), 2 - share  # a small area on top of a large one hides it not
         drawn[k] = [_draw(ax, x, low - middle, high - middle, flat, colours[k], text, above)]
         if angle:
             drawn[k] += [
@@ -136,12 +130,29 @@ def _draw(
     return ax.fill_between(x, low, high, color=tint(colour, 0.0 if colour == REST else 0.55), lw=0, label=text, zorder=above)
 
 
-def _extremes(images: Floats, own: NDArray[np.bool_], shape: tuple[int, ...], i: int) -> tuple[Floats, Floats]:
-    """The least and the largest of a piece's own images (N,) at each point of coordinate i, over all others, or NaN."""
-    rows = np.moveaxis(np.where(own, images, np.nan).reshape(shape), i, 0).reshape(shape[i], -1)
+@lru_cache(maxsize=8)  # the panels of all orbits show the same
+def _images(composite: CompositeMap, axes: tuple[Axis, ...], i: int) -> dict[int, tuple[Floats, Floats, float]]:
+    """Of each piece that has states over the axes, by number, the extremes of its images and its share of the states."""
+    finer = {str(k): axis if k == i else axis.model_copy(update={"points": _ACROSS}) for k, axis in enumerate(axes)}
+    grid = Grid(axes=finer)
+    states = grid.states()
+    number = composite.piece_once(states)
+    made = {}
+    for k, piece in enumerate(composite.pieces):
+        own = np.flatnonzero(number == k)
+        if len(own):
+            made[k] = *_extremes(piece.map(states[own])[:, i], own, grid.shape, i), len(own) / len(states)
+    return made
+
+
+def _extremes(images: Floats, own: Ints, shape: tuple[int, ...], i: int) -> tuple[Floats, Floats]:
+    """The least and the largest of the images (M,) of a piece's own states, by number, at each point of coordinate i, or NaN."""
+    rows = np.full(shape, np.nan)
+    rows.flat[own] = images
+    rows = np.moveaxis(rows, i, 0).reshape(shape[i], -1)
     return np.fmin.reduce(rows, axis=1), np.fmax.reduce(rows, axis=1)
 
 
-def _separable(piece: "Piece", i: int) -> bool:
+def _separable(piece: Piece, i: int) -> bool:
     """Whether the image of coordinate i depends on coordinate i alone."""
     return not np.delete(piece.map.exponents[i], i, axis=1).any()

@@ -77,10 +77,11 @@ def jumps(values: Floats, least: float) -> NDArray[np.bool_]:
     size = np.abs(step)
     ends = [(0, 0)] * (step.ndim - 1)
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(size, [*ends, (3, 3)], constant_values=np.nan), 7, axis=-1)
+    jump = np.isnan(size)
     with np.errstate(invalid="ignore"), catch_warnings():
         simplefilter("ignore", RuntimeWarning)  # of a step with nothing beside it, which is no jump
-        usual = np.nanmedian(np.delete(beside, 3, axis=-1), axis=-1)
-        jump = np.isnan(size) | ((size > least) & (size > 5 * usual))
+        wide = size > least
+        jump[wide] = size[wide] > 5 * np.nanmedian(np.delete(beside[wide], 3, axis=-1), axis=-1)
         large = ~jump & (size > least / 2)
     back = large[..., 1:] & large[..., :-1] & (step[..., 1:] * step[..., :-1] < 0)
     jump |= np.pad(back, [*ends, (0, 1)]) | np.pad(back, [*ends, (1, 0)])

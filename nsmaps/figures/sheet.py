@@ -5,17 +5,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
+from typing import Any, cast
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
 from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
-from matplotlib.mathtext import MathTextParser
+from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
+from numpy.typing import NDArray
 
+from nsmaps.figures.png import write_png
 from nsmaps.figures.style import STYLE
 
+_PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 LONG = 40  #: letters of a panel's title in a line, beside its letter
 Panel = Callable[[Axes], Axes]
 
@@ -31,11 +36,11 @@ class Sheet:
     projection: str | tuple[str | None, ...] | None = None  #: "3d" for surfaces; a tuple gives one a panel
     title: str = ""
 
-    def figure(self) -> Figure:
+    def figure(self, dpi: float | None = None) -> Figure:
         """The figure with every panel drawn and lettered (a), (b), ... where there are several."""
         rows = -(-len(self.panels) // self.columns)
         size = self.panel[0] * self.columns, self.panel[1] * rows
-        figure = Figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=size, dpi=dpi, layout="constrained")
         FigureCanvasAgg(figure)
         for number, panel in enumerate(self.panels):
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
@@ -46,28 +51,56 @@ class Sheet:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
         if self.title:
             figure.suptitle(self.title, fontsize=12)
-        for text in figure.findobj(Text):
-            if not all(map(_is_readable, text.get_text().splitlines())):
-                text.set_parse_math(False)
+        _as_it_stands(figure)
         return figure
 
     def save(self, folder: Path, formats: Sequence[str], dpi: float) -> list[Path]:
-        """The files written, one a format; the figure is drawn in the style of the package and then let go."""
+        """The files written, one a format; the figure is drawn in the style of the package, laid out once for all, and let go."""
         paths = [folder / f"{self.name}.{suffix}" for suffix in formats]
         with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
-            figure = self.figure()
+            figure = self.figure(dpi)
+            lay_out(figure)
             for path in paths:
-                figure.savefig(path, dpi=dpi)
-            figure.clear()
+                if path.suffix == ".png":
+                    write_png(path, _pixels(figure), dpi)
+                else:
+                    figure.savefig(path, dpi=dpi)
         return paths
 
 
-def _is_readable(line: str) -> bool:
-    """Whether a line of text can be set: a name such as `$\\frac{`, which is no mathematics, is drawn as it stands."""
+def _pixels(figure: Figure) -> NDArray[np.uint8]:
+    """The figure drawn, shape (height, width, 4)."""
+    canvas = cast(Any, figure.canvas)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
+
+
+def lay_out(figure: Figure) -> None:
+    """Place the panels, once: with an engine in it every save would measure, place and draw all of the figure before it draws."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
+def _as_it_stands(figure: Figure) -> None:
+    """Draw a name such as `$\\frac{`, which is no mathematics, as it stands.
+
+    What is parsed here is what will be drawn, by one parser for all figures, which remembers it.
+    """
+    cast(Any, figure.canvas).get_renderer().mathtext_parser = _PARSER
+    for text in figure.findobj(Text):
+        font = text.get_fontproperties()
+        if not all(_is_readable(line, figure.dpi, font) for line in text.get_text().splitlines()):
+            text.set_parse_math(False)
+
+
+def _is_readable(line: str, dpi: float, font: FontProperties) -> bool:
+    """Whether a line of text can be set."""
     if not is_math_text(line):
         return True
     try:
-        MathTextParser("path").parse(line)
+        _PARSER.parse(line, dpi, font)
     except (ValueError, RuntimeError):  # too deep, too
         return False
     return True

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 Bools = NDArray[np.bool_]
 
+ONCE = 10_000_000  #: regions times states, which numpy answers in the time that the compiled loop takes to be loaded
 SAMPLE = 100  #: uncovered states that a coverage keeps as examples
 
 
@@ -76,6 +77,12 @@ class CompositeMap:
         """The number of the first piece that holds each state (N, n), -1 where there is none; shape (N,)."""
         return np.maximum(self._pieces_of(as_states(states, self.coordinates)), -1)
 
+    def piece_once(self, states: ArrayLike) -> Ints:
+        """As `piece_of`, by the regions where that is done sooner than the compiled loop is loaded: for states asked once."""
+        x = as_states(states, self.coordinates)
+        few = len(self.pieces) * len(x) <= ONCE
+        return np.maximum(self._pieces_by_region(x), -1) if few else self.piece_of(x)
+
     def piece(self, name: str) -> Piece:
         """The piece of a name."""
         return piece_named(self.pieces, name)
@@ -124,8 +131,10 @@ class CompositeMap:
         from nsmaps.reduced.compiled import compiled
 
         made = compiled(self)
-        if not made.asked:
-            return made.pieces_of(states)
+        return self._pieces_by_region(states) if made.asked else made.pieces_of(states)
+
+    def _pieces_by_region(self, states: Floats) -> Ints:
+        """As `_pieces_of`, by the regions themselves."""
         x = _wrapped(states, self.coordinates)
         number = np.where(np.isfinite(x).all(axis=1), -1, -2)
         left = np.flatnonzero(number == -1)

@@ -84,6 +84,7 @@ MAP = composite(RESET, R1, R2, R3)
 def test_the_first_piece_that_holds_a_state_wins():
     states = [[0.7, 0.3], [0.95, 0.3], [0.7, 4.0], [0.1, 4.0], [0.1, 1.0], [0.4, 1.0], [0.6, 0.1], [np.nan, 1], [1, np.inf]]
     assert MAP.piece_of(states).tolist() == [1, 2, 0, 0, 3, -1, 1, -1, -1]
+    assert MAP.piece_once(states).tolist() == [1, 2, 0, 0, 3, -1, 1, -1, -1]
     swapped = composite(R2, R1)
     assert swapped.piece_of([[0.7, 0.3]]).tolist() == [0]
 
