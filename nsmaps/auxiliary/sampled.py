@@ -45,15 +45,12 @@ class Sampled:
     @classmethod
     def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
-        return np.array(
-            [[map.curves(k, [x])[side][0] for k, x in enumerate(state)] for map, state in zip(maps, states, strict=True)]
-        )
+        return np.array([[curves[side][0] for curves in map._each(x[:, None])] for map, x in zip(maps, states, strict=True)])
 
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps: an interval's own ends are evaluated, what lies between them is read off the grid."""
         found = []
-        for k, (e, interval) in enumerate(zip(self.grid, intervals, strict=True)):
-            lower, upper = self.curves(k, interval)
+        for e, interval, (lower, upper) in zip(self.grid, intervals, self._each(intervals), strict=True):
             between = (e.x > interval[0]) & (e.x < interval[1])
             least, at_least = _peak(e.x, -e.lower, between, interval, -lower)
             found.append(((-least, at_least), _peak(e.x, e.upper, between, interval, upper)))
@@ -63,6 +60,14 @@ class Sampled:
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""
         return self.grid
+
+    def _each(self, values: Floats) -> list[tuple[Floats, Floats]]:
+        """The lower and upper map of every coordinate at some of its values, shape (n, m), in one call of the map."""
+        axes = [np.linspace(low, high, self.samples) for low, high in self.box]
+        grids = [_states([*axes[:k], x, *axes[k + 1 :]]) for k, x in enumerate(values)]
+        images = self.function(np.concatenate(grids)).reshape(len(values), -1, len(values))
+        shapes = [[self.samples] * k + [len(x)] + [self.samples] * (len(values) - k - 1) for k, x in enumerate(values)]
+        return [_over_others(image[:, k].reshape(shape), k) for k, (image, shape) in enumerate(zip(images, shapes, strict=True))]
 
 
 def extremes(function: Callable[[Floats], Floats], index: int, x: ArrayLike, box: Floats, samples: int) -> tuple[Floats, Floats]:
@@ -78,8 +83,12 @@ def extremes(function: Callable[[Floats], Floats], index: int, x: ArrayLike, box
 
 def _images(function: Callable[[Floats], Floats], axes: list[Floats]) -> Floats:
     """The images of a tensor grid, shape (len of each axis, n)."""
-    states = np.column_stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")])
-    return function(states).reshape(*(len(axis) for axis in axes), len(axes))
+    return function(_states(axes)).reshape(*(len(axis) for axis in axes), len(axes))
+
+
+def _states(axes: list[Floats]) -> Floats:
+    """The states of a tensor grid, row after row."""
+    return np.column_stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")])
 
 
 def _over_others(values: Floats, index: int) -> tuple[Floats, Floats]:

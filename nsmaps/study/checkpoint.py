@@ -10,7 +10,7 @@ import numpy as np
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.parts import packed, read_arrays
 from nsmaps.storage import replace_file
-from nsmaps.study.archive import KEPT, resolved
+from nsmaps.study.archive import KEPT
 from nsmaps.study.result import StudyResult
 from nsmaps.study.tree import Arrays, decode, encode
 
@@ -54,4 +54,4 @@ def _file(folder: Path, name: str) -> Path:
 
 def _told(result: StudyResult) -> str:
     """Of what study, and by which versions, a step is."""
-    return json.dumps([resolved(result.study), result.versions])
+    return json.dumps([result.study.model_dump(mode="json", by_alias=True, exclude_defaults=True), result.versions])

@@ -17,16 +17,18 @@ START = [[0.7, 1], [0.2, 1.14]]  # of the exact map in vi_pair/fp
 
 @dataclass
 class Counted:
-    """A map that encloses images of boxes, with how often it is asked for them and for how many boxes."""
+    """A map that encloses images of boxes, with how often it is asked for them and for how many boxes, and for returns."""
 
     map: nsmaps.ImpactSystem
     asked: list[int] = field(default_factory=list)
+    returns: list[int] = field(default_factory=list)
 
     @property
     def coordinates(self):
         return self.map.coordinates
 
     def first_return(self, states, derivative=False):
+        self.returns.append(len(states))
         return self.map.first_return(states, derivative)
 
     def image_boxes(self, boxes):
@@ -42,9 +44,10 @@ def test_the_domain_of_fp_takes_hundreds_of_calls_of_the_enclosure_not_thousands
     assert domain.settled
     assert domain.status == "enclosed"
     assert steps > 100
-    assert len(map.asked) < 5 * steps
-    assert len(map.asked) < 800
-    assert sum(map.asked) < 80_000
+    assert len(map.asked) < 4 * steps
+    assert len(map.asked) < 600
+    assert sum(map.asked) < 40_000
+    assert len(map.returns) < 1000  # one for all ends of the intervals of a step, and one for all states in its boxes
 
 
 def test_the_fitted_domain_takes_hundreds_of_calls_of_bernstein_hulls(monkeypatch):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 from nsmaps import read_result, run
 from nsmaps.dynamics import bifurcation, noise
@@ -61,6 +62,16 @@ def test_a_stopped_run_goes_on_without_computing_anything_twice(good: str, monke
     assert again.verdicts == whole.verdicts
     assert np.array_equal(again.orbits[0].composite.states, whole.orbits[0].composite.states)
     assert np.array_equal(again.domain.boxes, whole.domain.boxes)
+
+
+def test_the_study_is_written_once_however_many_steps_are_kept(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Writing YAML takes longer than some steps."""
+    Path("s.yaml").write_text(good)
+    written: list[object] = []
+    plain = YAML.dump
+    monkeypatch.setattr(YAML, "dump", lambda self, *given: (written.append(given), plain(self, *given))[1])
+    run("s.yaml", out="out")
+    assert len(written) == 1
 
 
 def test_only_the_same_study_goes_on(good: str) -> None:
