@@ -200,22 +200,26 @@ def run(
         raise typer.Exit(FAILED)
 
 
-@app.command(epilog=examples("nsmaps bench --returns 2000"))
+@app.command(epilog=examples("nsmaps bench --returns 2000", "nsmaps bench --start"))
 def bench(
     returns: Annotated[int, typer.Option(help="First returns to ask of each program.")] = 10_000,
-    out: Annotated[Path | None, typer.Option(help="A folder for bench.md and bench.png.")] = None,
+    start: Annotated[bool, typer.Option("--start", help="Take the time to a first result instead: some minutes.")] = False,
+    out: Annotated[Path | None, typer.Option(help="A folder for bench.md and bench.png, or for start.md.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
 ) -> None:
     """Race the exact map of vi_pair against the other programs installed here: time and error on the same first returns."""
-    from nsmaps.bench import figure, run
+    from nsmaps.bench import BenchResult, figure, run
+    from nsmaps.bench import start as take
 
     with _told(), _bar(quiet) as progress:
-        result = run(returns=returns, progress=progress)
+        result = take(progress=progress) if start else run(returns=returns, progress=progress)
     typer.echo(result.table())
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        (out / "bench.md").write_text(result.table() + "\n", encoding="utf-8")
-        typer.echo(f"written to {out / 'bench.md'} and {figure(result, out / 'bench.png')}")
+        table = out / ("start.md" if start else "bench.md")
+        table.write_text(result.table() + "\n", encoding="utf-8")
+        drawn = f" and {figure(result, out / 'bench.png')}" if isinstance(result, BenchResult) else ""
+        typer.echo(f"written to {table}{drawn}")
 
 
 def _shown(

@@ -12,9 +12,10 @@ from pathlib import Path
 from nsmaps.bench.contestant import Contestant
 from nsmaps.bench.race import programs, run
 from nsmaps.bench.result import BenchResult, Row
+from nsmaps.bench.starts import StartResult, start
 from nsmaps.bench.task import Answer, Pair
 
-__all__ = ["Answer", "BenchResult", "Contestant", "Pair", "Row", "figure", "programs", "run"]
+__all__ = ["Answer", "BenchResult", "Contestant", "Pair", "Row", "StartResult", "figure", "programs", "run", "start"]
 
 
 def figure(result: BenchResult, path: str | Path) -> Path:

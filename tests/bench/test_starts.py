@@ -1,0 +1,70 @@
+"""The time to a first result: programs beside what their imports take, as a table."""
+
+import re
+import time
+
+import pytest
+
+from nsmaps.bench import starts
+from nsmaps.bench.starts import Clock, Start, StartResult
+from nsmaps.errors import NsmapsError
+
+BUSY = "import time\nend = time.process_time() + {}\nwhile time.process_time() < end: sum(range(10_000))"
+
+
+def test_user_time_is_that_of_the_program_and_not_of_what_it_waits_for(tmp_path):
+    clock = Clock(tmp_path)
+    idle = clock.user("-c", "import time; time.sleep(0.5)")
+    busy = clock.user("-c", BUSY.format(0.5))
+    assert idle < 0.3
+    assert 0.35 < busy - idle < 0.8
+
+
+def test_shares_are_of_the_imports_before_and_after(tmp_path, monkeypatch):
+    monkeypatch.setattr(starts, "IMPORTS", BUSY.format(0.2))
+    taken = Clock(tmp_path).take("busy", "-c", BUSY.format(0.6), turns=2)
+    assert len(taken.shares) == len(taken.seconds) == 2
+    assert 1.8 < taken.share < 3.2
+
+
+def test_a_program_that_fails_is_told_with_what_it_said(tmp_path):
+    with pytest.raises(NsmapsError, match=r"ended with 3; expected: 0 or 1.* no such luck"):
+        Clock(tmp_path).user("-c", "import sys; sys.stderr.write('no such luck'); sys.exit(3)")
+
+
+def test_a_study_is_told_with_its_steps(tmp_path):
+    """A run of fp without figures, its kernels compiled before."""
+    begun = time.perf_counter()
+    taken = Clock(tmp_path).study("fp", "--no-figures", "--no-report")
+    spent = time.perf_counter() - begun
+    assert taken.name == "run vi_pair/fp --no-figures --no-report"
+    assert {"system", "composite", "domains", "second_iterate"} <= set(taken.steps)
+    assert 0 < sum(taken.steps.values()) < spent
+
+
+def test_a_formula_known_and_edited(tmp_path):
+    """Both have a first return, after another time; two thirds of the gravity bring the ball back later."""
+    times = []
+    for divisor in (2, 3):
+        (tmp_path / "ball.py").write_text(starts.FORMULA.format(divisor=divisor))
+        namespace: dict[str, object] = {}
+        exec(compile((tmp_path / "ball.py").read_text(), "ball.py", "exec"), namespace)
+        ball = namespace["Ball"](Gamma=2.0)
+        times.append(ball.first_return([[3.0, 1.0]]).time[0])
+    assert times[1] > times[0]
+
+
+def test_the_table_has_multiples_seconds_and_steps():
+    rows = (
+        Start("run vi_pair/fp --no-figures", (2.4, 2.8, 2.6), (2.5, 2.9, 2.7), {"system": 0.41, "domains": 1.26}),
+        Start("first return, formula edited", (9.0,), (9.4,)),
+    )
+    table = StartResult(rows, 1.04).table()
+    assert "| run vi_pair/fp --no-figures | 2.6 | 2.7 | system 0.4, domains 1.3 |" in table
+    assert "| first return, formula edited | 9.0 | 9.4 |  |" in table
+    assert re.search(r"1\.04 s here.*\n", table)
+
+
+def test_no_turns_are_refused():
+    with pytest.raises(NsmapsError, match="turns is 0"):
+        starts.start(turns=0)
