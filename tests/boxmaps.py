@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsmaps.exact.boxes import BoxImages
+from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.impacts import Angle, Returns, wrap
 
 

@@ -118,3 +118,81 @@ class GearRattle(ImpactSystem):
         rate = hit.w - 2 * turn + turn * self.eps * sp.sin(turn * hit.t)
         forced = 2 * turn * s + self.eps * (sp.cos(turn * t) - sp.cos(turn * hit.t))
         return hit.z + forced + rate * (1 - sp.exp(-self.delta * s)) / self.delta
+
+
+class Textbook(ImpactSystem):
+    """x'' + 2 zeta x' + x = A cos(w t) above a wall, by hyperbolic functions, by circular ones or by two exponentials."""
+
+    zeta: float
+    w: float = 1.0
+    A: float = 4.0
+    wall: float = 0.1
+    r: float = 0.8
+    by: str = "cosh"
+
+    def walls(self):
+        return {"B": Wall(at=self.wall, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi / self.w
+
+    def steady(self, t):
+        spring, damper = 1 - self.w**2, 2 * self.zeta * self.w
+        return self.A * (spring * sp.cos(self.w * t) + damper * sp.sin(self.w * t)) / (spring**2 + damper**2)
+
+    def displacement(self, t, hit):
+        s, x, zeta = t - hit.t, sp.Dummy(), self.zeta
+        z, w = hit.z - self.steady(hit.t), hit.w - self.steady(x).diff(x).subs(x, hit.t)
+        if self.by == "cos":
+            k = sp.sqrt(1 - zeta**2)
+            return self.steady(t) + sp.exp(-zeta * s) * (z * sp.cos(k * s) + (w + zeta * z) / k * sp.sin(k * s))
+        k = sp.sqrt(zeta**2 - 1)
+        if self.by == "cosh":
+            return self.steady(t) + sp.exp(-zeta * s) * (z * sp.cosh(k * s) + (w + zeta * z) / k * sp.sinh(k * s))
+        slow, fast = -zeta + k, -zeta - k
+        return self.steady(t) + ((w - fast * z) * sp.exp(slow * s) - (w - slow * z) * sp.exp(fast * s)) / (2 * k)
+
+
+class Dragged(ImpactSystem):
+    """x'' = -1 - c x' + a sin t above a floor."""
+
+    c: float
+    a: float
+    r: float = 0.8
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def displacement(self, t, hit):
+        def carried(t):
+            return -t / self.c - self.a * (sp.sin(t) + self.c * sp.cos(t)) / (1 + self.c**2)
+
+        x = sp.Dummy()
+        w = hit.w - carried(x).diff(x).subs(x, hit.t)
+        return hit.z + carried(t) - carried(hit.t) + w * (1 - sp.exp(-self.c * (t - hit.t))) / self.c
+
+
+class Saddle(ImpactSystem):
+    """x'' = k^2 (x - tilt) + sin(4 t), between walls at 0 and 1: what grows and what decays of a flight may cancel."""
+
+    k: float
+    tilt: float = 0.5
+    r: float = 0.7
+    horizon = 2.0
+
+    def walls(self):
+        return {"F": Wall(at=0, side=-1), "C": Wall(at=1, side=1)}
+
+    def period(self):
+        return sp.pi / 2
+
+    def displacement(self, t, hit):
+        def steady(t):
+            return self.tilt - sp.sin(4 * t) / (16 + self.k**2)
+
+        s, x = t - hit.t, sp.Dummy()
+        z, w = hit.z - steady(hit.t), hit.w - steady(x).diff(x).subs(x, hit.t)
+        return steady(t) + z * sp.cosh(self.k * s) + w / self.k * sp.sinh(self.k * s)

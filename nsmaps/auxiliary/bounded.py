@@ -12,7 +12,7 @@ from nsmaps.auxiliary.bernstein import Polynomials
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
 from nsmaps.auxiliary.ranges import Hulls, ranges
 from nsmaps.auxiliary.sampled import Sampled
-from nsmaps.exact.boxes import BoxMap
+from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
 from nsmaps.reduced.polymap import PolyMap
 

@@ -13,7 +13,7 @@ from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_fun
 from nsmaps.auxiliary.fittedboxes import box_map
 from nsmaps.auxiliary.sampled import Sampled
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxMap
+from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.exact.impacts import Floats, angle_mask, nearest_turn
 from nsmaps.reduced.composite import CompositeMap
 from nsmaps.reduced.polymap import PolyMap

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxImages, BoxMap
+from nsmaps.exact.enclosure.images import BoxImages, BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, as_states, wrap
 
 Ints = NDArray[np.int64]

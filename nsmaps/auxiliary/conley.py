@@ -8,7 +8,7 @@ from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.cells import Cells, Ints
 from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxMap
+from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
 from nsmaps.progress import shows
 

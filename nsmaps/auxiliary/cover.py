@@ -12,7 +12,7 @@ from nsmaps.auxiliary.cellgraph import graph_of, invariant, order_of, recurrent
 from nsmaps.auxiliary.cells import Bools, Cells, Ints, painted, targets_of
 from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxMap
+from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.exact.impacts import Floats
 from nsmaps.progress import beat, shows
 

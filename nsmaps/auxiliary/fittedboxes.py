@@ -11,7 +11,7 @@ from nsmaps.auxiliary.bernstein import Polynomials
 from nsmaps.auxiliary.intervals import ROUNDING
 from nsmaps.auxiliary.winners import Winners, turns_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxImages, BoxMap, as_boxes
+from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 from nsmaps.exact.impacts import TWO_PI, Floats, Returns, angle_mask
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.reduced.composite import CompositeMap, Piece

@@ -7,7 +7,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike
 from nsmaps.auxiliary.cells import Bools, Ints
 from nsmaps.auxiliary.fittedboxes import Fitted, Parts, box_map
-from nsmaps.exact.boxes import BoxImages, BoxMap, as_boxes
+from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 from nsmaps.exact.impacts import Floats, angle_mask
 
 

@@ -17,7 +17,7 @@ from nsmaps.dynamics.motion import differences, magnitudes
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxMap
+from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.exact.impacts import Floats
 from nsmaps.progress import beat, shows
 

@@ -12,7 +12,7 @@ from nsmaps.auxiliary.cover import MOST_CELLS, Trap
 from nsmaps.auxiliary.fittedboxes import Fitted, box_map, name_of
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxImages, BoxMap
+from nsmaps.exact.enclosure.images import BoxImages, BoxMap
 from nsmaps.exact.impacts import Floats
 from nsmaps.progress import beat, shows
 from nsmaps.reduced.composite import CompositeMap

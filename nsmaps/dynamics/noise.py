@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.arrays import ArrayLike, brief
-from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.impacts import Floats, Outcome, decoded
 from nsmaps.exact.parts import Arrays, in_parts
 from nsmaps.progress import shows
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 CHUNK = 8  #: realisations a task of an executor holds
-STEADY = 1e-9  #: relative change with phase, place and velocity that a constant of the flight may show from rounding
 
 
 class Noise(BaseModel):
@@ -101,7 +100,6 @@ def noisy_orbits(
         executor, keep: of `nsmaps.exact.parts.in_parts`, whose parts are realisations, 8 each; threads on all cores if omitted.
 
     Raises:
-        SystemDefinitionError: the system's flights are not of the form z'' = -k z - c z' + f(t).
         StateError, NsmapsError: arguments that are not accepted.
     """
     starts = np.asarray(state, float)
@@ -129,26 +127,8 @@ def noisy_orbits(
 
 
 def linear_law(system: "ImpactSystem") -> tuple[float, float]:
-    """The k and c of flights that obey z'' = -k z - c z' + f(t), from the system's own acceleration.
-
-    Raises:
-        SystemDefinitionError: they obey no such law, and noise cannot be added to them by superposition.
-    """
-    kernel, period = system._kernel(), float(system.period())
-    trials = np.random.default_rng(0).uniform([0, -1, -1], [2 * np.pi, 1, 1], (8, 3))
-    pairs = []
-    for phi, z, w in trials.tolist():
-        here = kernel.acceleration(system, phi, z, w)
-        pairs.append([here - kernel.acceleration(system, phi, z + 1, w), here - kernel.acceleration(system, phi, z, w + 1)])
-    constants = np.array(pairs)
-    k, c = constants.mean(axis=0)
-    scale = 1 + np.abs(constants).max() + max(abs(kernel.acceleration(system, *trial)) for trial in trials.tolist())
-    if not np.ptp(constants, axis=0).max() < STEADY * scale:
-        raise SystemDefinitionError(
-            f"the flights of {type(system).__name__} do not obey z'' = -k z - c z' + f(t) with constant k and c (over one period "
-            f"of {period:g} k and c change by {np.ptp(constants, axis=0)}); only to such flights can noise be added"
-        )
-    return tuple(0.0 if abs(x) < STEADY * scale else float(x) for x in (k, c))  # type: ignore[return-value]
+    """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
+    return system._kernel().law
 
 
 def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
@@ -189,5 +169,5 @@ def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> A
     kernel = system._kernel()
     for i, number in enumerate(numbers):
         rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
-        kernel.noisy_orbit(system, law, step, parts, chatter, rng, tuple(table[i] for table in tables.values()))
+        kernel.noisy_orbit(law, step, parts, chatter, rng, tuple(table[i] for table in tables.values()))
     return tables

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from hashlib import sha256
 from inspect import get_annotations
+from time import perf_counter
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -118,6 +119,7 @@ class _Kept(_Cache):  # type: ignore[misc]
 
     def __init__(self, function: Any) -> None:
         self._function = function
+        self._began = 0.0
 
     @property
     def cache_path(self) -> str:
@@ -128,12 +130,16 @@ class _Kept(_Cache):  # type: ignore[misc]
         """The compiled function for arguments of these types, or None."""
         target_context.refresh()
         content = kept(self._name(sig, target_context.codegen()))
+        if content is None:
+            self._began = perf_counter()
+            self._tell()
         return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the function that was compiled for arguments of these types."""
         if not data.library.has_dynamic_globals and all(each.can_cache for each in data.lifted):
             keep(self._name(sig, data.codegen), dumps(data._reduce()))
+            keep(self._last, f"{perf_counter() - self._began:.0f}".encode())
 
     def enable(self) -> None:
         """It always is."""
@@ -143,6 +149,18 @@ class _Kept(_Cache):  # type: ignore[misc]
 
     def flush(self) -> None:
         """Files of other code are left alone."""
+
+    @property
+    def _last(self) -> str:
+        """The name of the file that says how many seconds it took last to compile the function."""
+        return f"{self._function.py_func.__module__}.{self._function.py_func.__name__}.seconds"
+
+    def _tell(self) -> None:
+        """Say on a terminal why nothing seems to happen; elsewhere nothing."""
+        if sys.stderr is not None and sys.stderr.isatty():
+            last, name = kept(self._last), self._function.py_func.__name__
+            took = "it takes some seconds" if last is None else f"it took {last.decode()} s last time"
+            print(f"compiling {name}, once on this machine: {took}", file=sys.stderr, flush=True)
 
     def _name(self, sig: Any, codegen: Any) -> str:
         function = self._function.py_func

@@ -5,14 +5,12 @@ solved by Newton's method in the plane across the direction of the last step.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsmaps.exact.engine.flow import Flow
+from nsmaps.exact.engine.itinerary import touch
 from nsmaps.exact.impacts import TWO_PI, Floats
-
-if TYPE_CHECKING:
-    from nsmaps.exact.kernel import Kernel
 
 SHORTEST = 1e-9  # flight to a touch, in periods: below it the ball has not left the wall
 SMALLEST = 1e-13  # step, in sizes of the box, at which a curve is given up
@@ -25,8 +23,8 @@ MOST_POINTS = 20_000
 class Frame:
     """The box of states and a kernel, in units of the box's sizes and of a period: (v, phi, s) is `scale` times a place."""
 
-    kernel: "Kernel"
-    p: Floats
+    p: Flow
+    base_up: bool  #: is the base wall the upper one
     low: Floats
     high: Floats
     scale: Floats
@@ -64,7 +62,7 @@ class Touch:
         v, phi, s = place * self.frame.scale
         if not (v > 0 and s > 0):
             return "rest", np.full(2, np.nan), np.empty((2, 3))
-        slowest, share, gap, rate, a, by = self.frame.kernel.module.touch(self.frame.p, v, phi, s, self.hits, self.upper)
+        slowest, share, gap, rate, a, by = touch(self.frame.p, v, phi, s, self.hits, self.upper)
         slopes = np.array([[by[0], by[1], rate], [by[2], by[3], a]]) * self.frame.scale
         why = "inflection" if a <= 0 else "" if share > 1 - 1e-5 else "graze"
         return (why if slowest > 0 else "graze"), np.array([gap, rate]), slopes
@@ -96,7 +94,7 @@ class Touch:
     def end(self, place: Floats, along: Floats) -> str:
         """Why the curve goes on in a direction from its last place no further: by what is found a little beyond."""
         beyond = place + 10 * NEAR * along
-        slowest = self.frame.kernel.module.touch(self.frame.p, *place * self.frame.scale, self.hits, self.upper)[0]
+        slowest = touch(self.frame.p, *place * self.frame.scale, self.hits, self.upper)[0]
         why, (gap, _), (slope, _) = self.equations(beyond)
         same = abs(gap) < NEAR * np.linalg.norm(slope) and slowest > 100 * NEAR * self.frame.scale[0]  # path to the touch
         return self.frame.outside(beyond) or ((why or "lost") if same else "graze")

@@ -6,14 +6,12 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.files import place_of
-from nsmaps.exact.generate import V, W, Z, check_symbols, displacement_at, in_symbols, trials, values_told
-from nsmaps.exact.symbols import Flow, S, check_form
+from nsmaps.exact.flows.formulas import S, V, W, Z, check_form, check_symbols, displacement_at, in_symbols, trials, values_told
 from nsmaps.exact.written import FailsNow, law_of, period_of, walls_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-LARGEST = 700.0  # exp of more overflows
 NEAR = 1e-9  # to which the start of a flight is where it should be, with parameters that are floats
 
 
@@ -67,17 +65,3 @@ def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:
     given = displacement_at(symbolic, period)
     check_form(given)
     check_symbols(cls.__name__, [given, period, *laws], {*symbols.values(), S})
-    if given.has(sp.exp, sp.sinh, sp.cosh):
-        _check_growth(cls, given, sp.Float(cls.horizon) * period)
-
-
-def _check_growth(cls: "type[ImpactSystem]", given: sp.Expr, horizon: sp.Expr) -> None:
-    """Refuse what grows too much by its rates alone, products of exponentials multiplied."""
-    flow = Flow()
-    flow.split(given)
-    for rate in [*(growth.k for growth in flow.growths), *(twin.lower for twin in flow.twins)]:
-        if (rate * horizon).is_number and rate * horizon > LARGEST:
-            raise SystemDefinitionError(
-                f"{cls.__name__}.displacement grows as {sp.sstr(sp.exp(rate * S))}, to which there is no bound within the "
-                f"horizon of {cls.horizon} periods; a shorter `horizon` is accepted"
-            )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import brief
 from nsmaps.errors import StateError
 from nsmaps.exact.continuation import NEAR, Frame, Touch
+from nsmaps.exact.engine.itinerary import legs
 from nsmaps.exact.impacts import HIGHEST, LOWEST, TWO_PI, Floats, nearest_turn
 
 if TYPE_CHECKING:
@@ -85,14 +86,14 @@ def _frame(system: "ImpactSystem", box: Mapping[str, Sequence[float]]) -> Frame:
     if not ((low < high).all() and high[1] - low[1] <= TWO_PI * (1 + 1e-12)):
         raise StateError(f"the box is {dict(box)}; accepted: each low below its high, and phi within one turn")
     kernel = system._kernel()
-    return Frame(kernel, kernel.vector(system), low, high, np.append(high - low, TWO_PI / system.phase_rate()))
+    return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate()))
 
 
 def _seeds(system: "ImpactSystem", frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:
     """Places next to grazing curves, by the kind of touch (impacts before it, of the upper wall), from a scan of the box."""
     found: dict[tuple[int, bool], list[Floats]] = {}
     for ends in _changes(system, frame, lines):
-        (gap, s, upper), hits, state = min((*frame.kernel.module.legs(frame.p, *state, 0.0)[4:], tuple(state)) for state in ends)
+        (gap, s, upper), hits, state = min((*legs(frame.p, *state, 0.0)[4:], tuple(state)) for state in ends)
         if s > 0:
             place = np.array([*state, s]) / frame.scale
             _, _, slopes = Touch(frame, hits, upper).equations(place)
@@ -162,7 +163,7 @@ def _described(system: "ImpactSystem", kind: Touch, places: Floats, ends: tuple[
 
     hit, missed = (system.legs(side).itineraries for side in beside(BESIDE))
     near = jump(BESIDE)
-    base = frame.kernel.module.BASE_UP
+    base = frame.base_up
     return GrazingCurve(
         coordinates=system.coordinates,
         wall=names[0] if kind.upper == base else names[1],

@@ -204,7 +204,7 @@ def _told(value: Any) -> str:
     if isinstance(value, ImpactSystem):
         from nsmaps.exact.kernel import kernel_of
 
-        return f"{kernel_of(value).module.__name__}({value!r})"
+        return f"{kernel_of(value).name}({value!r})"
     if is_dataclass(value) and not isinstance(value, type):
         compared = [_told(getattr(value, field.name)) for field in fields(value) if field.compare]
         return f"{type(value).__qualname__}({', '.join(compared)})"

@@ -20,7 +20,7 @@ from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, Stretche
 from nsmaps.explain import refused
 
 if TYPE_CHECKING:
-    from nsmaps.exact.boxes import BoxImages
+    from nsmaps.exact.enclosure.images import BoxImages
     from nsmaps.exact.grazing import GrazingCurve
     from nsmaps.exact.kernel import Kernel
 
@@ -114,8 +114,8 @@ class ImpactSystem(BaseModel, ABC):
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
-        returns = self._kernel().first_returns(self, start, derivative, chatter)
-        return replace(returns, margin=self._kernel().legs(self, start, chatter).margin) if margin else returns
+        returns = self._kernel().first_returns(start, derivative, chatter)
+        return replace(returns, margin=self._kernel().legs(start, chatter).margin) if margin else returns
 
     def orbits(self, states: ArrayLike, n: int, chatter: float = 1e-12) -> Returns:
         """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
@@ -125,7 +125,7 @@ class ImpactSystem(BaseModel, ABC):
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
-        return self._kernel().orbits(self, start, n, chatter)
+        return self._kernel().orbits(start, n, chatter)
 
     def stretches(self, states: ArrayLike, frames: ArrayLike, n: int, chatter: float = 1e-12) -> Stretches:
         """What the first n returns of each of M states do to frames of tangent vectors, on one core.
@@ -135,7 +135,7 @@ class ImpactSystem(BaseModel, ABC):
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
-        return self._kernel().stretches(self, start, np.asarray(frames, float), n, chatter)
+        return self._kernel().stretches(start, np.asarray(frames, float), n, chatter)
 
     def legs(self, states: ArrayLike, chatter: float = 1e-12) -> Legs:
         """The turning points that the flights of first returns pass, and how near they come to a graze.
@@ -145,7 +145,7 @@ class ImpactSystem(BaseModel, ABC):
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
-        return self._kernel().legs(self, start, chatter)
+        return self._kernel().legs(start, chatter)
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = 1e-12) -> NDArray[np.float64]:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, 2).
@@ -156,7 +156,7 @@ class ImpactSystem(BaseModel, ABC):
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
         way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
-        return self._kernel().sensitivities(self, start, way, chatter)
+        return self._kernel().sensitivities(start, way, chatter)
 
     def grazing_curves(
         self, box: Mapping[str, Sequence[float]], lines: int = 400, spacing: float = 0.005
@@ -192,7 +192,7 @@ class ImpactSystem(BaseModel, ABC):
             StateError: `boxes` are no batch of finite boxes.
             ProofError: the system's formulas have a part that nothing is known to enclose.
         """
-        from nsmaps.exact.boxes import image_boxes
+        from nsmaps.exact.enclosure.images import image_boxes
 
         return image_boxes(self, boxes)
 
@@ -203,7 +203,7 @@ class ImpactSystem(BaseModel, ABC):
             raise StateError(f"the state {start[0]} is no start: a finite impact speed >= 0 and a phase are accepted")
         if n < 1:
             raise StateError(f"n is {n}; at least one impact is accepted")
-        return self._kernel().impacts(self, start[0], n, chatter)
+        return self._kernel().impacts(start[0], n, chatter)
 
     def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Any, Any]:
         """Times and displacements along the flights between the first n impacts from `state`, `samples` points a flight.
@@ -211,7 +211,7 @@ class ImpactSystem(BaseModel, ABC):
         Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. With velocities,
         walls and absolute places: `nsmaps.exact.track.track`.
         """
-        times, places, _ = self._kernel().trajectory(self, self.impacts(state, n), samples)
+        times, places, _ = self._kernel().trajectory(self.impacts(state, n), samples)
         return times.ravel(), places.ravel()
 
     def phase_rate(self) -> float:

@@ -55,7 +55,7 @@ def track(system: "ImpactSystem", state: ArrayLike, n: int, samples: int = 60) -
     if n < 2 or samples < 2:
         raise StateError(f"{n} impacts of {samples} samples a flight; accepted: two or more of each")
     impacts = system.impacts(state, n)
-    time, displacement, velocity = system._kernel().trajectory(system, impacts, samples)
+    time, displacement, velocity = system._kernel().trajectory(impacts, samples)
     walls = system.walls().values()
     sides, at = np.array([wall.side for wall in walls], np.int8), np.array([float(wall.at) for wall in walls])
     clock = time + impacts.phase[0] / system.phase_rate()

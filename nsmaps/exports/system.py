@@ -4,7 +4,7 @@ from typing import Any
 
 import sympy as sp
 
-from nsmaps.exact.generate import in_symbols
+from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.system import ImpactSystem, Wall
 from nsmaps.exact.written import displacement_of, law_of, period_of, walls_of
 from nsmaps.exports.latex import WIDTH, aligned, math, number, page, terms_of, text

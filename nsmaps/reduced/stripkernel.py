@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.exact.compiled import njit
+from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.impacts import Outcome
-from nsmaps.exact.returns import MOST_PHASE
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

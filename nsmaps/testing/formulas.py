@@ -9,7 +9,7 @@ import mpmath as mp
 import sympy as sp
 
 from nsmaps.errors import CheckError
-from nsmaps.exact.generate import in_symbols
+from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.impacts import Floats
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.exact.written import displacement_of, law_of, period_of, walls_of

@@ -9,7 +9,7 @@ import pytest
 from nsmaps.auxiliary.bounds import ErrorBound, auxiliary_maps, envelopes, held_out_error
 from nsmaps.auxiliary.domain import attracting_domain, smallest_box
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxImages
+from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.impacts import Angle
 from nsmaps.reduced.composite import CompositeMap, Piece
 from nsmaps.reduced.polymap import PolyMap

@@ -11,7 +11,7 @@ from nsmaps.auxiliary.cells import Cells, counted, painted, targets_of
 from nsmaps.auxiliary.conley import conley_indices
 from nsmaps.auxiliary.cover import morse_sets, trap
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.boxes import BoxImages
+from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.impacts import Angle
 
 TURN = 2 * np.pi

@@ -8,7 +8,7 @@ from boxmaps import Henon, one_each
 from nsmaps.auxiliary.cells import images_of
 from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
 from nsmaps.auxiliary.fullmap import FullAuxiliaryMap
-from nsmaps.exact.boxes import BoxImages
+from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.impacts import Angle
 
 

@@ -45,7 +45,7 @@ def states(system, noise, h, n, count, seed):
             tables = _blank(n, 1, 0)
             tables["states"][:, 0] = START
             rows = tuple(table[0] for table in tables.values())
-            kernel.noisy_orbit(system, (*law, h / 2 * parts, noise.sigma), step, parts, 1e-6, Given(first, path), rows)
+            kernel.noisy_orbit((*law, h / 2 * parts, noise.sigma), step, parts, 1e-6, Given(first, path), rows)
             made[k, i] = tables["states"][0, 1:]
     return made
 

@@ -7,8 +7,10 @@ import sys
 import numpy as np
 import pytest
 from conftest import TILT
+from numba import njit
 from toys import BouncingBall, Oscillator, Table
 
+from nsmaps.exact.engine import batch, layout
 from nsmaps.exact.impacts import TWO_PI, Outcome
 
 SYSTEMS = {
@@ -26,14 +28,20 @@ ODD = [
 TOLERANCE = {"ordinary": 1e-13, "tiny": 1e-13, "graze": 1e-8}
 
 
+HOW = {  #: what only compiled code calls, called from here
+    name: njit(function.py_func)
+    for name, function in vars(batch).items()
+    if name in ("first_returns", "one_by_one", "side_by_side")
+}
+
+
 def computed(system, how, states, chatter=0.0):
-    """What a function of the kernel writes for a batch."""
-    module, n = system._kernel().module, len(states)
-    p = np.array([*system.parameters.values(), 0.0])
+    """What a function of the engine writes for a batch."""
+    n = len(states)
     shapes = {"image": (n, 2), "turns": (n, 2), "codes": n, "outcome": n, "time": n, "tangents": (n, 2, 2)}
     types = {"turns": np.int32, "codes": np.int64, "outcome": np.int8}
     out = {name: np.empty(shape, types.get(name, float)) for name, shape in shapes.items()}
-    getattr(module, how)(p, np.ascontiguousarray(states, dtype=float), chatter, *out.values())
+    HOW[how](system._kernel().flow, np.ascontiguousarray(states, dtype=float), chatter, *out.values())
     return out
 
 
@@ -93,7 +101,7 @@ def test_returns_of_more_flights_than_a_block_follows(pair):
     states = np.column_stack([rng.uniform(0.1, 4.0, 20_000), rng.uniform(0.0, TWO_PI, 20_000)])
     long = system.first_return(states).has_word("BT~B")
     flights = [list(system.impacts(state, 100, chatter=np.inf).mark).index("~") for state in states[long]]
-    assert max(flights) > system._kernel().module.MOST_FLIGHTS
+    assert max(flights) > batch.MOST_FLIGHTS
     assert_same(computed(system, "one_by_one", states), computed(system, "side_by_side", states))
 
 
@@ -160,6 +168,10 @@ def test_without_a_compiler_the_answers_are_the_same_to_the_last_bit(pair):
 
 
 def test_which_systems_go_side_by_side(pair):
-    wide = {kind: system._kernel().module.WIDE for kind, system in SYSTEMS.items()}
-    assert pair(0.3)._kernel().module.WIDE
-    assert wide == {kind: kind != "damped" for kind in SYSTEMS}
+    """All but those whose bounds depend on the time: flights that grow, rates that are equal or nearly so."""
+    others = {
+        "critical": Oscillator(zeta=1.0, w=1.7, gap=0.1, damping="critical"),
+        "nearly critical": Oscillator(zeta=1 - 1e-9, w=1.7, gap=0.1),
+    }
+    wide = {kind: system._kernel().table[layout.WIDE] > 0 for kind, system in {**SYSTEMS, **others, "pair": pair(0.3)}.items()}
+    assert wide == {kind: kind not in others for kind in wide}

@@ -16,6 +16,8 @@ import sympy as sp
 
 from nsmaps.exact import compiled, kept, kernel
 from nsmaps.exact.compiled import code_of, njit
+from nsmaps.exact.engine import flow, layout, march, returns
+from nsmaps.exact.engine.batch import first_returns
 from nsmaps.exact.system import ImpactSystem, Wall
 
 ONE, TABLE = 1.0, np.array([1.0, 2.0])
@@ -46,50 +48,40 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     kernel._kernel.cache_clear()
 
 
-@pytest.fixture
-def unwritten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Kernels without a source, where their names alone are asked for."""
-    monkeypatch.setattr(kernel, "_generate", lambda system, balls: "")
-
-
 def named() -> str:
-    """What the kernel of `Dropped` is kept under now."""
+    """What the kernel of `Dropped` is called now."""
     kernel._kernel.cache_clear()
-    return kernel.kernel_of(Dropped()).module.__name__
+    compiled._described.cache_clear()
+    return kernel.kernel_of(Dropped()).name
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_defaults_of_the_base_class_are_those_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
-    p = np.array([0.5, 0.0])
-    first = kernel.kernel_of(Dropped()).module
-    assert (first.rebound(p, False, 2.0)[0], first.horizon(p)) == (1.0, 2000 * math.pi)
+    names = [named()]
+
+    def law_and_horizon() -> tuple[float, float]:
+        names.append(named())
+        table = kernel.kernel_of(Dropped()).table
+        return table[layout.RESTITUTION], table[layout.HORIZON]
+
+    assert law_and_horizon() == (0.5, pytest.approx(2000 * math.pi, rel=1e-15))
     monkeypatch.setattr(ImpactSystem, "rebound", lambda self, speed, wall: self.r * speed / 2)
-    assert kernel.kernel_of(Dropped()).module.rebound(p, False, 2.0)[0] == 0.5
+    assert law_and_horizon() == (0.25, pytest.approx(2000 * math.pi, rel=1e-15))
     monkeypatch.setattr(ImpactSystem, "horizon", 500.0)
-    module = kernel.kernel_of(Dropped()).module
-    assert (module.rebound(p, False, 2.0)[0], module.horizon(p)) == (0.5, 1000 * math.pi)
-    kernel._kernel.cache_clear()
-    assert kernel.kernel_of(Dropped()).module.horizon(p) == 1000 * math.pi, "from disk"
+    assert law_and_horizon() == (0.25, pytest.approx(1000 * math.pi, rel=1e-15))
+    assert len(set(names)) == 3
 
 
-@pytest.mark.usefixtures("unwritten")
-@pytest.mark.parametrize("package", ["sympy", "mpmath", "numpy", "scipy", "pydantic"])
-def test_another_version_of_what_formulas_are_written_with_is_another_kernel(
-    package: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    before, version = named(), kernel.version
-    assert named() == before
-    monkeypatch.setattr(kernel, "version", lambda name: "0.0" if name == package else version(name))
+@pytest.mark.parametrize(("module", "what"), [(march, "ROUNDING"), (returns, "NO_SPEED"), (layout, "BEGIN"), (flow, "linear")])
+def test_another_engine_has_another_key(module: Any, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Constants and functions of any of its files: those that compiled entries and parts of long runs are kept under."""
+    before, code = named(), code_of(first_returns)
+    changed = njit()(lambda t, row, at, z, w: 0.0) if module is flow else 2 * getattr(module, what) + 1
+    for where in (flow, march, returns):
+        if what in vars(where):
+            monkeypatch.setattr(where, what, changed)
     assert named() != before
-
-
-@pytest.mark.usefixtures("unwritten")
-@pytest.mark.parametrize("file", ["system.py", "symbols.py", "generate.py", "compiled.py", "flight.py", "returns.py"])
-def test_another_text_of_a_file_of_nsmaps_is_another_kernel(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    before, read = named(), Path.read_text
-    changed = kernel.HERE / file
-    monkeypatch.setattr(Path, "read_text", lambda path, *a, **how: read(path, *a, **how) + "\n" * (path == changed))
-    assert named() != before
+    assert code_of(first_returns) != code
+    compiled._described.cache_clear()
 
 
 def compilers_changed(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
@@ -106,7 +98,6 @@ def compilers_changed(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
 COMPILERS = ["numba", "llvmlite", "numpy", "python", *compiled.SETTINGS]
 
 
-@pytest.mark.usefixtures("unwritten")
 @pytest.mark.parametrize("what", COMPILERS)
 def test_what_compiles_is_part_of_both_keys(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     before, file = named(), compiled._file_name("m", "f", "code", "(int64,)", ("cpu", "+avx"))
@@ -180,7 +171,8 @@ def test_the_key_is_the_same_in_every_process() -> None:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+    """Of compiled code; beside each stands a note of how long it took."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix == ".bin"}
 
 
 def test_code_that_is_kept_is_used_again_and_what_is_broken_is_made_again(folder: Path) -> None:

@@ -78,22 +78,23 @@ import sys; sys.path[:0] = sys.argv[1:]
 import numpy as np
 from conftest import vi_pair
 from toys import BouncingBall, Oscillator
+from nsmaps.exact.engine import flow, march, returns
 for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator(zeta=0.05, w=0.81, gap=0.7), 2.0)):
-    module = system._kernel().module
     count, per_flight = [0], []
-    weighed, flight = module.weighed, module.flight
-    def counted(c, s):
+    evaluate, flight = flow.evaluate, march.flight
+    def counted(p, s):
         count[0] += 1
-        return weighed(c, s)
+        return evaluate(p, s)
     def watched(*args):
         before = count[0]
         found = flight(*args)
         per_flight.append(count[0] - before)
         return found
-    module.weighed, module.flight = counted, watched
+    march.evaluate, returns.flight = counted, watched
     rng = np.random.default_rng(0)
     for state in np.column_stack([rng.uniform(0.01, top, 300), rng.uniform(0, 6.28, 300)]):
         system.first_return([state])
+    march.evaluate, returns.flight = evaluate, flight
     print(max(per_flight), sum(per_flight) / len(per_flight))
 """
     import os
@@ -105,7 +106,6 @@ for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator
     rows = [tuple(map(float, line.split())) for line in run.stdout.splitlines()]
     assert len(rows) == 3
     assert max(most for most, _ in rows) <= 25
-    assert 1 < rows[0][1] < 3
 
 
 def test_a_million_returns_need_little_memory(pair):

@@ -1,14 +1,12 @@
-"""The legs of a return: the turning points that its flights pass, and how near they come to a wall without meeting it.
-
-Like `flight.py`, this file is not imported but copied behind the flow that is generated for a system.
-"""
+"""The legs of a return: the turning points that its flights pass, and how near they come to a wall without meeting it."""
 
 import math
 
-from nsmaps.exact.compiled import njit
-from nsmaps.exact.flight import MOST_STEPS, ROUNDING, angle, approach, bounds, coefficients, first_step
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP, evaluate, rebound, start, tangent_at, wall_places
-from nsmaps.exact.returns import (
+from nsmaps.exact.engine.bounds import limits
+from nsmaps.exact.engine.flow import angle, begin, evaluate, rebound, start, tangent_at, wall_places, walls_of
+from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.march import MOST_STEPS, ROUNDING, approach, first_step
+from nsmaps.exact.engine.returns import (
     CHATTER,
     ESCAPED,
     FOREVER,
@@ -27,23 +25,24 @@ from nsmaps.exact.returns import (
     spell,
 )
 
-# === engine ===
 
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def next_turn(c, s, h, end, limits):
+@inner
+def next_turn(p, s, h, end):
     """The first zero of the velocity after s + h and before `end`, or infinity: the march of the flight, one rate higher."""
     for _ in range(MOST_STEPS):
         s += h
         if s >= end:
             return math.inf
-        _, v, a, j, k, _ = evaluate(c, s)
+        _, v, a, j, k, _ = evaluate(p, s)
         sign = 1.0 if v > 0.0 else -1.0
-        surely, h = approach(sign * v, sign * a, sign * j, sign * k, limits[1], limits[2])
+        _, snap, crackle, _, reach, _, _ = limits(p, s)
+        surely, h = approach(sign * v, sign * a, sign * j, sign * k, snap, crackle)
+        if h > reach:
+            surely, h = False, reach
         if surely or h <= ROUNDING * s:
             for _ in range(8):
                 s += h
-                _, v, a, _, _, _ = evaluate(c, s)
+                _, v, a, _, _, _ = evaluate(p, s)
                 h = -v / a if a != 0.0 else 0.0
                 if abs(h) <= ROUNDING * s:
                     break
@@ -51,16 +50,17 @@ def next_turn(c, s, h, end, limits):
     return math.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def after_turn(rate, j, k, limits):
+@inner
+def after_turn(p, s, rate, j, k):
     """A step from a zero of the velocity, where the acceleration is `rate`, within which there is no other."""
+    _, snap, crackle, _, reach, _, _ = limits(p, s)
     sign = 1.0 if rate > 0.0 or (rate == 0.0 and j > 0.0) else -1.0
     if rate == 0.0:
-        return first_step(sign * j, sign * k, 0.0, limits[2], math.inf) if limits[2] > 0.0 else math.inf
-    return first_step(sign * rate, sign * j, sign * k, limits[1], limits[2])
+        return min(first_step(sign * j, sign * k, 0.0, crackle, math.inf), reach) if crackle > 0.0 else reach
+    return min(first_step(sign * rate, sign * j, sign * k, snap, crackle), reach)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def turns_of_flight(p, up, phi, v, end, code, power, base):
     """The turns of a flight of time `end`: (code of the itinerary with them, its power, how many, nearest).
 
@@ -70,28 +70,28 @@ def turns_of_flight(p, up, phi, v, end, code, power, base):
     z = top if up else bottom
     u, _ = rebound(p, up, v)
     w = -u if up else u
-    c = coefficients(p, phi, z, w)
-    limits = bounds(p, phi, z, w)
-    a, j, k, _ = start(c)
-    h = after_turn(a, j, k, limits) if w == 0.0 else 0.0
+    has_up, has_down, _ = walls_of(p)
+    begin(p, angle(phi), z, w)
+    a, j, k, _ = start(p)
+    h = after_turn(p, 0.0, a, j, k) if w == 0.0 else 0.0
     count, nearest, s = 0, (math.inf, 0.0, False), 0.0
     before = w if w != 0.0 else (a if a != 0.0 else j)
     for _ in range(MOST_STEPS):
-        s = next_turn(c, s, h, end, limits)
+        s = next_turn(p, s, h, end)
         if s == math.inf:
             break
-        d, _, a, j, k, _ = evaluate(c, s)
+        d, _, a, j, k, _ = evaluate(p, s)
         gap = (top - z) - d if before > 0.0 else (z - bottom) + d
-        if gap < nearest[0] and ((HAS_UP and before > 0.0) or (HAS_DOWN and before < 0.0)):
+        if gap < nearest[0] and ((has_up and before > 0.0) or (has_down and before < 0.0)):
             nearest = (gap, s, before > 0.0)
         count += 1
         code, power = spell(code, power, base, base - 2 if before > 0.0 else base - 1, 1)
         before = -before
-        h = after_turn(a, j, k, limits)
+        h = after_turn(p, s, a, j, k)
     return code, power, count, nearest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def legs(p, v, phi, chatter):
     """The legs of one first return: (outcome, code of the itinerary, turns, least impact speed, nearest, flight).
 
@@ -101,12 +101,13 @@ def legs(p, v, phi, chatter):
     if not is_state(v, phi):
         return INVALID, 0, 0, math.nan, (math.nan, 0.0, False), 0
     phi, _ = onward(p, phi, 0.0)
-    walls = 1 + (HAS_UP and HAS_DOWN)
+    has_up, has_down, base_up = walls_of(p)
+    walls = 2 if has_up and has_down else 1
     base = walls + 5  # of the itinerary's code: walls, chatter, rest, two turns, none
-    up, turns, slowest = BASE_UP, 0, math.inf
+    up, turns, slowest = base_up, 0, math.inf
     code, power = spell(0, 1, base, 1, 1)
     for flown in range(MOST_IMPACTS):
-        on_base = up == BASE_UP
+        on_base = up == base_up
         ended, now_up, s, now_v, _, _, _ = next_impact(p, up, phi, v, chatter if on_base else math.inf)
         if ended in (FOREVER, ESCAPED):
             return RESTS if ended == FOREVER else LOST, code, turns, slowest, nearest, flight_of
@@ -115,17 +116,17 @@ def legs(p, v, phi, chatter):
             turns, slowest = turns + more, min(slowest, now_v)
             if least[0] < nearest[0]:
                 nearest, flight_of = least, flown
-            code, power = spell(code, power, base, 1 if now_up == BASE_UP else 2, 1)
+            code, power = spell(code, power, base, 1 if now_up == base_up else 2, 1)
         else:
             code, power = spell(code, power, base, walls + (1 if ended == CHATTER else 2), 1)
         phi, _ = onward(p, phi, s)
         v, up = now_v, now_up
-        if up == BASE_UP and (ended == IMPACT or on_base):
+        if up == base_up and (ended == IMPACT or on_base):
             return RETURNED if ended == IMPACT else STUCK, code, turns, slowest, nearest, flight_of
     return LOST, code, turns, slowest, nearest, flight_of
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def all_legs(p, states, chatter, outcome, codes, turns, clearance, slowest):
     """The legs of a batch, written into the arrays given."""
     for i in range(len(states)):
@@ -133,7 +134,7 @@ def all_legs(p, states, chatter, outcome, codes, turns, clearance, slowest):
         clearance[i] = nearest[0]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def touch(p, v, phi, s, hits, upper):
     """A flight s after `hits` impacts on the other wall, as if there were no wall at s, before the upper wall or the lower.
 
@@ -141,21 +142,22 @@ def touch(p, v, phi, s, hits, upper):
     acceleration, derivatives of gap and rate by v and phi). Gap and rate vanish together on a grazing curve.
     """
     nothing = (math.nan, math.nan, math.nan, math.nan)
-    up, d, slowest = BASE_UP, (1.0, 0.0, 0.0, 1.0), math.inf
+    base_up = walls_of(p)[2]
+    up, d, slowest = base_up, (1.0, 0.0, 0.0, 1.0), math.inf
     phi, _ = onward(p, phi, 0.0)
     for _ in range(hits):
-        ended, now_up, t, now_v, _, slope, w = next_impact(p, up, phi, v, 0.0)
-        if ended != IMPACT or now_up == BASE_UP:
+        ended, now_up, t, now_v, _, slope, _ = next_impact(p, up, phi, v, 0.0)
+        if ended != IMPACT or now_up == base_up:
             return math.nan, 0.0, math.nan, math.nan, math.nan, nothing
-        d = advance_tangent(p, up, angle(phi), w, slope, now_up, t, d)
+        d = advance_tangent(p, up, angle(phi), slope, now_up, t, d)
         phi, _ = onward(p, phi, t)
         v, up, slowest = now_v, now_up, min(slowest, now_v)
     top, bottom = wall_places(p)
     z, into = top if up else bottom, 1.0 if up else -1.0
-    ended, _, t, _, _, slope, w = next_impact(p, up, phi, v, 0.0)
+    ended, _, t, _, _, slope, _ = next_impact(p, up, phi, v, 0.0)
     share = 0.0 if ended in (REST, FOREVER) else t / s if ended == IMPACT else math.inf
-    place, rate, a, _, _, _ = evaluate(coefficients(p, phi, z, w), s)
-    z_phi, z_w, v_phi, v_w = tangent_at(p, angle(phi), z, w, s)
+    place, rate, a, _, _, _ = evaluate(p, s)
+    z_phi, z_w, v_phi, v_w = tangent_at(p, angle(phi), s)
     side = -1.0 if upper else 1.0
     gap = (top - z) - place if upper else (z - bottom) + place
     w_v, w_phi = -into * slope * d[0], -into * slope * d[1]

@@ -1,16 +1,10 @@
-"""The first impact of a flight, with a certificate: no step of the march can carry the ball through a wall.
-
-This file is not imported: `kernel.py` copies what stands below the mark, behind the functions that it generates for a system
-(`flow.py`), into one module, so that numba compiles and caches them together.
-"""
+"""The first impact of a flight, with a certificate: no step of the march can carry the ball through a wall."""
 
 import math
 
-from nsmaps.exact.compiled import njit
-from nsmaps.exact.flow import HAS_DOWN, HAS_UP, bounds_at, coefficients_at, horizon, start, wall_places, weighed
-from nsmaps.exact.remainders import wave
-
-# === engine ===
+from nsmaps.exact.engine.bounds import limits
+from nsmaps.exact.engine.flow import evaluate, horizon, start, wall_places, walls_of
+from nsmaps.exact.engine.jit import inlined, inner
 
 MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall for ever
 FAR = 1e300  # a step beyond any horizon
@@ -20,26 +14,7 @@ CLOUDED = 1e-10  # of the way flown: a flight whose gap may be wrong by more is 
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0  # a product is cheaper than a division
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def angle(phi):
-    """A phase in [0, 2 pi) with its cosine less one and its sine."""
-    less, sine, _ = wave(phi)
-    return phi, less, sine
-
-
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def coefficients(p, phi, z, w):
-    """What does not depend on s of the flight that starts at phase phi."""
-    return coefficients_at(p, angle(phi), z, w)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def bounds(p, phi, z, w):
-    """Bounds on the third to the sixth derivative of the flight that starts at phase phi."""
-    return bounds_at(p, angle(phi), z, w)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def first_step(u, b, j, jerk, snap):
     """A step from the wall just left, at speed u >= 0 and acceleration b, within which the gap stays positive.
 
@@ -55,7 +30,7 @@ def first_step(u, b, j, jerk, snap):
     return max(far, 2.0 * j / snap) if snap > 0.0 else far
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def quadratic_root(y, u, b):
     """The first h > 0 with y + u h + b h^2/2 = 0, or infinity."""
     d = u * u - 2.0 * y * b
@@ -64,7 +39,7 @@ def quadratic_root(y, u, b):
     return over / under if d >= 0.0 and under > 0.0 else math.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def safe_step(y, u, b, j, jerk, snap):
     """A step within which a gap y > 0 with rates u, b, j stays positive, given bounds on |jerk| and |snap|.
 
@@ -88,13 +63,13 @@ def safe_step(y, u, b, j, jerk, snap):
     return max(step, min(reach, quadratic_root(y, u, b - m * reach * THIRD)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def stays_clear(y, u, b, jerk, h):
     """Does a gap y > 0 that does not shrink at first, u >= 0, surely stay positive for a time h: a concave or single hump."""
     return u >= 0.0 and y + h * (u + h * (b * 0.5 - h * jerk * SIXTH)) > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def closes(most, u, b, j, jerk, snap):
     """Will a gap of at most `most`, with rates u, b, j, surely close, once and without a turn within 1.25 x: (surely, x)."""
     x = 2.0 * most / (math.sqrt(max(u * u - 2.0 * most * b, 0.0)) - u) if u < 0.0 else 0.0
@@ -104,14 +79,14 @@ def closes(most, u, b, j, jerk, snap):
     return u < 0.0 and highest < 0.0 and fastest < 0.0, x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def approach(y, u, b, j, jerk, snap):
     """What is known of a gap y >= 0 with rates u, b, j: (will it surely close, after about x), or else x is a safe step."""
     surely, x = closes(y, u, b, j, jerk, snap)
     return surely, x if surely else safe_step(y, u, b, j, jerk, snap)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def certain_return(u, b, j, jerk, snap):
     """As `approach`, for the wall just left with acceleration b < 0 back into it: sure where the gap is concave throughout."""
     x = -2.0 * u / b
@@ -121,7 +96,7 @@ def certain_return(u, b, j, jerk, snap):
     return x > 0.0 and highest < 0.0 and b + far * bend < 0.0, x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def taylor_root(gap, x):
     """The root of the gap's Taylor polynomial of fifth order near x by two steps of Newton, and its rate."""
     y, u, b, j, k, q = gap
@@ -135,64 +110,56 @@ def taylor_root(gap, x):
     return x, u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def ahead(to_up, room_up, room_down, motion):
     """The gap to a wall and its rates, of displacement, velocity and further rates."""
-    d, v, a, j, k, q = motion[:6]
+    d, v, a, j, k, q = motion
     if to_up:
         return room_up - d, -v, -a, -j, -k, -q
     return room_down + d, v, a, j, k, q
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def seen(c, to_up, room_up, room_down, s):
-    """The gap to a wall at time s with its rates, and what it may be wrong by."""
-    motion = weighed(c, s)
-    return ahead(to_up, room_up, room_down, motion), ROUNDING * (motion[6] + (room_up if to_up else room_down))
-
-
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def settled(step, rate, s, pop):
     """Is the gap's Taylor polynomial at s, a step away from its root, right there to rounding, the speed as well."""
     size = abs(step)
     return size * size * (size * size * size) * pop <= -120.0 * ROUNDING * rate or size <= ROUNDING * s
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def close_in(c, to_up, room_up, room_down, s, x, step, gap, error, low, high):
+@inlined
+def close_in(p, to_up, room_up, room_down, s, x, step, gap, low, high):
     """On to the root of the last Taylor polynomial, and the root of the next: (its rate, where to go on).
 
     The one crossing lies between low and high. Steps that leave this bracket, or do not shrink, halve it.
     """
     s += step if low < s + step and s + step < high else (low + high) * 0.5 - s
-    gap, error = seen(c, to_up, room_up, room_down, s)
+    gap = ahead(to_up, room_up, room_down, evaluate(p, s))
     low, high = s if gap[0] > 0.0 else low, high if gap[0] > 0.0 else s
     newton = -gap[0] / gap[1]
     x = newton if abs(newton) < 0.5 * abs(x) else (low + high) * 0.5 - s
     step, rate = taylor_root(gap, x)
-    return rate, (s, x, step, gap, error, low, high)
+    return rate, (s, x, step, gap, low, high)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def refine(c, to_up, room_up, room_down, s, x, gap, error, pop):
-    """The one crossing of a gap with these rates between s and s + 1.5 x, to rounding: (its rate, where `close_in` ends)."""
+@inlined
+def refine(p, to_up, room_up, room_down, s, x, gap, pop):
+    """The one crossing of a gap with these rates between s and s + 1.5 x, to rounding: (its time, the gap's rate)."""
     step, rate = taylor_root(gap, x)
-    at = s, x, step, gap, error, s, s + 1.5 * x
+    at = s, x, step, gap, s, s + 1.5 * x
     for _ in range(200):
         if settled(at[2], rate, at[0], pop):
             break
-        rate, at = close_in(c, to_up, room_up, room_down, *at)
-    return rate, at
+        rate, at = close_in(p, to_up, room_up, room_down, *at)
+    return at[0] + at[2], rate
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def leave(gap, room, jerk, snap):
+@inlined
+def leave(two, gap, room, jerk, snap):
     """The start of a flight: (does it surely return to the wall just left, after about x).
 
-    Where that is not sure, x is a step safe from both walls, `room` apart.
+    Where that is not sure, x is a step safe from the walls, which are `room` apart where there are two.
     """
     _, u, b, j, _, _ = gap
-    two = HAS_UP and HAS_DOWN
     if b < 0.0:
         surely, x = certain_return(u, b, j, jerk, snap)
         far = 1.5 * x
@@ -204,52 +171,51 @@ def leave(gap, room, jerk, snap):
     return False, min(h, first_step(u, b, j, jerk, snap))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def look(most, least_behind, gap, jerk, snap):
+@inlined
+def look(two, most, least_behind, gap, jerk, snap):
     """Will the wall ahead surely be met, and no other before it, its gap being at most `most`: (surely, after about x)."""
     surely, x = closes(most, gap[1], gap[2], gap[3], jerk, snap)
-    if HAS_UP and HAS_DOWN:
+    if two:
         surely = surely and stays_clear(least_behind, -gap[1], -gap[2], jerk, 1.5 * x)
     return surely, x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def careful_step(least, least_behind, gap, jerk, snap):
+@inlined
+def careful_step(two, least, least_behind, gap, jerk, snap):
     """A step safe from both walls, the gaps to the one ahead and to the one behind being at least these."""
     _, u, b, j, _, _ = gap
     h = safe_step(least, u, b, j, jerk, snap)
-    if HAS_UP and HAS_DOWN and not stays_clear(least_behind, -u, -b, jerk, h):
+    if two and not stays_clear(least_behind, -u, -b, jerk, h):
         h = min(h, safe_step(least_behind, -u, -b, -j, jerk, snap))
     return h
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def see(c, room_up, room_down, s):
-    """What is at time s: (towards the upper wall, the gap ahead and its rates, what it may be wrong by, the least gap behind).
+@inlined
+def see(has_up, has_down, motion, up, room_up, room_down, size):
+    """What is seen of a motion: (towards the upper wall, gap ahead and its rates, what it may be wrong by, least gap behind).
 
-    Rounding counts relative to the size of what the way flown is the sum of, and to the room to a wall: none to that just left.
+    Rounding counts relative to the sizes of the displacement's terms in the gap to the wall just left, and to the room besides in
+    that to the other.
     """
-    motion = weighed(c, s)
-    to_up = HAS_UP and (motion[1] > 0.0 or not HAS_DOWN)
-    to, behind = (room_up, room_down + motion[0]) if to_up else (room_down, room_up - motion[0])
-    behind -= ROUNDING * (motion[6] + (room_up + room_down - to))
-    return to_up, ahead(to_up, room_up, room_down, motion), ROUNDING * (motion[6] + to), max(behind, 0.0)
+    d, v = motion[0], motion[1]
+    to_up = has_up and (v > 0.0 or not has_down)
+    near = ROUNDING * size
+    far = near + ROUNDING * (room_up + room_down)
+    behind = (room_down + d if to_up else room_up - d) - (far if to_up == up else near)
+    return to_up, ahead(to_up, room_up, room_down, motion), near if to_up == up else far, max(behind, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def doubtful(s, step, rate, gap, error, w, room, jerk):
-    """Is an impact at s, a step from where the gap and its rates are known, within rounding: the gap may be wrong by the error.
+@inlined
+def doubtful(rate, size, most, room, way):
+    """Is an impact within the gap's rounding: an arc beyond the wall, at least rate^2/(2 most) deep, or the way flown to it.
 
-    That counts against an arc beyond the wall, on which the acceleration is at most |b| + sqrt(rate jerk) until it is
-    rate^2/2 over that deep, and against the way flown, by the room to the wall and by the speeds.
+    `size` is that of the displacement's terms, `room` to the wall, zero of that just left, `way` at the speed of the start.
     """
-    size = abs(step)
-    error += ROUNDING * size * (abs(gap[1]) + size * abs(gap[2]))
-    most = abs(gap[2]) + size * jerk + math.sqrt(abs(rate) * jerk)
-    return rate * rate <= 16.0 * error * most or error > CLOUDED * max(room, s * max(abs(w), abs(rate)))
+    error = ROUNDING * (size + room)
+    return rate * rate <= 16.0 * error * most or error > CLOUDED * max(room, way)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def rooms(p, up):
     """The place of a wall, and the room from there to the upper and to the lower wall."""
     top, bottom = wall_places(p)
@@ -257,38 +223,48 @@ def rooms(p, up):
     return z, top - z, z - bottom
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def flight(p, c, up, w, limits):
+@inner
+def flight(p, up, w):
     """The first impact after leaving a wall: (found, on the upper wall, time, impact speed, undecided).
 
     A march: no step can carry the gap to either wall through zero, and steps close in on a root at third order. It ends where
     the wall will surely be met, once and without a turn: then the root is refined to rounding. Rounding is counted: the bounds
-    are raised, the steps shortened, and a gap is taken less what it may be wrong by: what cancels in it counts in full.
+    are raised, the steps shortened, and a gap is taken less what it may be wrong by, which to the wall just left is relative.
+    Bounds hold for a reach, which is endless but for flights that may grow; no step goes beyond it.
     """
     _, room_up, room_down = rooms(p, up)
-    jerk, snap, pop = limits[0] * OUTWARD, limits[1] * OUTWARD, limits[3] * OUTWARD
+    has_up, has_down, _ = walls_of(p)
+    two = has_up and has_down
+    jerk, snap, _, pop, reach, most, size = limits(p, 0.0)
+    jerk, snap, pop = jerk * OUTWARD, snap * OUTWARD, pop * OUTWARD
     to_up, s, undecided, error, longest = up, 0.0, False, 0.0, horizon(p)
-    gap = ahead(up, 0.0, 0.0, (0.0, w, *start(c)))
+    gap = ahead(up, 0.0, 0.0, (0.0, w, *start(p)))
     if gap[1] == 0.0 and gap[2] < 0.0:
         gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero but for rounding
-    surely, h = leave(gap, room_up + room_down, jerk, snap)
+    surely, h = leave(two, gap, room_up + room_down, jerk, snap)
+    if surely and 1.5 * h > reach:
+        surely, h = False, first_step(gap[1], gap[2], gap[3], jerk, snap)
+        h = min(h, safe_step(room_up + room_down, -gap[1], -gap[2], -gap[3], jerk, snap)) if two else h
     for _ in range(MOST_STEPS):
         if surely or (h <= ROUNDING * s and gap[0] <= 0.0):
-            rate, at = gap[1], (s, h, 0.0, gap, error, s, s)
-            if surely:
-                rate, at = refine(c, to_up, room_up, room_down, s, h, gap, error, pop)
-            s, room = at[0] + at[2], room_up if to_up else room_down
-            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(s, at[2], rate, at[3], at[4], w, room, jerk)
+            s, rate = refine(p, to_up, room_up, room_down, s, h, gap, pop) if surely else (s, gap[1])
+            _, _, _, _, _, most, size = limits(p, s)
+            room = 0.0 if to_up == up else room_up + room_down
+            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, size, most, room, s * max(abs(w), abs(rate)))
         if h <= ROUNDING * s:
             undecided = True  # a graze within rounding: pass it, to where the wall recedes again
             h = 4.0 * ROUNDING * s
             if gap[2] > 0.0:
                 h += 2.0 * (abs(gap[1]) + math.sqrt(2.0 * gap[2] * error)) / gap[2]
-        s += h * INWARD
+        s += min(h, reach) * INWARD
         if not s < longest:
             break
-        to_up, gap, error, behind = see(c, room_up, room_down, s)
-        surely, h = look(gap[0] + error, behind, gap, jerk, snap)
-        if not surely:
-            h = careful_step(max(gap[0] - error, 0.0), behind, gap, jerk, snap)
+        jerk, snap, _, pop, reach, most, size = limits(p, s)
+        if not size < FAR:
+            break  # it has grown beyond all numbers
+        jerk, snap, pop = jerk * OUTWARD, snap * OUTWARD, pop * OUTWARD
+        to_up, gap, error, behind = see(has_up, has_down, evaluate(p, s), up, room_up, room_down, size)
+        surely, h = look(two, gap[0] + error, behind, gap, jerk, snap)
+        if not surely or 1.5 * h > reach:
+            surely, h = False, careful_step(two, max(gap[0] - error, 0.0), behind, gap, jerk, snap)
     return False, up, s, 0.0, undecided

@@ -1,18 +1,15 @@
 """Flights that noise sways: its part as a quintic over a step, and when a wall is met in it.
 
-Like `flight.py`, this file is not imported but copied behind the flow that is generated for a system. The exact steps, and what
-becomes of impacts, are told in `noisy.py`.
+The exact steps, and what becomes of impacts, are in `noisy.py`.
 """
 
 import math
 
-from nsmaps.exact.compiled import njit
-from nsmaps.exact.flow import evaluate, start
-
-# === engine ===
+from nsmaps.exact.engine.flow import evaluate, start
+from nsmaps.exact.engine.jit import inner
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def noise_over(normals, step, eta):
     """The noise's part over a step of as many exact ones as there are normals: place and velocity, from zero, and eta."""
     n, m = 0.0, 0.0
@@ -25,7 +22,7 @@ def noise_over(normals, step, eta):
     return n, m, eta
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def quintic(h, first, n, m, last):
     """The polynomial from place and rate zero, second rate `first`, to these after h: its coefficients of s^2 to s^5."""
     b = first * 0.5
@@ -33,7 +30,7 @@ def quintic(h, first, n, m, last):
     return b, (10.0 * n - 4.0 * m + 0.5 * a) / h, (7.0 * m - 15.0 * n - a) / (h * h), (6.0 * n - 3.0 * m + 0.5 * a) / (h * h * h)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def shifted(q, s):
     """The quintic about s: its place, and its coefficients of x to x^5."""
     b, c, d, e = q
@@ -47,41 +44,41 @@ def shifted(q, s):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def moved(c, n, x):
+@inner
+def moved(p, n, x):
     """How far the ball has gone a time x after its last event, and its velocity."""
-    d, v, _, _, _, _ = evaluate(c, x)
+    d, v, _, _, _, _ = evaluate(p, x)
     _, m, a, b, e, f = n
     d += x * (m + x * (a + x * (b + x * (e + x * f))))
     return d, v + m + x * (2.0 * a + x * (3.0 * b + x * (4.0 * e + x * 5.0 * f)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def gap(c, n, sign, room, x):
+@inner
+def gap(p, n, sign, room, x):
     """The gap to the wall on one side, and its rate."""
-    d, v = moved(c, n, x)
+    d, v = moved(p, n, x)
     return room - sign * d, -sign * v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def least(c, n, sign, room, end):
+@inner
+def least(p, n, sign, room, end):
     """When a gap that shrinks at first and grows in the end is least, by bisection."""
     low, high = 0.0, end
     for _ in range(60):
         x = 0.5 * (low + high)
-        if gap(c, n, sign, room, x)[1] < 0.0:
+        if gap(p, n, sign, room, x)[1] < 0.0:
             low = x
         else:
             high = x
     return 0.5 * (low + high)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def root(c, n, sign, room, low, high):
+@inner
+def root(p, n, sign, room, low, high):
     """Where a gap that is positive at `low` and not at `high` is zero, by Newton's steps between them."""
     x = high
     for _ in range(100):
-        y, u = gap(c, n, sign, room, x)
+        y, u = gap(p, n, sign, room, x)
         if y > 0.0:
             low = x
         else:
@@ -94,31 +91,31 @@ def root(c, n, sign, room, low, high):
     return x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def met_ahead(c, n, sign, room, end):
+@inner
+def met_ahead(p, n, sign, room, end):
     """When a wall that the ball is clear of is met first, or infinity: its gap is closed at the end, or where it is least."""
-    y, u = gap(c, n, sign, room, end)
+    y, u = gap(p, n, sign, room, end)
     if y > 0.0:
-        if not (u > 0.0 and gap(c, n, sign, room, 0.0)[1] < 0.0):
+        if not (u > 0.0 and gap(p, n, sign, room, 0.0)[1] < 0.0):
             return math.inf
-        end = least(c, n, sign, room, end)
-        if gap(c, n, sign, room, end)[0] > 0.0:
+        end = least(p, n, sign, room, end)
+        if gap(p, n, sign, room, end)[0] > 0.0:
             return math.inf
-    return root(c, n, sign, room, 0.0, end)
+    return root(p, n, sign, room, 0.0, end)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def met_again(c, n, sign, end):
+@inner
+def met_again(p, n, sign, end):
     """When the wall just left is met again, or infinity; zero if the ball does not lift off."""
-    u, b = gap(c, n, sign, 0.0, 0.0)[1], -sign * (start(c)[0] + 2.0 * n[2])
+    u, b = gap(p, n, sign, 0.0, 0.0)[1], -sign * (start(p)[0] + 2.0 * n[2])
     hop = -2.5 * u / b if b < 0.0 else math.inf  # a quarter longer than with this acceleration throughout
-    if hop < end and gap(c, n, sign, 0.0, hop)[0] <= 0.0:
+    if hop < end and gap(p, n, sign, 0.0, hop)[0] <= 0.0:
         end = hop
-    elif gap(c, n, sign, 0.0, end)[0] > 0.0:
+    elif gap(p, n, sign, 0.0, end)[0] > 0.0:
         return math.inf
     low = end
     for _ in range(60):
         low *= 0.5
-        if gap(c, n, sign, 0.0, low)[0] > 0.0:
-            return root(c, n, sign, 0.0, low, 2.0 * low)
+        if gap(p, n, sign, 0.0, low)[0] > 0.0:
+            return root(p, n, sign, 0.0, low, 2.0 * low)
     return 0.0

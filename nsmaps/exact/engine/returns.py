@@ -1,29 +1,24 @@
-"""From impact to impact and from return to return: chatter, rest, words, first returns and their derivatives.
-
-Like `flight.py`, this file is not imported but copied behind the flow that is generated for a system.
-"""
+"""From impact to impact and from return to return: chatter, rest, words, first returns and their derivatives."""
 
 import math
 
 import numpy as np
 
-from nsmaps.exact.compiled import njit
-from nsmaps.exact.flight import MOST_STEPS, OUTWARD, angle, bounds, coefficients, flight
-from nsmaps.exact.flow import (
-    BASE_UP,
-    HAS_DOWN,
-    HAS_UP,
-    coefficients_at,
+from nsmaps.exact.engine.bounds import limits
+from nsmaps.exact.engine.flow import (
+    angle,
+    begin,
     evaluate,
-    held_at,
+    held,
     phase_rate,
     rebound,
     start,
     tangent_at,
     wall_places,
+    walls_of,
 )
-
-# === engine ===
+from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.march import MOST_STEPS, OUTWARD, flight
 
 TWO_PI = 2 * math.pi
 IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
@@ -34,7 +29,7 @@ MOST_PHASE = 1e10  # radians, whose turns an int32 holds
 NO_SPEED = 1e-300  # what leaves a wall slower than this stays on it: its reciprocal would overflow
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def release(p, phi, up):
     """How long the ball rests on a wall from phase phi on, or infinity: the first time that the wall no longer presses.
 
@@ -46,7 +41,7 @@ def release(p, phi, up):
     turning = phase_rate(p)
     s = 0.0
     for _ in range(MOST_STEPS):
-        a, rate, bend = held_at(p, angle(phi + turning * s), z)
+        a, rate, bend = held(p, angle(phi + turning * s), z)
         press, rate, bend = into * a, into * rate, bend * OUTWARD
         if press <= 0.0 and rate < 0.0:
             return max(s - press / rate, 0.0)
@@ -62,14 +57,14 @@ def release(p, phi, up):
     return math.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def accumulation(u, v, press, limits):
+@inlined
+def accumulation(u, v, press, bounds):
     """When impacts of speeds v, u, ... accumulate, to second order, and whether the third makes that exact to rounding."""
     x = 2.0 * u / (press * (1.0 - u / v))
-    return x, x * limits[0] <= 1e-5 * press and x * x * limits[1] <= 1e-10 * press
+    return x, x * bounds[0] <= 1e-5 * press and x * x * bounds[1] <= 1e-10 * press
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def next_impact(p, up, phi, v, chatter):
     """From just before an impact of speed v at phase phi to just before the next.
 
@@ -86,9 +81,8 @@ def next_impact(p, up, phi, v, chatter):
     if u < NO_SPEED:
         u = 0.0
     w = -into * u
-    c = coefficients(p, phi, z, w)
-    limits = bounds(p, phi, z, w)
-    a, jk, _, _ = start(c)
+    begin(p, angle(phi), z, w)
+    a, jk, _, _ = start(p)
     press = into * a
     if u == 0.0 and (press > 0.0 or (press == 0.0 and into * jk > 0.0)):
         rest = release(p, phi, up)
@@ -97,28 +91,32 @@ def next_impact(p, up, phi, v, chatter):
         if rest > 1e-13 * TWO_PI / phase_rate(p):
             return REST, up, rest, 0.0, False, slope, w
     elif press > 0.0 and v * phase_rate(p) <= chatter * press and u < v:
-        x, summable = accumulation(u, v, press, limits)
+        x, summable = accumulation(u, v, press, limits(p, 0.0))
         if summable:
-            r, j, beta = u / v, into * jk, into * held_at(p, angle(phi), z)[1]
+            r, j, beta = u / v, into * jk, into * held(p, angle(phi), z)[1]
             x += x * x * (j * (2.0 * r - 1.0) / 3.0 - beta * r - (j - beta) * r * (1.0 - r) / 2.0) / (press * (1.0 + r))
             phase = phi + x * phase_rate(p)
             rest = release(p, phase, up)
             if rest == math.inf:
                 return FOREVER, up, x, 0.0, False, slope, w
             return CHATTER, up, x + rest, 0.0, False, slope, w
-    found, up, s, v, undecided = flight(p, c, up, w, limits)
+    found, up, s, v, undecided = flight(p, up, w)
     return IMPACT if found else ESCAPED, up, s, v, undecided, slope, w
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def advance_tangent(p, up, at, w, slope, now_up, s, d):
-    """The derivative d of (v, phi) carried through one impact and the flight of time s behind it (saltation)."""
-    top, bottom = wall_places(p)
-    z = top if up else bottom
+@inlined
+def advance_tangent(p, up, at, slope, now_up, s, d):
+    """The derivative d of (v, phi) carried through one impact and the flight of time s behind it."""
+    moves = tangent_at(p, at, s)
+    _, velocity, a, _, _, _ = evaluate(p, s)
+    return saltation(up, now_up, slope, velocity, a, moves, phase_rate(p), d)
+
+
+@inlined
+def saltation(up, now_up, slope, velocity, a, moves, rate, d):
+    """As `advance_tangent`, by what is known where the flight ends: velocity, acceleration and `moves`, of `tangent_at`."""
     into, now_into = 1.0 if up else -1.0, 1.0 if now_up else -1.0
-    w_phi, w_w, v_phi, v_w = tangent_at(p, at, z, w, s)
-    _, velocity, a, _, _, _ = evaluate(coefficients_at(p, at, z, w), s)
-    rate = phase_rate(p)
+    w_phi, w_w, v_phi, v_w = moves
     d00, d01, d10, d11 = d
     u0, u1 = -into * slope * d00, -into * slope * d01
     s0 = -(w_phi * d10 + w_w * u0) / velocity
@@ -131,7 +129,7 @@ def advance_tangent(p, up, at, w, slope, now_up, s, d):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def spell(code, power, base, digit, times):
     """A word's code with a letter appended so many times; power 0 marks a word longer than a code holds."""
     for _ in range(times):
@@ -144,13 +142,13 @@ def spell(code, power, base, digit, times):
     return code, power
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def is_state(v, phi):
     """Is (v, phi) a state: a finite speed >= 0, and a phase that has not lost its digits to whole turns."""
     return v >= 0.0 and v < math.inf and abs(phi) < MOST_PHASE
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def turned(p, phi, s):
     """As `onward`, the turns as a float."""
     phi += s * phase_rate(p)
@@ -159,14 +157,14 @@ def turned(p, phi, s):
     return phi if phi < TWO_PI else 0.0, whole if phi < TWO_PI else whole + 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def onward(p, phi, s):
     """The phase a time s later, in [0, 2 pi), and the whole turns made."""
     phi, whole = turned(p, phi, s)
     return phi, int(whole)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def first_return(p, v, phi, chatter, derivative):
     """The first return to the base wall: (outcome, speed, phase, turns, time, code of the word, derivative)."""
     d = (1.0, 0.0, 0.0, 1.0)
@@ -174,13 +172,14 @@ def first_return(p, v, phi, chatter, derivative):
     if not is_state(v, phi):
         return INVALID, math.nan, math.nan, 0, math.nan, 0, lost
     phi, turns = onward(p, phi, 0.0)
-    walls = 1 + (HAS_UP and HAS_DOWN)
+    has_up, has_down, base_up = walls_of(p)
+    walls = 2 if has_up and has_down else 1
     base = walls + 3  # of the word's code: walls, two marks, none
-    up, power, code, time, undecided = BASE_UP, 1, 0, 0.0, False
+    up, power, code, time, undecided = base_up, 1, 0, 0.0, False
     letter, run = 1, 1  # the wall of the last impacts and how many in a row: spelt when the row ends, once if it is chatter
     for _ in range(MOST_IMPACTS):
-        on_base = up == BASE_UP
-        ended, now_up, s, now_v, unsure, slope, w = next_impact(p, up, phi, v, chatter if on_base else math.inf)
+        on_base = up == base_up
+        ended, now_up, s, now_v, unsure, slope, _ = next_impact(p, up, phi, v, chatter if on_base else math.inf)
         undecided |= unsure
         if ended == FOREVER:
             return RESTS, math.nan, math.nan, 0, time, code, lost
@@ -193,22 +192,22 @@ def first_return(p, v, phi, chatter, derivative):
         else:
             if now_up != up:
                 code, power = spell(code, power, base, letter, run)
-                letter, run = 1 if now_up == BASE_UP else 2, 0
+                letter, run = 1 if now_up == base_up else 2, 0
             run += 1
             if derivative:
-                d = advance_tangent(p, up, angle(phi), w, slope, now_up, s, d)
+                d = advance_tangent(p, up, angle(phi), slope, now_up, s, d)
         time += s
         phi, whole = onward(p, phi, s)
         turns += whole
         v, up = now_v, now_up
-        if up == BASE_UP and (ended == IMPACT or on_base):
+        if up == base_up and (ended == IMPACT or on_base):
             code, power = spell(code, power, base, letter, run)
             outcome = STUCK if ended != IMPACT else UNDECIDED if undecided else RETURNED
             return outcome, v, phi, turns, time, code, d
     return LOST, math.nan, math.nan, 0, math.nan, code, lost
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def put(i, result, image, turns, codes, outcome, time, tangents):
     """Write one return into the arrays given; the derivative where `tangents` has rows."""
     outcome[i], image[i, 0], image[i, 1], turns[i, 1], time[i], codes[i], d = result
@@ -217,7 +216,7 @@ def put(i, result, image, turns, codes, outcome, time, tangents):
         tangents[i, 0, 0], tangents[i, 0, 1], tangents[i, 1, 0], tangents[i, 1, 1] = d
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents):
     """First returns of a batch, each by itself."""
     for i in range(len(start)):
@@ -225,13 +224,13 @@ def one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents):
         put(i, result, image, turns, codes, outcome, time, tangents)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def trajectory(p, v, phi, chatter, up, wall, time, phase, speed, mark):
     """Every impact of one trajectory, written into the arrays given; returns how many there are."""
-    n = len(wall)
+    n, base_up = len(wall), walls_of(p)[2]
     t = 0.0
     for i in range(n):
-        wall[i], time[i], phase[i], speed[i] = up == BASE_UP, t, phi, v
+        wall[i], time[i], phase[i], speed[i] = up == base_up, t, phi, v
         if i + 1 == n:
             return n
         ended, up, s, v, _, _, _ = next_impact(p, up, phi, v, chatter)
@@ -242,3 +241,13 @@ def trajectory(p, v, phi, chatter, up, wall, time, phase, speed, mark):
         t += s
         phi, _ = onward(p, phi, s)
     return n
+
+
+@entry
+def sampled(p, up, phi, v, times, places, velocities):
+    """Displacements and velocities at times after an impact of speed v, written into the arrays given."""
+    top, bottom = wall_places(p)
+    u, _ = rebound(p, up, v)
+    begin(p, angle(phi), top if up else bottom, -u if up else u)
+    for i in range(len(times)):
+        places[i], velocities[i], _, _, _, _ = evaluate(p, times[i])

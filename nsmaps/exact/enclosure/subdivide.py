@@ -1,20 +1,15 @@
-"""Boxes of states: their images enclosed, cut into cells where that tightens them.
-
-Like `flight.py`, this file is copied behind what is generated.
-"""
+"""Boxes of states: their images enclosed, cut into cells where that tightens them."""
 
 import math
 
 import numpy as np
 
-from nsmaps.exact.balls import badd, between, high, low, reduced, size
-from nsmaps.exact.compiled import njit
-from nsmaps.exact.encounters import GONE, LANDED, first_impacts
-from nsmaps.exact.flow import BASE_UP, HAS_DOWN, HAS_UP
-from nsmaps.exact.returns import spell
-from nsmaps.exact.swarm import INNER, ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm
-
-# === engine ===
+from nsmaps.exact.enclosure.balls import badd, between, high, low, reduced, size
+from nsmaps.exact.enclosure.encounters import GONE, LANDED, first_impacts
+from nsmaps.exact.enclosure.taylor_set import ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm
+from nsmaps.exact.engine.flow import walls_of
+from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.returns import spell
 
 MOST_IMAGES = 16  #: words of one box told apart
 MOST_CELLS = 16  #: cells of a box and their halves, to narrow its images
@@ -26,7 +21,7 @@ LOOSE, SLACK = 1.1, 1.25  #: how much wider than linear an image may be before c
 SMALL = 1e-9  #: half sides that are not cut, of a speed and in radians
 
 
-@njit(**INNER)
+@inner
 def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
     """Unite an image with those of its word; returns how many there are then."""
     k = 0
@@ -44,15 +39,16 @@ def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
     return n
 
 
-@njit(**INNER)
+@inner
 def cell_images(p, v, phi, tables):
     """The images of one cell, into the tables: (how many, are all bounded, may some state have none, are all smooth, spread).
 
     Smooth is the map where no graze cuts the cell. A cell with one smooth image leaves it in the first row of `hits`.
     """
-    parts, names, hits, codes, images = tables
-    base = 1 + (HAS_UP and HAS_DOWN) + 3  # of codes, as in `first_return`
-    put_swarm(parts, 0, BASE_UP, box_swarm(v, phi), True)
+    parts, names, hits, codes, images, _ = tables
+    has_up, has_down, base_up = walls_of(p)
+    base = 5 if has_up and has_down else 4  # of codes, as in `first_return`
+    put_swarm(parts, 0, base_up, box_swarm(v, phi), True)
     names[0, 0], names[0, 1] = spell(0, 1, base, 1, 1)
     waiting, m = 1, 0
     empty, bounded, smooth, by = False, True, True, (v[1], phi[1])
@@ -70,7 +66,7 @@ def cell_images(p, v, phi, tables):
             return m, False, True, False, by
         for k in range(n):
             upper = hits[k, UPPER] > 0.0
-            on_base = upper == BASE_UP
+            on_base = upper == base_up
             more, next_power = spell(code, power, base, 1 if on_base else 2, 1)
             smooth = smooth and hits[k, SMOOTH] > 0.0
             swarm = get_swarm(hits, k)
@@ -84,15 +80,17 @@ def cell_images(p, v, phi, tables):
     return m, bounded and waiting == 0 and all_finite(images, m), empty or waiting > 0, smooth, by
 
 
-@njit(**INNER)
+@inner
 def sharpened(p, cell, tables, most):
     """Make the one image of a cell as narrow as the map is monotone on it: (is it still loose, its spread by each coordinate).
 
     A component whose derivatives have no zero in the cell is least and greatest at corners.
     """
-    _, _, hits, codes, images = tables
+    _, _, hits, codes, images, _ = tables
     _, _, one, d, _, r, v, phi = get_swarm(hits, 0)
-    code, ends, loose = codes[0], images[0].copy(), False
+    code, ends, loose = codes[0], tables[5], False
+    for k in range(4):
+        ends[k] = images[0, k]
     for row in range(2):
         a, b = d[2 * row], d[2 * row + 1]
         linear = abs(one[2 * row][0]) * r[0] + abs(one[2 * row + 1][0]) * r[1] + SMALL * SMALL * (1.0 if row else size(v))
@@ -116,7 +114,7 @@ def sharpened(p, cell, tables, most):
     return loose, ((size(d[0]) + size(d[2])) * r[0], (size(d[1]) + size(d[3])) * r[1])
 
 
-@njit(**INNER)
+@inner
 def all_finite(images, n):
     """Are the first n images boxes."""
     for k in range(n):
@@ -126,7 +124,7 @@ def all_finite(images, n):
     return True
 
 
-@njit(**INNER)
+@inner
 def cut(cells, k, last, first):
     """Add the halves of cell k behind the last."""
     c = 0 if first else 2
@@ -136,7 +134,7 @@ def cut(cells, k, last, first):
     cells[last, c + 1], cells[last + 1, c] = middle, middle
 
 
-@njit(**INNER)
+@inner
 def box_images(p, cells, tables, codes, images):
     """The images of the box in the first cell, cut where that helps: (how many, are all bounded, may some state have none)."""
     m, last, empty, k = 0, 1, False, 0
@@ -161,7 +159,7 @@ def box_images(p, cells, tables, codes, images):
     return m, True, empty
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
     """The images of boxes of shape (N, 2, 2), written into the arrays given."""
     cells, found = np.empty((ALL_CELLS, 4)), np.empty((MOST_IMAGES, 4))
@@ -171,6 +169,7 @@ def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
         np.empty((MOST_HITS, ROW)),
         np.empty(MOST_IMAGES, np.int64),
         np.empty((MOST_IMAGES, 4)),
+        np.empty(4),
     )
     for i in range(len(boxes)):
         _, turns = reduced((0.5 * (boxes[i, 1, 0] + boxes[i, 1, 1]), 0.0))

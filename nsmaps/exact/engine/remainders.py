@@ -1,19 +1,14 @@
-"""What is left of cos, sin and exp when their first terms are taken away, without cancellation.
-
-Like `flight.py`, this file is copied behind the flow that is generated for a system; it may be imported by itself as well.
-"""
+"""What is left of cos, sin and exp when their first terms are taken away, without cancellation."""
 
 import math
 
 import numpy as np
 
-from nsmaps.exact.compiled import njit
-
-# === engine ===
+from nsmaps.exact.engine.jit import inlined, inner
 
 
 # fmt: off
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def wave(x):
     """cos x - 1, sin x and sin x - x for x >= 0, each to a few units in its last place.
 
@@ -37,7 +32,7 @@ def wave(x):
     return less, sine, r if q == 0.0 else sine - x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def growth(x):
     """exp x - 1 and exp x - 1 - x, each to a few units in its last place."""
     if abs(x) > 0.5:
@@ -49,15 +44,17 @@ def growth(x):
         + zz * (((1 / 720 + x * (1 / 5040)) + z * (1 / 40320 + x * (1 / 362880)))
         + zz * (((1 / 3628800 + x * (1 / 39916800)) + z * (1 / 479001600 + x * (1 / 6227020800))) + zz * (1 / 87178291200))))
     return x + e, e
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def twin(y, x, more):
-    """exp(x - y) sinh y and that less y, where `more` is exp x - 1; what grows is not multiplied by what decays."""
-    sign = 1.0
-    if y < 0.0:
-        x, y, sign = x - 2.0 * y, -y, -1.0
-        more, _ = growth(x)
-    plain, rest = growth(-2.0 * y)
-    return sign * (-0.5 * plain * (1.0 + more)), sign * (-0.5 * (plain * more + rest))
 # fmt: on
+
+
+@inlined
+def remainders(alpha, omega, s):
+    """For x = (alpha + i omega) s the real and imaginary parts of exp x - 1 - x and of exp x - 1."""
+    if alpha == 0.0:
+        less, sine, rest = wave(omega * s)
+        return less, rest, less, sine
+    x, e = growth(alpha * s)
+    if omega == 0.0:
+        return e, 0.0, x, 0.0
+    less, sine, rest = wave(omega * s)
+    return e + (1.0 + x) * less, x * (omega * s) + (1.0 + x) * rest, x + (1.0 + x) * less, (1.0 + x) * sine

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, brief
 from nsmaps.errors import StateError
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, decoded
-from nsmaps.exact.kernel import in_chunks, kernel_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -81,25 +80,29 @@ def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
 
 def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
     """As `ImpactSystem.image_boxes`, which says what these are."""
+    from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, all_box_images
+    from nsmaps.exact.enclosure.tables import ball_flow, enclosed_table
+    from nsmaps.exact.kernel import in_chunks
+
     start = as_boxes(boxes, system.coordinates).copy()
     below = start[:, 0, 0] < 0
     none = start[:, 0, 1] < 0
     start[:, 0] = np.maximum(start[:, 0], 0)
     circles = np.maximum(np.ceil((start[:, 1, 1] - start[:, 1, 0]) / TWO_PI) - 1, 0)  # beyond the first
     start[:, 1, 1] = np.where(circles > 0, start[:, 1, 0] + TWO_PI * (1 + 1e-15), start[:, 1, 1])
-    p, module = system._kernel().vector(system), kernel_of(system, balls=True).module
+    table = enclosed_table(system)
     n = len(start)
     number, empty, bounded = np.empty(n, np.int64), np.empty(n, bool), np.empty(n, bool)
     parts: dict[int, tuple[NDArray[np.int64], Floats]] = {}
 
     def run(k: slice) -> None:
-        shape = len(start[k]), module.MOST_IMAGES
+        shape = len(start[k]), MOST_IMAGES
         codes, images = np.zeros(shape, np.int64), np.zeros((*shape, 2, 2))
-        module.all_box_images(p, start[k], codes, images, number[k], empty[k], bounded[k])
+        all_box_images(ball_flow(table), start[k], codes, images, number[k], empty[k], bounded[k])
         images[:, :, 1, 1] += TWO_PI * (1 + 1e-15) * circles[k][:, None]
         number[k] = np.where(none[k], 0, np.where(bounded[k], number[k], 1))
         codes[~bounded[k], 0], images[~bounded[k], 0] = 0, (-np.inf, np.inf)
-        kept = np.arange(module.MOST_IMAGES) < number[k][:, None]
+        kept = np.arange(MOST_IMAGES) < number[k][:, None]
         parts[k.start] = codes[kept], images[kept]
 
     in_chunks(n, run, CHUNK)

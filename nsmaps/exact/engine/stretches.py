@@ -1,24 +1,19 @@
-"""How returns stretch a frame of tangent vectors, in one compiled loop.
-
-Like `flight.py`, this file is not imported but copied behind the flow that is generated for a system.
-"""
+"""How returns stretch a frame of tangent vectors, in one compiled loop."""
 
 import math
 
-from nsmaps.exact.compiled import njit
-from nsmaps.exact.returns import INVALID, first_return
-
-# === engine ===
+from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.returns import INVALID, first_return
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def unit(x, y, other_x, other_y):
     """A vector's length and direction; where it has none, the direction given instead."""
     size = math.hypot(x, y)
     return (size, x / size, y / size) if size > 0.0 else (size, other_x, other_y)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def stretched(d, frame):
     """The lengths of a frame's vectors after a derivative and modified Gram-Schmidt, which makes it orthonormal again."""
     first = d[0] * frame[0, 0] + d[1] * frame[1, 0], d[2] * frame[0, 0] + d[3] * frame[1, 0]
@@ -32,7 +27,7 @@ def stretched(d, frame):
     return one, two
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def stretches(p, chatter, states, frames, growth, log_det, time, outcome):
     """Carry M states and their frames n returns on, in place, and write what each return did; how an orbit ended is repeated."""
     n, m = log_det.shape

@@ -1,0 +1,1 @@
+"""Images of boxes of states, enclosed: rounding is counted, every state is accounted for."""

@@ -1,0 +1,37 @@
+"""Bounds on the rates of sets of flights, at all times."""
+
+import math
+
+from nsmaps.exact.enclosure.balls import ball_in, size
+from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.layout import AT_CHAINS, AT_RATES, CHAIN, CHAINED, POWERS, SIMPLE
+
+
+@inner
+def ball_bounds(p, c):
+    """Bounds on |jerk| and |snap| of flights with these coefficients at all times; infinite of flights that grow."""
+    t = p.table
+    n, plain, k, rates = int(t[POWERS]), int(t[SIMPLE]), 0, int(t[AT_RATES])
+    jerk, snap = (math.inf, math.inf) if n > 1 else (0.0, 0.0)
+    k += 2 * n
+    b0, b1, b2, b3 = 0.0, 0.0, 0.0, 0.0
+    for i in range(plain + int(t[CHAINED])):
+        alpha, power = t[rates + 2 * i], 0
+        if i >= plain:
+            at = int(t[AT_CHAINS]) + CHAIN * (i - plain)
+            power = int(t[at])
+            alpha = max(alpha, alpha - t[at + 1])
+        if power == 0:
+            b0, b1, b2, b3 = 0.0, 0.0, 0.0, 0.0
+        most = math.inf if alpha > 0.0 or (power > 0 and alpha == 0.0) else 1.0
+        for m in range(1, power + 1):  # s^n exp(alpha s)/n! is largest at s = -n/alpha
+            most *= power / (math.e * -alpha * m) if alpha < 0.0 else 1.0
+        x, y = size(ball_in(c, k)), size(ball_in(c, k + 2))
+        speed, weight = math.hypot(t[rates + 2 * i], t[rates + 2 * i + 1]), math.sqrt(x * x + y * y)
+        first = speed * most + b0
+        second = speed * first + b1
+        third = speed * second + b2
+        jerk, snap = jerk + weight * third, snap + weight * (speed * third + b3)
+        b0, b1, b2, b3 = most, first, second, third
+        k += 4
+    return jerk, snap

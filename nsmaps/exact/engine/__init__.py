@@ -1,0 +1,1 @@
+"""The engine: flights given as tables, marched from impact to impact and from return to return by code compiled once."""

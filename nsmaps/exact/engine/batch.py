@@ -1,0 +1,297 @@
+"""Many first returns side by side: the flights of `march.py` in loops that a compiler turns into vector instructions.
+
+A block of returns is a table, one column each, that is taken from impact to impact: launch, march, close in, land. Between the
+loops what is still open is brought to the front, so that each runs over what needs it. All decisions and all arithmetic are those
+of `march.py`, and no compiler may fuse or reorder them: the results are those of `first_return`, bit for bit. What is out of the
+ordinary (rest, chatter, doubt, no wall met) is left to that, from its start; so are flights with bounds that depend on the time.
+"""
+
+import math
+
+import numpy as np
+
+from nsmaps.exact.engine.block import (
+    ACCELERATION,
+    AIMED,
+    BEHIND,
+    BLOCK,
+    BY_PHASE,
+    BY_PHASE_1,
+    BY_SPEED,
+    BY_SPEED_1,
+    D00,
+    D01,
+    D1,
+    D2,
+    D3,
+    D10,
+    D11,
+    FLIGHT,
+    HIGH,
+    JERK,
+    LEAST,
+    LOW,
+    MARCHED,
+    ODD,
+    OPEN,
+    PHI,
+    POP,
+    RATE,
+    RETURN,
+    SNAP,
+    STEADY,
+    STEP,
+    TERMS,
+    TIME,
+    TO_UP,
+    TURNS,
+    WHICH,
+    S,
+    V,
+    W,
+    X,
+    begin_block,
+    fill,
+    fly_to,
+    give_up,
+    harmonic,
+    leave_wall,
+    motion_of,
+    read_gap,
+    size_of,
+    slopes,
+    tangents,
+    to_front,
+    write_gap,
+)
+from nsmaps.exact.engine.flow import horizon, phase_rate, walls_of
+from nsmaps.exact.engine.jit import allocating, entry, inner
+from nsmaps.exact.engine.layout import HARMONICS, WIDE
+from nsmaps.exact.engine.march import (
+    INWARD,
+    ROUNDING,
+    ahead,
+    careful_step,
+    doubtful,
+    leave,
+    look,
+    rooms,
+    see,
+    settled,
+    taylor_root,
+)
+from nsmaps.exact.engine.returns import (
+    INVALID,
+    NO_SPEED,
+    RETURNED,
+    accumulation,
+    first_return,
+    one_by_one,
+    put,
+    saltation,
+    spell,
+    turned,
+)
+
+FEW = 16  # returns that are not worth a block
+MOST_FLIGHTS = 16  # of a return in a block, more are rare
+MOST_ROUNDS = 50  # of a flight in a block, more are rare
+
+
+@inner
+def launch(p, t, n, up, chatter):
+    """From an impact of speed V at phase PHI on to the flight behind it."""
+    z, room_up, room_down = rooms(p, up)
+    has_up, has_down, _ = walls_of(p)
+    two, into, rate = has_up and has_down, 1.0 if up else -1.0, phase_rate(p)
+    leave_wall(p, t, n, up, into)
+    begin_block(p, t, n, z)
+    for k in range(n):
+        v, u, w = t[V + k], -into * t[W + k], t[W + k]
+        _, _, a, j, q, r = motion_of(t, k)
+        gap = ahead(up, 0.0, 0.0, (0.0, w, a, j, q, r))
+        press = -gap[2]
+        odd = t[ODD + k] > 0.0 or not u >= NO_SPEED
+        bounds = t[JERK + k], t[SNAP + k]
+        odd = odd or (press > 0.0 and v * rate <= chatter * press and u < v and accumulation(u, v, press, bounds)[1])
+        surely, h = leave(two, gap, room_up + room_down, t[JERK + k], t[SNAP + k])
+        write_gap(t, k, gap)
+        t[S + k], t[X + k], t[TO_UP + k] = 0.0, h, 1.0 if up else 0.0
+        t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if surely or odd else 1.0
+
+
+@inner
+def march(p, t, n, up):
+    """One step of flights that are not sure yet to meet a wall."""
+    _, room_up, room_down = rooms(p, up)
+    has_up, has_down, _ = walls_of(p)
+    two, longest = has_up and has_down, horizon(p)
+    for k in range(n):
+        s = t[S + k] + t[X + k] * INWARD
+        t[ODD + k] = 0.0 if t[X + k] > ROUNDING * t[S + k] and s < longest else 1.0
+        t[S + k] = s
+    fly_to(p, t, n)
+    for k in range(n):
+        size = size_of(t, k, t[S + k])
+        to_up, gap, error, behind = see(has_up, has_down, motion_of(t, k), up, room_up, room_down, size)
+        surely, x = look(two, gap[0] + error, behind, gap, t[JERK + k], t[SNAP + k])
+        write_gap(t, k, gap)
+        t[X + k], t[TO_UP + k], t[LEAST + k], t[BEHIND + k] = x, 1.0 if to_up else 0.0, gap[0] - error, behind
+        t[OPEN + k] = 0.0 if surely or t[ODD + k] > 0.0 else 1.0
+
+
+@inner
+def measure(p, t, n):
+    """The next step of flights that are not sure yet to meet a wall."""
+    has_up, has_down, _ = walls_of(p)
+    two = has_up and has_down
+    for k in range(n):
+        t[X + k] = careful_step(two, max(t[LEAST + k], 0.0), t[BEHIND + k], read_gap(t, k), t[JERK + k], t[SNAP + k])
+
+
+@inner
+def aim(t, n):
+    """Between which times a wall will surely be met, and the first guess when."""
+    for k in range(n):
+        s, x = t[S + k], t[X + k]
+        step, rate = taylor_root(read_gap(t, k), x)
+        t[LOW + k], t[HIGH + k], t[STEP + k], t[RATE + k] = s, s + 1.5 * x, step, rate
+        t[OPEN + k] = 0.0 if settled(step, rate, s, t[POP + k]) or t[ODD + k] > 0.0 else 1.0
+
+
+@inner
+def near(p, t, n, up):
+    """A step closer to where a wall is met: as `close_in`."""
+    _, room_up, room_down = rooms(p, up)
+    for k in range(n):
+        s, step, low, high = t[S + k], t[STEP + k], t[LOW + k], t[HIGH + k]
+        t[S + k] = s + (step if low < s + step and s + step < high else (low + high) * 0.5 - s)
+    fly_to(p, t, n)
+    for k in range(n):
+        s, low, high = t[S + k], t[LOW + k], t[HIGH + k]
+        gap = ahead(t[TO_UP + k] > 0.0, room_up, room_down, motion_of(t, k))
+        low, high = s if gap[0] > 0.0 else low, high if gap[0] > 0.0 else s
+        newton = -gap[0] / gap[1]
+        x = newton if abs(newton) < 0.5 * abs(t[X + k]) else (low + high) * 0.5 - s
+        step, rate = taylor_root(gap, x)
+        write_gap(t, k, gap)
+        t[X + k], t[STEP + k], t[LOW + k], t[HIGH + k], t[RATE + k] = x, step, low, high, rate
+        t[OPEN + k] = 0.0 if settled(step, rate, s, t[POP + k]) or t[ODD + k] > 0.0 else 1.0
+
+
+@inner
+def carry(p, t, n, up):
+    """The derivatives, to the impact at S + STEP."""
+    rate = phase_rate(p)
+    for k in range(n):
+        t[S + k], t[STEP + k] = t[S + k] + t[STEP + k], 0.0
+    tangents(p, t, n)
+    slopes(p, t, n, up)
+    for k in range(n):
+        d = t[D00 + k], t[D01 + k], t[D10 + k], t[D11 + k]
+        moves = t[BY_PHASE + k], t[BY_SPEED + k], t[BY_PHASE_1 + k], t[BY_SPEED_1 + k]
+        d = saltation(up, t[TO_UP + k] > 0.0, t[D3 + k], t[D1 + k], t[D2 + k], moves, rate, d)
+        t[D00 + k], t[D01 + k], t[D10 + k], t[D11 + k] = d
+
+
+@inner
+def land(p, t, n, up):
+    """The impact at S + STEP: open are those that are not back on the base wall."""
+    _, room_up, room_down = rooms(p, up)
+    base_up = walls_of(p)[2]
+    for k in range(n):
+        s, rate, to_up = t[S + k] + t[STEP + k], t[RATE + k], t[TO_UP + k] > 0.0
+        most = abs(t[STEADY + k]) + t[ACCELERATION + k]
+        room = 0.0 if to_up == up else room_up + room_down
+        odd = t[ODD + k] > 0.0 or doubtful(rate, size_of(t, k, s), most, room, s * max(abs(t[W + k]), abs(rate)))
+        phi, whole = turned(p, t[PHI + k], s)
+        t[PHI + k], t[V + k], t[TIME + k], t[TURNS + k] = phi, max(-rate, 0.0), t[TIME + k] + s, t[TURNS + k] + whole
+        t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if to_up == base_up or odd else 1.0
+
+
+@inner
+def fly(p, t, n, up, chatter, want):
+    """From impacts on a wall to the next impacts; returns how many go on, which stand in front."""
+    first = D00 if want else RETURN
+    launch(p, t, n, up, chatter)
+    m = to_front(p, t, n, first, MARCHED, TERMS)
+    for _ in range(MOST_ROUNDS):
+        if m == 0:
+            break
+        march(p, t, m, up)
+        m = to_front(p, t, m, first, AIMED, TERMS)
+        measure(p, t, m)
+    give_up(t, m)
+    aim(t, n)
+    m = to_front(p, t, n, first, MARCHED, AIMED)
+    for _ in range(MOST_ROUNDS):
+        if m == 0:
+            break
+        near(p, t, m, up)
+        m = to_front(p, t, m, first, MARCHED, AIMED)
+    give_up(t, m)
+    if want:
+        carry(p, t, n, up)
+    land(p, t, n, up)
+    return to_front(p, t, n, first, FLIGHT, 0)
+
+
+@allocating
+def side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents):
+    """First returns of a batch, block by block: as long as a return goes on, its impacts are on the other wall."""
+    want = len(tangents) > 0
+    has_up, has_down, base_up = walls_of(p)
+    rows = harmonic(p, int(p.table[HARMONICS]) + 1)
+    t = np.empty(rows)
+    d = (0.0, 0.0, 0.0, 0.0)
+    base = 5 if has_up and has_down else 4  # of codes, as in `first_return`
+    for first in range(0, len(start), BLOCK):
+        n = min(BLOCK, len(start) - first)
+        fill(p, t, n, first, start)
+        code, power = spell(0, 1, base, 1, 1)
+        for flights in range(1, MOST_FLIGHTS + 1):
+            left = fly(p, t, n, (flights == 1) == base_up, chatter if flights == 1 else math.inf, want)
+            if flights == MOST_FLIGHTS:
+                give_up(t, left)
+                left = 0
+            word, _ = spell(code, power, base, 1, 1)
+            for k in range(left, n):
+                i = int(t[WHICH + k])
+                if t[ODD + k] > 0.0:
+                    result = first_return(p, start[i, 0], start[i, 1], chatter, want)
+                else:
+                    if want:
+                        d = t[D00 + k], t[D01 + k], t[D10 + k], t[D11 + k]
+                    result = RETURNED, t[V + k], t[PHI + k], int(t[TURNS + k]), t[TIME + k], word, d
+                put(i, result, image, turns, codes, outcome, time, tangents)
+            n = left
+            code, power = spell(code, power, base, 2, 1)
+            if n == 0:
+                break
+
+
+@entry
+def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangents):
+    """First returns of a batch, written into the arrays given; derivatives where `tangents` has a row a state."""
+    if p.table[WIDE] > 0.0 and len(start) >= FEW:
+        side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents)
+    else:
+        one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents)
+
+
+@entry
+def orbits(p, chatter, states, turns, codes, outcome, time):
+    """Orbits of M states, written behind them into states (n + 1, M, 2); how one ended is repeated to the last."""
+    n, m = codes.shape
+    none = np.empty((0, 2, 2))
+    wide = p.table[WIDE] > 0.0 and m >= FEW
+    for i in range(n if wide else 0):
+        first_returns(p, states[i], chatter, states[i + 1], turns[i], codes[i], outcome[i], time[i], none)
+    for k in range(m):
+        v, phi = states[0, k]
+        for i in range(n):
+            if not wide:
+                outcome[i, k], v, phi, turns[i, k, 1], time[i, k], codes[i, k], _ = first_return(p, v, phi, chatter, False)
+                turns[i, k, 0], states[i + 1, k, 0], states[i + 1, k, 1] = 0, v, phi
+            if i > 0 and outcome[i, k] == INVALID:
+                outcome[i, k] = outcome[i - 1, k]

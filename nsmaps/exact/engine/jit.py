@@ -1,0 +1,29 @@
+"""How the engine is compiled: its inner functions without wrappers of their own, its entries kept on disk."""
+
+import math
+from typing import Any
+
+from numba import cfunc, types
+
+from nsmaps.exact.compiled import njit
+
+LEAN = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+inner = njit(**LEAN)  #: without wrappers, and without counting references to arrays: it allocates none
+inlined = njit(**LEAN, forceinline=True)
+allocating = njit(**{**LEAN, "_nrt": True})  #: as `inner`, of what needs arrays of its own
+entry = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+
+
+def law_of(text: str) -> Any:
+    """The compiled callback of a function `law(speed, parameters)` given by its source."""
+    names: dict[str, Any] = {"math": math}
+    exec(compile(text, "<impact law>", "exec"), names)
+    return cfunc(types.float64(types.float64, types.CPointer(types.float64)), error_model="numpy")(names["law"])
+
+
+def ball_law_of(text: str, names: dict[str, Any]) -> Any:
+    """The compiled callback of a function `law(centre, radius, parameters, out)` given by its source, and what it may call."""
+    found: dict[str, Any] = {**names, "math": math}
+    exec(compile(text, "<impact law in balls>", "exec"), found)
+    pointer = types.CPointer(types.float64)
+    return cfunc(types.void(types.float64, types.float64, pointer, pointer), error_model="numpy")(found["law"])

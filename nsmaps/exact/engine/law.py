@@ -1,0 +1,30 @@
+"""Impact laws that are not linear: compiled by themselves, and called by their address."""
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+
+@intrinsic
+def called(typingctx, address, v, values):
+    """The law at an address, of the impact speed v and of the parameters, which begin at the address `values`."""
+
+    def codegen(context, builder, signature, arguments):
+        double, pointer = ir.DoubleType(), ir.IntType(64)
+        law = builder.inttoptr(arguments[0], ir.FunctionType(double, [double, pointer]).as_pointer())
+        return builder.call(law, [arguments[1], arguments[2]])
+
+    return types.float64(types.int64, types.float64, types.int64), codegen
+
+
+@intrinsic
+def written(typingctx, address, centre, radius, values, out):
+    """Have the law at an address write the ball of speeds after impacts and of its two derivatives, six numbers, to `out`."""
+
+    def codegen(context, builder, signature, arguments):
+        double, pointer = ir.DoubleType(), ir.IntType(64)
+        law = builder.inttoptr(arguments[0], ir.FunctionType(ir.VoidType(), [double, double, pointer, pointer]).as_pointer())
+        builder.call(law, arguments[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.float64, types.float64, types.int64, types.int64), codegen

@@ -1,0 +1,191 @@
+"""Sums of s^k exp(lambda s) whose coefficients are linear in the state and periodic in the phase, in many digits.
+
+Every flight in closed form that is accepted is such a sum. A formula is taken apart at given values of its parameters, in
+multiple precision, so that what cancels in it as it is written costs no digits of the coefficients.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import mpmath as mp
+import sympy as sp
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.formulas import PHI, S, W, Z
+
+DIGITS = 60  #: that formulas are taken apart with
+NEGLIGIBLE = mp.mpf(10) ** -45  #: what is left of terms that cancel, relative to their sizes
+STATE = {Z: "z", W: "w"}
+WAVES = {sp.cos: (1, 1), sp.sin: (1, -1)}
+GROWTHS = {sp.exp: (1, 0), sp.cosh: (1, 1), sp.sinh: (1, -1)}  #: halves of exp(x) and exp(-x), but for exp itself
+
+
+class Term(NamedTuple):
+    """What a coefficient belongs to: s^power exp(rate s) exp(i harmonic phase) phase^degree, times the place, velocity or 1."""
+
+    power: int
+    rate: Any
+    harmonic: int
+    degree: int
+    state: str
+
+
+ONE = Term(0, mp.mpc(0), 0, 0, "")
+Sum = dict[Term, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Expansion:
+    """A formula made ready to be taken apart: its parts that are numbers once the parameters are known are computed together."""
+
+    formula: sp.Expr
+    parameters: tuple[sp.Symbol, ...]
+    numbers: dict[sp.Expr, int] = field(default_factory=dict)
+    compute: list[Callable[..., Any]] = field(default_factory=list)
+
+    def at(self, values: list[float]) -> Sum:
+        """The sum at these values of the parameters.
+
+        Raises:
+            SystemDefinitionError: the formula is no such sum; says which part of it is not.
+        """
+        if not self.compute:
+            _collect(self.formula, self.numbers)
+            self.compute.append(sp.lambdify(self.parameters, list(self.numbers), "mpmath", cse=True))
+        with mp.workdps(DIGITS):
+            known = [mp.mpmathify(x) + 0 for x in self.compute[0](*map(mp.mpf, values))]
+            return merged(_expand(self.formula, {part: known[i] for part, i in self.numbers.items()}))
+
+
+def _shown(expr: sp.Expr) -> str:
+    """An expression by the names that an author has for what an impact hands on."""
+    names = {Z: sp.Symbol("hit.z"), W: sp.Symbol("hit.w"), S: sp.Symbol("s"), PHI: sp.Symbol("phi")}
+    return str(sp.sstr(expr.xreplace(names))).replace("_p_", "")
+
+
+def _timed(expr: sp.Expr) -> bool:
+    return expr.has(S, PHI, Z, W)
+
+
+def _collect(expr: sp.Expr, numbers: dict[sp.Expr, int]) -> None:
+    """Number the largest parts that are free of time, phase and state."""
+    if not _timed(expr):
+        numbers.setdefault(expr, len(numbers))
+    elif expr.is_Add or expr.is_Mul:
+        free, timed = expr.as_independent(S, PHI, Z, W, as_Add=expr.is_Add)
+        if free not in (0, 1):
+            numbers.setdefault(free, len(numbers))
+        for part in timed.args if isinstance(timed, expr.func) else (timed,):
+            _collect(part, numbers)
+    else:
+        for part in expr.args:
+            _collect(part, numbers)
+
+
+def _expand(expr: sp.Expr, known: dict[sp.Expr, Any]) -> Sum:
+    if expr in known:
+        return {ONE: known[expr]}
+    if expr == S:
+        return {ONE._replace(power=1): mp.mpf(1)}
+    if expr == PHI:
+        return {ONE._replace(degree=1): mp.mpf(1)}
+    if expr in STATE:
+        return {ONE._replace(state=STATE[expr]): mp.mpf(1)}
+    if expr.is_Add or expr.is_Mul:
+        free, timed = expr.as_independent(S, PHI, Z, W, as_Add=expr.is_Add)
+        parts = [_expand(part, known) for part in (timed.args if isinstance(timed, expr.func) else (timed,))]
+        parts += [{ONE: known[free]}] if free in known else []
+        return _added(parts) if expr.is_Add else _multiplied(parts, expr)
+    if expr.is_Pow and expr.exp.is_Integer and expr.exp > 0:
+        return _multiplied([_expand(expr.base, known)] * int(expr.exp), expr)
+    if type(expr) in WAVES or type(expr) in GROWTHS:
+        return _exponential(expr, _expand(expr.args[0], known))
+    raise SystemDefinitionError(
+        f"{_shown(expr)} cannot be followed in time; accepted: powers of t and sin, cos, exp, sinh, cosh of A + k t, linear in "
+        "hit.z and hit.w"
+    )
+
+
+def _added(parts: list[Sum]) -> Sum:
+    total: Sum = defaultdict(mp.mpf)
+    for part in parts:
+        for term, value in part.items():
+            total[term] += value
+    return dict(total)
+
+
+def _multiplied(parts: list[Sum], expr: sp.Expr) -> Sum:
+    total: Sum = {ONE: mp.mpf(1)}
+    for part in parts:
+        product: Sum = defaultdict(mp.mpf)
+        for a, x in total.items():
+            for b, y in part.items():
+                if a.state and b.state:
+                    raise SystemDefinitionError(f"{_shown(expr)} is not linear in hit.z and hit.w")
+                term = Term(a.power + b.power, a.rate + b.rate, a.harmonic + b.harmonic, a.degree + b.degree, a.state + b.state)
+                product[term] += x * y
+        total = dict(product)
+    return total
+
+
+def _exponential(expr: sp.Expr, argument: Sum) -> Sum:
+    """exp, sin, cos, sinh or cosh of an argument that must be linear in time, with whole turns of the phase."""
+    linear = {ONE: mp.mpf(0), ONE._replace(power=1): mp.mpf(0), ONE._replace(degree=1): mp.mpf(0)}
+    rest = {term: x for term, x in argument.items() if term not in linear}
+    if any(abs(x) > NEGLIGIBLE * max(map(abs, argument.values())) for x in rest.values()):
+        raise SystemDefinitionError(f"{_shown(expr)} has an argument that is not linear in time; only A + k t is accepted")
+    at, rate, turn = (argument.get(term, mp.mpf(0)) for term in linear)
+    wave = type(expr) in WAVES
+    harmonic = int(mp.nint(mp.re(turn)))
+    if abs(turn - harmonic) > NEGLIGIBLE * (1 + abs(turn)) or (harmonic and not wave):
+        raise SystemDefinitionError(f"{_shown(expr)} is not the same after one `period` of the forcing")
+    unit, (first, second) = (mp.mpc(0, 1), WAVES[type(expr)]) if wave else (mp.mpf(1), GROWTHS[type(expr)])
+    half = mp.mpf(1) if second == 0 else 1 / (2 * unit) if second < 0 and wave else mp.mpf("0.5")
+    total: Sum = defaultdict(mp.mpf)
+    for sign, share in ((1, first), (-1, second)):
+        if share:
+            term = ONE._replace(rate=mp.mpc(sign * unit * rate), harmonic=sign * harmonic)
+            total[term] += share * half * mp.exp(sign * unit * at)
+    return dict(total)
+
+
+def merged(total: Sum) -> Sum:
+    """A sum with equal rates made one, and without what cancels."""
+    found: dict[Term, Any] = {}
+    sizes: dict[Term, Any] = {}
+    for term, value in total.items():
+        same = next((t for t in found if t._replace(rate=term.rate) == term and _equal(t.rate, term.rate)), term)
+        found[same] = found.get(same, mp.mpf(0)) + value
+        sizes[same] = max(sizes.get(same, mp.mpf(0)), abs(value))
+    return {term: value for term, value in found.items() if abs(value) > NEGLIGIBLE * sizes[term]}
+
+
+def _equal(a: Any, b: Any) -> bool:
+    return bool(abs(a - b) <= NEGLIGIBLE * max(abs(a), abs(b)))
+
+
+def rates_of(total: Sum) -> Iterator[tuple[Any, int]]:
+    """The rates with Im >= 0 and the highest power of s that each goes with."""
+    powers: dict[Any, int] = {}
+    for term in total:
+        rate = mp.mpc(mp.re(term.rate), abs(mp.im(term.rate)))
+        same = next((r for r in powers if _equal(r, rate)), rate)
+        powers[same] = max(powers.get(same, 0), term.power)
+    yield from powers.items()
+
+
+def functional(total: Sum, rate: Any, power: int, harmonics: int) -> list[Any]:
+    """The complex coefficients C of 1, z, w and of cos and sin of each multiple of the phase: of s^power Re(C exp(rate s))."""
+    row = [mp.mpc(0)] * (3 + 2 * harmonics)
+    double = 1 if mp.im(rate) == 0 else 2
+    for term, value in total.items():
+        if term.power == power and _equal(term.rate, rate):
+            value, m = value * double, term.harmonic
+            if m == 0:
+                row["zw".find(term.state) + 1 if term.state else 0] += value
+            else:
+                row[2 * abs(m) + 1] += value
+                row[2 * abs(m) + 2] += value * mp.mpc(0, 1 if m > 0 else -1)
+    return row

@@ -1,0 +1,270 @@
+"""From the sum that a flight is to the table that the engine marches: rates, coefficients, walls and impact laws in numbers."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import mpmath as mp
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.engine import layout as at
+from nsmaps.exact.files import place_of
+from nsmaps.exact.flows.exponentials import DIGITS, Expansion, Sum, functional, rates_of
+from nsmaps.exact.flows.formulas import V, Z, check_flight, check_symbols, displacement_at, impact_law, in_symbols
+from nsmaps.exact.flows.laws import law_address
+from nsmaps.exact.written import period_of, walls_of
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+Floats = NDArray[np.float64]
+CANCELS = mp.mpf("0.1")  #: two terms with near rates are chained where they cancel to less than this share of them
+NEAR = mp.mpf("0.1")  #: and where their rates differ by less than this share
+SLOW = mp.mpf(
+    "0.02"
+)  #: a damped wave whose frequency is below this share of its rate is a pair by itself, as next to critical damping
+ORDERS = range(2, 6)  #: of the rates of the displacement at the start: acceleration to crackle
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """A rate with its complex coefficients by the features: of exp(rate s), or of a chain's function, see `layout`."""
+
+    rate: Any
+    coefficients: list[Any]
+    power: int = 0
+    difference: Any = 0
+    linked: bool = False  #: to the next
+
+    @property
+    def chained(self) -> bool:
+        """Is it more than a plain exponential."""
+        return self.linked or self.power > 0
+
+
+def rates_and_powers(total: Sum, harmonics: int) -> tuple[list[Rate], list[list[Any]]]:
+    """The plain rates, then the chained ones; and the coefficients of s^n/n! from n = 2 on."""
+    powers: list[list[Any]] = []
+    plain: list[Rate] = []
+    chains: list[Rate] = []
+    for rate, degree in rates_of(total):
+        rows = [[x * mp.factorial(n) for x in functional(total, rate, n, harmonics)] for n in range(degree + 1)]
+        if rate == 0:
+            powers = rows[2:]
+        elif degree:
+            chains += [Rate(rate, row, n, linked=n < degree) for n, row in enumerate(rows)]
+        elif 0 < mp.im(rate) < SLOW * abs(rate):
+            chains += _slow_wave(rate, rows[0])
+        else:
+            plain.append(Rate(rate, rows[0]))
+    return [*_paired(plain), *chains], powers
+
+
+def _slow_wave(rate: Any, row: list[Any]) -> list[Rate]:
+    """A damped wave by exp(a s) cos(k s) and exp(a s) sin(k s)/k, the divided difference of the rates a + i k and a - i k."""
+    real, imaginary = _real(row)
+    k = mp.im(rate)
+    return [Rate(rate, real, linked=True), Rate(mp.conj(rate), [x * k for x in imaginary], 1, mp.mpc(0, -2 * k))]
+
+
+def _paired(plain: list[Rate]) -> list[Rate]:
+    """Rates that nearly agree and whose terms cancel, as pairs with a divided difference; the others first."""
+    left, pairs = list(plain), []
+    for one in plain:
+        for other in plain:
+            if one in left and other in left and one is not other and _cancel(one, other):
+                left.remove(one)
+                left.remove(other)
+                delta = other.rate - one.rate
+                both = [x + y for x, y in zip(one.coefficients, other.coefficients, strict=True)]
+                pairs += [Rate(one.rate, both, linked=True)]
+                pairs += [Rate(other.rate, [y * delta for y in other.coefficients], 1, delta)]
+    return left + pairs
+
+
+def _cancel(one: Rate, other: Rate) -> bool:
+    if abs(one.rate - other.rate) > NEAR * max(abs(one.rate), abs(other.rate)):
+        return False
+    pairs = zip(one.coefficients, other.coefficients, strict=True)
+    return any(abs(x + y) < CANCELS * max(abs(x), abs(y)) for x, y in pairs if max(abs(x), abs(y)) > 0)
+
+
+def rows_at_start(rates: list[Rate], powers: list[list[Any]], count: int) -> list[list[Any]]:
+    """Acceleration, jerk, snap and crackle at the start by the features, the velocity's own share taken care of."""
+    rows = []
+    for order in ORDERS:
+        row = list(powers[order - 2]) if order - 2 < len(powers) else [mp.mpc(0)] * count
+        for one, before in zip(rates, [None, *rates], strict=False):
+            value = _at_zero(one, before, order)
+            row = [x + value * c for x, c in zip(row, one.coefficients, strict=True)]
+        rows.append([mp.re(x) for x in row])
+    return rows
+
+
+def _at_zero(one: Rate, before: Rate | None, order: int) -> Any:
+    """The rate of this order at zero of exp(rate s), of s^n exp(rate s)/n! or of a divided difference."""
+    if not one.power:
+        return one.rate**order
+    if one.difference:
+        assert before is not None
+        return sum(one.rate**k * before.rate ** (order - 1 - k) for k in range(order))
+    return mp.binomial(order, one.power) * one.rate ** (order - one.power) if order >= one.power else mp.mpc(0)
+
+
+def packed(rates: list[Rate], powers: list[list[Any]], harmonics: int, parameters: list[float]) -> Floats:
+    """The table of a flight, its head but for walls and laws filled."""
+    rates = sorted(rates, key=lambda one: one.chained)
+    count, simple = at.features(harmonics), sum(not one.chained for one in rates)
+    sizes = [len(powers) * count, 2 * len(rates), 2 * len(rates) * count, at.CHAIN * (len(rates) - simple), 4 * count]
+    begins = at.HEAD + np.cumsum([0, *sizes])
+    table = np.zeros(int(begins[-1]) + len(parameters) + 1)
+    growing = max([float(mp.re(one.rate)) for one in rates], default=0.0)
+    local = growing > 0 or len(powers) > 1 or simple < len(rates)
+    table[at.HARMONICS : at.WIDE + 1] = harmonics, len(powers), simple, len(rates) - simple, local, _reach(rates), not local
+    table[at.AT_POWERS : at.AT_PARAMETERS + 1] = begins
+    table[at.DAMPED] = any(row[2] != 0 for row in [*powers, *(one.coefficients for one in rates)])
+    table[at.FLIGHT_SIZE] = at.POLYNOMIAL + len(powers) + 2 * len(rates) + 1
+    fill = [
+        [float(mp.re(x)) for row in powers for x in row],
+        [float(part) for one in rates for part in (one.rate.real, one.rate.imag)],
+    ]
+    fill.append([float(x) for one in rates for row in _real(one.coefficients) for x in row])
+    fill.append(
+        [x for one in rates[simple:] for x in (one.power, float(mp.re(one.difference)), float(mp.im(one.difference)), one.linked)]
+    )
+    fill.append([float(x) for row in rows_at_start(rates, powers, count) for x in row])
+    for begin, values in zip(begins, [*fill, parameters], strict=True):
+        table[begin : begin + len(values)] = values
+    return table
+
+
+def _reach(rates: list[Rate]) -> float:
+    """Over what time bounds on flights that grow are taken: a growth by e."""
+    growing = max([float(mp.re(one.rate)) for one in rates], default=0.0)
+    fastest = max([float(abs(one.rate)) for one in rates], default=1.0)
+    return 1 / growing if growing > 0 else 10 / fastest
+
+
+def _real(row: list[Any]) -> tuple[list[Any], list[Any]]:
+    return [mp.re(x) for x in row], [-mp.im(x) for x in row]
+
+
+@dataclass(frozen=True, eq=False)
+class Formulas:
+    """The formulas of a system's class, or their derivatives by its parameters, from which tables are made."""
+
+    symbols: tuple[sp.Symbol, ...]  #: of the parameters, behind them perhaps those of the rates at which they change
+    displacement: Expansion
+    numbers: list[sp.Expr]  #: places of the upper and lower wall, radians of phase a unit of time, longest flight
+    laws: list[sp.Expr]  #: speed after an impact on the lower wall and on the upper, by V
+    sides: tuple[bool, bool, bool]  #: is there an upper wall, a lower one, is the base wall the upper one
+
+    @cached_property
+    def compute(self) -> Callable[..., Any]:
+        """The numbers, then the factors of linear laws."""
+        factors = [sp.diff(law, V) if is_linear(law) else sp.S.Zero for law in self.laws]
+        return sp.lambdify(self.symbols, [*self.numbers, *factors], "mpmath")
+
+    @cached_property
+    def curved(self) -> list[tuple[int, sp.Expr]]:
+        """Laws that are not linear and their derivatives, each with its place in the table."""
+        laws = [(k, law) for k, law in enumerate(self.laws) if not is_linear(law)]
+        return [(at.LAW + k, law) for k, law in laws] + [(at.LAW_SLOPE + k, sp.diff(law, V)) for k, law in laws]
+
+    def table(self, values: list[float]) -> Floats:
+        """The table at these values of the parameters, shape (M,)."""
+        with mp.workdps(DIGITS):
+            total = self.displacement.at(values)
+            harmonics = max([1, *(abs(term.harmonic) for term in total)])
+            table = packed(*rates_and_powers(total, harmonics), harmonics, values)
+            numbers = [float(x) for x in self.compute(*map(mp.mpf, values))]
+        table[[at.TOP, at.BOTTOM, at.PHASE_RATE, at.HORIZON, at.RESTITUTION, at.RESTITUTION + 1]] = numbers
+        table[[at.HAS_UP, at.HAS_DOWN, at.BASE_UP]] = self.sides
+        for place, law in self.curved:
+            table[place] = law_address(law, V, self.symbols)
+        return table
+
+    def along(self, names: tuple[str, ...]) -> "Formulas":
+        """The derivatives of all of them along a way; the rates of the parameters are parameters too, behind the others."""
+        ways = tuple(sp.Symbol(f"_way_{name}", real=True) for name in names)
+        pairs = list(zip(self.symbols, ways, strict=True))
+
+        def moved(expr: sp.Expr) -> sp.Expr:
+            return sp.Add(*(way * sp.diff(expr, symbol) for symbol, way in pairs))
+
+        symbols = self.symbols + ways
+        displacement = Expansion(moved(self.displacement.formula), symbols)
+        return Formulas(symbols, displacement, [moved(x) for x in self.numbers], [moved(x) for x in self.laws], self.sides)
+
+
+def is_linear(law: sp.Expr) -> bool:
+    """Is the speed after an impact in proportion to that before it."""
+    return not sp.diff(law, V).has(V) and law.subs(V, 0) == 0
+
+
+def formulas_of(system: "ImpactSystem") -> Formulas:
+    """The formulas of a system's class and of its fields that are no numbers; checked when they are first asked for.
+
+    Raises:
+        SystemDefinitionError: the formulas cannot become a flight whose rates have bounds; says which and why.
+    """
+    cls = type(system)
+    fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
+    told = tuple(sorted((name, repr(value)) for name, value in {**fixed, "horizon": cls.horizon}.items()))
+    key = cls, told, (cls.walls, cls.period, cls.displacement, cls.rebound)
+    if key not in KNOWN:
+        with refused(cls):
+            KNOWN[key] = _formulas(cls, fixed)
+    return KNOWN[key]
+
+
+@contextmanager
+def refused(cls: "type[ImpactSystem]") -> Iterator[None]:
+    """Refuse a class by a SystemDefinitionError that says where its displacement is written, whatever fails in its formulas."""
+    try:
+        yield
+    except SystemDefinitionError:
+        raise
+    except Exception as error:  # sympy's, by formulas of which nobody thought
+        why, place = f"{type(error).__name__}: {error}", place_of(cls, "displacement")
+        raise SystemDefinitionError(f"the formulas of {cls.__name__} cannot be turned into a flow ({why}){place}") from error
+
+
+def table_of(system: "ImpactSystem") -> Floats:
+    """The table of a system, at its own parameters. Raises as `formulas_of`."""
+    formulas, cls = formulas_of(system), type(system)
+    with refused(cls):
+        try:
+            return formulas.table(list(system.parameters.values()))
+        except SystemDefinitionError as error:
+            raise SystemDefinitionError(
+                place = place_of(cls, "displacement")
+                raise SystemDefinitionError(f"{cls.__name__}.displacement cannot be a flight: {error}{place}") from error
+            ) from error
+
+
+KNOWN: dict[Any, Formulas] = {}  #: by class, its fields that are no numbers, and its formulas
+
+
+def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
+    symbolic, symbols = in_symbols(cls, fixed)
+    period = period_of(symbolic)
+    if period.is_number and not period.is_positive:
+        raise SystemDefinitionError(f"{cls.__name__}.period is {period}; a positive number is accepted{place_of(cls, 'period')}")
+    given, walls = displacement_at(symbolic, period), walls_of(symbolic)
+    try:
+        check_flight(cls.__name__, given, period, symbols)
+    except SystemDefinitionError as error:
+        raise SystemDefinitionError(f"{error}{place_of(cls, 'displacement')}") from error
+    sides = [wall.side for wall in walls.values()]
+    places, laws = impact_law(symbolic)
+    laws.reverse()  # the lower wall first
+    check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))
+    numbers = [*places, 2 * sp.pi / period, int(symbolic.horizon) * period]
+    displacement = Expansion(given - Z, tuple(symbols.values()))
+    return Formulas(tuple(symbols.values()), displacement, numbers, laws, (1 in sides, -1 in sides, sides[0] == 1))
