@@ -242,10 +242,8 @@ def table_of(system: "ImpactSystem") -> Floats:
         try:
             return formulas.table(list(system.parameters.values()))
         except SystemDefinitionError as error:
-            raise SystemDefinitionError(
-                place = place_of(cls, "displacement")
-                raise SystemDefinitionError(f"{cls.__name__}.displacement cannot be a flight: {error}{place}") from error
-            ) from error
+            place = place_of(cls, "displacement")
+            raise SystemDefinitionError(f"{cls.__name__}.displacement cannot be a flight: {error}{place}") from error
 
 
 KNOWN: dict[Any, Formulas] = {}  #: by class, its fields that are no numbers, and its formulas
