@@ -1,5 +1,6 @@
 """Commands about files: `nsmaps copy`, `figures`, `animate`, `report`, `show`, `export`, `schema`, `cite` and `new-plugin`."""
 
+import gc
 import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -78,7 +79,7 @@ def draw_listed(
     lacking = {name: why for name, why in result.undrawn.items() if name not in names}
     for name in dict.fromkeys(names):
         try:
-            with listed(folder, place) as beside:
+            with listed(folder, place) as beside, _settled():
                 drawn = draw(result, [name], beside, kinds, dpi)
             paths += [place / path.name for path in drawn]
         except OSError:
@@ -89,6 +90,16 @@ def draw_listed(
     if out is None and changed:
         amend(result, folder)
     return paths, result
+
+
+@contextmanager
+def _settled() -> Iterator[None]:
+    """While figures are drawn, which makes and drops many objects, those that are there now are not searched for what may go."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 def say_undrawn(result: "StudyResult", names: Sequence[str]) -> bool:

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
-from nsmaps.exact.surface import Axis, Grid
+from nsmaps.exact.surface import Axis
 from nsmaps.figures.areas import colours_of
 from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
@@ -18,12 +18,12 @@ from nsmaps.figures.needs import position as place
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import MAGENTA, REST, dress, piece_label, tint
 from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.polymap import Ints
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
 
 _ACROSS = 3000  #: values of each other coordinate among which the least and the largest image are looked for
+_BLOCK = 30_000  #: states that are mapped at once, few enough for a processor's cache
 _REACH = 0.3  #: of the picture, beyond which images are cut off
 _MOST = (10, 90)  #: per cent of the outline of an area that the picture holds, for fits may run away at an end
 
@@ -132,25 +132,25 @@ def _draw(
 
 @lru_cache(maxsize=8)  # the panels of all orbits show the same
 def _images(composite: CompositeMap, axes: tuple[Axis, ...], i: int) -> dict[int, tuple[Floats, Floats, float]]:
-    """Of each piece that has states over the axes, by number, the extremes of its images and its share of the states."""
-    finer = {str(k): axis if k == i else axis.model_copy(update={"points": _ACROSS}) for k, axis in enumerate(axes)}
-    grid = Grid(axes=finer)
-    states = grid.states()
-    number = composite.piece_once(states)
-    made = {}
-    for k, piece in enumerate(composite.pieces):
-        own = np.flatnonzero(number == k)
-        if len(own):
-            made[k] = *_extremes(piece.map(states[own])[:, i], own, grid.shape, i), len(own) / len(states)
-    return made
+    """Of each piece that has states over the axes, by number: the extremes of its images, and its share of the states.
 
-
-def _extremes(images: Floats, own: Ints, shape: tuple[int, ...], i: int) -> tuple[Floats, Floats]:
-    """The least and the largest of the images (M,) of a piece's own states, by number, at each point of coordinate i, or NaN."""
-    rows = np.full(shape, np.nan)
-    rows.flat[own] = images
-    rows = np.moveaxis(rows, i, 0).reshape(shape[i], -1)
-    return np.fmin.reduce(rows, axis=1), np.fmax.reduce(rows, axis=1)
+    The least and the largest at each point of coordinate i over all others, NaN where it has none, each of shape (m,).
+    """
+    x, count = axes[i].values(), np.zeros(len(composite.pieces))
+    others = [np.linspace(axis.low, axis.high, _ACROSS) for k, axis in enumerate(axes) if k != i]
+    across = np.stack(np.meshgrid(*others, indexing="ij"), axis=-1).reshape(-1, len(others))
+    ends = np.full((2, len(composite.pieces), len(x)), np.nan)
+    for rows in np.array_split(np.arange(len(x)), -(-len(x) * len(across) // _BLOCK)):
+        states = np.insert(np.tile(across, (len(rows), 1)), i, np.repeat(x[rows], len(across)), axis=1)
+        number = composite.piece_once(states)
+        for k in np.unique(number[number >= 0]):
+            own = np.flatnonzero(number == k)
+            images = composite.pieces[k].map(states[own])[:, i]
+            row, first = np.unique(own // len(across), return_index=True)
+            ends[:, k, rows[row]] = np.fmin.reduceat(images, first), np.fmax.reduceat(images, first)
+            count[k] += len(own)
+    total = len(x) * len(across)
+    return {int(k): (*ends[:, k], float(count[k] / total)) for k in np.flatnonzero(count)}
 
 
 def _separable(piece: Piece, i: int) -> bool:

@@ -11,6 +11,7 @@ from matplotlib.patches import Patch
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import Angle, Floats
+from nsmaps.figures.dots import Dots
 from nsmaps.figures.lines import jumps
 from nsmaps.figures.needs import Drawable, position, surfaces_of
 from nsmaps.figures.sheet import Sheet
@@ -62,8 +63,9 @@ def raised(ax: Axes, figure: str, parts: Sequence[tuple["Surface", Floats, Colou
     drawn += [_between(part[0], rows, axis, steep) for part, rows in zip(parts, drawn, strict=True) for axis in (0, 1)]
     points, shades = np.split(np.concatenate(drawn), [3], axis=1)
     # one collection of all families, so that each point is sorted by depth among all others; drawn as wide as its cell
-    size = np.clip(450 / max(grid.shape), 1.3, 6) ** 2
-    space.scatter(*points.T, c=shades, s=size, lw=0, depthshade=False, rasterized=True)
+    Dots(space, points, shades, float(np.clip(450 / max(grid.shape), 1.3, 6)))
+    space.set_zmargin(0.05)
+    space.auto_scale_xyz(*points.T)
     for set_limits, starts in zip((space.set_xlim, space.set_ylim), points.T[:2], strict=True):
         set_limits(starts.min(), starts.max())
     space.set_zlim(bottom=min(0.0, float(points[:, 2].min())))

@@ -1,19 +1,27 @@
 """What a figure takes, counted: layouts, drawings, texts set and states mapped; and that its file holds what was drawn."""
 
+import doctest
 import subprocess
 import sys
 from collections import Counter
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import Collection
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from nsmaps.figures import cobweb, draw
+from nsmaps.figures import cobweb, dots, draw
+from nsmaps.figures.dots import Dots, nearest
 from nsmaps.figures.png import write_png
 from nsmaps.figures.sheets import SHEETS
 from nsmaps.reduced.polymap import PolyMap
+
+
+def test_docstrings_are_true():
+    assert doctest.testmod(dots).failed == 0
 
 
 @pytest.fixture
@@ -64,6 +72,53 @@ def test_the_pieces_of_a_cobweb_map_each_state_once_for_all_orbits(result, tmp_p
     draw(result, ["cobweb"], tmp_path, dpi=40)
     shape = next(iter(result.surfaces.values())).grid.shape
     assert 0 < counts["__call__"] <= sum(points * cobweb._ACROSS for points in shape)
+
+
+@pytest.mark.parametrize("format", ["png", "svg"])
+def test_the_dots_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, format):
+    paths, once = [], Collection.draw
+
+    def drawn(self, renderer):
+        paths.append(max(len(self.get_offsets()), len(self.get_paths())))
+        return once(self, renderer)
+
+    monkeypatch.setattr(Collection, "draw", drawn)
+    draw(result, ["surfaces"], tmp_path, [format], dpi=40)
+    assert sum(len(surface.start) for surface in result.surfaces.values()) > 1000 > 10 * max(paths)
+
+
+def test_the_dots_that_are_seen_are_the_nearest():
+    generator = np.random.default_rng(5)
+    place, depth, radius = generator.uniform(6, 30, (60, 2)), generator.uniform(0, 1, 60), 4.3
+    seen = nearest(place, depth, radius)
+    for y, x in np.ndindex(seen.shape):
+        over = np.flatnonzero(np.hypot(*(np.floor(place) - [x, y]).T) <= radius)
+        assert seen[y, x] == (over[np.argmin(depth[over])] if len(over) else -1)
+
+
+@pytest.mark.parametrize(("elevation", "on_top"), [(90, (1, 0, 0)), (-90, (0, 0, 1))])
+def test_dots_look_as_matplotlib_draws_them_one_by_one(elevation, on_top):
+    points = np.array([[0.3, 0.5, 0.0], [0.32, 0.5, 1.0], [0.7, 0.6, 0.5]])
+    colours = np.array([[0, 0, 1.0], [1.0, 0, 0], [0, 0.5, 0]])
+    pictures = []
+    for made in (
+        lambda ax: Dots(ax, points, colours, 20),
+        lambda ax: ax.scatter(*points.T, c=colours, s=400, lw=0, depthshade=False),
+    ):
+        figure = Figure(figsize=(3, 3), dpi=100)
+        canvas = FigureCanvasAgg(figure)
+        ax = figure.add_subplot(projection="3d")
+        ax.set_axis_off()
+        made(ax)
+        ax.set(xlim=(0, 1), ylim=(0, 1), zlim=(0, 1))
+        ax.view_init(elev=elevation, azim=0)
+        canvas.draw()
+        pictures.append(np.asarray(canvas.buffer_rgba())[..., :3] / 255)
+    ours, theirs = pictures
+    assert np.abs(ours - theirs).mean() < 0.01 < np.abs(1 - theirs).mean()
+    assert (np.abs(ours - theirs).max(axis=-1) > 0.5).mean() < 0.002, "rims alone"
+    shown = [(np.abs(ours - colour).max(axis=-1) < 0.02).sum() for colour in colours]
+    assert shown[0 if on_top == (0, 0, 1) else 1] > 1.05 * shown[1 if on_top == (0, 0, 1) else 0]
 
 
 def test_pieces_are_drawn_without_loading_the_compiler():
