@@ -1,5 +1,7 @@
 """Areas of the state space: cells in colours, the pieces of a composite map, and names where there is room for them."""
 
+from functools import lru_cache
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -8,11 +10,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 
 from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
-from nsmaps.exact.surface import Grid
+from nsmaps.exact.surface import Axis, Grid
 from nsmaps.figures.lines import finite_states, last_tenth
 from nsmaps.figures.needs import Drawable, composite_of, surfaces_of
 from nsmaps.figures.style import MOST, PIECES, REST, piece_colours, piece_label, tint
 from nsmaps.reduced.composite import CompositeMap
+from nsmaps.reduced.polymap import Ints
 
 _POINTS = 72.0  #: an inch
 _PADDING = 1.25  #: of a name's width and height, which must be free
@@ -56,11 +59,18 @@ def paint_pieces(ax: Axes, result: Drawable, figure: str, grid: Grid, beside: Fl
         hatch.set(edgecolor="0.6", linewidth=0)
 
 
-def pieces_on(composite: CompositeMap, grid: Grid) -> NDArray[np.int64]:
+def pieces_on(composite: CompositeMap, grid: Grid) -> Ints:
     """The number of the piece of each state of a grid; a last row at 2 pi is the edge of the circle and not phase zero."""
-    states = grid.states()
+    return _pieces_over(composite, tuple(grid.axes.values()))
+
+
+@lru_cache(maxsize=4)  # several figures show the same
+def _pieces_over(composite: CompositeMap, axes: tuple[Axis, ...]) -> Ints:
+    states = Grid(axes={str(k): axis for k, axis in enumerate(axes)}).states()
     below = np.where(angle_mask(composite.coordinates) & (states == TWO_PI), np.nextafter(TWO_PI, 0), states)
-    return composite.piece_once(below)
+    number = composite.piece_once(below)
+    number.flags.writeable = False
+    return number
 
 
 def outline(ax: Axes, grid: Grid, area: NDArray[np.bool_], color: str, lw: float) -> None:

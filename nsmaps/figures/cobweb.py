@@ -7,23 +7,24 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.impacts import TWO_PI, Angle, Floats
-from nsmaps.exact.surface import Axis
-from nsmaps.figures.areas import colours_of
+from nsmaps.exact.surface import Axis, Grid
+from nsmaps.figures.areas import colours_of, pieces_on
 from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
 from nsmaps.figures.needs import Drawable, composite_of, orbits_of, surfaces_of
 from nsmaps.figures.needs import position as place
 from nsmaps.figures.sheet import Sheet
 from nsmaps.figures.style import MAGENTA, REST, dress, piece_label, tint
 from nsmaps.reduced.composite import CompositeMap, Piece
+from nsmaps.reduced.polymap import Ints
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
 
-_ACROSS = 3000  #: values of each other coordinate among which the least and the largest image are looked for
-_BLOCK = 30_000  #: states that are mapped at once, few enough for a processor's cache
+_FINER = 10  #: parts of a cell of the grid in which the edges and the extremes of pieces are looked for
 _REACH = 0.3  #: of the picture, beyond which images are cut off
 _MOST = (10, 90)  #: per cent of the outline of an area that the picture holds, for fits may run away at an end
 
@@ -136,21 +137,53 @@ def _images(composite: CompositeMap, axes: tuple[Axis, ...], i: int) -> dict[int
 
     The least and the largest at each point of coordinate i over all others, NaN where it has none, each of shape (m,).
     """
-    x, count = axes[i].values(), np.zeros(len(composite.pieces))
-    others = [np.linspace(axis.low, axis.high, _ACROSS) for k, axis in enumerate(axes) if k != i]
-    across = np.stack(np.meshgrid(*others, indexing="ij"), axis=-1).reshape(-1, len(others))
-    ends = np.full((2, len(composite.pieces), len(x)), np.nan)
-    for rows in np.array_split(np.arange(len(x)), -(-len(x) * len(across) // _BLOCK)):
-        states = np.insert(np.tile(across, (len(rows), 1)), i, np.repeat(x[rows], len(across)), axis=1)
-        number = composite.piece_once(states)
-        for k in np.unique(number[number >= 0]):
-            own = np.flatnonzero(number == k)
-            images = composite.pieces[k].map(states[own])[:, i]
-            row, first = np.unique(own // len(across), return_index=True)
-            ends[:, k, rows[row]] = np.fmin.reduceat(images, first), np.fmax.reduceat(images, first)
-            count[k] += len(own)
-    total = len(x) * len(across)
-    return {int(k): (*ends[:, k], float(count[k] / total)) for k in np.flatnonzero(count)}
+    grid = Grid(axes={str(k): axis for k, axis in enumerate(axes)})
+    states, number, row = grid.states(), pieces_on(composite, grid), np.indices(grid.shape)[i].ravel()
+    share = np.bincount(number + 1, minlength=len(composite.pieces) + 1)[1:] / len(number)
+    shown = [int(k) for k in np.flatnonzero(share)]
+    images = _of_pieces(composite, states, number, i)
+    between, of = _between(grid, number, _extreme(grid.shape, number, images, shown, i), i)
+    inner = composite.piece_once(between)
+    images = np.concatenate([images, _of_pieces(composite, between, inner, i)])
+    number, row = np.concatenate([number, inner]), np.concatenate([row, row[of]])
+    made = {}
+    for k in shown:
+        own, (low, high) = number == k, np.full((2, grid.shape[i]), np.nan)
+        np.fmin.at(low, row[own], images[own])
+        np.fmax.at(high, row[own], images[own])
+        made[k] = low, high, float(share[k])
+    return made
+
+
+def _of_pieces(composite: CompositeMap, states: Floats, number: Ints, i: int) -> Floats:
+    """Coordinate i of the images of states (N, n) by their pieces, not wrapped, NaN where there is none, shape (N,)."""
+    images = np.full(len(states), np.nan)
+    for k in np.unique(number[number >= 0]):
+        images[number == k] = composite.pieces[k].map(states[number == k])[:, i]
+    return images
+
+
+def _extreme(shape: tuple[int, ...], number: Ints, images: Floats, pieces: list[int], i: int) -> NDArray[np.bool_]:
+    """Which grid points have the least or the largest image of their piece at their value of coordinate i, shape (N,)."""
+    place = np.moveaxis(np.arange(len(number)).reshape(shape), i, 0).reshape(shape[i], -1)
+    chosen = np.zeros(len(number), bool)
+    for k in pieces:
+        for rows in (np.where(number == k, sign * images, np.inf)[place] for sign in (1, -1)):
+            chosen[np.take_along_axis(place, rows.argmin(axis=1)[:, np.newaxis], axis=1)] = True
+    return chosen
+
+
+def _between(grid: Grid, number: Ints, extreme: NDArray[np.bool_], i: int) -> tuple[Floats, Ints]:
+    """States between the grid points beside which a piece ends or is extreme, not along coordinate i; the point before each."""
+    place, states = np.arange(grid.size).reshape(grid.shape), grid.states()
+    shares = np.arange(1, _FINER)[:, np.newaxis, np.newaxis] / _FINER
+    parts = []
+    for k in np.delete(np.arange(place.ndim), i):
+        before, after = (np.delete(place, end, axis=k).ravel() for end in (-1, 0))
+        asked = (number[before] != number[after]) | extreme[before] | extreme[after]
+        before, after = before[asked], after[asked]
+        parts.append((states[before] + shares * (states[after] - states[before]), np.tile(before, _FINER - 1)))
+    return np.concatenate([each.reshape(-1, place.ndim) for each, _ in parts]), np.concatenate([of for _, of in parts])
 
 
 def _separable(piece: Piece, i: int) -> bool:

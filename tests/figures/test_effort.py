@@ -70,8 +70,11 @@ def test_the_pieces_of_a_cobweb_map_each_state_once_for_all_orbits(result, tmp_p
     counts = count(PolyMap, "__call__", len)
     cobweb._images.cache_clear()
     draw(result, ["cobweb"], tmp_path, dpi=40)
-    shape = next(iter(result.surfaces.values())).grid.shape
-    assert 0 < counts["__call__"] <= sum(points * cobweb._ACROSS for points in shape)
+    grid = next(iter(result.surfaces.values())).grid
+    number = result.composite.piece_of(grid.states()).reshape(grid.shape)
+    edges = sum((np.diff(number, axis=axis) != 0).sum() for axis in (0, 1))
+    extremes = 2 * len(result.composite.pieces) * sum(grid.shape)
+    assert 2 * grid.size < counts["__call__"] < 2 * grid.size + cobweb._FINER * (edges + 2 * extremes) < 20 * grid.size
 
 
 @pytest.mark.parametrize("format", ["png", "svg"])
