@@ -1,5 +1,6 @@
 """Flights whose terms cancel, against 40 digits: right, or undecided; never certified and wrong."""
 
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import mpmath as mp
@@ -9,6 +10,8 @@ import sympy as sp
 from nsmaps_impact_oscillator import ImpactOscillator
 from toys import Dragged, Saddle, Table, Textbook
 
+from nsmaps.exact import kernel
+from nsmaps.exact.engine import layout
 from nsmaps.exact.impacts import TWO_PI, Outcome
 
 
@@ -178,3 +181,15 @@ def test_products_of_exponentials_are_multiplied_before_anything_else():
     plain, written = (made(height=0.3).first_return(states) for made in (Plain, Written))
     assert plain.words.tolist() == written.words.tolist()
     assert plain.image == pytest.approx(written.image, rel=1e-13)
+
+
+def test_tables_made_in_many_threads_are_the_same():
+    """The precision of mpmath belongs to all threads: a table is made at a time."""
+    zetas = [3 + k / 64 for k in range(64)]
+    with ThreadPoolExecutor(8) as pool:
+        made = list(pool.map(lambda zeta: Textbook(zeta=zeta)._kernel().table, zetas))
+    kernel._kernel.cache_clear()
+    for zeta, table in zip(zetas, made, strict=True):
+        again = Textbook(zeta=zeta)._kernel().table
+        numbers = slice(layout.HEAD, None)
+        assert np.array_equal(table[numbers], again[numbers])

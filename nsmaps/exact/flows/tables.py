@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import mpmath as mp
@@ -28,6 +29,7 @@ NEAR = mp.mpf("0.1")  #: and where their rates differ by less than this share
 SLOW = mp.mpf(
     "0.02"
 )  #: a damped wave whose frequency is below this share of its rate is a pair by itself, as next to critical damping
+ONE_AT_A_TIME = Lock()  #: mpmath has one precision for all threads
 ORDERS = range(2, 6)  #: of the rates of the displacement at the start: acceleration to crackle
 
 
@@ -178,7 +180,7 @@ class Formulas:
 
     def table(self, values: list[float]) -> Floats:
         """The table at these values of the parameters, shape (M,)."""
-        with mp.workdps(DIGITS):
+        with ONE_AT_A_TIME, mp.workdps(DIGITS):
             total = self.displacement.at(values)
             harmonics = max([1, *(abs(term.harmonic) for term in total)])
             table = packed(*rates_and_powers(total, harmonics), harmonics, values)
