@@ -81,6 +81,9 @@ def lay_out(figure: Figure) -> None:
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine(None)
+        for ax in figure.axes:
+            if ax.title.get_position()[1] == 1.0:  # nothing stands above the axes: no drawing need look again
+                ax.set_title(ax.get_title(), y=1.0)
 
 
 def _as_it_stands(figure: Figure) -> None:

@@ -1,6 +1,7 @@
 """What a figure takes, counted: layouts, drawings, texts set and states mapped; and that its file holds what was drawn."""
 
 import doctest
+import gc
 import subprocess
 import sys
 from collections import Counter
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from nsmaps.commands import _settled
 from nsmaps.figures import cobweb, dots, draw
 from nsmaps.figures.dots import Dots, nearest
 from nsmaps.figures.png import write_png
@@ -64,6 +66,12 @@ def test_a_mathematical_text_is_parsed_once_for_all_figures(result, tmp_path, mo
     draw(result, ["domain_size", "second_iterate"], tmp_path, dpi=41)
     assert len(parsed) > 5
     assert set(parsed.values()) == {1}
+
+
+def test_what_is_there_before_figures_are_drawn_is_not_searched_meanwhile():
+    with _settled():
+        assert gc.get_freeze_count() > 1000
+    assert gc.get_freeze_count() == 0
 
 
 def test_the_pieces_of_a_cobweb_map_each_state_once_for_all_orbits(result, tmp_path, count):
