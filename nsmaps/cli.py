@@ -54,7 +54,13 @@ Settings = Annotated[
 
 
 def main() -> None:
-    """The console entry point. NumPy, not loaded yet, is to keep to one core: threads slow its many small problems."""
+    """The console entry point. NumPy, not loaded yet, is to keep to one core: threads slow its many small problems.
+
+    A warning is a line, without the source that gives it.
+    """
+    import warnings
+
+    warnings.formatwarning = lambda message, category, *_, **__: f"{category.__name__}: {message}\n"
     for library in ("OPENBLAS", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     with written():

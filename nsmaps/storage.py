@@ -3,7 +3,7 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import time
@@ -40,18 +40,28 @@ def replace_file(path: Path, content: bytes, sync: bool = True) -> None:
 def unfinished(folder: Path) -> Iterator[Path]:
     """A folder within another, for files to be written and then moved into that; gone at the end.
 
-    The other is made if it is not there, and goes again if nothing is moved into it.
+    The other is made if it is not there, with its parents, and goes again if nothing is moved into it.
     """
-    there = folder.exists()
+    missing = missing_of(folder)
     folder.mkdir(parents=True, exist_ok=True)
     sweep(folder)
     try:
         with tempfile.TemporaryDirectory(dir=folder, prefix=UNFINISHED, ignore_cleanup_errors=True) as beside:
             yield Path(beside)
     finally:
-        if not there:
-            with suppress(OSError):  # it has files now
-                folder.rmdir()
+        remove_empty(missing)
+
+
+def missing_of(folder: Path) -> list[Path]:
+    """Which of a folder and its parents are not there, the innermost first."""
+    return [path for path in (folder, *folder.parents) if not path.exists()]
+
+
+def remove_empty(folders: Iterable[Path]) -> None:
+    """Remove folders, the innermost first, up to one that has something in it."""
+    with suppress(OSError):
+        for folder in folders:
+            folder.rmdir()
 
 
 def sweep(folder: Path) -> None:

@@ -14,6 +14,7 @@ from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.impacts import Floats, Outcome, Returns, angle_mask, wrap
 
 MOST_STEPS = 50  #: of Newton's method
+ROUNDING = 8 * float(np.finfo(float).eps)  #: of a state, as a share of its scale: that of a whole turn, for an angle
 LEAST_SHARE = 2.0**-20  #: of a step that is tried before the method gives up
 
 
@@ -24,7 +25,7 @@ class PeriodicOrbit:
     __repr__ = brief
 
     returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
-    tolerance: float  #: of the residual
+    tolerance: float  #: of the residual; see `converged`
     scale: Floats | None = None  #: shape (n,), what the residual is a share of; None: the orbit's own `magnitudes`
 
     @property
@@ -54,8 +55,11 @@ class PeriodicOrbit:
 
         As a share of the coordinate's scale, its largest magnitude on the orbit or its guess; in radians of an angle.
         """
-        scale = magnitudes(self.returns.coordinates, self.states) if self.scale is None else self.scale
-        return float(np.abs(self.gaps / scale).max())
+        return float(np.abs(self.gaps / self._scale).max())
+
+    @property
+    def _scale(self) -> Floats:
+        return magnitudes(self.returns.coordinates, self.states) if self.scale is None else self.scale
 
     @property
     def gaps(self) -> Floats:
@@ -64,8 +68,18 @@ class PeriodicOrbit:
 
     @property
     def converged(self) -> bool:
-        """Whether the residual is within the tolerance."""
-        return self.residual <= self.tolerance
+        """Whether each gap is within the tolerance, and what the derivative makes of rounding of its state.
+
+        Next to a graze, where the derivative has no bound, no state that floating point can tell may have a smaller gap.
+        """
+        steep = np.nan_to_num(np.abs(self._derivatives), nan=0.0, posinf=0.0) @ self._scale
+        return bool((np.abs(self.gaps) <= self.tolerance * self._scale + ROUNDING * steep).all())
+
+    @property
+    def _derivatives(self) -> Floats:
+        """Of each return, shape (q, n, n)."""
+        assert self.returns.derivative is not None
+        return self.returns.derivative
 
     @property
     def exists(self) -> bool:
@@ -75,9 +89,8 @@ class PeriodicOrbit:
     @property
     def derivative(self) -> Floats:
         """Of the q-th return at the first state, shape (n, n)."""
-        assert self.returns.derivative is not None
         product = np.eye(self.states.shape[1])
-        for step in self.returns.derivative:
+        for step in self._derivatives:
             product = step @ product
         return product
 
@@ -107,7 +120,7 @@ def periodic_orbit(
         map: with derivatives, such as an exact system, a composite map or one of strips.
         guess: the first state, shape (n,), whose images are the others; or all states, shape (period, n).
         period: q, in returns.
-        tolerance: largest residual of an orbit that is called converged, as a share of the scale.
+        tolerance: largest residual of an orbit that is called converged, as a share of the scale; see `PeriodicOrbit.converged`.
         scale: shape (n,), of each coordinate; its largest magnitude on the orbit and its guess if omitted, a radian of an angle.
 
     Raises:

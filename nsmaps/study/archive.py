@@ -12,6 +12,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
+from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from io import StringIO
 from pathlib import Path
@@ -107,8 +108,13 @@ def write(result: StudyResult, folder: Path) -> None:
     """Write a result's files to a folder, which is made if it is not there; what was drawn of an earlier result goes."""
     arrays: Arrays = {}
     objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
-    record = json.dumps(_record(result) | {"objects": objects}, indent=1).encode()
-    replace_results(folder, {"study.yaml": resolved(result.study).encode(), "arrays.npz": packed(arrays), RECORD: record})
+    study = resolved(result.study).encode()
+    record = json.dumps(_record(result) | {"study_sha256": _digest(study), "objects": objects}, indent=1).encode()
+    replace_results(folder, {"study.yaml": study, "arrays.npz": packed(arrays), RECORD: record})
+
+
+def _digest(content: bytes) -> str:
+    return sha256(content).hexdigest()
 
 
 def amend(result: StudyResult, folder: Path) -> None:
@@ -140,7 +146,7 @@ def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False)
 
     A run of a system in a file runs that file; with `installed_only` it is refused.
 
-    Raises NsmapsError when the folder holds no finished result or one of another format.
+    Raises NsmapsError when the folder holds no finished result, one of another format, or another study than the run wrote there.
     """
     place = Path(folder)
     with suppress(OSError):  # it may be read only
@@ -151,6 +157,8 @@ def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False)
         record = json_of(text_of(place / "result.json", LARGEST))
     _check_format(place, record)
     with _whole(place / "study.yaml"):
+        if record.get("study_sha256") not in (None, _digest((place / "study.yaml").read_bytes())):  # None: of before it was kept
+            raise ValueError("it is not as the run wrote it")
         study = read_study(place / "study.yaml", str(record.get("study")), installed_only)
     with _whole(place / "arrays.npz"):
         loaded = _loaded(place / "arrays.npz")

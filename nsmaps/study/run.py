@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -12,6 +13,7 @@ from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.interrupts import heard
 from nsmaps.plugins import is_file
 from nsmaps.progress import working
+from nsmaps.storage import missing_of, remove_empty
 from nsmaps.study.archive import BrokenRun, read_result, versions_of, write
 from nsmaps.study.checkpoint import PARTS, keep_step, with_steps
 from nsmaps.study.folder import check_folder, writable
@@ -98,6 +100,7 @@ def _run(
         result = with_steps(result, names, folder)
     elif folder:
         shutil.rmtree(folder / PARTS, ignore_errors=True)
+    missing = missing_of(folder / PARTS) if folder else []
     try:
         with heard() as stopped:
             for done, name in enumerate(names):
@@ -112,8 +115,13 @@ def _run(
             result = replace(result, timings=timings, verdicts=verdicts(result), finished=True)
     except KeyboardInterrupt:
         raise Interrupted(_unfinished(result, folder), folder) from None
-    except Exception as error:
-        if result.timings and not isinstance(error, StudyError):
+    except StudyError:  # what is kept of a study that is refused helps no later run
+        for parts in missing[:1]:
+            shutil.rmtree(parts, ignore_errors=True)
+        remove_empty(missing[1:])
+        raise
+    except Exception:
+        if result.timings:
             _unfinished(result, folder)
         raise
     if folder:
@@ -169,7 +177,8 @@ def _kept(new: StudyResult, folder: Path) -> StudyResult:
     """The result in a folder, if it is one of the same study by the same versions."""
     try:
         kept = read_result(folder, installed_only=not is_file(new.study.system))
-    except (BrokenRun, StudyError):  # computed again
+    except BrokenRun as error:
+        warnings.warn(f"{error}; all of it is computed again", RuntimeWarning, stacklevel=2)
         return new
     for what, same in (("study", kept.study == new.study), ("versions", kept.versions == new.versions)):
         if not same:

@@ -1,11 +1,14 @@
 """Progress within steps, and a run that goes on where it was stopped."""
 
 import shutil
+import subprocess
+import sys
 from functools import wraps
 from pathlib import Path
 
 import numpy as np
 import pytest
+from ball import BALL
 from ruamel.yaml import YAML
 
 from nsmaps import read_result, run
@@ -258,10 +261,26 @@ def test_steps_of_another_study_are_refused(good: str, monkeypatch: pytest.Monke
 def test_what_is_broken_of_a_run_is_computed_again(good: str, file: str) -> None:
     Path("s.yaml").write_text(good)
     whole = run("s.yaml", out="out")
-    for content in (b"", Path("out", file).read_bytes()[:100]):
+    a_study = [b"system: ball\n"] if file == "study.yaml" else []
+    for content in (b"", Path("out", file).read_bytes()[:100], *a_study):
         Path("out", file).write_bytes(content)
-        assert run("s.yaml", out="out", resume=True).verdicts == whole.verdicts
+        with pytest.raises(NsmapsError, match=f"^out/{file} cannot be read"):
+            read_result("out")
+        with pytest.warns(RuntimeWarning, match=f"^out/{file} cannot be read .*; all of it is computed again$"):
+            assert run("s.yaml", out="out", resume=True).verdicts == whole.verdicts
         assert read_result("out").finished
+
+
+def test_a_warning_of_the_command_is_a_line() -> None:
+    Path("mine.py").write_text(BALL)
+    Path("s.yaml").write_text("system: mine.py:Ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    run("s.yaml", out="out")
+    Path("out/study.yaml").write_text("system: ball\n")
+    command = [sys.executable, "-m", "nsmaps", "run", "s.yaml", "--out", "out", "--resume", "-q", "--no-figures", "--no-report"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stderr.startswith("RuntimeWarning: out/study.yaml cannot be read (it is not as the run wrote it); ")
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("moved", [0, 1, 2])
