@@ -1,6 +1,6 @@
 """Whatever stops a program or a disk: the next run goes on, and nothing that was finished is lost.
 
-`python -m pytest -m thorough tests/test_reliability.py -n 0 -s` does each ten times, or as often as TIMES in the environment says.
+`python -m pytest -m thorough tests/test_reliability.py -n 0 -s` does each ten times, or as often as the environment's TIMES says.
 """
 
 import os
