@@ -9,7 +9,7 @@ import sympy as sp
 from numba import njit
 from toys import BouncingBall, Dragged, Oscillator, Saddle, Table, Textbook
 
-from nsmaps.exact.engine import flow
+from nsmaps.exact.engine import bounds, flow
 from nsmaps.exact.impacts import TWO_PI
 
 SYSTEMS = {
@@ -29,7 +29,7 @@ SYSTEMS = {
 @njit
 def limits(p, phi, z, w, s):
     flow.begin(p, flow.angle(phi), z, w)
-    return flow.limits(p, s)
+    return bounds.limits(p, s)
 
 
 @pytest.mark.parametrize("kind", SYSTEMS)
