@@ -321,6 +321,15 @@ def test_what_pydantic_offers_is_no_obstacle():
     assert Rich(h=1).first_return([[1.0, 0.0]]).time == pytest.approx([1.0])
 
 
+def test_a_formula_may_hold_floats():
+    """Which are rounded, and what sympy makes of several of them is so again."""
+    systems = [
+        made(lambda self, t, hit, c=c: falls(self, t, hit) - c * (t - hit.t) ** 2)(h=1) for c in (0.1 * 3, sp.Rational(3, 10))
+    ]
+    one, other = (system.first_return([[1.0, 0.0], [0.3, 2.0]]) for system in systems)
+    assert one.image == pytest.approx(other.image, rel=1e-14)
+
+
 def test_flights_may_grow():
     """Bounds are taken step by step: no horizon is too long for them."""
 
