@@ -159,6 +159,20 @@ def size_of(t, k, s):
 
 
 @inner
+def tangents_of_power(p, t, n):
+    """Add to `tangents` what is quadratic in time."""
+    f = p.table
+    row = int(f[AT_POWERS])
+    y = f[row + 2]
+    phase_row(p, t, n, row, SPARE)
+    for k in range(n):
+        s, x = t[S + k], t[SPARE + k]
+        half = s * (s / 2)
+        t[BY_PHASE + k], t[BY_SPEED + k] = t[BY_PHASE + k] + x * half, t[BY_SPEED + k] + y * half
+        t[BY_PHASE_1 + k], t[BY_SPEED_1 + k] = t[BY_PHASE_1 + k] + x * s, t[BY_SPEED_1 + k] + y * s
+
+
+@inner
 def tangents(p, t, n):
     """Write velocity and acceleration at S and the derivatives by phase and velocity of the start.
 
@@ -172,14 +186,7 @@ def tangents(p, t, n):
         t[D1 + k], t[D2 + k] = t[W + k] + s * x, x
         t[BY_PHASE + k], t[BY_SPEED + k], t[BY_PHASE_1 + k], t[BY_SPEED_1 + k] = 0.0, s, 0.0, 1.0
     if f[POWERS] > 0.0:
-        row = int(f[AT_POWERS])
-        y = f[row + 2]
-        phase_row(p, t, n, row, SPARE)
-        for k in range(n):
-            s, x = t[S + k], t[SPARE + k]
-            half = s * (s / 2)
-            t[BY_PHASE + k], t[BY_SPEED + k] = t[BY_PHASE + k] + x * half, t[BY_SPEED + k] + y * half
-            t[BY_PHASE_1 + k], t[BY_SPEED_1 + k] = t[BY_PHASE_1 + k] + x * s, t[BY_SPEED_1 + k] + y * s
+        tangents_of_power(p, t, n)
     for i in range(int(f[SIMPLE])):
         one, two, row = terms + 2 * i * width, terms + (2 * i + 1) * width, TERMS + 2 * i * PITCH
         alpha, omega, x_w, y_w = f[int(f[AT_RATES]) + 2 * i], f[int(f[AT_RATES]) + 2 * i + 1], f[one + 2], f[two + 2]

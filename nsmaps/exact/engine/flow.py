@@ -210,9 +210,8 @@ def polynomial(p, s):
     if n == 1:
         b = c[POLYNOMIAL]
         return s * (c[SPEED] + s * (0.5 * b)), c[SPEED] + s * b, b, 0.0, 0.0, 0.0
-    d, v, a, j, k, q, power = c[SPEED] * s, c[SPEED], 0.0, 0.0, 0.0, 0.0, 1.0
-    last = (0.0, 0.0, 0.0, 0.0, 0.0)  # s^m/m! for m = n - 1, ..., n - 5
-    power, last = s, (1.0, 0.0, 0.0, 0.0, 0.0)
+    d, v, a, j, k, q = c[SPEED] * s, c[SPEED], 0.0, 0.0, 0.0, 0.0
+    power, last = s, (1.0, 0.0, 0.0, 0.0, 0.0)  # s^m/m!, and the five before it
     for m in range(2, n + 2):
         power, last = power * s / m, (power, last[0], last[1], last[2], last[3])
         x = c[POLYNOMIAL + m - 2]
