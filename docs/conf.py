@@ -22,23 +22,25 @@ html_theme = "furo"
 html_title = f"nsmaps {version}"
 
 ROOMS = {
-    "exact": "What the physics does",
-    "dynamics": "What any return map does",
-    "reduced": "What is put in its place",
-    "auxiliary": "Where it ends up",
-    "exports": "Closed forms taken away",
-    "study": "A file in, results out",
+    "exact": "Systems and exact return maps",
+    "dynamics": "Dynamics of return maps",
+    "reduced": "Reduced maps",
+    "auxiliary": "Attracting domains",
+    "cells": "Cells",
+    "symbolic": "Closed forms",
+    "exports": "Export",
+    "study": "Studies",
     "plugins": "Installed systems",
-    "testing": "Checks of your own classes",
+    "testing": "Conformance tests",
     "errors": "Errors",
 }
 
 
 def write_api(app: object) -> None:
-    """The page of all public names, room by room, made anew from the package's own list."""
+    """The page of all public names, room by room, generated from the package's own list."""
     import nsmaps
 
-    lines = ["# API", "", "Everything here is imported as `nsmaps.NAME`, when it is first asked for.", ""]
+    lines = ["# API", "", "Each name is imported as `nsmaps.NAME` when it is first used.", ""]
     homes = {name: f"nsmaps.{module}" for module, names in nsmaps._PUBLIC.items() for name in names}
     rest = {home.split(".")[1] for home in homes.values()} - set(ROOMS)
     for room, title in {**ROOMS, **{name: name.capitalize() for name in sorted(rest)}}.items():

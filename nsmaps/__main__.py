@@ -1,6 +1,6 @@
 """`python -m nsmaps`: the command line."""
 
-from nsmaps.cli import main
+from nsmaps.cli.cli import main
 
 if __name__ == "__main__":
     main()

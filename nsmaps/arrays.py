@@ -1,9 +1,10 @@
-"""What is common to arrays in every room: the name of what may become one, and how results show theirs."""
+"""What is common to arrays everywhere: names of their types, and how results show theirs."""
 
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike as ArrayLike
@@ -13,16 +14,20 @@ else:
 
     ArrayLike = TypeAliasType("ArrayLike", typing.ArrayLike)  # a name that `help` does not unfold
 
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
 
 def brief(result: Any) -> str:
     """A dataclass by its class and fields, arrays by their shape and type only: its `__repr__`.
 
-    >>> from nsmaps.exact.impacts import Margin
+    >>> from nsmaps.exact.returns import Margin
     >>> Margin(np.zeros(3), np.ones(3))
     Margin(clearance=<array (3,) float64>, slowest=<array (3,) float64>)
     """
-    told = ", ".join(f"{field.name}={_brief(getattr(result, field.name))}" for field in fields(result))
-    return f"{type(result).__qualname__}({told})"
+    listed = ", ".join(f"{field.name}={_brief(getattr(result, field.name))}" for field in fields(result))
+    return f"{type(result).__qualname__}({listed})"
 
 
 def _brief(value: Any) -> str:

@@ -1,6 +1,6 @@
 """The errors nsmaps raises: a call that is wrong is an error, a point that fails is data (`Outcome`).
 
-Every message says what, the value, why, and what is accepted.
+Every message states the quantity, its value, the reason, and what is expected.
 """
 
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ class NsmapsError(ValueError):
 
 
 class StudyError(NsmapsError):
-    """A study file that cannot be run: says file, line, column, what is accepted and a near match."""
+    """A study file that cannot be run: states file, line, column, what is expected and a near match."""
 
 
 class UnknownSystemError(NsmapsError):
@@ -23,7 +23,7 @@ class SystemDefinitionError(NsmapsError):
 
 
 class ParameterError(NsmapsError):
-    """A parameter that a system does not have, or a value that it does not accept: says which, and what is accepted."""
+    """A parameter that a system does not have, or a value that it does not accept: states which, and what is expected."""
 
 
 class StateError(NsmapsError):

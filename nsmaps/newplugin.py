@@ -1,4 +1,4 @@
-"""A little project for a system of one's own: class, study, test and pyproject, from templates that stand beside this file."""
+"""A project for a new system: class, study, test and pyproject, from the templates beside this file."""
 
 from importlib.resources import files
 from keyword import iskeyword
@@ -23,22 +23,24 @@ FILES = {
 def new_plugin(name: str, into: Path | str = ".") -> Path:
     """Write a project for a system of this name to the folder `into`/`name`, which is returned.
 
-    It can be installed as it stands, and its tests pass.
+    It can be installed without changes, and its tests pass.
 
     Raises:
-        NsmapsError: the name is none for a system, or taken, or the folder is there already.
+        NsmapsError: the name is not a valid system name or is in use, or the folder exists.
     """
     if not fullmatch("[a-z][a-z0-9_]*", name) or iskeyword(name):
-        raise NsmapsError(f"the name {name!r} is none for a system; accepted: small letters, digits and _, as in bouncing_ball")
+        raise NsmapsError(
+            f"the name {name!r} is not a valid system name; expected: small letters, digits and _, as in bouncing_ball"
+        )
     if name in system_names():
-        raise NsmapsError(f"a system {name!r} is installed already; accepted: another name")
+        raise NsmapsError(f"a system {name!r} is installed already; expected: another name")
     folder = Path(into, name)
     if folder.exists():
-        raise NsmapsError(f"{folder} is there already and is not overwritten; accepted: another name, or another folder")
-    told = {"name": name, "cls": "".join(part.capitalize() for part in name.split("_"))}
+        raise NsmapsError(f"{folder} is there already and is not overwritten; expected: another name, or another folder")
+    values = {"name": name, "cls": "".join(part.capitalize() for part in name.split("_"))}
     for source, target in FILES.items():
-        file = folder / Template(target).substitute(told)
+        file = folder / Template(target).substitute(values)
         file.parent.mkdir(parents=True, exist_ok=True)
         text = (files("nsmaps") / "templates" / source).read_text(encoding="utf-8")
-        file.write_text(Template(text).substitute(told), encoding="utf-8")
+        file.write_text(Template(text).substitute(values), encoding="utf-8")
     return folder

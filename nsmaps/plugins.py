@@ -105,7 +105,7 @@ def entry_of(name: str) -> EntryPoint:
         known = system_names()
         raise UnknownSystemError(
             f"no system {name!r} is installed; installed: {', '.join(known) or 'none'}; "
-            f"a file's class is accepted too, as path/to/mine.py:Class{near_match(name, known)}"
+            f"or a class in a file, as path/to/mine.py:Class{near_match(name, known)}"
         )
     if len(found) > 1:
         owners = " and ".join(sorted(owner_of(entry) for entry in found))
@@ -133,7 +133,7 @@ def _imported(entry: EntryPoint) -> "type[ImpactSystem]":
 
 
 def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: found) -> Any:
-    """What an entry point leads to. Whatever a stranger's module raises at import is told as one line, with its owner."""
+    """What an entry point leads to. An error of a third-party module at import is reported on one line."""
     try:
         return checked(entry.load())
     except Exception as error:
@@ -146,7 +146,7 @@ def _checked(found: object, where: str) -> "type[ImpactSystem]":
 
     if isinstance(found, type) and issubclass(found, ImpactSystem):
         return found
-    raise SystemDefinitionError(f"{where} is no system; a class that inherits from nsmaps.ImpactSystem is accepted")
+    raise SystemDefinitionError(f"{where} is not a system; expected: a class that inherits from nsmaps.ImpactSystem")
 
 
 def _split(name: str) -> tuple[str, str]:
@@ -158,7 +158,7 @@ def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
     """The class of a file. Its module's name holds a hash of the file, so an edited file is a new module."""
     file = Path(os.path.expanduser(path)).resolve()
     if not os.path.isfile(file):
-        raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; accepted: path/to/mine.py:Class")
+        raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; expected: path/to/mine.py:Class")
     name = f"{file.stem}_{hashlib.sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
     if name not in sys.modules:
         try:
@@ -170,5 +170,5 @@ def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
         raise UnknownSystemError(f"{path} has no class {attribute!r}{near_match(attribute, members)}")
     found = _checked(members[attribute], f"{path}:{attribute}")
     if found in REFUSED[name]:
-        raise SystemDefinitionError(f"{path}:{attribute} is no system: {REFUSED[name][found]}")
+        raise SystemDefinitionError(f"{path}:{attribute} is not a system: {REFUSED[name][found]}")
     return found

@@ -109,11 +109,11 @@ def shows(call: Callable[P, R]) -> Callable[P, R]:
     """A long call that is shown by its name; one that is given a `progress` is silent."""
 
     @wraps(call)
-    def told(*args: P.args, **kwargs: P.kwargs) -> R:
+    def call_shown(*args: P.args, **kwargs: P.kwargs) -> R:
         with working(call.__name__, kwargs.get("progress")):
             return call(*args, **kwargs)
 
-    return told
+    return call_shown
 
 
 def _on_terminal() -> bool:

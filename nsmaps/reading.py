@@ -1,4 +1,4 @@
-"""Files that may be a stranger's, read as text and as JSON: of a limited size, and without characters that are no text."""
+"""Untrusted files, read as text and as JSON: of a limited size, and without control characters."""
 
 import json
 import os
@@ -23,15 +23,15 @@ def odd_character(text: str) -> str:
     return ascii(found[0]) if found else ""
 
 
-def text_of(path: Path, most: int) -> str:
+def text_of(path: Path, max_bytes: int) -> str:
     """The text of a file of at most so many bytes.
 
     Raises:
         NsmapsError: a larger file, or one that is not text in UTF-8.
         OSError: a file that cannot be read.
     """
-    if (size := os.path.getsize(path)) > most:
-        raise NsmapsError(f"a file of {size:,} bytes; accepted: at most {most:,}")
+    if (size := os.path.getsize(path)) > max_bytes:
+        raise NsmapsError(f"a file of {size:,} bytes; expected: at most {max_bytes:,}")
     try:
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -41,7 +41,7 @@ def text_of(path: Path, most: int) -> str:
 def json_of(text: str) -> Any:
     """What a text says in JSON, strings without control characters. NsmapsError for what is nested too deeply or has one.
 
-    Raises json.JSONDecodeError for what is no JSON.
+    Raises json.JSONDecodeError for invalid JSON.
     """
     try:
         data = json.loads(text)
@@ -52,7 +52,7 @@ def json_of(text: str) -> Any:
             raise
         raise NsmapsError(f"not readable as JSON: {error}") from error  # a whole number of thousands of digits
     if found := next(filter(None, map(odd_character, _texts(data))), ""):
-        raise NsmapsError(f"the character {found} in a text; accepted: text without control characters")
+        raise NsmapsError(f"the character {found} in a text; expected: text without control characters")
     return data
 
 

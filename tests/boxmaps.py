@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsmaps.coordinates import Angle, wrap
 from nsmaps.exact.enclosure.images import BoxImages
-from nsmaps.exact.impacts import Angle, Returns, wrap
+from nsmaps.exact.returns import Returns
 
 
 def square(low, high):

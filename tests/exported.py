@@ -4,14 +4,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from nsmaps.auxiliary.compose import iterate
-from nsmaps.auxiliary.iterate import held_iterate, second_iterate
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.parametric import ParametricMap
-from nsmaps.reduced.polyfit import Full
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box, Where
+from nsmaps.coordinates import Angle
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.composite.parametric import ParametricMap
+from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.symbolic.curve_iterates import held_iterate, second_iterate
+from nsmaps.symbolic.map_iterates import iterate
 
 NAMES = ("v", Angle("phi"))
 POINTS = 10_000

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from nsmaps.study.spec import Study
+from nsmaps.study.study import Study
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = ROOT / "nsmaps" / "study" / "schema.json"

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import nsmaps
-from nsmaps.study.archive import FORMAT
+from nsmaps.study.store.archive import FORMAT
 
 DATA = Path(__file__).parent / "data"
 

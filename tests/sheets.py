@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from nsmaps.exact.impacts import Angle, Returns, wrap
-from nsmaps.exact.surface import Axis, Grid, Surface
+from nsmaps.coordinates import Angle, wrap
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 
 NAMES = ("v", Angle("phi"))
 TWO_PI = 2 * math.pi

@@ -8,7 +8,7 @@ import pytest
 
 import nsmaps
 from nsmaps.arrays import ArrayLike, brief
-from nsmaps.exact.impacts import Returns
+from nsmaps.exact.returns import Returns
 
 STATES = [[0.43, 0.26], [0.2, 0.1], [np.nan, 0.0]]
 

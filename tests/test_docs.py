@@ -12,8 +12,9 @@ import pytest
 from pydantic import BaseModel
 from ruamel.yaml import YAML
 
+import nsmaps
 from nsmaps import Outcome, load_study
-from nsmaps.study.spec import Study
+from nsmaps.study.study import Study
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -165,10 +166,16 @@ def test_blocks_are_found_and_failures_are_seen(tmp_path: Path) -> None:
     assert told.traceback[-1].lineno == 6
 
 
+def test_every_public_name_is_on_the_page_from_python() -> None:
+    listed = re.findall(r"`(\w+)`", (DOCS / "python.md").read_text().partition("## Public names")[2])
+    assert [name for name in nsmaps.__all__ if name not in listed] == []
+    assert [name for name in listed if name not in (*nsmaps.__all__, "image_boxes")] == []
+
+
 def test_every_command_and_option_is_told() -> None:
     from typer.main import get_command
 
-    from nsmaps.cli import app
+    from nsmaps.cli.cli import app
 
     page = (DOCS / "cli.md").read_text()
     sections = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))

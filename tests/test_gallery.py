@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 from nsmaps import load_study
 from nsmaps.figures import NAMES
 from nsmaps.figures.animate import FILMS
-from nsmaps.study.needs import FIGURE_NEEDS
+from nsmaps.figures.catalogue import CATALOGUE
 
 GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
 LIST = YAML(typ="safe").load((GALLERY / "figures.yaml").read_text(encoding="utf-8"))
@@ -48,7 +48,7 @@ def test_a_figure_is_there_in_three_formats_and_on_the_page(entry):
 def test_its_study_is_shipped_and_has_what_the_figure_shows(entry):
     study = load_study(entry["study"])
     assert entry["figure"] in NAMES
-    assert all(study.names(section) for section in FIGURE_NEEDS[entry["figure"]])
+    assert all(study.names(section) for section in CATALOGUE[entry["figure"]].sections)
 
 
 @pytest.mark.parametrize("entry", ANIMATIONS, ids=lambda entry: entry["file"])

@@ -7,33 +7,40 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 ROOT = Path(__file__).parents[1]
 RANK = {
     "errors": 0,
-    "arrays": 0,
-    "names": 0,
     "interrupts": 0,
     "progress": 0,
     "storage": 0,
-    "explain": 0.5,
+    "arrays": 0,
+    "complaints": 0.5,
     "reading": 0.5,
+    "coordinates": 0.5,
+    "datasets": 0.7,
+    "parallel": 0.7,
+    "continuation": 0.8,
     "exact": 1,
     "dynamics": 1.5,  # below `reduced`, which follows orbits to tell where a map attracts
     "reduced": 2,
+    "enclosures": 2.5,
+    "symbolic": 2.7,
     "auxiliary": 3,
+    "cells": 3.5,
     "exports": 4,
     "plugins": 4,
     "testing": 4,
     "newplugin": 5,
+    "figures": 4.5,  # below `study`, whose key `figures` names rows of the catalogue
     "study": 5,
-    "figures": 5,
     "report": 5.5,
     "bench": 6,
     "__init__": 6,
-    "terminal": 6,
-    "commands": 6.5,
     "cli": 7,
     "__main__": 8,
 }
@@ -85,9 +92,9 @@ def test_nothing_is_imported_from_the_folder_of_plugins(file: Path) -> None:
 
 def test_a_wrong_direction_is_seen() -> None:
     assert upward("from nsmaps.study import run", "exact") == ["nsmaps.study"]
-    assert upward("def f():\n    import nsmaps.cli", "figures") == ["nsmaps.cli"]
+    assert upward("def f():\n    import nsmaps.cli.cli", "figures") == ["nsmaps.cli.cli"]
     assert upward("from nsmaps import load_study", "exact") != []
-    assert upward("from nsmaps.reduced.region import Box", "dynamics") == ["nsmaps.reduced.region"]
+    assert upward("from nsmaps.reduced.conditions.region import Box", "dynamics") == ["nsmaps.reduced.conditions.region"]
     assert upward("if TYPE_CHECKING:\n    from nsmaps.study import run", "exact") == []
     assert upward("from nsmaps.exact.system import Wall", "reduced") == []
 
@@ -133,3 +140,44 @@ def test_the_public_face_is_what_type_checkers_see() -> None:
     assert all(vars(import_module(module))[name] is getattr(nsmaps, name) for name, module in typed.items())
     with pytest.raises(AttributeError, match="did you mean 'load_study'"):
         _ = nsmaps.load_studi
+
+
+def imported(file: Path, modules: set[str]) -> set[str]:
+    """The modules of nsmaps that a file imports, at any depth, other than for type checkers only."""
+    found = set()
+    for node in runtime_nodes(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("nsmaps"):
+            names = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= (names & modules) or {str(node.module)}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names} & modules
+    return found - {"nsmaps"}  # whose public names are imported when they are first asked for
+
+
+def runtime_nodes(tree: ast.AST) -> Iterator[ast.AST]:
+    """The nodes of a tree, without what only type checkers read."""
+    for node in ast.iter_child_nodes(tree):
+        if not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)):
+            yield node
+            yield from runtime_nodes(node)
+
+
+def circles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """The sets of nodes, of more than one, that can all be reached from each other."""
+    names = sorted(graph)
+    rows = [(names.index(a), names.index(b)) for a in names for b in graph[a] if b in graph]
+    adjacency = csr_array((np.ones(len(rows)), tuple(zip(*rows, strict=True))), shape=(len(names), len(names)))
+    _, labels = connected_components(adjacency, connection="strong")
+    groups = [[name for name, label in zip(names, labels, strict=True) if label == k] for k in set(labels)]
+    return [group for group in groups if len(group) > 1]
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    modules = {".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file for file in FILES}
+    graph = {name: imported(file, set(modules)) for name, file in modules.items()}
+    assert sum(map(len, graph.values())) > 500
+    assert [group for group in circles(graph) if not group[0].startswith("nsmaps.reduced")] == []
+
+
+def test_a_circle_is_seen() -> None:
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [["a", "b", "c"]]

@@ -60,7 +60,7 @@ def test_its_class_serves_from_its_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", "Ball", "my-ball", "2balls", "class", "../ball", "bäll", "ball "])
 def test_a_name_that_is_none_is_told(name: str, tmp_path: Path) -> None:
-    with pytest.raises(NsmapsError, match="is none for a system; accepted: small letters"):
+    with pytest.raises(NsmapsError, match="is not a valid system name; expected: small letters"):
         new_plugin(name, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
@@ -74,7 +74,7 @@ def test_nothing_is_overwritten_and_no_name_given_twice(tmp_path: Path) -> None:
     told = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "My-Ball")
     assert told.returncode == 2
     assert told.stderr.strip() == (
-        "the name 'My-Ball' is none for a system; accepted: small letters, digits and _, as in bouncing_ball"
+        "the name 'My-Ball' is not a valid system name; expected: small letters, digits and _, as in bouncing_ball"
     )
     made = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "a_ball", "--into", "projects")
     assert made.returncode == 0, made.stderr

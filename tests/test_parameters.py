@@ -11,11 +11,11 @@ PAIR = {"d": 0.35, "g_bar": 0.2113}
 @pytest.mark.parametrize(
     ("parameters", "says"),
     [
-        (PAIR | {"R": 1}, "unknown parameter 'R'; accepted: d, r, g_bar, M, F, g, beta, s, omega, did you mean 'r'?"),
+        (PAIR | {"R": 1}, "unknown parameter 'R'; expected: d, r, g_bar, M, F, g, beta, s, omega, did you mean 'r'?"),
         (PAIR | {"g_baz": 1}, "did you mean 'g_bar'?"),
         ({"d": 0.35}, "the parameter 'g_bar' is missing"),
         ({"D": 0.35, "g_bar": 0.2}, "unknown parameter 'D'"),
-        (PAIR | {"r": 2}, "r is 2; accepted: less than or equal to 1"),
+        (PAIR | {"r": 2}, "r is 2; expected: less than or equal to 1"),
         (PAIR | {"M": 1}, "M given but not used"),
     ],
 )
@@ -38,7 +38,7 @@ def test_changing_a_parameter_says_the_same() -> None:
     system = nsmaps.load_system("vi_pair", **PAIR)
     with pytest.raises(ParameterError, match=r"VIPair: unknown parameter 'G_bar'; .* did you mean 'g_bar'\?"):
         system.at(G_bar=1)
-    with pytest.raises(ParameterError, match="r is -1; accepted: greater than or equal to 0"):
+    with pytest.raises(ParameterError, match="r is -1; expected: greater than or equal to 0"):
         system.at(r=-1)
 
 

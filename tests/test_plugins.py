@@ -13,7 +13,8 @@ from nsmaps import plugins
 from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError
 
 SYSTEM = """
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 class {name}(ImpactSystem):
     \"\"\"A ball.\"\"\"
@@ -133,7 +134,7 @@ def test_a_file_serves_as_a_plugin(tmp_path: Path) -> None:
 
 def test_errors_about_a_file(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
-    with pytest.raises(UnknownSystemError, match=r"no file .*mine.py' to load 'Mine' from; accepted: path/to/mine.py:Class"):
+    with pytest.raises(UnknownSystemError, match=r"no file .*mine.py' to load 'Mine' from; expected: path/to/mine.py:Class"):
         plugins.load_system(f"{file}:Mine")
     file.write_text(SYSTEM.format(name="Mine"))
     with pytest.raises(UnknownSystemError, match=r"has no class 'Mien', did you mean 'Mine'"):
@@ -162,7 +163,7 @@ def test_a_bad_class_of_a_file_keeps_no_good_one_from_being_used(tmp_path: Path)
     lines = file.read_text().split("\n")
     for name, base in (("Bad", "ImpactSystem"), ("Heir", "Bad")):
         line = lines.index(f"class {name}({base}):") + 1
-        with pytest.raises(SystemDefinitionError, match=rf"two.py:{name} is no system: .* \(class {name}, {file}:{line}\)$"):
+        with pytest.raises(SystemDefinitionError, match=rf"two.py:{name} is not a system: .* \(class {name}, {file}:{line}\)$"):
             plugins.load_system(f"{file}:{name}")
     with pytest.raises(SystemDefinitionError, match=rf"Heir.displacement .* \(inherited from Bad, {file}:\d+\) \(class Heir"):
         plugins.load_system(f"{file}:Heir")

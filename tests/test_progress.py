@@ -10,7 +10,7 @@ import pytest
 
 import nsmaps
 from nsmaps import progress
-from nsmaps.auxiliary.domain import smallest_box
+from nsmaps.auxiliary.attracting_domain import smallest_box
 from nsmaps.progress import CLEAR, Work, beat, shown, shows, silent, working
 
 BOX = [[0.7, 1.0], [0.2, 1.14]]
@@ -120,7 +120,7 @@ system: bouncing_ball
 parameters: {Gamma: 1.2}
 grid: {v: {from: 1, to: 5, points: 3}, phi: {from: 0, to: 2*pi, points: 3}}
 orbits: [{start: {v: 4, phi: 0.5}, returns: 40000}]
-bifurcation: {parameter: Gamma, from: 1.1, to: 1.3, points: 40, start: {v: 4, phi: 0.5}, returns: 200, transient: 200}
+bifurcation: {parameter: Gamma, from: 1.1, to: 1.3, points: 40, start: {v: 4, phi: 0.5}, returns: 200, discard: 200}
 """
 
 

@@ -18,14 +18,14 @@ import numpy as np
 import pytest
 from ball import BALL
 
+from nsmaps import parallel as parts
 from nsmaps import read_result
-from nsmaps.exact import parts
 
 TIMES = int(os.environ.get("TIMES", 10))
 STUDY = """\
 system: ball.py:Ball
 parameters: {a: 0.2}
-bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 40, start: {v: 0.3, phi: 1}, returns: 50, transient: 1000}
+bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 40, start: {v: 0.3, phi: 1}, returns: 50, discard: 1000}
 grid: {v: {from: 0.01, to: 0.5, points: 81}, phi: {from: 0, to: 2*pi, points: 81}}
 families: {low: [BB]}
 orbits: [{start: {v: 0.3, phi: 1}, returns: 20000}]

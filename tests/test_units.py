@@ -7,9 +7,8 @@ import pytest
 from units import UNITS, Ball, Capsule, Oscillator, Units
 
 import nsmaps
-from nsmaps.dynamics.ending import ending
-from nsmaps.dynamics.periodic import period_doubling
-from nsmaps.exact.slices import slice_along
+from nsmaps.dynamics.attractors.ending import ending
+from nsmaps.exact.surfaces.slice import slice_along
 
 SYSTEMS = {
     "ball": (Ball(g=1, a=1.1, w=1, r=0.6), 6.0),
@@ -110,8 +109,10 @@ def test_doublings(unit):
         orbit = nsmaps.periodic_orbit(system, each.states([0.8, 0.4]))
         made = nsmaps.cascade(lambda d, system=system: system.at(d=d), orbit, system.d, tuple(ends), "down", doublings=2)
         values.append([branch.of_kind("period doubling")[0].parameter / each.parameter(plain, "d", 1) for branch in made])
-        crossing = period_doubling(lambda d, system=system: system.at(d=d), orbit, ends[0], system.d)
-        values[-1].append(crossing.value / each.parameter(plain, "d", 1))
+        for branch in made:
+            event = branch.of_kind("period doubling")[0]
+            there = nsmaps.periodic_orbit(system.at(d=event.parameter), event.orbit.states, branch.period)
+            assert abs(there.multipliers[0] + 1) < 1e-7
     assert np.allclose(values[1], values[0], rtol=1e-9)
 
 
@@ -146,11 +147,11 @@ def test_grazing_curves_and_jumps(unit):
         each.of(plain).grazing_curves({"v": each.states([[0.1, 0], [1, 0]])[:, 0].tolist(), "phi": (0, 2 * pi)}, lines=100)
         for each in (Units(1, 1), there)
     ]
-    one, other = (
-        sorted((c.wall, c.word, c.closed, c.jumps, c.words, round(float(c.length[-1]), 6)) for c in each) for each in made
-    )
+    one, other = (sorted((c.wall, c.word, c.closed, c.jumps, c.words, float(c.length[-1])) for c in each) for each in made)
     assert one
-    assert one == other
+    assert [each[:-1] for each in one] == [each[:-1] for each in other]
+    # a curve whose curvature grows without bound towards its end is left some 1e-4 of its length before it, by rounding
+    assert [each[-1] for each in one] == pytest.approx([each[-1] for each in other], rel=5e-4)
     axis = nsmaps.Axis(low=0, high=6.2, points=40)
     cut = [slice_along(each.of(plain), "phi", axis, {"v": each.states([0.5, 0])[0]}) for each in (Units(1, 1), there)]
     assert np.array_equal(cut[0].jump, cut[1].jump)

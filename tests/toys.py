@@ -7,7 +7,8 @@ from typing import Any, Literal
 import sympy as sp
 from pydantic import Field
 
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 
 class BouncingBall(ImpactSystem):

@@ -9,7 +9,8 @@ import numpy as np
 import sympy as sp
 from pydantic import Field
 
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 
 class Ball(ImpactSystem):

@@ -24,7 +24,7 @@ DPI = 110
 HEAD = """# Gallery
 
 Every figure of the paper, drawn by `nsmaps figures` from the runs of studies that are shipped: nothing here was drawn by
-hand. Labels in code type are those of the paper's source. Colours are told apart by colour-blind readers too. Where ours
+hand. Labels in code type are those of the paper's source. The colours are distinguishable with colour blindness. Where ours
 differs from the paper, the sentence says so; [the paper](../paper.md) has the numbers side by side. The pictures in order,
 as a story: [the method in pictures](../method.md).
 
@@ -74,7 +74,7 @@ def make(runs: Path, drawn: Path, files: list[str]) -> None:
 
 def page() -> Iterator[str]:
     """The lines of the page."""
-    from nsmaps.figures.captions import CAPTIONS
+    from nsmaps.figures.catalogue import CATALOGUE
 
     entries = listed()
     yield HEAD
@@ -83,7 +83,7 @@ def page() -> Iterator[str]:
         for entry in group:
             links = ", ".join(f"[{kind.upper()}]({entry['file']}.{kind})" for kind in FORMATS)
             yield f"{entry['says']}\n"
-            yield f"![{CAPTIONS[entry['figure']][0]}]({entry['file']}.png)\n"
+            yield f"![{CATALOGUE[entry['figure']].alt}]({entry['file']}.png)\n"
             yield f"Figure `{entry['figure']}` of the study `{entry['study']}`: {links}.\n"
     yield "## Animations\n"
     for entry in entries["animations"]:

@@ -1,1 +1,1 @@
-"""Where it ends up: auxiliary maps, attracting domains, closed forms of iterates (section 6 of the paper)."""
+"""Auxiliary maps and the attracting domains that they bound (section 6 of the paper)."""

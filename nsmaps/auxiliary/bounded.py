@@ -1,4 +1,4 @@
-"""Auxiliary maps that bound: of polynomials by Bernstein form, of any map that encloses the images of boxes."""
+"""Auxiliary maps that are bounds: of polynomials by Bernstein form, and of maps that enclose the images of boxes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -7,18 +7,18 @@ from typing import Self, cast
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike
-from nsmaps.auxiliary.bernstein import Polynomials
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
-from nsmaps.auxiliary.ranges import Hulls, ranges
 from nsmaps.auxiliary.sampled import Sampled
+from nsmaps.coordinates import TWO_PI, angle_mask
+from nsmaps.enclosures.bernstein import Polynomials
+from nsmaps.enclosures.branch_and_bound import Hulls, ranges
 from nsmaps.exact.enclosure.images import BoxMap
-from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.fit.polymap import PolyMap
 
 SAMPLES = 201  #: values at which an envelope is given
 SIGN = 1e-3  #: gap of the range of a slope, of which the sign is wanted
-TRIFLE = 1e-12  #: of a value, which enclosures need not be finer than
+TRIFLE = 1e-12  #: relative width of a value below which enclosures are not refined
 FINE, DRAWN, COARSE = 1e-12, 1e-9, 1e-6  #: gaps of ranges, relative to them, below which no box is cut; the last of enclosures
 
 
@@ -44,8 +44,8 @@ class Polynomial:
 
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps."""
-        made = _worst(self.hulls, self.box, intervals, FINE, known)
-        return replace(made, bounds=made.bounds + self.shift[:, None] + self.error[:, None] * [-1.0, 1.0])
+        found = _worst(self.hulls, self.box, intervals, FINE, known)
+        return replace(found, bounds=found.bounds + self.shift[:, None] + self.error[:, None] * [-1.0, 1.0])
 
     @classmethod
     def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
@@ -53,8 +53,8 @@ class Polynomial:
         k = np.arange(states.shape[1])
         boxes = np.repeat([[map.box] for map in maps], len(k), axis=1)
         boxes[:, k, k] = states[..., None]
-        made = ranges(maps[0].hulls, boxes.reshape(-1, *boxes.shape[2:]), np.tile(k, len(maps)), DRAWN, side=side)
-        return made.bounds[:, side].reshape(states.shape) + [map.shift + (2 * side - 1) * map.error for map in maps]
+        found = ranges(maps[0].hulls, boxes.reshape(-1, *boxes.shape[2:]), np.tile(k, len(maps)), DRAWN, side=side)
+        return found.bounds[:, side].reshape(states.shape) + [map.shift + (2 * side - 1) * map.error for map in maps]
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""
@@ -90,15 +90,15 @@ def _slopes(map: PolyMap, index: int, box: Floats) -> Floats:
             slopes[j] = ranges(polynomials.slope(j).hulls, box[None], index, SIGN).bounds[0]
     if map.coordinates[index] not in map.absolute:
         return slopes
-    within = replace(polynomials, absolute=(False,) * len(box))
-    low, high = ranges(within.hulls, box[None], index, SIGN).bounds[0]
+    plain = replace(polynomials, absolute=(False,) * len(box))
+    low, high = ranges(plain.hulls, box[None], index, SIGN).bounds[0]
     kink = np.where(np.isnan(slopes), np.nan, [-np.inf, np.inf])
     return slopes if low >= 0 else -slopes[:, ::-1] if high <= 0 else kink
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Enclosed:
-    """Auxiliary maps of a map that encloses the images of boxes, as the exact one does: what bounds is its worst case.
+    """Auxiliary maps of a map that encloses the images of boxes, as the exact one does: its worst case is a bound.
 
     The curves and the places of the extremes, and what follows from these, are those of samples.
     """
@@ -140,8 +140,8 @@ def _worst(
     k = np.arange(len(box))
     boxes = np.repeat(box[None], len(k), axis=0)
     boxes[k, k] = intervals
-    made = ranges(hulls, boxes, k, tolerance, None if known is None else known.ranges)
-    return Extremes(made.bounds, made.at[k, :, k], made)
+    found = ranges(hulls, boxes, k, tolerance, None if known is None else known.ranges)
+    return Extremes(found.bounds, found.at[k, :, k], found)
 
 
 def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxes: Floats) -> Hulls:

@@ -1,4 +1,4 @@
-"""How the auxiliary maps of a map are found: outer, inflated by an error, enclosed or sampled."""
+"""The four kinds of auxiliary maps of a map: outer, inflated by an error, enclosed or sampled."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,42 +7,42 @@ from typing import Literal
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.arrays import Floats
 from nsmaps.auxiliary.bounded import Enclosed, of_polynomials
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_function
-from nsmaps.auxiliary.fittedboxes import box_map
 from nsmaps.auxiliary.sampled import Sampled
+from nsmaps.coordinates import BoxLike, angle_mask, as_box, nearest_turn
+from nsmaps.enclosures.box_images import box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
-from nsmaps.exact.impacts import Floats, angle_mask, nearest_turn
-from nsmaps.reduced.composite import CompositeMap
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.reduced.fit.polymap import PolyMap
 
 How = Literal["outer", "inflated", "enclosed", "sampled"]
-ESTIMATED = "inflated by held-out error"  #: the status of what is no bound, as the error was taken at states
+ESTIMATED = "inflated by held-out error"  #: the status of an estimate: the error was sampled at states
 Maker = Callable[[Floats], AuxiliaryMaps]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorBound:
-    """How far a polynomial is from the map that it stands for, and how that is known."""
+    """The distance of a polynomial from the map that it approximates, and how that is known."""
 
     values: Floats  #: shape (n,), the largest error of each coordinate
     how: Literal["certified", "held-out"]
-    of: str = "exact map"  #: the map that it stands for
+    of: str = "exact map"  #: the map that it approximates
 
 
 def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None = None, samples: int = 201) -> Maker:
-    """What makes the auxiliary maps of a map on boxes (n, 2).
+    """A function that computes the auxiliary maps of a map on boxes (n, 2).
 
     Args:
         how: `outer`: a polynomial map's own, by Bernstein form, rounding included. `inflated`: the same, moved out by `error`,
-            for the map that it stands for. `enclosed`: of composite maps, and of any map with `image_boxes`. `sampled`: on
-            grids of `samples` points an axis, of any map, and no bound. None is `outer` or `inflated` of a polynomial map,
+            for the map that it approximates. `enclosed`: of composite maps, and of any map with `image_boxes`. `sampled`: on
+            grids of `samples` points an axis, of any map, not a bound. None is `outer` or `inflated` of a polynomial map,
             `enclosed` where that can be, and else `sampled`.
 
     Raises:
-        NsmapsError: the map cannot be bounded so, or `inflated` is without an error, or an error without it.
+        NsmapsError: the map has no such bounds, or `inflated` is given without an error or an error without it.
     """
     best: How = "sampled"
     if isinstance(map, PolyMap):
@@ -52,7 +52,7 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
     chosen = how or best
     if (chosen == "inflated") != (error is not None):
         given = "no error is" if error is None else "an error is"
-        raise NsmapsError(f"bounds are {chosen} and {given} given; accepted: an error with inflated bounds, and only there")
+        raise NsmapsError(f"bounds are {chosen} and {given} given; expected: an error with inflated bounds, and only there")
     if chosen in ("outer", "inflated") and isinstance(map, PolyMap):
         values = np.zeros(len(map.coordinates)) if error is None else error.values
         status = "outer" if error is None else f"inflated by {error.how} error"
@@ -60,22 +60,22 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
     if chosen == "enclosed" and isinstance(map, BoxMap | CompositeMap):
         return partial(Enclosed.of, box_map(map), samples)
     if chosen != "sampled":
-        accepted = "outer and inflated of a polynomial map, enclosed of a composite map or one with image_boxes, sampled of any"
-        raise NsmapsError(f"bounds are {chosen}, of a {type(map).__name__}; accepted: {accepted}")
+        choices = "outer and inflated of a polynomial map, enclosed of a composite map or one with image_boxes, sampled of any"
+        raise NsmapsError(f"bounds are {chosen}, of a {type(map).__name__}; expected: {choices}")
     return lambda box: Sampled.of(map, box, samples)
 
 
-def held_out_error(map: PolyMap, truth: AnyMap, box: ArrayLike, states: int = 20_000, seed: int = 0) -> ErrorBound:
+def held_out_error(map: PolyMap, truth: AnyMap, box: BoxLike, states: int = 20_000, seed: int = 0) -> ErrorBound:
     """The largest error of a polynomial map at random states and at the corners of a box (n, 2); infinite without image."""
-    array = np.asarray(box, float)
+    array = as_box(box, map.coordinates)
     corners = np.stack(np.meshgrid(*array, indexing="ij"), axis=-1).reshape(-1, len(array))
     inside = array[:, 0] + np.ptp(array, axis=1) * np.random.default_rng(seed).random((states, len(array)))
     x = np.concatenate([corners, inside])
     ours, exact = image_function(map, array)(x), image_function(truth, array)(x)
-    apart = np.abs(np.where(angle_mask(map.coordinates), nearest_turn(exact, ours), exact) - ours)
-    return ErrorBound(np.where(np.isfinite(apart), apart, np.inf).max(axis=0), "held-out")
+    difference = np.abs(np.where(angle_mask(map.coordinates), nearest_turn(exact, ours), exact) - ours)
+    return ErrorBound(np.where(np.isfinite(difference), difference, np.inf).max(axis=0), "held-out")
 
 
-def envelopes(map: AnyMap, box: ArrayLike, samples: int = 201, bounds: How | None = None) -> tuple[Envelope, ...]:
-    """The auxiliary maps of every coordinate on a box, shape (n, 2); `bounds` as in `auxiliary_maps`."""
-    return auxiliary_maps(map, bounds, None, samples)(np.asarray(box, float)).envelopes()
+def envelopes(map: AnyMap, box: BoxLike, samples: int = 201, bounds: How | None = None) -> tuple[Envelope, ...]:
+    """The auxiliary maps of every coordinate on a box, see `as_box`; `bounds` as in `auxiliary_maps`."""
+    return auxiliary_maps(map, bounds, None, samples)(as_box(box, map.coordinates)).envelopes()

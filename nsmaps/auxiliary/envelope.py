@@ -6,10 +6,10 @@ from typing import Literal, Protocol, Self
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike
-from nsmaps.auxiliary.ranges import Ranges
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import TWO_PI, angle_mask, nearest_turn
 from nsmaps.dynamics.returnmap import ReturnMap
-from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, nearest_turn
+from nsmaps.enclosures.branch_and_bound import Ranges
 
 
 class PlainMap(Protocol):

@@ -4,34 +4,35 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from nsmaps.arrays import Floats
 from nsmaps.auxiliary.envelope import AnyMap, image_function
-from nsmaps.auxiliary.fittedboxes import box_map
+from nsmaps.coordinates import angle_mask, nearest_turn
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
-from nsmaps.exact.impacts import Floats, angle_mask, nearest_turn
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.enclosures.box_images import box_map
+from nsmaps.reduced.fit.polymap import PolyMap
 
-TRIED = 1000  #: states of a box, at random, beside its corners
-STARTS = 1 / 6, 1 / 2, 5 / 6  #: of each side of a box, where orbits start that may come to a fixed point
-RETURNS = 64  #: of these orbits
+TRIED = 1000  #: random states of a box, in addition to its corners
+STARTS = 1 / 6, 1 / 2, 5 / 6  #: of each side of a box, where orbits start that may converge to a fixed point
+RETURNS = 64  #: length of these orbits
 
 
 def without_image(map: AnyMap, box: Floats, status: str) -> str:
-    """What is known of states of a box, shape (n, 2), of which auxiliary maps of some status have no bounds."""
+    """Why auxiliary maps of some status have no bounds over a box, shape (n, 2): its states without an image."""
     states = _tried(box)
     with np.errstate(all="ignore"):
         has = np.isfinite(image_function(map, box)(states)).all(axis=1)
     lost = states[~has]
     if len(lost):
-        return f"{len(lost)} of {len(states)} states tried in the box have no image, as {_told(map.coordinates, lost[0])}"
-    unknown = "by enclosure it is not known of all states of the box where, or whether, they have an image"
+        return f"{len(lost)} of {len(states)} states tried in the box have no image, as {_assigned(map.coordinates, lost[0])}"
+    unknown = "the enclosure does not decide for all states of the box where, or whether, they have an image"
     unbounded = unknown if status == "enclosed" else "there is no bound of the images of the box"
     return f"{unbounded}; all {len(states)} states tried in it have one"
 
 
 def about_fixed_point(map: AnyMap, box: Floats) -> str:
-    """Whether worst cases contract about a stable fixed point that is found in a box, shape (n, 2); empty where none is.
+    """Whether worst cases contract about a stable fixed point that is found in a box, shape (n, 2); empty where there is none.
 
     With J the derivative there, the worst case takes a small box of sides w to one of sides |J| w: into itself for some w if
     the spectral radius of |J| is less than one (as for w = (1 - |J|)^-1 s with any s > 0), and for none if it is more.
@@ -40,16 +41,16 @@ def about_fixed_point(map: AnyMap, box: Floats) -> str:
     if not found:
         return ""
     radius, point = max(found, key=lambda each: each[0])
-    where = f"its stable fixed point {_told(map.coordinates, _on_turn(map.coordinates, point.states[0], box))}"
-    what = f"the absolute derivatives have spectral radius {radius:.4g}"
+    where = f"its stable fixed point {_assigned(map.coordinates, _on_turn(map.coordinates, point.states[0], box))}"
+    criterion = f"the absolute derivatives have spectral radius {radius:.4g}"
     if radius > 1:
         no = "no small box about it is carried into itself, whatever its sides"
-        return f"at {where} {what}, more than 1: {no}; cells are not bound to boxes: `morse`"
+        return f"at {where} {criterion}, more than 1: {no}; cells are not bound to boxes: `morse`"
     if radius == 1:
         return ""
     sides = np.linalg.solve(np.eye(len(box)) - np.abs(point.derivative), np.ptp(box, axis=1))
     ratio = " : ".join(f"{side:.3g}" for side in sides / sides[0])
-    return f"at {where} {what}, less than 1: small boxes about it with sides as {ratio} are carried into themselves"
+    return f"at {where} {criterion}, less than 1: small boxes about it with sides as {ratio} are carried into themselves"
 
 
 def _tried(box: Floats) -> Floats:
@@ -60,7 +61,7 @@ def _tried(box: Floats) -> Floats:
 
 
 def _stable(map: AnyMap, box: Floats) -> Iterator[PeriodicOrbit]:
-    """Stable fixed points in a box to which orbits from it come, if the map has derivatives."""
+    """Stable fixed points in a box to which orbits from it converge, if the map has derivatives."""
     returning = box_map(map) if isinstance(map, PolyMap) else map
     if not isinstance(returning, ReturnMap):
         return
@@ -82,5 +83,5 @@ def _on_turn(names: tuple[str, ...], state: Floats, box: Floats) -> Floats:
     return np.where(angle_mask(names), nearest_turn(state, box.mean(axis=1)), state)
 
 
-def _told(names: tuple[str, ...], state: Floats) -> str:
+def _assigned(names: tuple[str, ...], state: Floats) -> str:
     return "(" + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, state, strict=True)) + ")"

@@ -6,10 +6,8 @@ from typing import Self
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family, image_function
-from nsmaps.exact.impacts import Floats
-from nsmaps.reduced.region import Bools
 
 Function = Callable[[Floats], Floats]
 

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from math import copysign, pi
 
-from nsmaps.bench.task import Answer, Floats, Pair
+from nsmaps.arrays import Floats
+from nsmaps.bench.task import Answer, Pair
 
 Flight = Callable[[float, float, float, float, float], tuple[float, float, bool]]
 """From (phase, start, velocity, lower wall, upper wall) to (time, velocity, was there an impact). Walls are displacements since

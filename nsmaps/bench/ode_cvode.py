@@ -8,20 +8,21 @@ from importlib.metadata import version
 from math import cos, floor, log10, pi
 from typing import Any
 
+from nsmaps.arrays import Floats
 from nsmaps.bench.bounces import absolute, returns_by_flights
-from nsmaps.bench.contestant import Contestant
-from nsmaps.bench.task import Answer, Floats, Pair
+from nsmaps.bench.solver import Solver
+from nsmaps.bench.task import Answer, Pair
 
 LONGEST = 50.0  #: flight followed
 
 
 @dataclass(frozen=True)
-class Cvode(Contestant):
+class Cvode(Solver):
     """CVODE's Adams methods at one tolerance."""
 
     rtol: float
     family = "CVODE Adams"
-    most = 500
+    max_starts = 500
 
     @property
     def setting(self) -> str:

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from nsmaps.arrays import Floats
 from nsmaps.bench.bounces import INSIDE
-from nsmaps.bench.contestant import Contestant
-from nsmaps.bench.task import Answer, Floats, Pair
+from nsmaps.bench.solver import Solver
+from nsmaps.bench.task import Answer, Pair
 
 LONGEST, MOST_IMPACTS = 50.0, 20
 
@@ -68,7 +69,7 @@ def _flight(method: str, rtol: float) -> Callable[..., Any]:
 
 
 @dataclass(frozen=True)
-class Diffrax(Contestant):
+class Diffrax(Solver):
     """One of diffrax's solvers at one tolerance."""
 
     method: str

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from math import cos, pi
 from typing import Any
 
+from nsmaps.arrays import Floats
 from nsmaps.bench.bounces import absolute, returns_by_flights
-from nsmaps.bench.contestant import Contestant
-from nsmaps.bench.task import Answer, Floats, Pair
+from nsmaps.bench.solver import Solver
+from nsmaps.bench.task import Answer, Pair
 
 LONGEST = 50.0  #: flight followed
 
@@ -25,12 +26,12 @@ class _Wall:
 
 
 @dataclass(frozen=True)
-class SciPy(Contestant):
+class SciPy(Solver):
     """One of SciPy's methods at one tolerance."""
 
     method: str
     rtol: float
-    most = 500
+    max_starts = 500
 
     @property
     def family(self) -> str:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.bench.contestant import Contestant
-from nsmaps.bench.task import Answer, Floats, Pair
+from nsmaps.arrays import Floats
+from nsmaps.bench.solver import Solver
+from nsmaps.bench.task import Answer, Pair
 
 if TYPE_CHECKING:
-    from nsmaps.exact.impacts import Returns
+    from nsmaps.exact.returns import Returns
     from nsmaps.exact.system import ImpactSystem
 
 
@@ -47,7 +48,7 @@ def read(returns: "Returns") -> Answer:
 
 
 @dataclass(frozen=True)
-class OneCore(Contestant):
+class OneCore(Solver):
     """One call of `first_return` for all starts, on one core."""
 
     derivative: bool = False
@@ -60,7 +61,7 @@ class OneCore(Contestant):
 
     def prepare(self) -> str:
         """Generate, compile and load the kernel."""
-        from nsmaps.study.archive import versions
+        from nsmaps.study.store.archive import versions
 
         self.solve(Pair(0.3, 0.5, 0.2), np.ones((2, 2)))
         return f"nsmaps {versions().get('nsmaps', '')}"
@@ -73,7 +74,7 @@ class OneCore(Contestant):
 
 
 @dataclass(frozen=True)
-class TwoCores(Contestant):
+class TwoCores(Solver):
     """One call of `first_return` for a batch that is large enough to be shared by two cores."""
 
     family = "nsmaps"

@@ -13,7 +13,7 @@ HEAD = "program | returns | µs per return | ratio | worst error | 99 % error | 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """How one contestant did."""
+    """The errors and times of one solver."""
 
     family: str  #: the program and its method
     setting: str  #: such as its tolerance
@@ -21,7 +21,7 @@ class Row:
     asked: int  #: starts of the grid that it was asked for
     times: tuple[float, ...]  #: seconds a return, a timing each
     worst: float  #: error of speed or phase (radians), the larger, over returns with the right word; NaN if none
-    most: float  #: the error that 99 % of them stay below
+    quantile: float  #: the error that 99 % of them stay below
     wrong: int  #: of the starts asked: wrong word, or no answer
     wrong_hard: int  #: of the hard cases: wrong word, or impact speed off by more than 1 %
 
@@ -66,7 +66,7 @@ class BenchResult:
         for row in self.rows:
             wrong = f"{row.wrong} of {row.asked}" if row.asked < max(r.asked for r in self.rows) else str(row.wrong)
             time = [_short(row.microseconds), _short(self.ratio(row.name))]
-            cells = [row.name, f"{row.asked}", *time, f"{row.worst:.1e}", f"{row.most:.1e}", wrong, str(row.wrong_hard)]
+            cells = [row.name, f"{row.asked}", *time, f"{row.worst:.1e}", f"{row.quantile:.1e}", wrong, str(row.wrong_hard)]
             lines.append(f"| {' | '.join(cells)} |")
         return "\n".join([*lines, "", *self._notes()]) + "\n"
 

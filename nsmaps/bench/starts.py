@@ -16,7 +16,8 @@ IMPORTS = "import numba, sympy, scipy.optimize, matplotlib.pyplot, pydantic, ric
 STUDIES = ("fp", "pd", "cd", "auto")  #: of vi_pair
 TURNS = 3  #: of which the median counts; of an empty cache one
 FORMULA = '''
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 
 class Ball(ImpactSystem):
@@ -115,9 +116,9 @@ class Clock:
     def study(self, name: str, *options: str, turns: int = 1, **environment: str) -> Start:
         """A run of a study of vi_pair, with its seconds by step."""
         out = f"{name}{len(self.units)}"
-        told = f"run vi_pair/{' '.join([name, *options])}{', empty kernel cache' if environment else ''}"
+        title = f"run vi_pair/{' '.join([name, *options])}{', empty kernel cache' if environment else ''}"
         arguments = ("-m", "nsmaps", "run", f"vi_pair/{name}", "--quiet", "--out", out, *options)
-        taken = self.take(told, *arguments, turns=turns, **environment)
+        taken = self.take(title, *arguments, turns=turns, **environment)
         steps = json.loads((self.folder / out / "result.json").read_text(encoding="utf-8"))["timings"]
         return Start(taken.name, taken.shares, taken.seconds, steps)
 
@@ -125,27 +126,27 @@ class Clock:
 def start(turns: int = TURNS, progress: Progress | None = None) -> StartResult:
     """Take the user time of programs from their start to their result, each beside I: some minutes.
 
-    Raises NsmapsError where a program fails, and on systems that do not tell the user time of programs (Windows).
+    Raises NsmapsError where a program fails, and on systems that do not report the user time of programs (Windows).
     """
     if os.name == "nt" or turns < 1:
         raise NsmapsError(
-            f"turns is {turns}, on {os.name}; accepted: at least 1, on a system that tells the user time of programs"
+            f"turns is {turns}, on {os.name}; expected: at least 1, on a system that reports the user time of programs"
         )
-    told = progress or (lambda *_: None)
+    report = progress or (lambda *_: None)
     rows: list[Start] = []
     with TemporaryDirectory() as folder:
         clock, empty = Clock(Path(folder)), str(Path(folder, "cache"))
         total = len(STUDIES) + 3
-        told("an empty kernel cache", 0, total)
+        report("an empty kernel cache", 0, total)
         rows.append(clock.study("fp", NSMAPS_CACHE_DIR=empty))
-        told("vi_pair/fp", 1, total)
+        report("vi_pair/fp", 1, total)
         clock.user("-m", "nsmaps", "run", "vi_pair/fp", "--quiet")  # fills the cache, if it is not
         rows.append(clock.study("fp", turns=turns))
         for k, name in enumerate(STUDIES):
-            told(f"vi_pair/{name}", 2 + k, total)
+            report(f"vi_pair/{name}", 2 + k, total)
             clock.user("-m", "nsmaps", "run", f"vi_pair/{name}", "--quiet", "--no-figures")
             rows.append(clock.study(name, "--no-figures", turns=turns))
-        told("a first return", total - 1, total)
+        report("a first return", total - 1, total)
         rows.extend(_first_returns(clock, turns, empty))
     return StartResult(tuple(rows), median(clock.units))
 

@@ -1,4 +1,4 @@
-"""What every contestant is asked: first returns of the vibro-impact pair from a grid of starts, and from 60 hard ones.
+"""The task of every solver: first returns of the vibro-impact pair from a grid of starts, and from 60 hard ones.
 
 The answers are known: `references.npz` holds them as solved in 50-digit arithmetic and rounded to double.
 """
@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from nsmaps.arrays import Floats
+
 SIDE = 100  #: starts along each axis of the grid
 SPEEDS = (0.01, 1.2)  #: impact speeds of the grid, both included
 REFERENCES = Path(__file__).with_name("references.npz")
@@ -28,7 +29,7 @@ class Pair:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """First returns to B of N states; NaN and -1 where the contestant found none."""
+    """First returns to B of N states; NaN and -1 where the solver found none."""
 
     image: Floats  #: shape (N, 2), impact speed and phase (radians, any turn)
     tops: NDArray[np.int8]  #: shape (N,), impacts on T on the way, which spell the word: B, as many T, B

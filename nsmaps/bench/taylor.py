@@ -6,9 +6,10 @@ from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
+from nsmaps.arrays import Floats
 from nsmaps.bench.bounces import returns_by_flights
-from nsmaps.bench.contestant import Contestant
-from nsmaps.bench.task import Answer, Floats, Pair
+from nsmaps.bench.solver import Solver
+from nsmaps.bench.task import Answer, Pair
 
 LONGEST = 50.0  #: flight followed
 
@@ -28,7 +29,7 @@ def _integrator(tol: float) -> Any:
 
 
 @dataclass(frozen=True)
-class Heyoka(Contestant):
+class Heyoka(Solver):
     """heyoka's adaptive Taylor integrator, one flight a call, started just inside the wall."""
 
     tol: float = 0.0  #: 0: the precision of double

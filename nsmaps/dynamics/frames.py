@@ -8,27 +8,40 @@ from nsmaps.exact.compiled import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def inner_product(columns, i, j):
+    """The inner product of two columns."""
+    total = 0.0
+    for a in range(len(columns)):
+        total += columns[a, i] * columns[a, j]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def orthonormalized(columns, growth):
     """Make the columns of a frame orthonormal in place, by modified Gram-Schmidt, and write the logarithms of their lengths.
 
     Columns that have no length, where a return forgets a direction, go last, and turn to directions that are left.
     """
-    left = len(columns)
-    for i in range(len(columns)):
-        length = math.sqrt((columns[:, i] ** 2).sum())
+    dim = len(columns)
+    left = dim
+    for i in range(dim):
+        length = math.sqrt(inner_product(columns, i, i))
         while length == 0.0 and i + 1 < left:
             left -= 1
             columns[:, i], columns[:, left] = columns[:, left].copy(), columns[:, i].copy()
-            length = math.sqrt((columns[:, i] ** 2).sum())
+            length = math.sqrt(inner_product(columns, i, i))
         growth[i] = math.log(length)
         if length == 0.0:
             axis = np.argmin((columns[:, :i] ** 2).sum(axis=1))  # the farthest from the columns before
             columns[:, i] = -(columns[:, :i] * columns[axis, :i]).sum(axis=1)
             columns[axis, i] += 1.0
-            length = math.sqrt((columns[:, i] ** 2).sum())
-        columns[:, i] /= length
-        for j in range(i + 1, len(columns)):
-            columns[:, j] -= columns[:, i] * (columns[:, i] * columns[:, j]).sum()
+            length = math.sqrt(inner_product(columns, i, i))
+        for a in range(dim):
+            columns[a, i] /= length
+        for j in range(i + 1, dim):
+            along = inner_product(columns, i, j)
+            for a in range(dim):
+                columns[a, j] -= columns[a, i] * along
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -40,6 +53,9 @@ def carried(derivatives, frames, growth):
         for k in range(len(frames)):
             for a in range(dim):
                 for b in range(dim):
-                    columns[a, b] = (derivatives[i, k, a] * frames[k, :, b]).sum()
+                    total = 0.0
+                    for c in range(dim):
+                        total += derivatives[i, k, a, c] * frames[k, c, b]
+                    columns[a, b] = total
+            orthonormalized(columns, growth[i, k])
             frames[k] = columns
-            orthonormalized(frames[k], growth[i, k])

@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from nsmaps.arrays import ArrayLike
+from nsmaps.coordinates import as_states
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.chain import joined
-from nsmaps.exact.impacts import Returns, as_states
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.compose import joined
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +19,7 @@ class Iterated:
 
     def __post_init__(self) -> None:
         if self.times < 1:
-            raise NsmapsError(f"{self.times} returns; accepted: at least one")
+            raise NsmapsError(f"{self.times} returns; expected: at least one")
 
     @property
     def coordinates(self) -> tuple[str, ...]:

@@ -10,11 +10,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, brief
-from nsmaps.dynamics.returnmap import CompiledOrbit, CompiledStretches, ReturnMap, compiled, followed
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import as_numbers
+from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.impacts import Floats, Outcome, Returns, Stretches, as_numbers
-from nsmaps.exact.parts import Arrays, in_parts, names_among, names_as_arrays
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
+from nsmaps.parallel import Arrays, in_parts, names_among, names_as_arrays
 from nsmaps.progress import shows
 
 BATCHES = 32  #: of successive returns, whose means tell the error
@@ -70,17 +72,16 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
     if start.ndim == 0 or start.shape[-1] != dim:
         raise StateError(f"the start has shape {start.shape}; its last axis must hold {', '.join(map.coordinates)}")
     if n < BATCHES or transient < 0:
-        raise NsmapsError(f"{n} returns after {transient}; accepted: at least {BATCHES}, one a batch, after zero or more")
+        raise NsmapsError(f"{n} returns after {transient}; expected: at least {BATCHES}, one a batch, after zero or more")
     flat = start.reshape(-1, dim)
     frames = np.tile(np.eye(dim), (len(flat), 1, 1))
     outcome = np.full(len(flat), Outcome.invalid, np.int8)
-    loop = compiled(map) if len(flat) else None
-    for part in _stretches(map, loop, flat, frames, transient):
+    for part in _growth(map, flat, frames, transient):
         flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
     sums, counts = [], np.diff(np.arange(BATCHES + 1) * n // BATCHES)
     for count in counts.tolist():
         total = np.zeros((len(flat), dim + 2))
-        for part in _stretches(map, loop, flat, frames, count):
+        for part in _growth(map, flat, frames, count):
             flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
             part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a direction was forgotten, but for rounding
             table = np.concatenate([part.growth, part.log_det[..., None], part.time[..., None]], axis=-1)
@@ -89,38 +90,47 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
     return _summary(map, np.stack(sums), counts, start.shape, outcome, flat)
 
 
-def _stretches(map: ReturnMap, loop: object, states: Floats, frames: Floats, n: int) -> Iterator[Stretches]:
-    """What n returns of states (M, dim) do to frames, in parts of many returns where there is a compiled loop for the map."""
-    block = max(BLOCK // len(states), 1) if isinstance(loop, CompiledStretches | CompiledOrbit) else 1
+@dataclass(frozen=True, slots=True, eq=False)
+class _Growth:
+    """What n returns of each of M states of dim coordinates did to frames of tangent vectors."""
+
+    states: Floats  #: shape (M, dim), where they are now; NaN after an orbit's end
+    frames: Floats  #: shape (M, dim, dim), orthonormal columns, the fastest growing first
+    growth: Floats  #: shape (n, M, dim), logarithms of the diagonal of R in D Q = Q' R; -inf where a return forgets a direction
+    log_det: Floats  #: shape (n, M), log |det D| of each return's derivative D
+    time: Floats  #: shape (n, M), of each return; NaN where unknown
+    outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
+
+
+def _growth(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[_Growth]:
+    """What n returns of states (M, dim) do to frames, in parts of many returns where the map makes many in one call."""
+    block = max(BLOCK // len(states), 1) if isinstance(map, OrbitMap) and len(states) else 1
     for first in range(0, n, block):
-        count = min(block, n - first)
-        if isinstance(loop, CompiledStretches):
-            part = loop.stretches(states, frames, count)
-        elif isinstance(loop, CompiledOrbit):
-            part = _carried(map, loop.orbits(states, count), frames)
+        if isinstance(map, OrbitMap):
+            returns = map.orbits(states, min(block, n - first), derivative=True)
         else:
-            part = _carried(map, map.first_return(states, derivative=True), frames)
+            returns = map.first_return(states, derivative=True)
+        part = _carried(returns, frames)
         states, frames = part.states, part.frames
         yield part
 
 
-def _carried(map: ReturnMap, made: Returns, frames: Floats) -> Stretches:
+def _carried(returns: Returns, frames: Floats) -> _Growth:
     """What returns of M states, the first of every state first, do to their frames, by modified Gram-Schmidt."""
     from nsmaps.dynamics.frames import carried
 
     m, dim, frames = len(frames), frames.shape[1], frames.copy()
-    n = len(made) // m if m else 1
-    derivative = made.derivative if made.derivative is not None else map.first_return(made.start, derivative=True).derivative
-    assert derivative is not None
-    growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(derivative).reshape(n, m, dim, dim)
+    n = len(returns) // m if m else 1
+    assert returns.derivative is not None
+    growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(returns.derivative).reshape(n, m, dim, dim)
     carried(slopes, frames, growth)
     with np.errstate(divide="ignore", invalid="ignore"):
         log_det = np.log(np.abs(np.linalg.det(slopes)))
-    time, outcome = made.time.reshape(n, m), made.outcome.reshape(n, m)
-    return Stretches(made.image[len(made) - m :], frames, growth, log_det, time, outcome)
+    time, outcome = returns.time.reshape(n, m), returns.outcome.reshape(n, m)
+    return _Growth(returns.image[len(returns) - m :], frames, growth, log_det, time, outcome)
 
 
-def _last(part: Stretches, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:
+def _last(part: _Growth, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:
     """How the last return of each orbit ended, or that which ended it."""
     return np.where(np.isnan(before).any(axis=1) & (outcome != Outcome.invalid), outcome, part.outcome[-1]).astype(np.int8)
 
@@ -194,14 +204,14 @@ def lyapunov_sweep(
 ) -> LyapunovSweep:
     """The Lyapunov exponents over the values of a parameter; arguments as of `lyapunov` and of `bifurcation`.
 
-    Every value is a part of `nsmaps.exact.parts.in_parts`; with `follow` all of them are one.
+    Every value is a part of `nsmaps.parallel.in_parts`; with `follow` all of them are one.
 
     Raises:
         StateError, NsmapsError: as `lyapunov`, or there is a map at none of the values.
     """
     along, now = np.atleast_1d(np.asarray(values, float)), np.asarray(state, float)
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
-        raise NsmapsError(f"the values have shape {along.shape}; accepted: one or more finite numbers in a row")
+        raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers in a row")
     order = np.argsort(-along if follow == "down" else along, kind="stable")
     cuts = [order] if follow else np.split(order, len(order))
     parts = [(map_of, along[cut], now, n, transient, bool(follow)) for cut in cuts]

@@ -6,8 +6,9 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike
-from nsmaps.exact.impacts import CHATTER, LONGER, REST, Floats, angle_mask, nearest_turn
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import angle_mask, nearest_turn
+from nsmaps.exact.words import CHATTER, LONGER, REST
 
 _RESTING = (CHATTER, REST, LONGER)
 _SPELLED = 3  #: returns of a motion that rests or chatters, up to which it is named by all of its words

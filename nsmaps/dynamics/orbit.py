@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, brief
-from nsmaps.dynamics.returnmap import CompiledOrbit, ReturnMap, compiled
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import as_numbers
+from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, continued, single_returns
 from nsmaps.errors import StateError
-from nsmaps.exact.impacts import Floats, Outcome, Returns, as_numbers, decoded
+from nsmaps.exact.outcome import OUTCOMES
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.words import decoded
 from nsmaps.progress import beat, shows
 
 if TYPE_CHECKING:
@@ -48,7 +51,7 @@ class Orbit:
 
         A return has the number of the step that it leads to: the first is 1. NsmapsError without xarray.
         """
-        from nsmaps.exact.data import EACH, NONE, OUTCOMES, TURNS, dataset
+        from nsmaps.datasets import EACH, NONE, TURNS, dataset
 
         dims = " ".join(["step", *(f"start{k}" for k in range(self.states.ndim - 2))])
         each = dims.replace("step", "return")
@@ -83,10 +86,10 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
     m, made = len(flat), 0
     states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
     codes, outcome = np.empty((n, m), np.int64), np.empty((n, m), np.int8)
-    states[0], walls = flat, map.first_return(flat[:0], **how).walls
-    for part in returns_of(map, flat, n, **how) if m else ():
+    states[0], walls = flat, map.first_return(flat[:0], **how).walls if not n * m else ()
+    for part in returns_of(map, flat, n, **how):
         rows = slice(made, made + len(part) // m)
-        made = rows.stop
+        made, walls = rows.stop, part.walls
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.told_turns.reshape(-1, m, dim)
         codes[rows], outcome[rows] = part.codes.reshape(-1, m), part.outcome.reshape(-1, m)
         beat(made / n)
@@ -98,15 +101,15 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
 
 
 def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
-    """The first n returns of each of M states, shape (M, dim), in parts: rows as of `CompiledOrbit.orbits`."""
-    made = compiled(map) if 0 < len(states) < MANY else None
-    loop = made if isinstance(made, CompiledOrbit) else None
-    block = BLOCK // len(states) if loop else 1
-    outcome = np.full(len(states), Outcome.invalid, np.int8)
+    """The first n returns of each of M states, shape (M, dim), in parts: rows as of `OrbitMap.orbits`; no part of no states."""
+    if not len(states):
+        return
+    if not isinstance(map, OrbitMap) or len(states) >= MANY:
+        yield from single_returns(map, states, n, **how)
+        return
+    block, before = BLOCK // len(states), None
     for first in range(0, n, block):
-        ended = np.isnan(states).any(axis=1)
-        part = loop.orbits(states, min(block, n - first), **how) if loop else map.first_return(states, **how)
-        if ended.any():
-            part.outcome.reshape(-1, len(states))[:, ended] = outcome[ended]
-        states, outcome = part.image[-len(states) :], part.outcome[-len(states) :]
+        part = continued(map.orbits(states, min(block, n - first), **how), before)
+        before = part.select(np.arange(len(part) - len(states), len(part)))
+        states = before.image
         yield part

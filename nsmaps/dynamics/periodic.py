@@ -1,17 +1,18 @@
-"""Periodic orbits of return maps by Newton's method, along a parameter, and where they double their period."""
+"""Periodic orbits of return maps by Newton's method."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, brief
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import angle_mask, wrap
 from nsmaps.dynamics.motion import differences, joined, label, magnitudes
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.impacts import Floats, Outcome, Returns, angle_mask, wrap
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
 
 MOST_STEPS = 50  #: of Newton's method
 ROUNDING = 8 * float(np.finfo(float).eps)  #: of a state, as a share of its scale: that of a whole turn, for an angle
@@ -128,17 +129,17 @@ def periodic_orbit(
         NsmapsError: a period that is none.
     """
     if period < 1:
-        raise NsmapsError(f"the period is {period}; accepted: at least one return")
+        raise NsmapsError(f"the period is {period}; expected: at least one return")
     states = np.atleast_2d(np.asarray(guess, float))
     dim = len(map.coordinates)
     if states.shape not in ((1, dim), (period, dim)):
-        raise StateError(f"the guess has shape {states.shape}; accepted: ({dim},) or ({period}, {dim})")
+        raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")
     if len(states) < period:
         states = orbit(map, states[0], period - 1).states
     now = map.first_return(states, derivative=True)
     size = magnitudes(map.coordinates, states) if scale is None else np.asarray(scale, float)
     for _ in range(MOST_STEPS):
-        step = _step(now)
+        step = _step(now, size)
         nearer = _nearer(map, now, step, size)
         if nearer is None:
             break
@@ -156,19 +157,28 @@ def _gaps(returns: Returns) -> Floats:
     return differences(returns.image, np.roll(returns.start, -1, axis=0), returns.coordinates)
 
 
-def _step(returns: Returns) -> Floats:
-    """Newton's step of all states, shape (q, n); NaN where there is none."""
-    assert returns.derivative is not None
-    q, n = returns.start.shape
+def shooting_jacobian(derivative: Floats, scale: Floats) -> Floats:
+    """The derivatives of the gaps of q states by these, shape (q n, q n), both in units of a scale (n,) of the coordinates.
+
+    Args:
+        derivative: of the returns, shape (q, n, n).
+    """
+    q, n, _ = derivative.shape
     jacobian = np.zeros((q, n, q, n))
     for k in range(q):
-        jacobian[k, :, k] += returns.derivative[k]
+        jacobian[k, :, k] += derivative[k] * scale / scale[:, None]
         jacobian[k, :, (k + 1) % q] -= np.eye(n)
+    return jacobian.reshape(q * n, q * n)
+
+
+def _step(returns: Returns, scale: Floats) -> Floats:
+    """Newton's step of all states, shape (q, n); NaN where there is none."""
+    assert returns.derivative is not None
     try:
-        step = np.linalg.solve(jacobian.reshape(q * n, q * n), -_gaps(returns).ravel())
+        step = np.linalg.solve(shooting_jacobian(returns.derivative, scale), -(_gaps(returns) / scale).ravel())
     except np.linalg.LinAlgError:
-        return np.full((q, n), np.nan)
-    return np.asarray(step, np.float64).reshape(q, n)
+        return np.full_like(returns.start, np.nan)
+    return np.asarray(step.reshape(returns.start.shape) * scale, np.float64)
 
 
 def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Returns | None:
@@ -180,77 +190,3 @@ def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Return
             return there
         share /= 2
     return None
-
-
-def continue_orbit(
-    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, values: Sequence[float], tolerance: float = 1e-10
-) -> tuple[PeriodicOrbit, ...]:
-    """A periodic orbit along values of a parameter, each from the one before it and the change of the last step.
-
-    Ends before the first value at which the orbit does not converge or not exist, as past a fold or a graze, or at which there
-    is no map: as many orbits as values were reached.
-
-    Args:
-        map_of: the return map at a value; a ValueError says that there is none.
-        orbit: at, or near, the first value.
-        values: in the order in which they are taken, shape (V,).
-        tolerance: largest residual of an orbit, as a share of the scale of the first.
-    """
-    found: list[PeriodicOrbit] = []
-    along: list[float] = []
-    for value in values:
-        try:
-            map = map_of(float(value))
-        except ValueError:
-            break
-        guess = found[-1].states if found else orbit.states
-        if len(found) > 1 and along[-1] != along[-2]:
-            change = differences(guess, found[-2].states, map.coordinates)
-            guess = guess + change * (value - along[-1]) / (along[-1] - along[-2])
-        here = periodic_orbit(map, guess, len(guess), tolerance, orbit.scale)
-        if not (here.converged and here.exists):
-            break
-        found.append(here)
-        along.append(float(value))
-    return tuple(found)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Crossing:
-    """Where a multiplier of a periodic orbit passes a real number along a parameter."""
-
-    value: float  #: of the parameter
-    orbit: PeriodicOrbit
-
-
-def period_doubling(
-    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, low: float, high: float, tolerance: float = 1e-10
-) -> Crossing:
-    """Where a multiplier of a periodic orbit passes -1, by Brent's method on det(derivative + 1).
-
-    Args:
-        map_of: the return map at a value of the parameter between low and high.
-        orbit: near that at `low` or `high`.
-        tolerance: of the value, as a share of the range; the residual of its orbit is within 1e-10.
-
-    Raises:
-        NsmapsError: the orbit cannot be followed there, or no multiplier passes -1 or an even number of them do.
-    """
-    from scipy.optimize import brentq
-
-    known: dict[float, PeriodicOrbit] = {}
-
-    def passed(value: float) -> float:
-        guess = known[min(known, key=lambda other: abs(other - value))] if known else orbit
-        here = periodic_orbit(map_of(value), guess.states, len(guess.states), scale=orbit.scale)
-        if not (here.converged and here.exists):
-            raise NsmapsError(f"the orbit cannot be followed to {value:.9g}: its residual there is {here.residual:.2g}")
-        known[value] = here
-        return float(np.linalg.det(here.derivative + np.eye(len(here.derivative))))
-
-    ends = [passed(value) for value in (low, high)]
-    if not ends[0] * ends[1] <= 0:
-        raise NsmapsError(f"no multiplier passes -1 between {low:g} and {high:g}, or an even number: det + 1 is {ends}")
-    value = float(brentq(passed, low, high, xtol=tolerance * (abs(high - low) or 1.0), rtol=1e-14))
-    passed(value)
-    return Crossing(value, known[value])

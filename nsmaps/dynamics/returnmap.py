@@ -1,14 +1,15 @@
 """The one interface of every return map: exact systems and composite maps satisfy it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from pydantic import ValidationError
 
-from nsmaps.arrays import ArrayLike
-from nsmaps.exact.impacts import Floats, Returns, Stretches
-from nsmaps.explain import explained
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.complaints import explained
+from nsmaps.exact.returns import Legs, Returns
 from nsmaps.progress import beat
 
 
@@ -35,10 +36,10 @@ class ReturnMap(Protocol):
 
 
 @runtime_checkable
-class CompiledOrbit(Protocol):
-    """What a return map may have beside: many returns in one call, for orbits of few states."""
+class OrbitMap(ReturnMap, Protocol):
+    """A return map that makes many returns in one call, as exact systems, composite maps and maps of strips do."""
 
-    def orbits(self, states: ArrayLike, n: int, **how: Any) -> Returns:
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, **how: Any) -> Returns:
         """The first n returns of each of M states: n M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
@@ -46,17 +47,44 @@ class CompiledOrbit(Protocol):
 
 
 @runtime_checkable
-class CompiledStretches(Protocol):
-    """What a return map may have beside: many returns with their derivatives in one call, for Lyapunov exponents."""
+class ExactMap(ReturnMap, Protocol):
+    """A return map whose flights are known, with their parameters, as exact systems are."""
 
-    def stretches(self, states: ArrayLike, frames: ArrayLike, n: int) -> Stretches:
-        """What the first n returns of each of M states do to frames, shape (M, dim, dim)."""
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """The values of the parameters by name."""
+
+    def parameter_names(self) -> Sequence[str]:
+        """The names of the parameters, in their order."""
+
+    def phase_rate(self) -> float:
+        """Radians of phase a unit of time."""
+
+    def legs(self, states: ArrayLike) -> Legs:
+        """How near the flights of first returns of states (N, n) come to a graze."""
+
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
+        """The derivative of first returns by the parameters, which change at these rates, shape (N, n)."""
 
 
-def compiled(map: object) -> object:
-    """What makes a map's returns in compiled loops, if anything does: what it offers as `compiled`, or the map itself."""
-    offer = getattr(map, "compiled", None)
-    return map if offer is None else offer()
+def continued(returns: Returns, before: Returns | None) -> Returns:
+    """Returns of M states, with the outcome of the M returns before them repeated where these ended."""
+    if before is None:
+        return returns
+    ended = np.isnan(returns.start[: len(before)]).any(axis=1)
+    if not ended.any():
+        return returns
+    outcome = np.where(ended, before.outcome, returns.outcome.reshape(-1, len(before)))
+    return replace(returns, outcome=outcome.ravel().astype(np.int8))
+
+
+def single_returns(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
+    """The first n returns of M states, shape (M, dim), by one call for each of the n."""
+    before: Returns | None = None
+    for _ in range(n):
+        before = continued(map.first_return(states, **how), before)
+        states = before.image
+        yield before
 
 
 def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[ReturnMap | None, str]:

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import as_states
 from nsmaps.dynamics.motion import differences, magnitudes
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
-from nsmaps.exact.impacts import Floats, as_states
 from nsmaps.progress import shows
 
 

@@ -1,8 +1,8 @@
 """The engine at work for one system: its tables handed to compiled code, what comes back as results."""
 
 import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsmaps.arrays import Floats
 from nsmaps.exact.compiled import code_of, compilers
-from nsmaps.exact.engine import layout, noisy
+from nsmaps.exact.engine import layout
 from nsmaps.exact.engine.batch import first_returns, orbits
 from nsmaps.exact.engine.flow import Flow
 from nsmaps.exact.engine.itinerary import all_legs
 from nsmaps.exact.engine.returns import sampled, trajectory
 from nsmaps.exact.engine.sensitivity import sensitivities
-from nsmaps.exact.engine.stretches import stretches
 from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of
-from nsmaps.exact.impacts import CHATTER, REST, Floats, Impacts, Legs, Returns, Stretches
+from nsmaps.exact.noise import orbit as noisy
+from nsmaps.exact.returns import Impacts, Legs, Returns
+from nsmaps.exact.words import CHATTER, REST
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -73,27 +75,19 @@ class Kernel:
         coordinates, walls = self.system.coordinates, self.system.wall_names
         return Returns(coordinates, walls, start, image, turns, codes, outcome, time, tangents if derivative else None)
 
-    def orbits(self, start: Floats, n: int, chatter: float) -> Returns:
+    def orbits(self, start: Floats, n: int, derivative: bool, chatter: float) -> Returns:
         """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
         m = len(start)
         states, turns = np.empty((n * m + m, 2)), np.empty((n * m, 2), np.int32)
         codes, outcome, time = np.empty(n * m, np.int64), np.empty(n * m, np.int8), np.empty(n * m)
-        states[:m] = start
+        states[:m], tangents = start, np.empty((n if derivative else 0, m, 2, 2))
         tables = states.reshape(n + 1, m, 2), turns.reshape(n, m, 2), *(row.reshape(n, m) for row in (codes, outcome, time))
-        orbits(self.flow, float(chatter), *tables)
-        return Returns(self.system.coordinates, self.system.wall_names, states[:-m], states[m:], turns, codes, outcome, time)
-
-    def stretches(self, start: Floats, frames: Floats, n: int, chatter: float) -> Stretches:
-        """What n returns of each of M states, shape (M, 2), do to their frames, shape (M, 2, 2)."""
-        m = len(start)
-        states, frames = start.copy(), frames.copy()
-        growth, log_det, time = np.empty((n, m, 2)), np.empty((n, m)), np.empty((n, m))
-        outcome = np.empty((n, m), np.int8)
-        stretches(self.flow, float(chatter), states, frames, growth, log_det, time, outcome)
-        return Stretches(states, frames, growth, log_det, time, outcome)
+        orbits(self.flow, float(chatter), *tables, tangents)
+        names, slopes = (self.system.coordinates, self.system.wall_names), tangents.reshape(-1, 2, 2) if derivative else None
+        return Returns(*names, states[: n * m], states[m:], turns, codes, outcome, time, slopes)
 
     def noisy_orbit(self, law: Any, step: Floats, parts: int, chatter: float, rng: np.random.Generator, tables: Any) -> None:
-        """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise`."""
+        """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`."""
         p, constants = self.flow, np.array(law)
         ball, count = np.zeros(noisy.NUMBERS), np.zeros(noisy.COUNTS, np.int64)
         states, turns, codes, outcome, time, eta, hits = tables
@@ -156,14 +150,39 @@ class Kernel:
 
 
 def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
-    """Run a task over n states in chunks, on all cores where there is more than one chunk."""
-    chunks = [slice(i, min(i + size, n)) for i in range(0, n, size)]
-    if len(chunks) < 2:
-        for k in chunks:
+    """Run a task over n states: on all cores, in chunks of at most `size`, where that is less than all.
+
+    Every core takes the next chunk when it is done with one; the last are small, so that none waits long for another.
+    """
+    if 0 < n <= size:
+        run(slice(0, n))
+    if n <= size:
+        return
+    cores = os.cpu_count() or 1
+    chunks = list(chunks_of(n, size, cores))
+    waiting = iter(chunks)
+
+    def work() -> None:
+        for k in waiting:
             run(k)
-    else:
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(run, chunks))
+
+    with ThreadPoolExecutor(cores) as pool:
+        workers = [pool.submit(work) for _ in range(cores)]
+        try:
+            wait(workers, return_when=FIRST_EXCEPTION)
+        finally:
+            chunks.clear()  # where one fails, or all are interrupted, they stop after their chunk
+        for worker in workers:
+            worker.result()
+
+
+def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
+    """Slices of n states: of at most `size` each, and at least an eighth of that, and else a share of what is left."""
+    begin = 0
+    while begin < n:
+        end = begin + min(size, max(size // 8, (n - begin) // (2 * cores)), n - begin)
+        yield slice(begin, end)
+        begin = end
 
 
 def kernel_of(system: "ImpactSystem") -> Kernel:

@@ -3,37 +3,32 @@
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from inspect import isabstract
 from pickle import PicklingError
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from nsmaps.arrays import ArrayLike
+from nsmaps.complaints import refused
+from nsmaps.coordinates import TWO_PI, Angle, as_states
 from nsmaps.errors import ParameterError, StateError, SystemDefinitionError
 from nsmaps.exact.files import REFUSED, defined_at, received
-from nsmaps.exact.impacts import TWO_PI, Angle, Impacts, Legs, Returns, Stretches, as_states
-from nsmaps.explain import refused
+from nsmaps.exact.returns import Impacts, Legs, Returns
+from nsmaps.exact.walls import Wall
+from nsmaps.parallel import fingerprint
 
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
-    from nsmaps.exact.grazing import GrazingCurve
+    from nsmaps.exact.grazing.curves import GrazingCurve
     from nsmaps.exact.kernel import Kernel
 
 
 System = TypeVar("System", bound="ImpactSystem")
-
-
-@dataclass(frozen=True, slots=True)
-class Wall:
-    """A wall at displacement `at`: side +1 stops growing displacement (the ball is below), side -1 falling displacement."""
-
-    at: Any
-    side: Literal[-1, 1]
 
 
 class ImpactSystem(BaseModel, ABC):
@@ -117,7 +112,7 @@ class ImpactSystem(BaseModel, ABC):
         returns = self._kernel().first_returns(start, derivative, chatter)
         return replace(returns, margin=self._kernel().legs(start, chatter).margin) if margin else returns
 
-    def orbits(self, states: ArrayLike, n: int, chatter: float = 1e-12) -> Returns:
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = 1e-12) -> Returns:
         """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
@@ -125,17 +120,7 @@ class ImpactSystem(BaseModel, ABC):
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
-        return self._kernel().orbits(start, n, chatter)
-
-    def stretches(self, states: ArrayLike, frames: ArrayLike, n: int, chatter: float = 1e-12) -> Stretches:
-        """What the first n returns of each of M states do to frames of tangent vectors, on one core.
-
-        Args:
-            states, frames: shapes (M, 2) and (M, 2, 2), the frames' columns orthonormal. Others and errors as `first_return`.
-        """
-        start = as_states(states, self.coordinates)
-        _check_chatter(chatter)
-        return self._kernel().stretches(start, np.asarray(frames, float), n, chatter)
+        return self._kernel().orbits(start, n, derivative, chatter)
 
     def legs(self, states: ArrayLike, chatter: float = 1e-12) -> Legs:
         """The turning points that the flights of first returns pass, and how near they come to a graze.
@@ -178,7 +163,7 @@ class ImpactSystem(BaseModel, ABC):
         Raises:
             StateError: the box is not one of finite states, or `lines` or `spacing` are too small.
         """
-        from nsmaps.exact.grazing import grazing_curves
+        from nsmaps.exact.grazing.curves import grazing_curves
 
         return grazing_curves(self, box, lines, spacing)
 
@@ -209,7 +194,7 @@ class ImpactSystem(BaseModel, ABC):
         """Times and displacements along the flights between the first n impacts from `state`, `samples` points a flight.
 
         Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. With velocities,
-        walls and absolute places: `nsmaps.exact.track.track`.
+        walls and absolute places: `nsmaps.exact.trajectory.track`.
         """
         times, places, _ = self._kernel().trajectory(self.impacts(state, n), samples)
         return times.ravel(), places.ravel()
@@ -254,7 +239,7 @@ def _check_class(cls: type[ImpactSystem]) -> None:
             f"{cls.__name__} has no parameter r for Newton's restitution; declare `r: float` or write its `rebound`"
         )
     if "sympy" in sys.modules:
-        from nsmaps.exact.definition import check_definition
+        from nsmaps.exact.checks import check_definition
 
         check_definition(cls)
 
@@ -270,3 +255,11 @@ def with_parameters(cls: type[System], parameters: Mapping[str, Any]) -> System:
 def _check_chatter(chatter: float) -> None:
     if not chatter >= 0:
         raise StateError(f"chatter is {chatter}; a share >= 0 is accepted (inf: always sum up)")
+
+
+@fingerprint.register
+def _(system: ImpactSystem) -> str:
+    """Of a system its formulas too, which its class may have changed."""
+    from nsmaps.exact.kernel import kernel_of
+
+    return f"{kernel_of(system).name}({system!r})"

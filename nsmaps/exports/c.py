@@ -3,8 +3,8 @@
 import math
 from string import Template
 
-from nsmaps.exact.impacts import Angle
-from nsmaps.exports.dialect import C, number
+from nsmaps.coordinates import Angle
+from nsmaps.exports.conditions import C, number
 from nsmaps.exports.program import Part, Program
 
 HEADER = Template("""/*

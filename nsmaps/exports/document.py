@@ -1,6 +1,6 @@
 """Maps and closed forms as plain data and back, to the bit: what is written as JSON and as the table of a Python module.
 
-The layout is that of `VERSION`; docs/export.md tells it. Nothing that is read is executed.
+The layout is that of `VERSION`; docs/export.md describes it. Nothing that is read is executed.
 """
 
 import ast
@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.auxiliary.compose import ClosedMap
-from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate, Values, held_of, second_of
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle
 from nsmaps.reading import json_of, odd_character, text_of
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.parametric import ParametricMap, ParametricReport
-from nsmaps.reduced.polymap import FitReport, PolyMap
-from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport
+from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.fit.polymap import FitReport, PolyMap
+from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate, Values, held_of, second_of
+from nsmaps.symbolic.map_iterates import ClosedMap
 
 SCHEMA, VERSION = "nsmaps", 1
 TABLE = "MAP"  #: the name of the table in a Python module
@@ -35,7 +35,7 @@ AnyMap = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | 
 
 
 def document(result: AnyMap) -> Document:
-    """A map or closed form as plain data: strings, numbers, lists and dictionaries. NsmapsError for a region of one's own."""
+    """A map or closed form as plain data: strings, numbers, lists and dictionaries. NsmapsError for a user-defined region."""
     kind = kind_of(result)
     return {"schema": SCHEMA, "version": VERSION, "kind": kind} | KINDS[kind][1](result)
 
@@ -51,7 +51,7 @@ def read_map(path: str | os.PathLike[str]) -> AnyMap:
     A module is not executed: its table is read.
 
     Raises:
-        NsmapsError: the file is none of these, or of another version.
+        NsmapsError: the file was not exported, or by another version.
     """
     file = Path(path)
     try:
@@ -61,16 +61,16 @@ def read_map(path: str | os.PathLike[str]) -> AnyMap:
         raise error if isinstance(error, OSError) else NsmapsError(f"{file}: {error}") from error
     except Exception as error:  # a file that was not exported can be wrong in every way
         why = " ".join(f"{type(error).__name__}: {error}".split())
-        raise NsmapsError(f"{file} is no map that was exported ({why})") from error
+        raise NsmapsError(f"{file} is not an exported map ({why})") from error
 
 
 def of_document(data: Document) -> AnyMap:
     """The map or closed form of plain data. NsmapsError for another schema, version or kind."""
-    told = (data.get("schema"), data.get("version")) if isinstance(data, dict) else (None, None)
-    if told != (SCHEMA, VERSION):
-        raise NsmapsError(f"schema {told[0]!r}, version {told[1]!r}; accepted: {SCHEMA!r}, {VERSION}")
+    layout = (data.get("schema"), data.get("version")) if isinstance(data, dict) else (None, None)
+    if layout != (SCHEMA, VERSION):
+        raise NsmapsError(f"schema {layout[0]!r}, version {layout[1]!r}; expected: {SCHEMA!r}, {VERSION}")
     if data["kind"] not in KINDS:
-        raise NsmapsError(f"a {data['kind']!r}; accepted: {', '.join(KINDS)}")
+        raise NsmapsError(f"a {data['kind']!r}; expected: {', '.join(KINDS)}")
     return KINDS[data["kind"]][2](data)
 
 
@@ -79,7 +79,7 @@ def _table(module: str) -> Document:
     for node in ast.parse(module).body:
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == TABLE:
             return ast.literal_eval(node.value)
-    raise NsmapsError(f"there is no table {TABLE}; accepted: a module that nsmaps exported")
+    raise NsmapsError(f"there is no table {TABLE}; expected: a module that nsmaps exported")
 
 
 def _numbers(values: Any) -> Any:
@@ -108,16 +108,16 @@ def _names(data: Sequence[Document]) -> tuple[str, ...]:
 
 
 def _name(name: Any) -> str:
-    """A name that can stand in a line of a program's comment."""
+    """A name that can stand on one line of a program's comment."""
     if not (isinstance(name, str) and 0 < len(name) <= 100 and len(name.splitlines()) == 1 and not odd_character(name)):
-        raise NsmapsError(f"{name!r:.60} is no name; accepted: one line of at most 100 characters")
+        raise NsmapsError(f"{name!r:.60} is not a name; expected: one line of at most 100 characters")
     return name
 
 
 def _number(value: Any) -> float:
     """A number, never a text, which sympy would evaluate."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise NsmapsError(f"{value!r:.60} is no number; accepted: a number")
+        raise NsmapsError(f"{value!r:.60} is not a number; expected: a number")
     return float(value)
 
 
@@ -129,7 +129,7 @@ def _powers(rows: Any, coordinates: int) -> Any:
     """Exponents, shape (terms, coordinates), of polynomials that can be evaluated."""
     powers = np.array(rows, np.int64).reshape(-1, coordinates)
     if powers.min(initial=0) < 0 or np.prod(powers.max(axis=0, initial=0) + 1.0) > DENSEST:
-        raise NsmapsError(f"powers from {powers.min()} to {powers.max()}; accepted: from 0, of at most {DENSEST:,} products")
+        raise NsmapsError(f"powers from {powers.min()} to {powers.max()}; expected: from 0, of at most {DENSEST:,} products")
     return powers
 
 
@@ -182,7 +182,7 @@ def _polymap_of(data: Document) -> PolyMap:
     shapes += [(c.shape, (len(e),)) for c, e in zip(coefficients, exponents, strict=True)]
     for found, wanted in shapes:
         if found != wanted:
-            raise NsmapsError(f"an array of shape {found}; accepted: {wanted}")
+            raise NsmapsError(f"an array of shape {found}; expected: {wanted}")
     report = _report_of(FitReport, data["report"], names)
     return PolyMap(names, exponents, coefficients, centre, scale, domain, tuple(data["absolute"]), report)
 
@@ -192,7 +192,7 @@ def _region(region: Region) -> Document:
         return {"box": _numbers(region.array)}
     if isinstance(region, Where):
         return {"where": region.text}
-    raise NsmapsError(f"a region of the class {type(region).__name__}, which no file describes; accepted: Box, Where")
+    raise NsmapsError(f"a region of the class {type(region).__name__}, which no file describes; expected: Box, Where")
 
 
 def _piece(piece: Piece) -> Document:
@@ -242,7 +242,7 @@ def _terms(expr: Any, names: Sequence[str]) -> Document:
     """A sympy polynomial by its exponents, its coefficients as fractions in text."""
     import sympy as sp
 
-    from nsmaps.auxiliary.formula import symbol
+    from nsmaps.symbolic.formula import symbol
 
     terms = sp.Poly(sp.sympify(expr, strict=True), *(symbol(name) for name in names)).terms()
     return {"exponents": [list(map(int, key)) for key, _ in terms], "coefficients": [str(sp.Rational(c)) for _, c in terms]}
@@ -251,12 +251,12 @@ def _terms(expr: Any, names: Sequence[str]) -> Document:
 def _expr(data: Document, names: Sequence[str]) -> Any:
     import sympy as sp
 
-    from nsmaps.auxiliary.formula import symbol
+    from nsmaps.symbolic.formula import symbol
 
     x = [symbol(_name(name)) for name in names]
     powers = _powers(data["exponents"], len(names)).tolist()
     if bad := [c for c in data["coefficients"] if not (isinstance(c, str) and FRACTION.fullmatch(c))]:
-        raise NsmapsError(f"the coefficient {bad[0]!r:.60}; accepted: a fraction of whole numbers in text")
+        raise NsmapsError(f"the coefficient {bad[0]!r:.60}; expected: a fraction of whole numbers in text")
     pairs = zip(powers, data["coefficients"], strict=True)
     return sp.Add(*(sp.Rational(c) * sp.Mul(*(g**e for g, e in zip(x, key, strict=True))) for key, c in pairs))
 
@@ -282,7 +282,7 @@ def _value(value: Any) -> float | Document:
 
 
 def _held_parts(data: Document) -> tuple[Any, list[Any], Mapping[str, tuple[float, float]], list[Values]]:
-    from nsmaps.auxiliary.formula import symbol
+    from nsmaps.symbolic.formula import symbol
 
     curves = [_expr(curve, data["symbols"]) for curve in data["curves"]]
     held: list[Values] = [

@@ -2,8 +2,8 @@
 
 from string import Template
 
-from nsmaps.exact.impacts import Angle
-from nsmaps.exports.dialect import JULIA, number
+from nsmaps.coordinates import Angle
+from nsmaps.exports.conditions import JULIA, number
 from nsmaps.exports.program import Part, Program
 
 MODULE = Template('''"""

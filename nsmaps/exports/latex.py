@@ -6,13 +6,13 @@ from typing import Any
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
-from nsmaps.auxiliary.compose import ClosedMap
-from nsmaps.auxiliary.formula import symbol
-from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate
-from nsmaps.exports.about import described
+from nsmaps.exports.headers import described
 from nsmaps.exports.program import Exportable, Part, Program, own_version, program_of
+from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate
+from nsmaps.symbolic.formula import symbol
+from nsmaps.symbolic.map_iterates import ClosedMap
 
-WIDTH = 95  #: characters of formula source in a line, about what a page holds
+WIDTH = 95  #: characters of formula source on one line, about the width of a page
 PLAIN = 30  #: terms up to which plain monomials are written beside the Chebyshev products
 
 DOCUMENT = r"""%% Written by nsmaps %s.
@@ -38,8 +38,8 @@ def latex_files(result: Exportable, name: str, about: Sequence[str] = ()) -> dic
         program = program_of(result, name)
         title = text(program.title)
         body = _composite(program) if program.kind == "pieces" else _part(program, program.parts[0])
-    told = "\\\\\n".join(text(line) for line in (*about, *described(result)))
-    return {f"{name}.tex": page(title, [told, *body] if told else body)}
+    provenance = "\\\\\n".join(text(line) for line in (*about, *described(result)))
+    return {f"{name}.tex": page(title, [provenance, *body] if provenance else body)}
 
 
 def page(title: str, body: Iterable[str]) -> str:

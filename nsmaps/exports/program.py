@@ -1,4 +1,4 @@
-"""What is exported, told without a language: polynomials in scaled coordinates, and how they make up a map."""
+"""The exported program without a language: polynomials in scaled coordinates, and how they make up a map."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -10,18 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsmaps.auxiliary.compose import ClosedMap
-from nsmaps.auxiliary.iterate import HeldIterate, SecondIterate
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle, Floats
-from nsmaps.exports.about import curve_titles, order_of
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.parametric import ParametricMap
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Region
+from nsmaps.exports.headers import curve_titles, order_of
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.composite.parametric import ParametricMap
+from nsmaps.reduced.conditions.region import Region
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate
+from nsmaps.symbolic.map_iterates import ClosedMap
 
 if TYPE_CHECKING:
-    from nsmaps.auxiliary.formula import Domain
+    from nsmaps.symbolic.formula import Domain
 
 Exportable = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | ClosedMap
 
@@ -82,9 +83,9 @@ class Program:
     inputs: tuple[str, ...]  #: coordinates, and behind them parameters
     outputs: tuple[str, ...]
     parts: tuple[Part, ...]
-    limits: tuple[tuple[int, float, float], ...] = ()  #: inputs with the only interval that is accepted of them
+    limits: tuple[tuple[int, float, float], ...] = ()  #: inputs with their admissible intervals
     notes: tuple[str, ...] = ()
-    told: tuple[str, ...] = ()  #: what it is of, and where that is from
+    provenance: tuple[str, ...] = ()  #: the study, piece and domain of the map
 
     @property
     def variables(self) -> dict[str, str]:
@@ -95,16 +96,16 @@ class Program:
     def about(self) -> list[str]:
         """The lines of the comment on top."""
         units = [f"{name} ({'radians' if isinstance(name, Angle) else 'in the units of the system'})" for name in self.inputs]
-        lines = [self.title, *self.told, f"Written by nsmaps {own_version()}.", ""]
+        lines = [self.title, *self.provenance, f"Written by nsmaps {own_version()}.", ""]
         return [*lines, f"State: {', '.join(units)}.", *self.notes, "", *(line for part in self.parts for line in part.about)]
 
 
 def program_of(result: Exportable, name: str, about: Sequence[str] = ()) -> Program:
     """The program of a map or closed form, with lines about where it is from.
 
-    NsmapsError for coefficients that are no numbers, or for a map of no piece.
+    NsmapsError for coefficients that are not numbers, or for a map without pieces.
     """
-    return replace(_program(result, name), told=(*about, *order_of(result)))
+    return replace(_program(result, name), provenance=(*about, *order_of(result)))
 
 
 def _program(result: Exportable, name: str) -> Program:
@@ -125,7 +126,7 @@ def _program(result: Exportable, name: str) -> Program:
 
 def _check_numbers(symbols: Sequence[str], domain: "Domain") -> None:
     if general := [each for each in symbols if each not in domain]:
-        raise NsmapsError(f"the coefficients have symbols: {', '.join(general)}; accepted: numbers, as by at({general[0]}=0.3)")
+        raise NsmapsError(f"the coefficients have symbols: {', '.join(general)}; expected: numbers, as by at({general[0]}=0.3)")
 
 
 def _single(name: str, title: str, polymap: PolyMap, outputs: int) -> Program:
@@ -143,15 +144,15 @@ def _pieces(
     limits: tuple[tuple[int, float, float], ...] = (),
 ) -> Program:
     if not result.pieces:
-        raise NsmapsError("the map has no piece; accepted: one or more")
+        raise NsmapsError("the map has no piece; expected: one or more")
     outputs = result.coordinates
     parts = zip(identifiers([f"piece {piece.name}" for piece in result.pieces]), result.pieces, strict=True)
     notes = (
         "Image: the same coordinates, angles in [0, 2 pi); NaN for a state in no piece, or NaN or infinite itself.",
         "Regions see angles in [0, 2 pi).",
     )
-    made = tuple(Part(each, _title(piece), piece.map, len(outputs), piece.region) for each, piece in parts)
-    return Program(name, title, "pieces", inputs, outputs, made, limits, notes)
+    branches = tuple(Part(each, _title(piece), piece.map, len(outputs), piece.region) for each, piece in parts)
+    return Program(name, title, "pieces", inputs, outputs, branches, limits, notes)
 
 
 def _title(piece: Piece) -> str:
@@ -183,22 +184,22 @@ def identifiers(names: Iterable[str]) -> list[str]:
 
     R1+ is R1_plus, R1' is R1_prime.
     """
-    made: list[str] = []
+    taken: list[str] = []
     for name in names:
         spelt = "".join(f" {SPELT[c]} " if c in SPELT else c for c in str(name))
         plain = re.sub(r"[^0-9A-Za-z]+", "_", spelt).strip("_") or "x"
         stem = plain if re.match(r"[A-Za-z]", plain) else f"x_{plain}"
         stem = f"{stem}_" if stem.lower() in RESERVED.split() else stem
         numbered = chain([stem], (f"{stem}_{k}" for k in count(2)))
-        made.append(next(each for each in numbered if each.lower() not in map(str.lower, made)))
-    return made
+        taken.append(next(each for each in numbered if each.lower() not in map(str.lower, taken)))
+    return taken
 
 
 def own_version() -> str:
     """The version of nsmaps, for the comment on top."""
     try:
         return version("nsmaps")
-    except PackageNotFoundError:  # a source tree on the path that nobody installed
+    except PackageNotFoundError:  # a source tree on the path that is not installed
         return ""
 
 

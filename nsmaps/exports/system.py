@@ -5,8 +5,9 @@ from typing import Any
 import sympy as sp
 
 from nsmaps.exact.flows.formulas import in_symbols
-from nsmaps.exact.system import ImpactSystem, Wall
-from nsmaps.exact.written import displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 from nsmaps.exports.latex import WIDTH, aligned, math, number, page, terms_of, text
 
 U = sp.Symbol("u", nonnegative=True)

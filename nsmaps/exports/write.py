@@ -6,19 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from nsmaps.auxiliary.compose import iterate
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.system import ImpactSystem
-from nsmaps.exports.about import described, of_study
 from nsmaps.exports.c import c_files
 from nsmaps.exports.document import KINDS, AnyMap, document, kind_of
-from nsmaps.exports.finished import Finished, held_by
+from nsmaps.exports.exportables import Finished, held_by
+from nsmaps.exports.headers import described, of_study
 from nsmaps.exports.julia import julia_files
 from nsmaps.exports.latex import latex_files
 from nsmaps.exports.matlab import matlab_files
-from nsmaps.exports.numpy_module import python_files
 from nsmaps.exports.program import identifiers, program_of
+from nsmaps.exports.python import python_files
 from nsmaps.exports.system import system_files
+from nsmaps.symbolic.map_iterates import iterate
 
 ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, ImpactSystem, the result of a study"
 
@@ -69,10 +69,10 @@ def export_iterate(
     """The n-th iterate of a piece of a result's composite map, all coordinates, as texts by file name; errors as `export`."""
     if result.composite is None:
         raise NsmapsError("the result has no composite map, of whose pieces there are iterates in closed form")
-    made = iterate(result.composite, n, piece=piece)
-    of = piece if piece is not None else result.composite.pieces[0].name
-    (name,) = identifiers([f"{of} iterate {n}"])
-    files = _writer(format)(made, name, [f"The iterate {n} of the piece {of}, all coordinates.", *of_study(result)])
+    closed = iterate(result.composite, n, piece=piece)
+    source = piece if piece is not None else result.composite.pieces[0].name
+    (name,) = identifiers([f"{source} iterate {n}"])
+    files = _writer(format)(closed, name, [f"The iterate {n} of the piece {source}, all coordinates.", *of_study(result)])
     _write(files, path)
     return files
 
@@ -87,7 +87,7 @@ def _write(files: Mapping[str, str], path: str | os.PathLike[str] | None) -> Non
 
 def _writer(format: str) -> "Writer":
     if format not in WRITERS:
-        raise NsmapsError(f"the format {format!r}{near_match(str(format), WRITERS)}; accepted: {', '.join(WRITERS)}")
+        raise NsmapsError(f"the format {format!r}{near_match(str(format), WRITERS)}; expected: {', '.join(WRITERS)}")
     return WRITERS[format]
 
 
@@ -96,31 +96,31 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
     write = _writer(format)
     if name is not None and identifiers([name]) != [name]:
         near = identifiers([name])[0]
-        raise NsmapsError(f"the name {name!r}; accepted: letters, digits and _, but no word of a language, such as {near!r}")
+        raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
     if isinstance(result, ImpactSystem):
         if format != "latex":
-            raise NsmapsError(f"an exact system as {format!r}: its map is implicit; accepted: 'latex'")
+            raise NsmapsError(f"an exact system as {format!r}: its map is implicit; expected: 'latex'")
         return system_files(result, name)
     if isinstance(result, AnyMap):
         return write(result, name or kind_of(result).replace(" ", "_"), ())
     if not isinstance(result, Finished):
-        raise NsmapsError(f"a {type(result).__name__} cannot be exported; accepted: {ACCEPTED}")
+        raise NsmapsError(f"a {type(result).__name__} cannot be exported; expected: {ACCEPTED}")
     if name is not None:
-        raise NsmapsError(f"the name {name!r} for all that a result holds; accepted: none, or one of its maps with a name")
+        raise NsmapsError(f"the name {name!r} for all that a result holds; expected: none, or one of its maps with a name")
     files = system_files(result.system) if format == "latex" else {}
     for each in held_by(result).files:
         files |= write(each.map, each.name, each.about)
     if not files:
         raise NsmapsError(
-            f"the result has nothing that can be written as {format!r}; accepted: one with a composite map, a parametric map or "
+            f"the result has nothing that can be written as {format!r}; expected: one with a composite map, a parametric map or "
             "a second iterate (not one of strips, which ask the exact system near edges)"
         )
     return files
 
 
 def _json(result: AnyMap, name: str, about: Sequence[str]) -> dict[str, str]:
-    told = {"about": [*about, *described(result)]}
-    return {f"{name}.json": json.dumps(document(result) | told, indent=1, allow_nan=False) + "\n"}
+    provenance = {"about": [*about, *described(result)]}
+    return {f"{name}.json": json.dumps(document(result) | provenance, indent=1, allow_nan=False) + "\n"}
 
 
 Writer = Callable[[AnyMap, str, Sequence[str]], dict[str, str]]

@@ -9,14 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.names import FIGURES as NAMES
+from nsmaps.figures.catalogue import CATALOGUE
 
 if TYPE_CHECKING:
-    from nsmaps.figures.needs import Drawable
+    from nsmaps.study.result import StudyResult
+
+NAMES = tuple(CATALOGUE)
 
 
 def draw(
-    result: "Drawable", names: Iterable[str], folder: str | Path, formats: Sequence[str] = ("png",), dpi: float = 200
+    result: "StudyResult", names: Iterable[str], folder: str | Path, formats: Sequence[str] = ("png",), dpi: float = 200
 ) -> list[Path]:
     """The files of the named figures, written into `folder`, which is made if it is not there.
 
@@ -27,15 +29,14 @@ def draw(
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from nsmaps.figures.sheets import SHEETS
     from nsmaps.figures.style import units_of
 
     known = FigureCanvasAgg.get_supported_filetypes()
     for kind, asked, accepted in (("figure", names := list(names), NAMES), ("format", list(formats), known)):
         for word in asked:
             if word not in accepted:
-                raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; accepted: {', '.join(accepted)}")
-    sheets = [sheet for name in dict.fromkeys(names) for sheet in SHEETS[name](result)]
+                raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
+    sheets = [sheet for name in dict.fromkeys(names) for sheet in CATALOGUE[name].sheets(result)]
     Path(folder).mkdir(parents=True, exist_ok=True)
     with units_of(result.system):
         return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi)]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from subprocess import CalledProcessError
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 import matplotlib
 import numpy as np
@@ -14,16 +15,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import Angle, nearest_turn
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.exact.impacts import Angle, Floats, nearest_turn
-from nsmaps.figures.areas import colours_of
-from nsmaps.figures.cobweb import composite_states, draw_pieces, look
+from nsmaps.figures.composite.areas import colours_of
+from nsmaps.figures.composite.cobweb import composite_states, draw_pieces, look
+from nsmaps.figures.data import COMPOSITE
 from nsmaps.figures.lines import staircase
-from nsmaps.figures.needs import Drawable, composite_of
-from nsmaps.figures.sheet import Sheet
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
+from nsmaps.figures.returns.surfaces import sheets as surface_sheets
 from nsmaps.figures.style import STYLE, piece_label, units_of
-from nsmaps.figures.surfaces import AZIMUTH, ELEVATION
-from nsmaps.figures.surfaces import sheets as surface_sheets
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
 
 Writer = PillowWriter | FFMpegWriter
 
@@ -43,7 +48,7 @@ class Film:
 
 
 def animate(
-    result: Drawable,
+    result: "StudyResult",
     name: str,
     folder: str | Path,
     format: str = "gif",
@@ -64,7 +69,7 @@ def animate(
     """
     for kind, word, accepted in (("animation", name, FILMS), ("format", format, _WRITERS)):
         if word not in accepted:
-            raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; accepted: {', '.join(accepted)}")
+            raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
     if not _WRITERS[format].isAvailable():
         raise NsmapsError(
             f"an animation in {format} is written by the program ffmpeg, which is not on the path; install it "
@@ -99,7 +104,7 @@ def _write(film: Film, writer: Writer, path: Path, dpi: float, progress: Callabl
     writer.finish()
 
 
-def _turning(result: Drawable, frames: int | None, orbit: int) -> Film:
+def _turning(result: "StudyResult", frames: int | None, orbit: int) -> Film:
     """The sheet of surfaces, seen from all sides."""
     (sheet,) = surface_sheets(result)
     figure, count = sheet.figure(), frames or _TURN
@@ -112,9 +117,9 @@ def _turning(result: Drawable, frames: int | None, orbit: int) -> Film:
     return Film(figure, show, count, 12)
 
 
-def _stepping(result: Drawable, frames: int | None, orbit: int) -> Film:
+def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
     """The cobwebs of one orbit, a panel a coordinate, above them the step and the piece that makes it."""
-    composite, states = composite_of(result, "cobweb"), composite_states(result, orbit - 1)
+    composite, states = COMPOSITE.of(result, "cobweb"), composite_states(result, orbit - 1)
     count = min(frames or _STEPS, len(states))
     states = states[:count]
     by = composite.piece_of(states)
@@ -141,8 +146,8 @@ def _stepping(result: Drawable, frames: int | None, orbit: int) -> Film:
 class _Cobweb:
     """One coordinate of an orbit over the pieces: the active piece stands out, as the curve on which the step lies."""
 
-    def __init__(self, result: Drawable, ax: Axes, i: int, states: Floats) -> None:
-        self._composite, self._states, self._i = composite_of(result, "cobweb"), states, i
+    def __init__(self, result: "StudyResult", ax: Axes, i: int, states: Floats) -> None:
+        self._composite, self._states, self._i = COMPOSITE.of(result, "cobweb"), states, i
         self._pieces = draw_pieces(result, ax, i)
         self._colours = colours_of(result, "cobweb")
         (self._path,) = ax.plot([], [], color="0.2", lw=1.1, zorder=5, label="composite orbit")
@@ -176,4 +181,4 @@ class _Cobweb:
         return np.where(self._composite.piece_of(line) == active, image, np.nan)
 
 
-FILMS: Mapping[str, Callable[[Drawable, int | None, int], Film]] = {"surfaces": _turning, "cobweb": _stepping}
+FILMS: Mapping[str, Callable[["StudyResult", int | None, int], Film]] = {"surfaces": _turning, "cobweb": _stepping}

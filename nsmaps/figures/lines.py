@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from nsmaps.exact.impacts import Floats
+from nsmaps.arrays import Floats
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit

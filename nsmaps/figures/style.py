@@ -16,7 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
-from nsmaps.exact.impacts import Angle
+from nsmaps.coordinates import Angle
 
 BLACK, MAGENTA, BLUE, ORANGE, GREEN = "#000000", "#CC79A7", "#0072B2", "#E69F00", "#009E73"
 SKY, YELLOW, RED, GREY, OLIVE, BROWN = "#56B4E9", "#F0E442", "#D55E00", "#7F7F7F", "#8A8000", "#6B3A0E"
@@ -46,6 +46,7 @@ STYLE: dict[str, Any] = {
     "text.usetex": False,  # names of a study never become TeX that is run
     "axes.labelsize": 12,
     "axes.titlesize": 11,
+    "axes.titley": 1.0,  # nothing stands between a panel and its title, which need not be looked for
     "axes.linewidth": 0.8,
     "axes.grid": False,
     "xtick.labelsize": 10,

@@ -3,7 +3,7 @@
 import os
 from importlib.metadata import PackageNotFoundError, version
 
-from nsmaps.study.archive import versions
+from nsmaps.study.store.archive import versions
 
 OPTIONAL = ("rich", "xarray", "h5netcdf", "h5py", "dask", "distributed", "heyoka", "diffrax", "scikit-sundae")
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -12,7 +12,7 @@ THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_
 def environment() -> dict[str, str]:
     """Versions of what must be and of what may be there, cores, settings of threads, and the folder of kernels.
 
-    Nothing of it is imported but NumPy.
+    Only NumPy is imported.
     """
     from nsmaps.exact.kept import cache_folder
 

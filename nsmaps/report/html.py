@@ -5,7 +5,7 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 EXACT = 1e15  #: below which a float that is whole is written so
-ONE = 5e-4  #: distance from 1 below which a number is told by it
+ONE = 5e-4  #: distance from 1 below which a number is written as that distance
 LONGEST = 300  #: letters of a text that are shown
 LONG = 40  #: letters from which the text of a cell is broken into lines
 SEVERAL = 4  #: rows of a list that are shown; of a longer one, such as the boxes of all updates, its length and its last
@@ -13,22 +13,22 @@ SEVERAL = 4  #: rows of a list that are shown; of a longer one, such as the boxe
 
 def tag(name: str, /, *children: "Element | str", **attributes: str) -> Element:
     """An element; `class_` is written class, `data_label` data-label."""
-    made = Element(name, {key.rstrip("_").replace("_", "-"): value for key, value in attributes.items()})
+    element = Element(name, {key.rstrip("_").replace("_", "-"): value for key, value in attributes.items()})
     for child in children:
         if isinstance(child, Element):
-            made.append(child)
-        elif len(made):
-            made[-1].tail = (made[-1].tail or "") + child
+            element.append(child)
+        elif len(element):
+            element[-1].tail = (element[-1].tail or "") + child
         else:
-            made.text = (made.text or "") + child
-    return made
+            element.text = (element.text or "") + child
+    return element
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence["Element | str"]], **attributes: str) -> Element:
     """A table with a head, whose first column names the rows, in a box of its own that scrolls where the page is narrow."""
     body = []
-    for first, *rest in rows:
-        cells = [tag("td", cell, data_label=label) for label, cell in zip(head[1:], rest, strict=True)]
+    for first, *others in rows:
+        cells = [tag("td", cell, data_label=label) for label, cell in zip(head[1:], others, strict=True)]
         for cell in cells:
             if len(cell.text or "") > LONG:
                 cell.set("class", "long")
@@ -37,7 +37,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence["Element | str"]], **attr
     return tag("div", tag("table", top, tag("tbody", *body), **attributes), class_="scroll", tabindex="0")
 
 
-def told(value: Any) -> str:
+def formatted(value: Any) -> str:
     """A plain value as a reader likes it: four digits, lists in brackets, long ones by their last entry."""
     if value is None or (isinstance(value, list) and not value):  # a NumPy number is compared with [] as an array
         return "–"
@@ -49,8 +49,8 @@ def told(value: Any) -> str:
         return f"{value:.0f}" if whole else f"1 {'+' if value > 1 else '-'} {abs(value - 1):.2g}" if near else f"{value:.4g}"
     if isinstance(value, list | tuple):
         if len(value) > SEVERAL:
-            return f"{len(value)} rows, the last {told(value[-1])}"
-        return f"[{', '.join(told(item) for item in value)}]"
+            return f"{len(value)} rows, the last {formatted(value[-1])}"
+        return f"[{', '.join(formatted(item) for item in value)}]"
     text = str(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ... ({len(text)} letters, whole in result.json)"
 
@@ -65,17 +65,19 @@ def tables(data: Any, level: int = 3, name: str = "") -> list[Element]:
         columns = [key for key in rows[0][1] if key not in texts]
         notes = [tag("p", f"{first}: {'; '.join(row[key])}", class_="soft") for key in texts for first, row in rows if row[key]]
         head = ["", *(str(key).replace("_", " ") for key in columns)]
-        return [*heading, table(head, [[first, *(told(row[key]) for key in columns)] for first, row in rows]), *notes]
+        return [*heading, table(head, [[first, *(formatted(row[key]) for key in columns)] for first, row in rows]), *notes]
     if isinstance(data, list) and _nested(data):
         data = {str(number): item for number, item in enumerate(data, 1)}
     if not isinstance(data, Mapping):
-        return [*heading, tag("p", told(data))]
+        return [*heading, tag("p", formatted(data))]
     plain = {key: value for key, value in data.items() if not _nested(value)}
-    made = [table(["", "value"], [[str(key).replace("_", " "), told(value)] for key, value in plain.items()])] if plain else []
+    elements = (
+        [table(["", "value"], [[str(key).replace("_", " "), formatted(value)] for key, value in plain.items()])] if plain else []
+    )
     for key, value in data.items():
         if key not in plain:
-            made += tables(value, level + 1, str(key))
-    return [*heading, *made]
+            elements += tables(value, level + 1, str(key))
+    return [*heading, *elements]
 
 
 def _rows(data: Any) -> list[tuple[str, Mapping[str, Any]]]:

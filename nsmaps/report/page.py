@@ -6,22 +6,23 @@ from importlib.resources import files
 from pathlib import Path
 from xml.etree.ElementTree import Element, tostring
 
-from nsmaps.figures.captions import CAPTIONS
+from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.report.cite import citation, run_citation
-from nsmaps.report.html import table, tables, tag, told
-from nsmaps.report.legend import legend
+from nsmaps.report.glossary import legend
+from nsmaps.report.html import formatted, table, tables, tag
 from nsmaps.storage import replace_file
-from nsmaps.study.conclusion import conclusion
-from nsmaps.study.folder import files_of
 from nsmaps.study.headline import headline
-from nsmaps.study.motions import digits
-from nsmaps.study.result import StudyResult, Verdict
+from nsmaps.study.result import StudyResult
+from nsmaps.study.sections.base import Verdict
+from nsmaps.study.sections.motions import digits
+from nsmaps.study.store.run_folder import files_of
 from nsmaps.study.summary import numbers
+from nsmaps.study.verdict import conclusion
 
 FILE = "report.html"
 WIDE = 1600  #: pixels from which a figure scrolls sideways on a narrow page instead of shrinking to it: more than one panel
 _PNG = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"  #: how a PNG begins and ends
-POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"  #: a browser that keeps to it asks nobody for anything
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"  #: a browser that obeys it sends no requests
 
 
 def write_report(result: StudyResult, folder: Path) -> Path:
@@ -66,13 +67,13 @@ def _anchor(name: str) -> str:
 
 
 def _about(result: StudyResult) -> Element:
-    given = ", ".join(f"{name} = {told(value)}" for name, value in result.system.parameters.items())
+    given = ", ".join(f"{name} = {formatted(value)}" for name, value in result.system.parameters.items())
     seconds = sum(result.timings.values())
     return tag("p", f"Study {result.study.name} of the system {result.study.system} ({given}), {seconds:.1f} s", class_="soft")
 
 
 def _headline(result: StudyResult) -> list[Element]:
-    """What was found, in plain words, where it can be said so."""
+    """The sentence on the results of the run, where there is one."""
     text = headline(result)
     return [tag("p", text, class_="headline")] if text else []
 
@@ -87,13 +88,13 @@ def _verdicts(result: StudyResult) -> list[Element]:
     if not result.verdicts:
         return [tag("p", "This study makes no claim.")]
     head = ["claim", "of", "holds", "required", "because"]
-    made = table(head, [_verdict(verdict) for verdict in result.verdicts], class_="verdicts")
-    for cell in made.iter("td"):
+    verdicts = table(head, [_verdict(verdict) for verdict in result.verdicts], class_="verdicts")
+    for cell in verdicts.iter("td"):
         if not (cell.text or len(cell)):
             cell.set("class", "empty")
     note = "A claim speaks of one map: the exact map, or a map put in its place. Required ones decide the exit code of the run."
     terms = [part for term, text in legend(result) for part in (tag("dt", term), tag("dd", text))]
-    return [tag("p", note, class_="soft"), made, tag("h3", "Terms"), tag("dl", *terms)]
+    return [tag("p", note, class_="soft"), verdicts, tag("h3", "Terms"), tag("dl", *terms)]
 
 
 def _verdict(verdict: Verdict) -> list[Element | str]:
@@ -114,13 +115,13 @@ def _figures(result: StudyResult, folder: Path) -> list[Element]:
     found = sorted((folder / "figures").glob("*.png"), key=lambda path: path.stem)  # the first domain's before the others'
     pictures = [
         (path, name)
-        for name in dict.fromkeys([*named, *CAPTIONS])
+        for name in dict.fromkeys([*named, *CATALOGUE])
         for path in found
         if (path.stem == name or path.stem.startswith(f"{name}-")) and (name in named or path.stem in later)
     ]
     shown = {name for _, name in pictures}
     lacking = [f"{_spoken(name)} could not be drawn: {why}" for name, why in result.undrawn.items() if name not in shown]
-    again = "{} is no whole picture; nsmaps figures DIR --only {} draws it again"
+    again = "{} is incomplete; nsmaps figures DIR --only {} draws it again"
     lacking += [again.format(path.name, name) for path, name in pictures if not _is_whole(path)]
     if not pictures and not lacking:
         return [tag("p", "None was drawn. nsmaps figures DIR draws those that the study names, and nsmaps report DIR adds them.")]
@@ -142,26 +143,26 @@ def _spoken(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _figure(path: Path, name: str, of: str) -> Element:
+def _figure(path: Path, name: str, subject: str) -> Element:
     """A figure within the page, with its size, so that the page does not move while it is read."""
     content = path.read_bytes()
     width, height = struct.unpack(">II", content[16:24])  # of the header chunk, with which every PNG begins
-    alt, caption = CAPTIONS[name]
+    row = CATALOGUE[name]
     source = f"data:image/png;base64,{b64encode(content).decode()}"
-    text = f"{alt}{f', of {of}' if of else ''}"
+    text = f"{subject}: {row.alt}" if subject else row.alt
     image = tag("img", src=source, alt=text, width=str(width), height=str(height))
     box = tag("div", image, class_="scroll", tabindex="0")
-    label = tag("figcaption", tag("b", f"{_spoken(name)}{f' ({of})' if of else ''}. "), caption)
+    label = tag("figcaption", tag("b", f"{_spoken(name)}{f' ({subject})' if subject else ''}. "), row.caption)
     return tag("figure", box, label, class_=("wide" if width > WIDE else "narrow") + (" tall" if height > width else ""))
 
 
 def _numbers(result: StudyResult) -> list[Element]:
-    """The numbers of each section as tables; those of a diagram have the parameter to the digits that tell its values apart."""
+    """The numbers of each section as tables; those of a diagram have the parameter to the digits that distinguish its values."""
     data = numbers(result)
-    for of, made in result.bifurcation.items():
-        for rows in data["bifurcation"][of].values():
+    for map_name, diagram in result.bifurcation.items():
+        for rows in data["bifurcation"][map_name].values():
             for row in rows if isinstance(rows, list) else ():
-                row["from"], row["to"] = digits([row["from"], row["to"]], made)
+                row["from"], row["to"] = digits([row["from"], row["to"]], diagram)
     note = "Those of result.json, by section. Angles are in radians, times of the section Speed in nanoseconds per state."
     return [
         tag("p", note, class_="soft"),

@@ -6,21 +6,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsmaps.arrays import Floats
 from nsmaps.auxiliary.bounds import ESTIMATED
-from nsmaps.exact.impacts import Floats
-from nsmaps.study.hints import inside
-from nsmaps.study.motions import NONE
+from nsmaps.study.diagnostics import inside
 from nsmaps.study.result import StudyResult
-from nsmaps.study.verdicts import intervals
+from nsmaps.study.sections.motions import NONE
+from nsmaps.study.texts import EXACT, intervals
 
 if TYPE_CHECKING:
-    from nsmaps.auxiliary.domain import AttractingDomain
-    from nsmaps.dynamics.basins import Basins
-    from nsmaps.dynamics.bifurcation import Bifurcation
-    from nsmaps.dynamics.ending import Ending
-    from nsmaps.study.spec import BifurcationSection
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.dynamics.attractors.basins import Basins
+    from nsmaps.dynamics.attractors.ending import Ending
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.study.sections.bifurcation import BifurcationSection
 
-EXACT = "exact map"
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 SAME = 1e-5  #: of the extent of the orbits, within which two of their cycles are one
 STABLE = {True: "stable ", False: "unstable ", None: ""}
@@ -54,7 +53,7 @@ def cycle_of(period: int) -> str:
 
 def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
     if result.basins is not None and result.study.basins is not None:
-        yield EXACT, _basins(result.basins, result.study.basins.longest)
+        yield EXACT, _basins(result.basins, result.study.basins.max_period)
     elif text := _orbits(result):
         yield EXACT, text
     elif "exact" in result.bifurcation and result.study.bifurcation is not None:
@@ -104,7 +103,7 @@ def _orbits(result: StudyResult) -> str:
 
 def _kinds(result: StudyResult, ends: "Sequence[Ending]") -> "list[list[Ending]]":
     """The endings that are one: cycles at the same states, and all without a period, of which nobody says that they are one."""
-    from nsmaps.dynamics.distance import hausdorff
+    from nsmaps.dynamics.attractors.distance import hausdorff
 
     kinds: list[list[Ending]] = []
     states = np.concatenate([np.empty((0, len(result.system.coordinates))), *(pair.exact.states for pair in result.orbits)])

@@ -14,16 +14,16 @@ from nsmaps.interrupts import heard
 from nsmaps.plugins import is_file
 from nsmaps.progress import working
 from nsmaps.storage import missing_of, remove_empty
-from nsmaps.study.archive import BrokenRun, read_result, versions_of, write
-from nsmaps.study.checkpoint import PARTS, keep_step, with_steps
-from nsmaps.study.folder import check_folder, writable
-from nsmaps.study.plan import Plan, prepare
-from nsmaps.study.reader import check_installed, load_study
+from nsmaps.study.binding import Plan, prepare
+from nsmaps.study.limits import check_sizes
+from nsmaps.study.reading.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sizes import check_sizes
-from nsmaps.study.spec import Study
 from nsmaps.study.steps import STEPS, steps_of
-from nsmaps.study.verdicts import verdicts
+from nsmaps.study.store.archive import BrokenRun, read_result, versions_of, write
+from nsmaps.study.store.checkpoint import PARTS, keep_step, with_steps
+from nsmaps.study.store.run_folder import check_folder, writable
+from nsmaps.study.study import Study
+from nsmaps.study.verdict import verdicts
 
 Progress = Callable[
     [str, float, int], None
@@ -183,7 +183,7 @@ def _kept(new: StudyResult, folder: Path) -> StudyResult:
     for what, same in (("study", kept.study == new.study), ("versions", kept.versions == new.versions)):
         if not same:
             raise NsmapsError(
-                f"{folder} holds a run of {kept.study.name!r} with another {what} than {new.study.name!r} now; accepted: "
+                f"{folder} holds a run of {kept.study.name!r} with another {what} than {new.study.name!r} now; expected: "
                 "the same study, system and versions, or a run from the beginning"
             )
     return kept

@@ -1,4 +1,4 @@
-"""Conformance: whether a class that somebody wrote is what the rest of nsmaps takes it for, told in plain words."""
+"""Conformance tests: whether a class fulfils its contract with nsmaps; every failure is a sentence."""
 
 from nsmaps.testing.polyfits import check_polyfit
 from nsmaps.testing.regions import check_region

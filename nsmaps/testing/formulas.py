@@ -8,11 +8,11 @@ from typing import Any
 import mpmath as mp
 import sympy as sp
 
+from nsmaps.arrays import Floats
 from nsmaps.errors import CheckError
 from nsmaps.exact.flows.formulas import in_symbols
-from nsmaps.exact.impacts import Floats
+from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
 from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.written import displacement_of, law_of, period_of, walls_of
 
 Acceleration = Callable[[Any, Any, Any], Any]  #: of time, place and velocity
 
@@ -20,7 +20,7 @@ DIGITS = 30
 NEAR = 1e-9  #: relative, of what is the same: formulas may hold floats
 SHORTER = range(2, 7)  #: shares of a period that are tried as periods
 SLIPS = {"2 pi": 2 * mp.pi, "2": 2, "pi": mp.pi}  #: by which a period is often wrong
-HUGE, FAR = 1e100, 100  #: what no power of time reaches; periods after which it is told whether a flight has gone away
+HUGE, FAR = 1e100, 100  #: what no power of time reaches; periods after which a flight is checked for escape
 ROUND = (0.5, 1, 2, 7)  #: speeds at which an impact law is tried, in units of the system's own
 
 
@@ -51,17 +51,17 @@ def flight_of(system: ImpactSystem) -> Flight:
     arguments = sp.symbols("t t0 z w", real=True)
     given = displacement_of(symbolic, *arguments)
     values = [mp.mpf(value) for value in system.parameters.values()]
-    made = [
+    functions = [
         sp.lambdify((*arguments, *symbols.values()), expr, "mpmath")
         for expr in (given, given.diff(arguments[0]), given.diff(arguments[0], 2))
     ]
-    place, velocity, acceleration = (lambda *flight, f=f: mp.re(f(*flight, *values)) for f in made)
+    place, velocity, acceleration = (lambda *flight, f=f: mp.re(f(*flight, *values)) for f in functions)
     places = tuple(mp.mpf(str(sp.N(wall.at, DIGITS))) for wall in walls_of(system).values())
     return Flight(cls.__name__, place, velocity, acceleration, mp.mpf(str(sp.N(period_of(system), DIGITS))), places)
 
 
 def check_description(system: ImpactSystem) -> None:
-    """Warn where a reader of `nsmaps systems` would be told nothing."""
+    """Warn where `nsmaps systems` would list no description."""
     cls = type(system)
     if not vars(cls).get("__doc__"):
         warnings.warn(f"{cls.__name__} has no docstring; say what moves, in which units, by which equation", stacklevel=3)
@@ -127,14 +127,14 @@ def check_period(flight: Flight) -> None:
 
 
 def check_restart(flight: Flight) -> None:
-    """A flight goes on as it did when it is started again on its way: nothing but place, velocity and time matters."""
+    """A flight continues unchanged when it is restarted on its way: it depends on place, velocity and time alone."""
     for length, *hit in flight.trials():
         halfway = hit[0] + length / 3
         again = halfway, flight.place(halfway, *hit), flight.velocity(halfway, *hit)
         whole, renewed = flight.place(hit[0] + length, *hit), flight.place(hit[0] + length, *again)
         if not _same(whole, renewed):
             raise CheckError(
-                f"a flight of {flight.name} does not go on as before when it is started again on its way: after an impact at "
+                f"a flight of {flight.name} does not continue as before when it is restarted on its way: after an impact at "
                 f"{_hit(hit)} it is at {_short(whole)} a time {_short(length)} later, and at {_short(renewed)} if started anew "
                 "after a third of it; a term in s = t - hit.t has a wrong sign or factor, or hit.t stands where t should"
             )
@@ -172,7 +172,7 @@ def check_growth(system: ImpactSystem, flight: Flight) -> None:
 
 
 def check_turns_back(system: ImpactSystem, flight: Flight, states: Floats) -> None:
-    """With one wall, most free flights do not go away from it for ever."""
+    """With one wall, most free flights return to it."""
     walls = list(system.walls().items())
     letter, base = walls[0]
     gone = [state for state in states if _goes_away(system, flight, state)] if len(walls) == 1 else []
@@ -180,7 +180,7 @@ def check_turns_back(system: ImpactSystem, flight: Flight, states: Floats) -> No
         v, phi = gone[len(gone) // 2]
         stops, away = ("growing", "falling") if base.side == 1 else ("falling", "growing")
         raise CheckError(
-            f"{len(gone)} of {len(states)} flights of {flight.name} that leave its wall {letter} go away for ever, such as that "
+            f"{len(gone)} of {len(states)} flights of {flight.name} that leave its wall {letter} never return, such as that "
             f"after an impact of speed {v:.3g} at phase {phi:.3g}, towards {away} displacement. A force has the wrong sign, the "
             f"wall has the wrong `side` ({base.side:+d} stops {stops} displacement), or a wall on the other side is forgotten: "
             f"expected is what turns the ball back to {letter}"
@@ -201,19 +201,19 @@ def check_law(system: ImpactSystem, size: float) -> None:
     for letter in system.wall_names:
         for speed in (0.0, *(size * share for share in ROUND)):
             after = float(sp.N(law_of(system, speed, letter)))
-            told = f"{type(system).__name__}.rebound({_short(speed)}, {letter!r}) is {_short(after)}"
+            call = f"{type(system).__name__}.rebound({_short(speed)}, {letter!r}) is {_short(after)}"
             if not after >= 0:
                 raise CheckError(
-                    f"an impact does not reverse the motion: {told}; expected: the speed just after the impact, at least zero. "
+                    f"an impact does not reverse the motion: {call}; expected: the speed just after the impact, at least zero. "
                     "A speed has no sign: the wall turns the velocity round by itself"
                 )
             if after > speed * (1 + NEAR):
-                warnings.warn(f"an impact gains energy: {told}, more than the speed just before it", stacklevel=3)
+                warnings.warn(f"an impact gains energy: {call}, more than the speed just before it", stacklevel=3)
                 break
 
 
 def check_use(system: ImpactSystem) -> None:
-    """Every parameter stands in some formula, unless no other value of it is accepted."""
+    """Every parameter appears in some formula, unless it has one admissible value."""
     cls = type(system)
     others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
     symbolic, symbols = in_symbols(cls, others)
@@ -231,7 +231,7 @@ def check_use(system: ImpactSystem) -> None:
 
 
 def neighbours(system: ImpactSystem, name: str) -> Iterator[ImpactSystem]:
-    """The system with one parameter a little changed, either way, where that is accepted."""
+    """The system with one parameter changed slightly, either way, where the value is admissible."""
     value = getattr(system, name)
     for step in (0.01, -0.01):
         try:

@@ -4,11 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import TWO_PI, Angle, angle_mask, wrap
 from nsmaps.errors import CheckError
-from nsmaps.exact.impacts import TWO_PI, Angle, Floats, Outcome, Returns, angle_mask, wrap
-from nsmaps.exact.surface import Axis, Grid, Surface
-from nsmaps.reduced.polyfit import PolyFit
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.reduced.fit.polyfit import PolyFit
+from nsmaps.reduced.fit.polymap import PolyMap
 
 LOW, HIGH = 0.5, 1.5  #: of every coordinate of the data
 CLOSE = 1e-7  #: of the fitted map to the polynomials that the data come from
@@ -24,16 +27,16 @@ def check_polyfit(fit: PolyFit, coordinates: Sequence[str] = ("v", Angle("phi"))
         CheckError: says what is wrong, for which coordinate's image, and what is expected.
     """
     if not isinstance(fit, PolyFit):
-        raise CheckError(f"{fit!r} is no fit; expected: an object of a class that inherits from nsmaps.PolyFit")
+        raise CheckError(f"{fit!r} is not a fit; expected: an object of a class that inherits from nsmaps.PolyFit")
     names = tuple(coordinates)
     exponents = [_exponents(fit, names, name) for name in names]
-    made = _polynomials(names, exponents)
-    surface = _surface(made, 2 * max(int(each.max()) for each in exponents) + 10)
+    polymap = _polynomials(names, exponents)
+    surface = _surface(polymap, 2 * max(int(each.max()) for each in exponents) + 10)
     for name in names:
         _check_data(fit, surface, name)
     fitted = fit.fit(surface)
     for i, name in enumerate(names):
-        wanted, found = made(surface.start)[:, i], fitted(surface.start)[:, i]
+        wanted, found = polymap(surface.start)[:, i], fitted(surface.start)[:, i]
         off = found - (np.abs(wanted) if name in fit.absolute else wanted)
         off = np.abs(wrap(off + np.pi) - np.pi if isinstance(name, Angle) else off)[fit.data(surface, name)].max()
         if not off < CLOSE:
@@ -46,15 +49,15 @@ def check_polyfit(fit: PolyFit, coordinates: Sequence[str] = ("v", Angle("phi"))
 def _exponents(fit: PolyFit, names: tuple[str, ...], output: str) -> np.ndarray:
     """The exponents of an output, checked."""
     given = fit.exponents(names, output)
-    told = f"{type(fit).__name__}.exponents for {output}'"
+    subject = f"{type(fit).__name__}.exponents for {output}'"
     if not (isinstance(given, np.ndarray) and given.ndim == 2 and given.shape[1] == len(names) and len(given)):
         what = f"an array of shape {given.shape}" if isinstance(given, np.ndarray) else type(given).__name__
-        raise CheckError(f"{told} is {what}; expected: a row a monomial, shape (m, {len(names)}), one at least")
+        raise CheckError(f"{subject} is {what}; expected: a row a monomial, shape (m, {len(names)}), one at least")
     if not np.issubdtype(given.dtype, np.integer) or given.min() < 0:
-        raise CheckError(f"{told} has {given.dtype} down to {given.min()}; expected: whole numbers, at least zero")
+        raise CheckError(f"{subject} has {given.dtype} down to {given.min()}; expected: whole numbers, at least zero")
     rows, counts = np.unique(given, axis=0, return_counts=True)
     if counts.max() > 1:
-        raise CheckError(f"{told} has the monomial {rows[counts.argmax()].tolist()} {counts.max()} times; expected: once")
+        raise CheckError(f"{subject} has the monomial {rows[counts.argmax()].tolist()} {counts.max()} times; expected: once")
     return given
 
 
@@ -67,16 +70,16 @@ def _polynomials(names: tuple[str, ...], exponents: list[np.ndarray]) -> PolyMap
     return PolyMap(names, tuple(exponents), tuple(coefficients), centre, scale, domain)
 
 
-def _surface(made: PolyMap, points: int) -> Surface:
+def _surface(polymap: PolyMap, points: int) -> Surface:
     """Returns that a map of polynomials would make, on a grid; less than half a turn away from zero."""
-    grid = Grid(axes={name: Axis(low=LOW, high=HIGH, points=points) for name in made.coordinates})
+    grid = Grid(axes={name: Axis(low=LOW, high=HIGH, points=points) for name in polymap.coordinates})
     start, m = grid.states(), grid.size
-    lifted: Floats = made(start)
-    angles = angle_mask(made.coordinates)
+    lifted: Floats = polymap(start)
+    angles = angle_mask(polymap.coordinates)
     image = np.where(angles, wrap(lifted), lifted)
     turns = np.round((lifted - image) / TWO_PI).astype(np.int32)
     rows = np.zeros(m, np.int64), np.full(m, Outcome.returned, np.int8), np.full(m, np.nan)
-    return Surface("trial", grid, np.ones(m, bool), Returns(made.coordinates, ("B",), start, image, turns, *rows, fitted=True))
+    return Surface("trial", grid, np.ones(m, bool), Returns(polymap.coordinates, ("B",), start, image, turns, *rows, fitted=True))
 
 
 def _check_data(fit: PolyFit, surface: Surface, output: str) -> None:

@@ -3,16 +3,16 @@
 import numpy as np
 import sympy as sp
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import TWO_PI, angle_mask, as_states
 from nsmaps.errors import CheckError
-from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, as_states
-from nsmaps.reduced.region import Region
+from nsmaps.reduced.conditions.region import Region
 
 TRIALS, SIZES = 2000, (0.01, 0.1, 1.0, 10.0, 100.0)  #: random states of each size that are tried, of both signs
 
 
 def check_region(region: Region, states: ArrayLike | None = None) -> None:
-    """Check that a region's `contains` and `condition` are one set of states, and that no state that is none lies in it.
+    """Check that a region's `contains` and `condition` are one set of states, and that no invalid state lies in it.
 
     Args:
         states: trial states, shape (N, n), angles in [0, 2 pi), some of them in the region; else random ones of all sizes.
@@ -21,7 +21,7 @@ def check_region(region: Region, states: ArrayLike | None = None) -> None:
         CheckError: says what is wrong, at which state, and what is expected.
     """
     if not isinstance(region, Region):
-        raise CheckError(f"{region!r} is no region; expected: an object of a class that inherits from nsmaps.Region")
+        raise CheckError(f"{region!r} is not a region; expected: an object of a class that inherits from nsmaps.Region")
     name = type(region).__name__
     trials = _random_states(region) if states is None else as_states(states, region.coordinates)
     inside = region.contains(trials)

@@ -5,9 +5,10 @@ import warnings
 import mpmath as mp
 import numpy as np
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
-from nsmaps.exact.impacts import TWO_PI, Floats, Returns, as_states
+from nsmaps.exact.returns import Returns
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.testing.formulas import (
     DIGITS,
@@ -35,18 +36,18 @@ FOLLOWED, IMPACTS, LOOKS = 6, 4, 40  #: trajectories compared with the formulas,
 def check_system(system: ImpactSystem, acceleration: Acceleration | None = None, states: ArrayLike | None = None) -> None:
     """Check that a system's formulas make a return map; takes seconds, and up to a minute or more to compile it when it is new.
 
-    Told are: walls that leave no room, or are forgotten so that flights never come back; a period that is wrong; a flight that
-    does not start where and as fast as it should, or not obey its equation; an impact that does not reverse the motion; a
-    parameter that no formula, or no return, depends on; compiled flights that differ from the formulas. Warned of are missing
-    descriptions, an impact that gains energy, and that the acceleration was not given.
+    Errors are: walls without room between them, or missing walls, so that flights never return; a wrong period; a flight with a
+    wrong initial place or velocity, or that violates its equation of motion; an impact that does not reverse the motion; a
+    parameter on which no formula, or no return, depends; compiled flights that differ from the formulas. Warnings are missing
+    descriptions, an impact that gains energy, and an acceleration that was not given.
 
-    A formula that is right for another system is not told from what was meant. A force of the wrong sign that lets the ball
-    come back, or one wall of two that nothing else shows to be missing, is found with the equation of motion or not at all.
+    A formula that is right for another system cannot be distinguished from the intended one. A force of the wrong sign that
+    lets the ball return, or the second wall if its absence has no other effect, is found by the equation of motion alone.
 
     Args:
         system: with parameters at which the base wall is reached.
-        acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), to hold the displacement against; without
-            it a wrong sign of the forcing, the same in every term, passes.
+        acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), with which the displacement is compared;
+            without it a wrong sign of the forcing, the same in every term, is not found.
         states: trial states, shape (N, 2); else speeds of all sizes, as the forces at the base wall have it, at all phases.
 
     Raises:
@@ -55,7 +56,9 @@ def check_system(system: ImpactSystem, acceleration: Acceleration | None = None,
     """
     if not isinstance(system, ImpactSystem):
         hint = ", with its parameters" if isinstance(system, type) else ""
-        raise CheckError(f"{system!r} is no system; expected: an object of a class that inherits from nsmaps.ImpactSystem{hint}")
+        raise CheckError(
+            f"{system!r} is not a system; expected: an object of a class that inherits from nsmaps.ImpactSystem{hint}"
+        )
     check_description(system)
     with mp.workdps(DIGITS):
         check_setting(system)
@@ -81,7 +84,7 @@ def check_system(system: ImpactSystem, acceleration: Acceleration | None = None,
     _check_influence(system, returns.select(returns.valid))  # flights that do not come back take long
     if acceleration is None:
         warnings.warn(
-            f"{flight.name} passes, but the acceleration was not given: a wrong sign of the forcing cannot be told; "
+            f"{flight.name} passes, but the acceleration was not given: a wrong sign of the forcing cannot be detected; "
             "pass acceleration=lambda t, place, velocity: ..., the right-hand side of the equation of motion",
             stacklevel=2,
         )
@@ -112,9 +115,9 @@ def _check_flights(system: ImpactSystem, flight: Flight, starts: Floats) -> None
             end, met = walls[hits.wall[i + 1]][1], flight.places[hits.wall[i + 1]]
             path = [flight.place(t0 + length * k / LOOKS, *impact) for k in range(1, LOOKS + 1)]
             speed = end.side * flight.velocity(t0 + length, *impact)
-            most = CLOSE * (1 + max(abs(x) for x in (*path, w, speed)))
+            tolerance = CLOSE * (1 + max(abs(x) for x in (*path, w, speed)))
             beyond = max(each.side * (x - at) for x in path for (_, each), at in zip(walls, flight.places, strict=True))
-            if abs(path[-1] - met) > most or abs(speed - hits.speed[i + 1]) > most or beyond > most:
+            if abs(path[-1] - met) > tolerance or abs(speed - hits.speed[i + 1]) > tolerance or beyond > tolerance:
                 raise CheckError(
                     f"the compiled flight of {flight.name} is not that of its formulas: after an impact on {letter} at "
                     f"phase {hits.phase[i]:.6g} with speed {hits.speed[i]:.6g}, {float(length):.6g} later the formulas give the "

@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 
 class BouncingBall(ImpactSystem):
@@ -19,7 +20,7 @@ class BouncingBall(ImpactSystem):
 
     One impact a period, v = 2 pi/(1 + r) at cos phi = pi (1 - r)/(Gamma (1 + r)), is there from Gamma = pi (1 - r)/(1 + r) on and
     doubles its period at Gamma^2 = (pi (1 - r)/(1 + r))^2 + (2 (1 + r^2)/(1 + r)^2)^2. A ball at rest is released where
-    Gamma sin phi = 1, for ever at rest if Gamma < 1.
+    Gamma sin phi = 1, permanently at rest if Gamma < 1.
     """
 
     dimensionless: ClassVar[bool] = True

@@ -7,7 +7,8 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 
 class ImpactOscillator(ImpactSystem):
@@ -17,8 +18,8 @@ class ImpactOscillator(ImpactSystem):
     wall > 0 from the oscillator at rest; at wall = 0 it touches it, at wall < 0 the spring presses the oscillator on it.
     The form x'' + b x' + x = -1 + A cos(w t) with its wall at zero is zeta = b/2, wall = 1.
 
-    For wall > 0 the steady motion grazes at the amplitude A = wall sqrt((1 - w^2)^2 + (2 zeta w)^2); below it orbits that settle
-    there no longer reach the wall, and their return is `escaped`. Beyond it the return map has a term in the square root of the
+    For wall > 0 the steady motion grazes at the amplitude A = wall sqrt((1 - w^2)^2 + (2 zeta w)^2); below it orbits near it
+    do not reach the wall, and their return is `escaped`. Beyond it the return map has a term in the square root of the
     distance from the graze: A. B. Nordmark, J. Sound Vib. 145 (1991) 279; S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129.
     """
 
@@ -82,7 +83,9 @@ class ImpactOscillator(ImpactSystem):
     def _of_its_regime(self) -> Self:
         regime = "under" if self.zeta < 1 else "over" if self.zeta > 1 else "critical"
         if self.damping != regime:
-            raise ValueError(f"zeta = {self.zeta!r} is no {self.damping!r} damping; choose damping: {regime}, or another zeta")
+            raise ValueError(
+                f"zeta = {self.zeta!r} is not {self.damping!r} damping; expected: damping: {regime}, or another zeta"
+            )
         if self.zeta == 0 and self.w == 1:
-            raise ValueError("zeta = 0 with w = 1 is resonance, where no motion is steady; accepted: another w, or damping")
+            raise ValueError("zeta = 0 with w = 1 is resonance, where no motion is steady; expected: another w, or damping")
         return self

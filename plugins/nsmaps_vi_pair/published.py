@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 from nsmaps.errors import FitError, near_match
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.printed import PrintedMap
+from nsmaps.reduced.composite.printed import PrintedMap
+from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps_vi_pair.system import VIPair
 
 FILE = Path(__file__).parent / "studies" / "published.json"
@@ -19,6 +19,6 @@ def published_map(region: str, d: float) -> PolyMap:
     cancels in the print (it reaches 1e11) costs no digits. FitError for a region that has none.
     """
     if region not in REGIONS:
-        raise FitError(f"no printed map of {region!r}{near_match(region, REGIONS)}; accepted: {', '.join(REGIONS)}")
+        raise FitError(f"no printed map of {region!r}{near_match(region, REGIONS)}; expected: {', '.join(REGIONS)}")
     printed = PrintedMap.model_validate(json.loads(FILE.read_text(encoding="utf-8"))[region])
     return printed.at(VIPair(d=d, r=0.5, g_bar=0).coordinates, None if printed.parameter is None else d)

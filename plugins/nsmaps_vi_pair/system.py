@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
 
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 DERIVED = {
     "d": ("s", "M", "omega", "F"),
@@ -68,23 +69,23 @@ class VIPair(ImpactSystem):
         if not isinstance(data, dict):
             return data
         given = {name: data[name] for name in data if name in PHYSICAL}
-        rest = {name: value for name, value in data.items() if name not in PHYSICAL}
+        others = {name: value for name, value in data.items() if name not in PHYSICAL}
         if not given:
-            return rest
+            return others
         for name, value in given.items():
             if not isinstance(value, (int, float)) or not abs(value) < float("inf") or (name in POSITIVE and value <= 0):
-                raise ValueError(f"{name} is {value!r}; a {'positive ' if name in POSITIVE else ''}number is accepted")
+                raise ValueError(f"{name} is {value!r}; expected: a {'positive ' if name in POSITIVE else ''}number")
         used: set[str] = set()
         for target, needed in DERIVED.items():
-            if target not in rest and all(name in given for name in needed):
-                rest[target] = _dimensionless(target, given)
+            if target not in others and all(name in given for name in needed):
+                others[target] = _dimensionless(target, given)
                 used.update(needed)
         if unused := sorted(set(given) - used):
             raise ValueError(
                 f"{', '.join(unused)} given but not used: d follows from s, M, omega, F and g_bar from M, g, beta, F, "
                 "each all together and not beside d or g_bar itself"
             )
-        return rest
+        return others
 
 
 def _dimensionless(name: str, q: dict[str, float]) -> float:

@@ -7,9 +7,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from nsmaps.auxiliary.bernstein import Polynomials
-from nsmaps.auxiliary.ranges import ranges
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.enclosures.bernstein import Polynomials
+from nsmaps.enclosures.branch_and_bound import ranges
+from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = ("x", "y", "z")
 

@@ -6,14 +6,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from nsmaps.auxiliary.attracting_domain import attracting_domain, smallest_box
 from nsmaps.auxiliary.bounds import ErrorBound, auxiliary_maps, envelopes, held_out_error
-from nsmaps.auxiliary.domain import attracting_domain, smallest_box
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.polymap import PolyMap
 
 WIDE = [[-2, 2], [-2, 2], [-2, 2]]
 
@@ -175,7 +175,7 @@ def test_an_enclosed_worst_case_is_outer_and_next_to_the_sampled_one():
 def test_states_without_a_bounded_image_trap_nothing():
     domain = attracting_domain(Enclosing(holes=[np.array([0.3, 0.1])]), [[-1, 1], [-1, 1]], updates=1)
     assert not domain.trapped
-    unknown = "by enclosure it is not known of all states of the box where, or whether, they have an image"
+    unknown = "the enclosure does not decide for all states of the box where, or whether, they have an image"
     assert f"{unknown}; all 1004 states tried in it have one" in domain.reason
     none, why = smallest_box(Enclosing(holes=[np.array([0.3, 0.1])]), [[0.2, 0.4], [0, 0.2]])
     assert none is None
@@ -191,7 +191,7 @@ def test_a_start_box_is_found_around_a_small_one():
 @pytest.mark.parametrize(
     ("map", "how", "error", "text"),
     [
-        (PAIR, "enclosed", None, "bounds are enclosed, of a PolyMap; accepted: outer"),
+        (PAIR, "enclosed", None, "bounds are enclosed, of a PolyMap; expected: outer"),
         (Enclosing(), "outer", None, "bounds are outer, of a Enclosing"),
         (PAIR, "inflated", None, "bounds are inflated and no error is given"),
         (PAIR, "outer", ErrorBound(np.zeros(2), "certified"), "bounds are outer and an error is given"),

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps.auxiliary.compose import compose, iterate
-from nsmaps.auxiliary.cycles import curve_cycles, two_cycles
-from nsmaps.auxiliary.iterate import second_iterate
+from nsmaps.coordinates import TWO_PI, Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import TWO_PI, Angle
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.parametric import ParametricMap
-from nsmaps.reduced.polyfit import Full
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Where
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.composite.parametric import ParametricMap
+from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.symbolic.curve_iterates import second_iterate
+from nsmaps.symbolic.map_iterates import compose, iterate
+from nsmaps.symbolic.two_cycles import curve_cycles, two_cycles
 
 PLANE = exported.random_map([[0.5, 1.0], [0.1, 0.9]], size=0.1)
 STATES = np.random.default_rng(0).uniform([0.5, 0.1], [1.0, 0.9], (50, 2))
@@ -52,7 +52,7 @@ def test_a_word_of_regions_is_read_from_the_left():
     np.testing.assert_allclose(last.over()(STATES), three(one(STATES)), rtol=0, atol=1e-13)
     with pytest.raises(NsmapsError, match="iterate 2 depends on 'v', of which an absolute value was taken"):
         compose(composite, ["R3", "R1"])
-    with pytest.raises(NsmapsError, match="the word is 'R1'; accepted: a sequence of one or more of R1, R2, R3"):
+    with pytest.raises(NsmapsError, match="the word is 'R1'; expected: a sequence of one or more of R1, R2, R3"):
         compose(composite, "R1")
     with pytest.raises(NsmapsError, match="no piece 'R4'"):
         compose(composite, ["R4"])
@@ -73,7 +73,7 @@ def test_a_word_with_d_and_with_a_reset():
     after = compose(CompositeMap(exported.NAMES, ("B",), (piece("R1", 1), reset)), ["up", "R1"])
     v = sp.Symbol("v", real=True)
     assert after.images["phi"].free_symbols == {v}
-    with pytest.raises(NsmapsError, match="'v' has no bounded domain; accepted: a box"):
+    with pytest.raises(NsmapsError, match="'v' has no bounded domain; expected: a box"):
         after.over()
     box = [[0.5, 1.0], [0.1, 0.9]]
     np.testing.assert_allclose(after.over(box)([[0.7, 0.2]]), piece("R1", 1).map([[0.7, 1.2]]), atol=1e-13)
@@ -99,7 +99,7 @@ def test_general_coefficients_and_refusals():
     x, b0, b1 = sp.symbols("x b_0 b_1", real=True)
     assert sp.expand(line.images["x"] - (b0 + b1 * (b0 + b1 * (b0 + b1 * x)))) == 0
     assert line.at(b_0=0.5, b_1=-1).images["x"] == sp.Rational(1, 2) - x
-    with pytest.raises(NsmapsError, match="iterate 4 has degree 81 and up to 3403 terms; accepted: degree 100 and 3000 terms"):
+    with pytest.raises(NsmapsError, match="iterate 4 has degree 81 and up to 3403 terms; expected: degree 100 and 3000 terms"):
         iterate(PLANE, 4)
     with pytest.raises(NsmapsError, match="n is 0"):
         iterate(PLANE, 0)
@@ -166,7 +166,7 @@ def test_no_cycle_and_bad_boxes():
     line = PolyMap.of_monomials(("x",), {"x": {(1,): Fraction(1, 2)}}, [[-1, 1]])
     assert two_cycles(line).points.shape == (0, 2, 1)
     assert two_cycles(line).multipliers.shape == (0, 1)
-    with pytest.raises(NsmapsError, match="accepted: bounded sides"):
+    with pytest.raises(NsmapsError, match="expected: bounded sides"):
         two_cycles(PolyMap.reset(("x",), {}))
     with pytest.raises(NsmapsError, match="the box is"):
         two_cycles(line, [[1, 0]])

@@ -6,13 +6,13 @@ from boxmaps import Henon, Logistic, Turn, one_each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsmaps.auxiliary.cellgraph import graph_of, recurrent
-from nsmaps.auxiliary.cells import Cells, counted, painted, targets_of
-from nsmaps.auxiliary.conley import conley_indices
-from nsmaps.auxiliary.cover import morse_sets, trap
+from nsmaps.cells.conley import conley_indices
+from nsmaps.cells.grid import Cells, counted, painted, targets_of
+from nsmaps.cells.morse_sets import morse_sets, trap
+from nsmaps.cells.transition_graph import graph_of, recurrent
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages
-from nsmaps.exact.impacts import Angle
 
 TURN = 2 * np.pi
 
@@ -140,7 +140,7 @@ def test_what_is_not_known_is_kept():
     assert not patchy.stays[unknown[patchy.numbers]].any()
     held = trap(Patchy(0.9), patchy, 0)
     assert not held.trapped
-    assert "unknown" in held.reason
+    assert "not bounded" in held.reason
 
 
 def test_the_node_of_unknown_images_adds_no_recurrence_of_its_own():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.auxiliary.search import find_cycles
+from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.dynamics.motion import differences
 
 COUNTS = [0, 3, 3, 10, 21, 58, 149]  #: of least period 0, 1, ..., 6

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from boxmaps import one_each, plain_returns
 
+from nsmaps.auxiliary.attracting_domain import attracting_domain, smallest_box
 from nsmaps.auxiliary.bounds import envelopes
-from nsmaps.auxiliary.domain import attracting_domain, smallest_box
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle
 
 
 @dataclass
@@ -139,7 +139,7 @@ def test_an_angle_is_taken_on_the_turn_of_the_box():
 
 def test_the_smallest_box_is_grown_to_a_trapped_one_or_given_up():
     map = Plain(lambda x, y: (-0.5 * x + 0.2, 0.5 * y + 0.1))
-    box, why = smallest_box(map, [[0.5, 0.6], [0.2, 0.21]], most=40)
+    box, why = smallest_box(map, [[0.5, 0.6], [0.2, 0.21]], max_growth=40)
     assert box is not None, why
     assert attracting_domain(map, box, updates=1).trapped
     assert attracting_domain(map, [[0.5, 0.6], [0.2, 0.21]], grow=True).trapped is False  # beyond four times the start

@@ -8,17 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nsmaps import load_study, run
-from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
-from nsmaps.auxiliary.domain import attracting_domain
-from nsmaps.auxiliary.fittedboxes import FittedBoxes, box_map
-from nsmaps.auxiliary.fullmap import FullAuxiliaryMap
-from nsmaps.auxiliary.search import find_cycles
-from nsmaps.auxiliary.transient import transient
+from nsmaps.auxiliary.attracting_domain import attracting_domain
+from nsmaps.auxiliary.set_valued import FullAuxiliaryMap
+from nsmaps.cells.exit_times import transient
+from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.periodic_points import find_cycles
+from nsmaps.coordinates import Angle, nearest_turn
+from nsmaps.enclosures.box_images import FittedBoxes, box_map
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle, Outcome, nearest_turn
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.exact.outcome import Outcome
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = ("v", Angle("phi"))
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from boxmaps import Henon, one_each
 
-from nsmaps.auxiliary.cells import images_of
-from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
-from nsmaps.auxiliary.fullmap import FullAuxiliaryMap
+from nsmaps.auxiliary.set_valued import FullAuxiliaryMap
+from nsmaps.cells.grid import images_of
+from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.coordinates import Angle
 from nsmaps.exact.enclosure.images import BoxImages
-from nsmaps.exact.impacts import Angle
 
 
 class Linear:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.auxiliary.bernstein import Polynomials
-from nsmaps.auxiliary.domain import attracting_domain
-from nsmaps.auxiliary.ranges import ranges
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.auxiliary.attracting_domain import attracting_domain
+from nsmaps.enclosures.bernstein import Polynomials
+from nsmaps.enclosures.branch_and_bound import ranges
+from nsmaps.reduced.fit.polymap import PolyMap
 
 START = [[0.7, 1], [0.2, 1.14]]  # of the exact map in vi_pair/fp
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from boxmaps import Henon, one_each, plain_returns
 
+from nsmaps.auxiliary.attracting_domain import attracting_domain, smallest_box
 from nsmaps.auxiliary.bounds import ErrorBound
-from nsmaps.auxiliary.domain import attracting_domain, smallest_box
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.coordinates import Angle
+from nsmaps.reduced.fit.polymap import PolyMap
 
 
 def turning(share: float, degrees: float) -> PolyMap:
@@ -102,7 +102,7 @@ def test_an_enclosure_that_knows_nothing_is_no_state_without_image() -> None:
     domain = attracting_domain(Unknown(0.2), [[0.5, 1.5], [0, 0.5]])
     assert not domain.trapped
     assert "some states of the box have no image" not in domain.reason
-    unknown = "by enclosure it is not known of all states of the box where, or whether, they have an image"
+    unknown = "the enclosure does not decide for all states of the box where, or whether, they have an image"
     assert domain.reason.startswith(f"update 1: {unknown}; all 1004 states tried in it have one")
     none, why = smallest_box(Unknown(0.2), [[0.8, 1.2], [0.1, 0.2]])
     assert none is None

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from boxmaps import Henon, Sway, Turn, one_each
 
-from nsmaps.auxiliary.cellgraph import graph_of
-from nsmaps.auxiliary.cells import Cells, targets_of
-from nsmaps.auxiliary.closedwalks import on_closed_walks
-from nsmaps.auxiliary.search import find_cycles
+from nsmaps.cells.closed_walks import on_closed_walks
+from nsmaps.cells.grid import Cells, targets_of
+from nsmaps.cells.periodic_points import find_cycles
+from nsmaps.cells.transition_graph import graph_of
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
 

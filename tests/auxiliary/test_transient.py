@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from boxmaps import Henon, one_each
 
-from nsmaps.auxiliary.cells import Cells
-from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
-from nsmaps.auxiliary.search import find_cycles
-from nsmaps.auxiliary.transient import transient
+from nsmaps.cells.exit_times import transient
+from nsmaps.cells.grid import Cells
+from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, Where
 
 WINDOW = [[-5.5, 2.5], [-2, 2]]
 REGIONS = {

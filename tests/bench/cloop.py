@@ -1,4 +1,4 @@
-"""The hand-written C loop as a contestant, compiled by gcc -O2 and called through ctypes."""
+"""The hand-written C loop as a solver, compiled by gcc -O2 and called through ctypes."""
 
 import ctypes
 import shutil
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nsmaps.bench.contestant import Contestant
+from nsmaps.bench.solver import Solver
 from nsmaps.bench.task import Answer, Floats, Pair
 
 SOURCE = Path(__file__).with_name("loop.c")
@@ -35,7 +35,7 @@ def compiled(flags: tuple[str, ...]) -> ctypes.CDLL:
 
 
 @dataclass(frozen=True)
-class CLoop(Contestant):
+class CLoop(Solver):
     """Turning points in closed form, then Newton, on one core; plainly written, or tuned."""
 
     tuned: bool = False

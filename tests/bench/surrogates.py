@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from nsmaps import Axis, Grid, Partition, load_system, partition
 from nsmaps.figures.style import BLUE, GREEN, RED
-from nsmaps.reduced.accurate import accurate
-from nsmaps.reduced.speed import speeds
+from nsmaps.reduced.adaptive.accurate import accurate
+from nsmaps.reduced.validation.speed import speeds
 
 GRID = Grid(axes={"v": Axis(low=0.01, high=1.0, points=300), "phi": Axis(low=0.0, high=pi, points=300)})
 BOX = np.array([(axis.low, axis.high) for axis in GRID.axes.values()])

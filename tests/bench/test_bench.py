@@ -12,9 +12,9 @@ import pytest
 from bench.cloop import CLoop
 
 import nsmaps.bench
+from nsmaps.bench.comparison import errors
 from nsmaps.bench.count import work_per_return
 from nsmaps.bench.ours import OneCore
-from nsmaps.bench.race import errors
 from nsmaps.bench.task import GRID, Answer, Floats, Pair, grid, grid_task, hard_tasks
 from nsmaps.errors import NsmapsError
 
@@ -23,7 +23,7 @@ needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not i
 
 
 @dataclass(frozen=True)
-class Careless(nsmaps.bench.Contestant):
+class Careless(nsmaps.bench.Solver):
     """Gives the true answers of the task, but for some of the first."""
 
     wrong_words: int = 0
@@ -98,7 +98,7 @@ def test_the_c_loops_agree_with_nsmaps(tuned: bool, d: float) -> None:
 
 
 @pytest.mark.parametrize("program", nsmaps.bench.programs(), ids=lambda program: program.name)
-def test_a_program_finds_ordinary_returns(program: nsmaps.bench.Contestant) -> None:
+def test_a_program_finds_ordinary_returns(program: nsmaps.bench.Solver) -> None:
     try:
         program.prepare()
     except ImportError as why:
@@ -140,9 +140,9 @@ def test_no_answer_is_a_wrong_word() -> None:
 
 
 def test_what_cannot_be_run_is_refused() -> None:
-    with pytest.raises(NsmapsError, match=r"nobody can take part .*No module named 'absent'"):
+    with pytest.raises(NsmapsError, match=r"no solver is available .*No module named 'absent'"):
         nsmaps.bench.run([Absent()])
-    with pytest.raises(NsmapsError, match="'carless' does not take part, did you mean 'careless'"):
+    with pytest.raises(NsmapsError, match="'carless' is not available, did you mean 'careless'"):
         nsmaps.bench.run([Careless()], against="carless")
     with pytest.raises(NsmapsError, match="0 returns"):
         nsmaps.bench.run([Careless()], returns=0)

@@ -9,10 +9,12 @@ from scipy.optimize import brentq
 from toys import GearRattle
 
 import nsmaps
-from nsmaps.dynamics.attractor import find_attractors
-from nsmaps.dynamics.basins import Basins, basins, boundary
+from nsmaps.coordinates import Angle
+from nsmaps.dynamics.attractors.attractor import find_attractors
+from nsmaps.dynamics.attractors.basins import Basins, basins, boundary
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.impacts import Angle, Outcome, Returns
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
 
 PHASE = Angle("phi")
 
@@ -91,7 +93,7 @@ def test_boundary_and_distance_are_those_of_the_closed_form():
     for k, attractor in enumerate(made.attractors):
         exact = np.hypot(0.3 * np.cos(phi) - attractor.states[0, 0], phi).min()
         assert exact <= line.distance(k) + 1e-9 < exact + 0.02
-    with pytest.raises(NsmapsError, match="no attractor 2; accepted: 0 to 1"):
+    with pytest.raises(NsmapsError, match="no attractor 2; expected: 0 to 1"):
         line.distance(2)
 
 

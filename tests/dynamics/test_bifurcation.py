@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.coordinates import Angle
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.impacts import Angle, Outcome, Returns
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
 
 PHASE = Angle("phi")
 

@@ -10,9 +10,10 @@ from dynamics_implicit import flight, gaps, multipliers_test, solve
 from toys import BouncingBall
 
 import nsmaps
-from nsmaps.dynamics.branch import cascade, continue_branch, doubled_branch
+from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Outcome, Returns
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
 
 HALF, QUARTER = mp.mpf(1) / 2, mp.mpf(1) / 4
 G3, G6 = (mp.mpf("0.1245") * mp.mpf("9.8") * mp.sin(mp.pi / k) / 5 for k in (3, 6))  #: g_bar at beta = pi/3 and pi/6
@@ -381,7 +382,7 @@ def test_only_kinds_that_are_asked_for_are_located_and_others_still_end_a_branch
     assert not made.stable[-1]
     made = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up", kinds=(), until=("period doubling",))
     assert [event.kind for event in made.events] == ["period doubling"]
-    with pytest.raises(NsmapsError, match="there are no events 'folds' to be located; accepted: period doubling, fold, branch"):
+    with pytest.raises(NsmapsError, match="there are no events 'folds' to be located; expected: period doubling, fold, branch"):
         continue_branch(henon, fixed, 0.2, (-1, 1.3), kinds=("folds",))
     with pytest.raises(NsmapsError, match=r"0\.2 is not within 0\.2 and 0\.2"):
         continue_branch(henon, fixed, 0.2, (0.2, 0.2))

@@ -8,10 +8,11 @@ import pytest
 from toys import GearRattle
 
 import nsmaps
-from nsmaps.dynamics.bifurcation import Bifurcation
-from nsmaps.dynamics.coexistence import coexistence
+from nsmaps.coordinates import Angle
+from nsmaps.dynamics.attractors.coexistence import coexistence
+from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle, Returns
+from nsmaps.exact.returns import Returns
 
 FOLD, GRAZE, DOUBLING = 0.227713761, 0.230488317, 0.234583791  #: of 2:1/T, 1:1/2T and 1:1/T; see test_branch.py
 
@@ -153,5 +154,5 @@ def test_wrong_calls_are_errors():
     for wrong in ([], [one, other]):
         with pytest.raises(NsmapsError, match="not the same values"):
             coexistence(wrong)
-    with pytest.raises(NsmapsError, match=r"near is 0, step 0\.1; accepted: shares of the extents above 0"):
+    with pytest.raises(NsmapsError, match=r"near is 0, step 0\.1; expected: shares of the extents above 0"):
         coexistence([one], near=0)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nsmaps.dynamics.distance import extents, hausdorff
+from nsmaps.coordinates import Angle
+from nsmaps.dynamics.attractors.distance import extents, hausdorff
 from nsmaps.errors import StateError
-from nsmaps.exact.impacts import Angle
 
 COORDINATES = ("v", Angle("phi"))
 

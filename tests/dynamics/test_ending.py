@@ -7,9 +7,11 @@ import pytest
 
 import nsmaps
 from nsmaps import CompositeMap, PolyMap, Where, bifurcation, orbit, periodic_orbit
-from nsmaps.dynamics.ending import ending
-from nsmaps.exact.impacts import Angle, Outcome, Returns
-from nsmaps.reduced.composite import Piece
+from nsmaps.coordinates import Angle
+from nsmaps.dynamics.attractors.ending import ending
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
+from nsmaps.reduced.composite.composite import Piece
 
 
 class Henon:
@@ -29,7 +31,7 @@ class Henon:
         if not self.smooth:
             slopes[:] = np.nan
         n = len(start)
-        outcome, codes = np.full(n, Outcome.returned, np.int8), np.full(n, nsmaps.exact.impacts.encode("BB", ("B",)), np.int64)
+        outcome, codes = np.full(n, Outcome.returned, np.int8), np.full(n, nsmaps.exact.returns.encode("BB", ("B",)), np.int64)
         turns = np.zeros((n, 2), np.int32)
         return Returns(self.coordinates, ("B",), start, image, turns, codes, outcome, np.ones(n), slopes if derivative else None)
 

@@ -8,8 +8,8 @@ import pytest
 import nsmaps
 from nsmaps.dynamics.iterated import Iterated
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.family import WordFamily
-from nsmaps.exact.impacts import Outcome
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.surfaces.family import WordFamily
 
 
 def starts(n):

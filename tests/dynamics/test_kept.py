@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import nsmaps
-from nsmaps.dynamics.distance import hausdorff
-from nsmaps.dynamics.periodic import period_doubling
-from nsmaps.reduced.strips import strip_map
+from nsmaps.dynamics.attractors.distance import hausdorff
+from nsmaps.reduced.adaptive.surrogate import strip_map
 
 DOUBLING = 0.32418854
 MULTIPLIERS = [-0.82672902, -0.07559914]
@@ -19,11 +19,15 @@ def test_doubling_of_strips(pair, tolerance, off):
     def of(d):
         return strip_map(pair(d), (0.6, 0.95), (0.05, 1.0), tolerance)
 
-    high = DOUBLING + off  # where the doubling is not between the ends, there is an error
-    fixed = nsmaps.periodic_orbit(of(high), [0.8, 0.31])
-    found = period_doubling(of, fixed, DOUBLING - off, high, tolerance=off / 20)
-    assert 0 < abs(found.value - DOUBLING) < off
-    assert np.isclose(found.orbit.multipliers[0], -1, atol=off)
+    def orbit(d):
+        found = nsmaps.periodic_orbit(of(d), [0.8, 0.31])
+        assert found.converged
+        return found
+
+    ends = DOUBLING - off, DOUBLING + off  # where the doubling is not between the ends, there is an error
+    value = brentq(lambda d: np.linalg.det(orbit(d).derivative + np.eye(2)), *ends, xtol=off / 20)
+    assert 0 < abs(value - DOUBLING) < off
+    assert np.isclose(orbit(value).multipliers[0], -1, atol=off)
 
 
 def test_multipliers_of_strips(pair):

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.coordinates import Angle
+from nsmaps.dynamics.frames import carried
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.impacts import Angle, Outcome, Returns, Stretches
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
 
 
 @dataclass(frozen=True)
@@ -210,12 +213,28 @@ def test_wrong_calls_are_errors(pair):
 
 def test_sweeps_of_no_points_are_errors(pair):
     for values in ([], [np.nan], [[0.3, 0.3]]):
-        with pytest.raises(NsmapsError, match=r"the values have shape .*; accepted: one or more finite numbers in a row"):
+        with pytest.raises(NsmapsError, match=r"the values have shape .*; expected: one or more finite numbers in a row"):
             lyapunov_sweep(lambda d: pair(d), values, [0.8, 0.4], 640)
 
 
-def test_stretches_are_data(pair):
-    made = pair(0.3).stretches([[0.8, 0.4]], [np.eye(2)], 5)
-    assert isinstance(made, Stretches)
-    assert made.growth.shape == (5, 1, 2)
-    assert np.allclose(made.frames[0].T @ made.frames[0], np.eye(2))
+@pytest.mark.parametrize("count", [1, 40])
+def test_derivatives_of_orbits_are_those_of_single_returns(pair, count):
+    """One by one and side by side; an orbit that ended has none."""
+    starts = np.random.default_rng(3).uniform([0.4, 0.1], [0.9, 1.0], (count, 2))
+    starts[1:2] = np.nan
+    made = pair(0.3).orbits(starts, 6, derivative=True)
+    single = pair(0.3).first_return(made.start, derivative=True)
+    assert np.allclose(made.derivative, single.derivative, rtol=1e-12, atol=1e-13, equal_nan=True)
+    assert np.isfinite(made.derivative).all(axis=(1, 2)).sum() == np.isfinite(made.start).all(axis=1).sum()
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_frames_are_those_of_a_qr_decomposition(unit):
+    """Against Householder's reflections, but for the signs of the columns; lengths are multiplied by the unit."""
+    derivatives = np.random.default_rng(5).normal(size=(1, 7, 3, 3))
+    frames, growth = np.tile(np.eye(3), (7, 1, 1)), np.empty((1, 7, 3))
+    carried(derivatives * unit, frames, growth)
+    for k in range(7):
+        q, r = np.linalg.qr(derivatives[0, k])
+        assert np.allclose(frames[k], q * np.sign(np.diag(r)), atol=1e-13)
+        assert np.allclose(growth[0, k], np.log(np.abs(np.diag(r))) + np.log(unit), atol=1e-12)

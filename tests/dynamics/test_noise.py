@@ -8,12 +8,13 @@ import pytest
 from toys import BouncingBall, Oscillator, Table
 
 import nsmaps
-from nsmaps.dynamics.impactdiagram import impact_diagram
-from nsmaps.dynamics.noise import Noise, exact_step, linear_law, noisy_orbits
-from nsmaps.dynamics.residence import residence
+from nsmaps.dynamics.diagrams.impacts import impact_diagram
+from nsmaps.dynamics.noise.orbits import Noise, exact_step, linear_law, noisy_orbits
+from nsmaps.dynamics.noise.residence import residence
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
-from nsmaps.exact.impacts import Outcome
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 QUIET = Noise(sigma=0, tau=1)
 
@@ -230,7 +231,7 @@ def test_impact_diagrams_follow_a_parameter(pair):
 
 
 def test_wrong_calls_are_errors(pair):
-    with pytest.raises(StateError, match=r"accepted: \(2,\) or \(3, 2\)"):
+    with pytest.raises(StateError, match=r"expected: \(2,\) or \(3, 2\)"):
         noisy_orbits(pair(0.3), [[0.8, 0.4]] * 2, 3, QUIET, 3)
     with pytest.raises(NsmapsError, match="a step of 2 in 1 parts"):
         noisy_orbits(pair(0.3), [0.8, 0.4], 3, QUIET, step=2.0)

@@ -7,7 +7,7 @@ In the mean of the two what is linear in the fine part cancels, which is all tha
 import numpy as np
 import pytest
 
-from nsmaps.dynamics.noise import Noise, _blank, exact_step, linear_law
+from nsmaps.dynamics.noise.orbits import Noise, _blank, exact_step, linear_law
 from nsmaps.exact.kernel import STEPS
 
 TAU, START = 0.5, (0.83338599, 0.36361156)  #: the fixed point at d = 0.35

@@ -5,9 +5,9 @@ import pytest
 from toys import BouncingBall
 
 import nsmaps
-from nsmaps.dynamics.returnmap import CompiledOrbit
+from nsmaps.dynamics.returnmap import OrbitMap
 from nsmaps.errors import StateError
-from nsmaps.exact.impacts import Outcome
+from nsmaps.exact.outcome import Outcome
 
 
 class OneByOne:
@@ -21,8 +21,8 @@ class OneByOne:
 @pytest.mark.parametrize("a", [0.3, 1.2])  # below one the ball comes to rest for ever
 def test_compiled_orbits_are_those_of_single_returns(count, a):
     system = BouncingBall(a=a, r=0.7)
-    assert isinstance(system, CompiledOrbit)
-    assert not isinstance(OneByOne(system), CompiledOrbit)
+    assert isinstance(system, OrbitMap)
+    assert not isinstance(OneByOne(system), OrbitMap)
     starts = np.random.default_rng(count).uniform([-0.2, 0], [3, 7], (count, 2))
     starts[-1] = np.nan
     ours, theirs = (nsmaps.orbit(map, starts, 150) for map in (system, OneByOne(system)))
@@ -64,7 +64,7 @@ def test_long_orbits_go_in_parts(pair):
 
 @pytest.mark.parametrize("state", [{"v": 0.5, "phi": 1.0}, "abc", [[0.5, 1.0], [0.5]]])
 def test_what_is_no_array_of_numbers_is_told(state):
-    map, told = BouncingBall(a=1.2, r=0.5), r"is no array of numbers; accepted: rows \(v, phi\), such as \[\[v, phi\], ...\]"
+    map, told = BouncingBall(a=1.2, r=0.5), r"is not an array of numbers; expected: rows \(v, phi\), such as \[\[v, phi\], ...\]"
     for ask in (map.first_return, lambda x: nsmaps.orbit(map, x, 3), lambda x: nsmaps.lyapunov(map, x, 100)):
         with pytest.raises(StateError, match=told):
             ask(state)

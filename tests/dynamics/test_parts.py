@@ -14,13 +14,14 @@ import pytest
 from stumbles import again
 
 import nsmaps
-from nsmaps.dynamics import basins, bifurcation
-from nsmaps.dynamics.basins import find_attractors
-from nsmaps.dynamics.impactdiagram import impact_diagram
+from nsmaps.dynamics.attractors import basins
+from nsmaps.dynamics.attractors.basins import find_attractors
+from nsmaps.dynamics.diagrams import bifurcation
+from nsmaps.dynamics.diagrams.impacts import impact_diagram
+from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
-from nsmaps.dynamics.stability import stability_diagram
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Returns
+from nsmaps.exact.returns import Returns
 
 PAIR = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
 BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
@@ -161,5 +162,5 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
 
 
 def test_two_parameters_need_two_values() -> None:
-    with pytest.raises(TypeError, match=r"1 values of d and r; accepted: 2"):
+    with pytest.raises(TypeError, match=r"1 values of d and r; expected: 2"):
         nsmaps.Along(PAIR, "d", "r")(0.3)

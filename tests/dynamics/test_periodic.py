@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.dynamics.periodic import continue_orbit, period_doubling
+from nsmaps.dynamics.continuation.follow import continue_branch
+from nsmaps.dynamics.periodic import shooting_jacobian
 from nsmaps.errors import NsmapsError, StateError
 
 DOUBLING = 0.32418854
@@ -74,34 +75,40 @@ def test_what_does_not_converge_says_so(pair):
 
 def test_first_doubling(pair):
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    found = period_doubling(pair, fixed, 0.35, 0.30)
-    assert abs(found.value - DOUBLING) < 1e-8
+    (found,) = continue_branch(pair, fixed, 0.35, (0.30, 0.35), "down").of_kind("period doubling")
+    assert abs(found.parameter - DOUBLING) < 1e-8
     assert np.allclose(found.orbit.states, [[0.804034, 0.313096]], atol=5e-7)
     assert np.allclose(found.orbit.multipliers, [-1, -0.0625], atol=1e-8)  # their product is r^4
-    for d, settled in ((found.value + 1e-3, 1), (found.value - 1e-3, 2)):
+    for d, settled in ((found.parameter + 1e-3, 1), (found.parameter - 1e-3, 2)):
         assert nsmaps.bifurcation(pair, [d], [0.8, 0.31], transient=20_000).period.item() == settled
 
 
 def test_second_doubling_is_between_settled_cycles(pair):
     cycle = nsmaps.periodic_orbit(pair(0.30), [0.8, 0.4], 2)
-    found = period_doubling(pair, cycle, 0.30, 0.27)
-    around = [found.value + 1e-3, found.value - 1e-3]
+    (found,) = continue_branch(pair, cycle, 0.30, (0.27, 0.30), "down").of_kind("period doubling")
+    around = [found.parameter + 1e-3, found.parameter - 1e-3]
     assert nsmaps.bifurcation(pair, around, found.orbit.states[0], transient=20_000).period.ravel().tolist() == [2, 4]
 
 
 def test_orbit_is_followed_along_a_parameter(pair):
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    values = np.linspace(0.35, 0.26, 10)
-    branch = continue_orbit(pair, fixed, values)
-    assert len(branch) == 10
-    for d, made in zip(values, branch, strict=True):
-        assert np.allclose(pair(d).first_return(made.states).image, made.states, atol=1e-13)
-    assert [made.stable for made in branch] == [d > DOUBLING for d in values]
+    branch = continue_branch(pair, fixed, 0.35, (0.26, 0.35), "down")
+    assert branch.parameter[[0, -1]].tolist() == [0.35, 0.26]
+    for d, found in zip(branch.parameter, branch.orbits, strict=True):
+        assert np.allclose(pair(d).first_return(found.states).image, found.states, atol=1e-13)
+    assert [found.stable for found in branch.orbits] == [d > DOUBLING for d in branch.parameter]
 
 
-def test_branch_ends_where_there_is_no_map(pair):
-    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    assert len(continue_orbit(lambda d: pair(0.3).at(d=d), fixed, [0.35, 0.34, -1.0, 0.33])) == 2
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_shooting_is_the_derivative_of_the_gaps(pair, unit):
+    """Of a cycle of two returns, by differences of its gaps, in units of the speed."""
+    cycle, scale, h = nsmaps.periodic_orbit(pair(0.30), [0.8, 0.4], 2), np.array([0.8, 1.0]), 1e-6
+    made = shooting_jacobian(cycle.returns.derivative * [[1, unit], [1 / unit, 1]], scale * [unit, 1])
+    for j in range(4):
+        step = h * np.eye(4)[j].reshape(2, 2) * scale
+        ends = [pair(0.30).first_return(cycle.states + side * step) for side in (-1, 1)]
+        gaps = [end.image - np.roll(end.start, -1, axis=0) for end in ends]
+        assert np.allclose(made[:, j], ((gaps[1] - gaps[0]) / scale / (2 * h)).ravel(), atol=1e-7)
 
 
 def test_wrong_calls_are_errors(pair):
@@ -109,11 +116,3 @@ def test_wrong_calls_are_errors(pair):
         nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4], 0)
     with pytest.raises(StateError, match=r"the guess has shape \(3, 2\)"):
         nsmaps.periodic_orbit(pair(0.35), [[0.8, 0.4]] * 3, 2)
-    lost = nsmaps.periodic_orbit(pair(0.35), [np.nan, 0.4])
-    with pytest.raises(NsmapsError, match=r"the orbit cannot be followed to 0\.35: its residual there is nan"):
-        period_doubling(pair, lost, 0.35, 0.34)
-    assert continue_orbit(pair, lost, [0.35, 0.34]) == ()
-    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    assert continue_orbit(pair, fixed, []) == ()
-    with pytest.raises(NsmapsError, match="no multiplier passes -1"):
-        period_doubling(pair, fixed, 0.35, 0.34)

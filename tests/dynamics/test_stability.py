@@ -7,9 +7,9 @@ import pytest
 from toys import BouncingBall
 
 import nsmaps
-from nsmaps.dynamics.stability import event_curve, stability_diagram
+from nsmaps.dynamics.diagrams.stability import event_curve, stability_diagram
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Outcome
+from nsmaps.exact.outcome import Outcome
 
 
 def test_rows_are_bifurcation_diagrams(pair):

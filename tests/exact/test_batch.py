@@ -7,11 +7,12 @@ import sys
 import numpy as np
 import pytest
 from conftest import TILT
-from numba import njit
 from toys import BouncingBall, Oscillator, Table
 
+from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine import batch, layout
-from nsmaps.exact.impacts import TWO_PI, Outcome
+from nsmaps.exact.kernel import flow_of
+from nsmaps.exact.outcome import Outcome
 
 SYSTEMS = {
     "bouncing ball": BouncingBall(a=1.3),
@@ -28,20 +29,15 @@ ODD = [
 TOLERANCE = {"ordinary": 1e-13, "tiny": 1e-13, "graze": 1e-8}
 
 
-HOW = {  #: what only compiled code calls, called from here
-    name: njit(function.py_func)
-    for name, function in vars(batch).items()
-    if name in ("first_returns", "one_by_one", "side_by_side")
-}
-
-
 def computed(system, how, states, chatter=0.0):
-    """What a function of the engine writes for a batch."""
-    n = len(states)
+    """What the engine writes for a batch: "one_by_one", "side_by_side", or as the table has it, "first_returns"."""
+    n, table = len(states), system._kernel().table.copy()
+    assert how != "side_by_side" or (table[layout.WIDE] > 0 and n >= batch.FEW)
+    table[layout.WIDE] *= how != "one_by_one"
     shapes = {"image": (n, 2), "turns": (n, 2), "codes": n, "outcome": n, "time": n, "tangents": (n, 2, 2)}
     types = {"turns": np.int32, "codes": np.int64, "outcome": np.int8}
     out = {name: np.empty(shape, types.get(name, float)) for name, shape in shapes.items()}
-    HOW[how](system._kernel().flow, np.ascontiguousarray(states, dtype=float), chatter, *out.values())
+    batch.first_returns(flow_of(table), np.ascontiguousarray(states, dtype=float), chatter, *out.values())
     return out
 
 
@@ -145,26 +141,30 @@ def test_every_reference_in_a_crowd(pair, reference, name):
         assert (np.abs(got.image - exact) <= tolerance[:, None]).all()
 
 
-def test_without_a_compiler_the_answers_are_the_same_to_the_last_bit(pair):
-    """NUMBA_DISABLE_JIT=1: the arithmetic is that which is written, fused or reordered nowhere."""
+def test_without_a_compiler_the_answers_are_the_same_to_the_last_bit(pair, reference):
+    """NUMBA_DISABLE_JIT=1: the arithmetic is that which is written, fused or reordered nowhere, of a batch and of few states."""
     states = mixed(7, 40, 1.5)
+    few = np.array([[row["v"], row["phi"]] for row in reference("first_returns") if row["d"] == 0.3][:8])
     code = (
         "import sys; sys.path[:0] = sys.argv[1:];"
         "import numpy as np; nan = np.nan; inf = np.inf;"
         "from conftest import vi_pair;"
-        f"returns = vi_pair(0.3).first_return({states.tolist()}, derivative=True);"
-        "print([returns.image.tolist(), returns.derivative.tolist(), returns.codes.tolist(), returns.outcome.tolist()])"
+        f"made = [vi_pair(0.3).first_return(states, derivative=True) for states in ({states.tolist()}, {few.tolist()})];"
+        "print([[of.image.tolist(), of.derivative.tolist(), of.codes.tolist(), of.outcome.tolist()] for of in made])"
     )
     run = subprocess.run(
         [sys.executable, "-c", code, *sys.path], env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True
     )
     assert run.returncode == 0, run.stderr
-    image, derivative, codes, outcome = eval(run.stdout, {"nan": np.nan, "inf": np.inf})
-    compiled = pair(0.3).first_return(states, derivative=True)
-    assert np.array_equal(image, compiled.image, equal_nan=True)
-    assert np.array_equal(derivative, compiled.derivative, equal_nan=True)
-    assert codes == compiled.codes.tolist()
-    assert outcome == compiled.outcome.tolist()
+    assert len(few) < batch.FEW <= len(states)
+    for starts, (image, derivative, codes, outcome) in zip(
+        (states, few), eval(run.stdout, {"nan": np.nan, "inf": np.inf}), strict=True
+    ):
+        compiled = pair(0.3).first_return(starts, derivative=True)
+        assert np.array_equal(image, compiled.image, equal_nan=True)
+        assert np.array_equal(derivative, compiled.derivative, equal_nan=True)
+        assert codes == compiled.codes.tolist()
+        assert outcome == compiled.outcome.tolist()
 
 
 def test_which_systems_go_side_by_side(pair):

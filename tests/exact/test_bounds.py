@@ -9,8 +9,8 @@ import sympy as sp
 from numba import njit
 from toys import BouncingBall, Dragged, Oscillator, Saddle, Table, Textbook
 
+from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine import bounds, flow
-from nsmaps.exact.impacts import TWO_PI
 
 SYSTEMS = {
     "ball": BouncingBall(a=1.3),

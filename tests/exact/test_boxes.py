@@ -8,11 +8,11 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 from toys import BouncingBall, DraggedBall, Oscillator, Table
 
 from nsmaps.errors import ProofError, StateError
-from nsmaps.exact.enclosure import balls
+from nsmaps.exact.compiled import njit
+from nsmaps.exact.enclosure import balls, elementary
 from nsmaps.exact.enclosure.formulas import ball_code
 from nsmaps.exact.system import ImpactSystem
 
@@ -261,7 +261,10 @@ PARTS = {
 }
 
 
-BALLS = {name: njit(function.py_func) for name, function in vars(balls).items() if name.startswith("b") and callable(function)}
+MET = njit()(balls.met.py_func)
+FUNCTIONS = {**vars(balls), **vars(elementary)}
+OURS = {name: function for name, function in FUNCTIONS.items() if name.startswith("b") and callable(function)}
+BALLS = {name: njit(cache=True)(function.py_func) for name, function in OURS.items()}
 
 
 def held(ball, value):
@@ -278,6 +281,8 @@ def test_balls_hold_what_they_say(a, ra, b, rb, s, t):
         pairs = {"badd": x + y, "bsub": x - y, "bmul": x * y, "bmax": max(x, y), "bmin": min(x, y)}
         for name, value in pairs.items():
             assert held(BALLS[name]((a, ra), (b, rb)), value), name
+        assert held(BALLS["bplus"]((a, ra), (b, rb), (a, ra)), x + y * x)
+        assert held(MET((a, ra), (b, rb), (b, rb), (b, rb)), x * y + y * y)
         for name, law in vars(UNARY).items():
             if (name == "binv" and abs(a) <= ra) or (name in ("bsqrt", "blog") and a - ra <= 0):
                 continue

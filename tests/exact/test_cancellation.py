@@ -10,9 +10,10 @@ import sympy as sp
 from nsmaps_impact_oscillator import ImpactOscillator
 from toys import Dragged, Saddle, Table, Textbook
 
+from nsmaps.coordinates import TWO_PI
 from nsmaps.exact import kernel
 from nsmaps.exact.engine import layout
-from nsmaps.exact.impacts import TWO_PI, Outcome
+from nsmaps.exact.outcome import Outcome
 
 
 def formulas(system):

@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 import nsmaps
 from nsmaps import Axis, Grid, WordFamily
-from nsmaps.exact.chain import joined
+from nsmaps.exact.surfaces.compose import joined
 
 GRID = Grid(axes={"v": Axis(low=0.02, high=0.9, points=60), "phi": Axis(low=0.0, high=6.2, points=50)})
 M = {"M": 0.1245, "g": 9.8, "F": 5.0}

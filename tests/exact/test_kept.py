@@ -18,7 +18,8 @@ from nsmaps.exact import compiled, kept, kernel
 from nsmaps.exact.compiled import code_of, njit
 from nsmaps.exact.engine import flow, layout, march, returns
 from nsmaps.exact.engine.batch import first_returns
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 
 ONE, TABLE = 1.0, np.array([1.0, 2.0])
 
@@ -159,7 +160,7 @@ def test_a_changed_constant_of_a_called_function_is_met_by_new_code(folder: Path
 
 def test_the_key_is_the_same_in_every_process() -> None:
     program = (
-        "from nsmaps.reduced import compositekernel as c; from nsmaps.exact.compiled import code_of; print(code_of(c.images))"
+        "from nsmaps.reduced.composite import kernel as c; from nsmaps.exact.compiled import code_of; print(code_of(c.orbits))"
     )
     told = set()
     for seed in ("1", "2"):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from nsmaps.errors import StateError
-from nsmaps.exact.family import WordFamily
-from nsmaps.exact.impacts import Outcome
-from nsmaps.exact.surface import Axis, Grid, returns_in_chunks, surfaces_among
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.exact.surfaces.surface import Axis, Grid, returns_in_chunks, surfaces_among
 
 
 def grazes(reference):

@@ -14,8 +14,9 @@ from ball import BALL
 from stumbles import again
 
 import nsmaps
-from nsmaps.exact.parts import Along, Arrays, in_parts
-from nsmaps.exact.surface import sweep
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.surfaces.surface import sweep
+from nsmaps.parallel import Arrays, in_parts
 
 
 def square(x: float, note: str = "") -> Arrays:
@@ -90,7 +91,7 @@ def test_an_error_of_a_part_is_an_error() -> None:
 def test_what_cannot_be_sent_or_told_says_so(tmp_path: Path) -> None:
     with ProcessPoolExecutor(1) as executor, pytest.raises(nsmaps.NsmapsError, match=r"cannot be sent .* nsmaps\.Along"):
         in_parts(first_of, [(lambda d: d, 0.3)], executor)
-    with pytest.raises(nsmaps.NsmapsError, match="cannot be told again"):
+    with pytest.raises(nsmaps.NsmapsError, match="cannot be recognised in another run"):
         in_parts(first_of, [(lambda d: d, 0.3)], keep=tmp_path)
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from nsmaps.exact.family import WordFamily
-from nsmaps.exact.pattern import matches
+from nsmaps.exact.patterns import matches
+from nsmaps.exact.surfaces.family import WordFamily
 
 ATOMS = st.sampled_from(["B", "T", "~"])
 PATTERNS = st.recursive(

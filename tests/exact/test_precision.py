@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.surface import Axis, Grid, returns_in_chunks
+from nsmaps.exact.surfaces.surface import Axis, Grid, returns_in_chunks
 
 
 def precise_return(system, word, times, v, phi):

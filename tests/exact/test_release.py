@@ -9,8 +9,8 @@ import sympy as sp
 from pydantic import Field
 
 from nsmaps import ImpactSystem, Wall, load_system
-from nsmaps.dynamics.noise import Noise, noisy_orbits
-from nsmaps.exact.impacts import Outcome
+from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+from nsmaps.exact.outcome import Outcome
 
 
 class Spring(ImpactSystem):

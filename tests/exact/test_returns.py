@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.exact.impacts import Outcome
+from nsmaps.exact.outcome import Outcome
 
 TILT = {"pi/3": pi / 3, "pi/6": pi / 6}
 #: what "next to a graze" allows: the map's square root there turns a rounding of the start into its root

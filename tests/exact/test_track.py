@@ -5,9 +5,9 @@ import pytest
 from toys import BouncingBall
 
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.slices import slice_along
-from nsmaps.exact.surface import Axis
-from nsmaps.exact.track import track
+from nsmaps.exact.surfaces.slice import slice_along
+from nsmaps.exact.surfaces.surface import Axis
+from nsmaps.exact.trajectory import track
 
 
 def test_flights_are_those_of_the_papers_formula(pair):
@@ -59,7 +59,7 @@ def test_a_ball_that_rests_stays_on_its_wall():
 
 def test_tracks_that_cannot_be(pair):
     for n, samples in ((1, 9), (5, 1)):
-        with pytest.raises(StateError, match="accepted: two or more of each"):
+        with pytest.raises(StateError, match="expected: two or more of each"):
             track(pair(0.35), [0.43, 0.26], n, samples)
 
 
@@ -92,5 +92,5 @@ def test_a_slice_is_cut_where_its_phase_is_wrapped(pair):
 def test_slices_that_cannot_be(pair):
     axis = Axis(low=0.1, high=1.0, points=3)
     for along, at in (("v", {}), ("v", {"v": 1.0, "phi": 0.0}), ("w", {"phi": 0.0})):
-        with pytest.raises(NsmapsError, match="accepted: v, phi, each once"):
+        with pytest.raises(NsmapsError, match="expected: v, phi, each once"):
             slice_along(pair(0.35), along, axis, at)

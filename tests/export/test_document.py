@@ -9,12 +9,12 @@ import pytest
 from pydantic import BaseModel
 
 import nsmaps
-from nsmaps.auxiliary.iterate import second_iterate
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.parametric import ParametricReport
-from nsmaps.reduced.polyfit import Full
-from nsmaps.reduced.region import Region
+from nsmaps.reduced.composite.parametric import ParametricReport
+from nsmaps.reduced.conditions.region import Region
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.symbolic.curve_iterates import second_iterate
 
 CASES = exported.cases()
 GENERAL = second_iterate(Full(degrees={"v": 3, "phi": 2}))
@@ -96,15 +96,15 @@ def test_angles_are_told_from_other_coordinates(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("a.json", "{}", "schema None, version None; accepted: 'nsmaps', 1"),
+        ("a.json", "{}", "schema None, version None; expected: 'nsmaps', 1"),
         ("a.json", "[1, 2]", "schema None"),
-        ("a.json", "{", "is no map that was exported"),
-        ("a.json", '{"schema": "nsmaps", "version": 2, "kind": "polynomial map"}', "version 2; accepted: 'nsmaps', 1"),
-        ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "poem"}', "a 'poem'; accepted: polynomial map"),
+        ("a.json", "{", "is not an exported map"),
+        ("a.json", '{"schema": "nsmaps", "version": 2, "kind": "polynomial map"}', "version 2; expected: 'nsmaps', 1"),
+        ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "poem"}', "a 'poem'; expected: polynomial map"),
         ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "polynomial map"}', "KeyError: 'coordinates'"),
         ("a.py", "MAP = 3 +", "SyntaxError"),
         ("a.py", "MAQ = {}", "there is no table MAP"),
-        ("a.py", "MAP = open('b', 'w')", "is no map that was exported"),
+        ("a.py", "MAP = open('b', 'w')", "is not an exported map"),
     ],
 )
 def test_other_files_are_refused(name, text, message, tmp_path):
@@ -132,7 +132,7 @@ def test_a_region_of_ones_own_is_refused_where_its_python_is_needed(format):
     whole = exported.composite()
     first = type(whole.pieces[0])("own", Half(coordinates=exported.NAMES), whole.pieces[0].map)
     own = type(whole)(whole.coordinates, whole.walls, (first,))
-    with pytest.raises(NsmapsError, match=r"Half.*accepted: .*Box"):
+    with pytest.raises(NsmapsError, match=r"Half.*expected: .*Box"):
         nsmaps.export(own, format)
     assert "v > 0.5" in nsmaps.export(own, "latex")
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.exact.impacts import Angle
+from nsmaps.coordinates import Angle
 from nsmaps.exports.program import program_of
-from nsmaps.reduced.polymap import design
+from nsmaps.reduced.fit.polymap import design
 
 CASES = exported.cases()
 LARGEST = 1e-12  #: difference, relative to the largest term of a polynomial there

@@ -15,13 +15,13 @@ import toys
 from typer.testing import CliRunner
 
 import nsmaps
-from nsmaps.auxiliary.iterate import second_iterate
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
-from nsmaps.exports.finished import held_by
+from nsmaps.exports.exportables import held_by
 from nsmaps.exports.program import identifiers
-from nsmaps.reduced.composite import CompositeMap
-from nsmaps.reduced.polyfit import Full
+from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.symbolic.curve_iterates import second_iterate
 
 STUDY = f"""\
 system: {Path(toys.__file__)}:BouncingBall
@@ -51,14 +51,14 @@ def test_one_file_is_its_text_and_several_are_texts_by_name(tmp_path):
 def test_errors_name_what_is_accepted():
     plane = exported.random_map([[0.5, 1.0], [0.1, 0.9]])
     with pytest.raises(
-        NsmapsError, match=r"the format 'pyton', did you mean 'python'.; accepted: latex, python, c, julia, matlab"
+        NsmapsError, match=r"the format 'pyton', did you mean 'python'.; expected: latex, python, c, julia, matlab"
     ):
         nsmaps.export(plane, "pyton")
-    with pytest.raises(NsmapsError, match="a dict cannot be exported; accepted: PolyMap, CompositeMap"):
+    with pytest.raises(NsmapsError, match="a dict cannot be exported; expected: PolyMap, CompositeMap"):
         nsmaps.export({}, "c")
-    with pytest.raises(NsmapsError, match="an exact system as 'c': its map is implicit; accepted: 'latex'"):
+    with pytest.raises(NsmapsError, match="an exact system as 'c': its map is implicit; expected: 'latex'"):
         nsmaps.export(toys.BouncingBall(a=0.3), "c")
-    with pytest.raises(NsmapsError, match=r"the coefficients have symbols: b_0, .*accepted: numbers, as by at"):
+    with pytest.raises(NsmapsError, match=r"the coefficients have symbols: b_0, .*expected: numbers, as by at"):
         nsmaps.export(second_iterate(Full(degrees={"v": 3, "phi": 2})), "c")
     with pytest.raises(NsmapsError, match="the map has no piece"):
         nsmaps.export(CompositeMap(exported.NAMES, ("B",), ()), "matlab")
@@ -183,7 +183,7 @@ def test_the_command_writes_the_iterate_of_a_piece(run, tmp_path):
     np.testing.assert_allclose(namespace["all_iterate_2"](states), piece(piece(states)), rtol=0, atol=1e-12)
     for more, why in (
         (["--to", "c", "--iterate", "2", "--piece", "al"], "al"),
-        (["--to", "c", "--piece", "all"], "accepted: --iterate N --piece all"),
+        (["--to", "c", "--piece", "all"], "expected: --iterate N --piece all"),
         (["--to", "d", "--iterate", "2"], "the format 'd'"),
     ):
         answer = CliRunner().invoke(app, ["export", str(run), *more])
@@ -201,7 +201,7 @@ def test_every_format_says_what_a_second_iterate_is_of(run, format, tmp_path):
     text = "\n".join(path.read_text() for path in sorted(tmp_path.glob("second_iterate.*")))
     domain = nsmaps.read_result(run).domains["fitted"]
     low, high = domain.updates[-1].box[1].tolist()
-    verdict = "trapped and" if domain.trapped else "NOT trapped and"
+    verdict = "forward invariant and" if domain.trapped else "NOT forward invariant and"
     told = [
         "piece all",
         "a = 0.2, r = 0.5",
@@ -219,8 +219,8 @@ def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(format):
     texts = nsmaps.export(a_result(), format)
     for name, text in texts.items():
         if name.partition(".")[0] in ("first_v_lower", "second_iterate") and not name.endswith(".c"):
-            assert "CAUTION: as the domain is not trapped" in text
-            assert "NOT trapped and NOT settled; one worst-case step leaves the box." in text
+            assert "CAUTION: as the domain is not forward invariant" in text
+            assert "NOT forward invariant and NOT converged; one worst-case step leaves the box." in text
     assert sum("CAUTION" in text for text in texts.values()) == 3
 
 
@@ -250,16 +250,16 @@ def test_a_name_is_that_of_file_and_function(format, tmp_path):
 
 def test_a_name_that_is_none_is_refused():
     for name in ("two words", "2nd", "while", ""):
-        with pytest.raises(NsmapsError, match=r"the name .*; accepted: letters, digits and _, but no word of a language"):
+        with pytest.raises(NsmapsError, match=r"the name .*; expected: letters, digits and _, but no word of a language"):
             nsmaps.export(exported.line(), "c", name=name)
-    with pytest.raises(NsmapsError, match="for all that a result holds; accepted: none"):
+    with pytest.raises(NsmapsError, match="for all that a result holds; expected: none"):
         nsmaps.export(a_result(), "c", name="mine")
 
 
 def test_why_something_is_not_written_is_said():
     first, exact = held_by(a_result()).skipped
     assert first.startswith("first_phi_lower and first_phi_upper: the envelope of phi has no closed form; its curves cross")
-    assert exact == "the envelopes of domain exact: they are of the map 'exact'; accepted: of one piece"
+    assert exact == "the envelopes of domain exact: they are of the map 'exact'; expected: of one piece"
 
 
 def test_the_call_explains_itself():
@@ -273,7 +273,7 @@ def test_the_call_explains_itself():
 def test_bad_commands_end_with_two(run, tmp_path):
     answer = CliRunner().invoke(app, ["export", str(run), "--to", "fortran"])
     assert answer.exit_code == 2
-    assert "the format 'fortran'; accepted: latex, python, c, julia, matlab, json" in answer.output
+    assert "the format 'fortran'; expected: latex, python, c, julia, matlab, json" in answer.output
     answer = CliRunner().invoke(app, ["export", str(tmp_path), "--to", "c"])
     assert answer.exit_code == 2
     assert "holds no result.json" in answer.output

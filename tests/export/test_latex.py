@@ -10,8 +10,8 @@ import sympy as sp
 import toys
 
 import nsmaps
-from nsmaps.auxiliary.iterate import second_iterate
-from nsmaps.reduced.polyfit import Full
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.symbolic.curve_iterates import second_iterate
 
 POLY23 = Full(degrees={"v": 3, "phi": 2})
 THINGS = {name: case[0] for name, case in exported.cases().items()} | {

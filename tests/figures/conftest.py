@@ -1,7 +1,8 @@
-"""A small result to draw: a linear map of (v, phi) with two words, its pieces, orbits and domains."""
+"""Results to draw: those of stored runs, and one whose parts are computed of a linear map of (v, phi) with two words."""
 
 from collections.abc import Iterator
-from types import SimpleNamespace
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,33 +11,42 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from nsmaps.auxiliary.cells import Cells
-from nsmaps.auxiliary.cover import MorseCover
-from nsmaps.auxiliary.domain import attracting_domain
-from nsmaps.auxiliary.iterate import SecondIterate
-from nsmaps.auxiliary.transient import Transient
-from nsmaps.dynamics.basins import basins
-from nsmaps.dynamics.bifurcation import bifurcation
-from nsmaps.dynamics.branch import continue_branch
-from nsmaps.dynamics.impactdiagram import ImpactDiagram
+from nsmaps import read_result
+from nsmaps.auxiliary.attracting_domain import attracting_domain
+from nsmaps.cells.exit_times import Transient
+from nsmaps.cells.grid import Cells
+from nsmaps.cells.morse_sets import MorseCover
+from nsmaps.coordinates import Angle, wrap
+from nsmaps.dynamics.attractors.basins import basins
+from nsmaps.dynamics.continuation.follow import continue_branch
+from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
 from nsmaps.dynamics.lyapunov import Lyapunov, LyapunovSweep
-from nsmaps.dynamics.noise import Noise
+from nsmaps.dynamics.noise.orbits import Noise
+from nsmaps.dynamics.noise.residence import Residence
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.dynamics.residence import Residence
-from nsmaps.dynamics.stability import EventCurve, StabilityDiagram
-from nsmaps.exact.impacts import Angle, Impacts, Returns, encode, wrap
-from nsmaps.exact.slices import Slice
-from nsmaps.exact.surface import Axis, Grid, Surface
-from nsmaps.exact.track import Track
+from nsmaps.exact.returns import Impacts, Returns
+from nsmaps.exact.surfaces.slice import Slice
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.exact.trajectory import Track
+from nsmaps.exact.words import encode
 from nsmaps.figures.style import units_of
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.deltas import compare_deltas
-from nsmaps.reduced.diagonal import Diagonal, diagonal_region
-from nsmaps.reduced.polyfit import Full
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box, Where
-from nsmaps.reduced.speed import Speed
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
+from nsmaps.reduced.fit.filter_errors import compare_deltas
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.reduced.partition.partition import PartitionResult
+from nsmaps.reduced.validation.speed import Speed
+from nsmaps.study.result import StudyResult
+from nsmaps.study.sections.noise import NoiseResult
+from nsmaps.study.sections.orbits import OrbitPair
+from nsmaps.study.store.archive import FORMAT
+from nsmaps.study.study import Study
+from nsmaps.symbolic.curve_iterates import SecondIterate
 
 COORDINATES = ("v", Angle("phi"))
 WALLS = ("B", "T")
@@ -62,6 +72,47 @@ SEPARABLE = PolyMap(
 )
 
 
+STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}"
+START = {"v": 0.83, "phi": 0.36}
+SECTIONS: dict[str, Any] = {
+    "system": "vi_pair",
+    "parameters": {"d": 0.35, "r": 0.5, "g_bar": 0.2113},
+    "diagonal": {"family": "BTB", "delta": 1.2, "sweep": {"parameter": "d", "from": 0.3, "to": 0.1, "points": 4}},
+    "composite": [
+        {"name": "reset", "where": "phi > pi", "reset": {"phi": 1.2}},
+        {"name": "R1", "box": {"v": [0.6, 0.95], "phi": [0.1, 0.8]}, "family": "BTB", "fit": {"full": {"v": 1, "phi": 1}}},
+        {
+            "name": "R2",
+            "where": "v > 0.3",
+            "family": "BTB",
+            "fit": {"separable": {"v": 1, "phi": 1}, "along": {"v": 0.83, "phi": 1.0}},
+        },
+    ],
+    "partition": {"tolerance": 1e-3},
+    "bifurcation": {"parameter": "d", "from": 0.1, "to": 1, "points": 12, "start": START},
+    "branches": [{"name": "one", "parameter": "d", "from": 0.1, "to": 1, "start": START}],
+    "stability": {
+        "along": {"parameter": "d", "from": 0, "to": 0.2, "points": 3},
+        "across": {"parameter": "r", "from": 0.4, "to": 0.6, "points": 2},
+        "start": START,
+    },
+    "lyapunov": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "start": START},
+    "noise": {
+        "sigma": [0, 0.1],
+        "tau": 1,
+        "start": START,
+        "modes": {"one": ["BB"], "two": ["BTB"]},
+        "impacts": {"parameter": "d", "from": 0.1, "to": 0.2, "points": 2, "sigma": 0.1},
+    },
+    "second_iterate": {"domain": "fitted"},
+}  #: of a study that names what the result of the toy has
+
+
+def study_of(**changed: Any) -> Study:
+    """The study of the toy with other sections in place of some of its own."""
+    return Study.model_validate(SECTIONS | changed)
+
+
 class Toy:
     """The coupled map, as if of an exact system: word BTB above a line, BB below it."""
 
@@ -75,20 +126,6 @@ class Toy:
         codes = np.where(start[:, 0] > 0.5 - 0.2 * start[:, 1], encode("BTB", WALLS), encode("BB", WALLS))
         blank = np.zeros(len(start))
         return Returns(COORDINATES, WALLS, start, image, 0 * start.astype(np.int32), codes, blank.astype(np.int8), blank)
-
-
-def strips() -> SimpleNamespace:
-    """Two leaves of different degrees with an edge between them, which the raster leaves out."""
-    leaf, raster = np.zeros((2, 14)), np.repeat([[0] * 15 + [-1] * 2 + [1] * 15], 32, axis=0)
-    leaf[:, 12] = 4, 8
-    curves = np.array([[0.0, 0.0], [1.5, 0.2], [np.pi, 0.0]])
-    slab = SimpleNamespace(speeds=lambda s: 0.1 + 0.45 * (1 + s), phases=lambda s: curves[:, :1] + curves[:, 1:] * s)
-    return SimpleNamespace(
-        bounds=np.array([(0.1, 1.0), (0.0, np.pi)]),
-        slabs=(slab,),
-        report=SimpleNamespace(degrees={4: 1, 8: 1}),
-        tables=SimpleNamespace(leaf=leaf, raster=raster),
-    )
 
 
 def tracked() -> Track:
@@ -125,7 +162,7 @@ def covers() -> dict[str, Any]:
     region = np.repeat([0, 1, 1, -1], 4)
     left = np.where(np.arange(16) == 5, -1, 1 + np.arange(16) % 3)
     arrived = np.where(np.arange(16) < 8, -1, np.arange(16) % 4)
-    cycle = SimpleNamespace(states=np.array([[0.3, 1.2]]))
+    cycle = periodic_orbit(_fixed(0.1), [0.7, 0.4])
     return {"morse": morse, "transient": Transient("exact map", cells, ("R1", "R2"), region, left, arrived, (cycle,))}
 
 
@@ -166,7 +203,7 @@ def _exponents() -> LyapunovSweep:
     return LyapunovSweep(np.array([0.3, 0.1, 0.2]), ("", "none", ""), made)
 
 
-def _noisy() -> SimpleNamespace:
+def _noisy() -> NoiseResult:
     """Two sizes of noise and impacts down and up, with and without."""
     values, wall, speed = (
         np.array([0.2, 0.1]),
@@ -177,12 +214,27 @@ def _noisy() -> SimpleNamespace:
     impacts = tuple(ImpactDiagram(WALLS, size, follow, values, wall, speed) for follow in ("down", "up") for size in sizes)
     switches = np.array([[0, 3], [4, 0]])
     stays = tuple(Residence(("one", "two"), 6, np.array([50.0, 10.0]), 1.0, switches * k) for k in range(2))
-    return SimpleNamespace(sigma=(0.0, 0.1), stays=stays, impacts=impacts)
+    return NoiseResult((0.0, 0.1), stays, ({}, {}), impacts)
+
+
+def told(stored: StudyResult, composite: CompositeMap) -> PartitionResult:
+    """The stored partition as if it had made these pieces: four rows of a log, of which two are of R1 and R2."""
+    made = stored.partition
+    assert made is not None
+    became = {"R1.0": "split along v", "R1.1": "accepted", "R2.3": "accepted: right", "R3.1": "given up: small"}
+    rows = tuple(replace(made.log[0], name=name, became=text) for name, text in became.items())
+    return replace(made, composite=composite, attracting=("R1",), log=rows)
 
 
 @pytest.fixture(scope="session")
-def result() -> SimpleNamespace:
-    """Everything that a study could have computed of the toy."""
+def stored() -> dict[str, StudyResult]:
+    """The runs that are stored in the format of today, by the names of their folders."""
+    return {name: read_result(STORED / name) for name in ("run", "partition", "accurate", "long")}
+
+
+@pytest.fixture(scope="session")
+def result(stored: dict[str, StudyResult]) -> StudyResult:
+    """Everything that a study could have computed, of the toy."""
     returns = Toy().first_return(GRID.states())
     members = {word: returns.has_word(word) for word in ("BB", "BTB")}
     surfaces = {word: Surface(word, GRID, member, returns.select(member)) for word, member in members.items()}
@@ -192,54 +244,40 @@ def result() -> SimpleNamespace:
         Piece("R2", Where(text="v > 0.3", coordinates=COORDINATES), SEPARABLE, "BTB"),
     )
     composite = CompositeMap(COORDINATES, WALLS, pieces)
-    starts = ([0.35, 1.5], [0.9, 2.5])
-    orbits = [SimpleNamespace(exact=orbit(Toy(), x, 40), composite=orbit(composite, x, 40), track=tracked()) for x in starts]
-    fits = {
-        "R1": SimpleNamespace(separable=None),
-        "R2": SimpleNamespace(separable={"v": 1, "phi": 1}, along={"v": 0.83, "phi": 1.0}),
-    }
+    starts = np.array([[0.35, 1.5], [0.9, 2.5]])
     domains = {
         "fitted": attracting_domain(COUPLED, [[0.6, 0.95], [0.1, 0.8]], 5, samples=31, of="fitted map R1"),
         "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, samples=31, of="exact map"),
     }
-    return SimpleNamespace(
-        study=SimpleNamespace(
-            system="vi_pair",
-            bifurcation=SimpleNamespace(parameter="d"),
-            branches=(SimpleNamespace(name="one", parameter="d"),),
-            stability=SimpleNamespace(along=SimpleNamespace(parameter="d"), across=SimpleNamespace(parameter="r")),
-            lyapunov=SimpleNamespace(parameter="d"),
-            noise=SimpleNamespace(impacts=SimpleNamespace(parameter="d")),
-            second_iterate=SimpleNamespace(domain="fitted"),
-            partition=SimpleNamespace(tolerance=1e-3),
-            diagonal=SimpleNamespace(family="BTB", sweep=SimpleNamespace(parameter="d", low=0.3, high=0.1, points=4)),
-            composite=tuple(SimpleNamespace(name=piece.name, family="BTB", fit=fits.get(piece.name)) for piece in pieces),
-        ),
+    study = study_of()
+    return StudyResult(
+        study=study,
+        system=study.system_object(),
         surfaces=surfaces,
         slices=(cut(),),
         diagonal=diagonal_region(Diagonal(delta=1.2), swept(surfaces["BTB"])),
         near=compare_deltas(Diagonal(delta=1.2), surfaces["BTB"], [1.4], ORDERS),
         composite=composite,
-        partition=SimpleNamespace(
-            composite=composite,
-            attracting=("R1",),
-            table=lambda: [SimpleNamespace(name="R1.1"), SimpleNamespace(name="R2.3")],
-            log=[SimpleNamespace(became=text) for text in ("split along v", "accepted", "accepted: right", "given up: small")],
-        ),
-        accurate=SimpleNamespace(strips=strips(), uniform=SimpleNamespace(largest=2e-4), beside=SimpleNamespace(largest=5e-4)),
+        partition=told(stored["partition"], composite),
+        accurate=stored["accurate"].accurate,
         speed=Speed(exact=100.0, composite=20.0),
-        system=Toy(),
-        orbits=orbits,
+        orbits=tuple(OrbitPair(x, orbit(Toy(), x, 40), orbit(composite, x, 40), tracked()) for x in starts),
         bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, transient=0)},
         **_stability(),
         lyapunov=_exponents(),
         basins=basins(Toy(), GRID, returns=50),
-        boundary=None,
         noise=_noisy(),
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
         **covers(),
     )
+
+
+def through(result: StudyResult, states: np.ndarray) -> OrbitPair:
+    """The first pair of orbits with other states (m, 2) of the composite map."""
+    pair = result.orbits[0]
+    assert pair.composite is not None
+    return replace(pair, composite=replace(pair.composite, states=states))
 
 
 @pytest.fixture(autouse=True)

@@ -1,9 +1,9 @@
 """Animations: as many pictures as asked, none like the one before, whole files only, and errors that say what to do."""
 
 import os
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from matplotlib.animation import FFMpegWriter
 from PIL import Image, ImageSequence
 from typer.testing import CliRunner
 
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.animate import FILMS, animate
 
@@ -75,8 +75,8 @@ def test_what_is_not_there_is_said(result, tmp_path, monkeypatch):
         animate(result, "cobwep", tmp_path)
     with pytest.raises(NsmapsError, match="no format 'mp3', did you mean 'mp4'"):
         animate(result, "cobweb", tmp_path, "mp3")
-    with pytest.raises(NsmapsError, match=r"'cobweb' .* name 'composite' in the study"):
-        animate(SimpleNamespace(**{**vars(result), "composite": None}), "cobweb", tmp_path)
+    with pytest.raises(NsmapsError, match=r"'cobweb' .* name 'composite' or a 'partition' of kind closed_form in the study"):
+        animate(replace(result, composite=None), "cobweb", tmp_path)
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
     with pytest.raises(NsmapsError, match=r"the program ffmpeg, which is not on the path; install it .* or ask for gif"):
         animate(result, "cobweb", tmp_path, "mp4")
@@ -119,5 +119,5 @@ def test_the_command_tells_a_wrong_name_from_a_run(tmp_path):
     stored = Path(__file__).parents[1] / "data" / "run-format-3" / "run"
     done = CliRunner().invoke(app, ["animate", str(stored), "surfces", "--out", str(tmp_path)])
     assert done.exit_code == 2
-    assert "no animation 'surfces', did you mean 'surfaces'?; accepted: surfaces, cobweb" in done.output
+    assert "no animation 'surfces', did you mean 'surfaces'?; expected: surfaces, cobweb" in done.output
     assert list(tmp_path.iterdir()) == []

@@ -3,27 +3,26 @@
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES
+from figures.conftest import COORDINATES, study_of, through
 from matplotlib.collections import PolyCollection
 
-from nsmaps.auxiliary.domain import attracting_domain
+from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.auxiliary import auxiliary
-from nsmaps.figures.auxiliary import sheets as auxiliary_sheets
-from nsmaps.figures.cobweb import cobweb
-from nsmaps.figures.domain_size import domain_size
-from nsmaps.figures.domain_size import sheets as size_sheets
-from nsmaps.figures.envelopes import envelopes, shown
-from nsmaps.figures.envelopes import sheets as envelope_sheets
+from nsmaps.figures.composite.cobweb import cobweb
+from nsmaps.figures.domains.auxiliary import auxiliary
+from nsmaps.figures.domains.auxiliary import sheets as auxiliary_sheets
+from nsmaps.figures.domains.domain_size import domain_size
+from nsmaps.figures.domains.domain_size import sheets as size_sheets
+from nsmaps.figures.domains.envelopes import envelopes, shown
+from nsmaps.figures.domains.envelopes import sheets as envelope_sheets
+from nsmaps.figures.domains.second_iterate import second_iterate
 from nsmaps.figures.lines import staircase
-from nsmaps.figures.second_iterate import second_iterate
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.polymap import PolyMap
 
 
 def by_label(ax):
@@ -97,7 +96,7 @@ def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
     step = result.domains["fitted"].updates[0]
     wild = replace(step, generic=np.random.default_rng(0).uniform(0.6, 0.9, (400, 2)))
     domain = replace(result.domains["fitted"], updates=(wild,))
-    envelopes(SimpleNamespace(domains={"fitted": domain}), ax, "v")
+    envelopes(replace(result, domains={"fitted": domain}), ax, "v")
     assert "generic: no cycle" in by_label(ax)
     assert "its last 10 %" not in by_label(ax)
 
@@ -106,8 +105,7 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
     """A hump x' = 0.8 - 3 (x - 0.35)^2: the worst case fixes p = xi_L(q) and q = 0.8, the plain composite does not fix q."""
     hump = {(0,): Fraction("0.4325"), (1,): Fraction("2.1"), (2,): Fraction(-3)}
     domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], updates=2)
-    study = SimpleNamespace(second_iterate=SimpleNamespace(domain="hump"))
-    second_iterate(SimpleNamespace(domains={"hump": domain}, study=study, second_iterate=result.second_iterate), ax, "x")
+    second_iterate(replace(result, domains={"hump": domain}, study=study_of(second_iterate={"domain": "hump"})), ax, "x")
     p, q = domain.updates[-1].worst[-1, 0]
     for name, fixed in (("lower of upper map, worst", p), ("upper of lower map, worst", q)):
         assert np.interp(fixed, *by_label(ax)[name].get_data()) == pytest.approx(fixed, abs=1e-3)
@@ -164,7 +162,7 @@ def test_second_iterate_polynomial_is_of_its_own_coordinate_only(result, ax):
 
 
 def test_a_coordinate_that_is_not_there(result, ax):
-    with pytest.raises(NsmapsError, match="no coordinate 'w'; accepted: v, phi"):
+    with pytest.raises(NsmapsError, match="no coordinate 'w'; expected: v, phi"):
         cobweb(result, ax, "w")
 
 
@@ -176,9 +174,9 @@ def test_cobweb_of_a_curve_across_the_seam_of_a_phase_is_drawn_on_one_stretch(re
     )
     pieces = (Piece("R1", Box.of(COORDINATES, [[0, 2], [0, 4]]), dips, "BTB"),)
     states = np.array([[0.5, 2.0], [0.5, 0.5], [0.5, 0.4]])
-    orbits = [SimpleNamespace(composite=SimpleNamespace(states=states))]
+    orbits = (through(result, states),)
     made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
-    cobweb(SimpleNamespace(**{**vars(result), **made}), ax, "phi")
+    cobweb(replace(result, **made), ax, "phi")
     x, y = by_label(ax)[r"$\mathcal{R}_{1}$"].get_data()
     assert np.allclose(y, 0.4 * x - 0.3)
     low, high = ax.get_ylim()
@@ -194,9 +192,9 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
     terms = np.array([[0, 0], [1, 1], [8, 1]]), np.array([[0, 0], [0, 1]])
     wild = PolyMap(COORDINATES, terms, (np.array([0.5, 0.01, 0.6]), np.array([0.5, 0.1])), *limits)
     pieces = (Piece("R1", Box.of(COORDINATES, [[0, 2], [0, 4]]), wild, "BTB"),)
-    orbits = [SimpleNamespace(composite=SimpleNamespace(states=np.array([[0.5, 2.0], [0.52, 0.5], [0.51, 0.4]])))]
+    orbits = (through(result, np.array([[0.5, 2.0], [0.52, 0.5], [0.51, 0.4]])),)
     made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
-    cobweb(SimpleNamespace(**{**vars(result), **made}), ax, "v")
+    cobweb(replace(result, **made), ax, "v")
     (area,) = [artist for artist in ax.collections if isinstance(artist, PolyCollection)]
     assert area.get_datalim(ax.transData).y1 > 2
     assert ax.get_ylim()[1] < 1.1
@@ -208,7 +206,7 @@ def enclosed(result, lower):
     step = domain.updates[0]
     first = replace(step.envelopes[0], lower=lower(step.envelopes[0]))
     updates = (replace(step, envelopes=(first, step.envelopes[1])),)
-    return SimpleNamespace(domains={"exact": replace(domain, status="enclosed", updates=updates)}), step, first
+    return replace(result, domains={"exact": replace(domain, status="enclosed", updates=updates)}), step, first
 
 
 def test_teeth_of_samples_are_levelled_outwards_and_cut_at_the_enclosure(result, ax):
@@ -253,9 +251,9 @@ def test_the_interval_of_the_attracting_domain_is_told_with_its_width_and_lets_c
 def test_where_the_second_iterate_has_no_fixed_point_the_panel_says_so(result, ax):
     second_iterate(result, ax, "v", 0)
     assert not ax.texts
-    study = SimpleNamespace(second_iterate=SimpleNamespace(domain="loose"))
+    study = study_of(second_iterate={"domain": "loose"})
     ax.clear()
-    second_iterate(SimpleNamespace(**{**vars(result), "study": study}), ax, "v", 0)
+    second_iterate(replace(result, study=study), ax, "v", 0)
     assert [text.get_text() for text in ax.texts] == ["no fixed point\nin the box"]
 
 
@@ -274,8 +272,8 @@ def test_the_cobweb_of_an_orbit_that_ends_has_no_last_tenth(result, ax, end, sho
     pair = result.orbits[0]
     states = np.array(pair.composite.states)
     states[7, 0], states[8:] = end, np.nan
-    stopped = SimpleNamespace(**{**vars(pair), "composite": SimpleNamespace(states=states)})
-    cobweb(SimpleNamespace(**{**vars(result), "orbits": (stopped,)}), ax)
+    stopped = replace(pair, composite=replace(pair.composite, states=states))
+    cobweb(replace(result, orbits=(stopped,)), ax)
     named = by_label(ax)
     assert "last 10 %" not in named
     assert ("end" in named) is shown
@@ -290,9 +288,9 @@ def test_a_domain_without_values_is_an_error_that_says_why(result, sheets):
         replace(each, lower=np.full_like(each.x, np.nan), upper=np.full_like(each.x, np.nan)) for each in first.envelopes
     )
     empty = replace(loose, updates=(replace(first, envelopes=none),), reason="update 1: some states of the box have no image")
-    with pytest.raises(NsmapsError, match=r"none has a value .domain 'empty': update 1: some states of the box have no image."):
-        sheets(SimpleNamespace(domains={"empty": empty}))
-    assert len(sheets(SimpleNamespace(domains={"empty": empty, "loose": loose}))) == 1
+    with pytest.raises(NsmapsError, match=r"no auxiliary map has a value .domain 'empty': update 1: some states"):
+        sheets(replace(result, domains={"empty": empty}))
+    assert len(sheets(replace(result, domains={"empty": empty, "loose": loose}))) == 1
 
 
 @pytest.mark.parametrize("draw", [envelopes, partial(auxiliary, steps=True)])
@@ -301,5 +299,5 @@ def test_a_worst_case_without_an_end_is_drawn_as_far_as_it_goes(result, ax, draw
     worst = loose.updates[0].worst.copy()
     worst[1] = -np.inf, np.inf
     endless = replace(loose, updates=(replace(loose.updates[0], worst=worst),))
-    draw(SimpleNamespace(domains={"endless": endless}), ax)
+    draw(replace(result, domains={"endless": endless}), ax)
     assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()

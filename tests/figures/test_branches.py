@@ -1,15 +1,16 @@
 """Branches are drawn where they are, dashed where they are unstable, with a mark at each event."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from figures.conftest import START, study_of
 
 import nsmaps
-from nsmaps.dynamics.branch import continue_branch, doubled_branch
-from nsmaps.dynamics.trail import Branch
+from nsmaps.dynamics.continuation.branch import Branch
+from nsmaps.dynamics.continuation.follow import continue_branch, doubled_branch
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.branches import branches, sheets
+from nsmaps.figures.longrun.branches import branches, sheets
 
 
 def test_lines_and_marks_are_those_of_the_branch(pair, ax):
@@ -47,9 +48,9 @@ def test_a_sheet_has_a_panel_a_coordinate_and_one_legend(result):
 
 def test_parameters_have_sheets_of_their_own_and_starts_that_led_nowhere_none(result):
     (branch,) = result.branches["one"]
-    sections = [SimpleNamespace(name=name, parameter=name) for name in "drM"]
+    sections = [{"name": name, "parameter": name, "from": 0.1, "to": 1, "start": START} for name in "drM"]
     made = {"d": (branch,), "r": (branch,), "M": (Branch.empty(branch.orbits[0], "no orbit at 1"),)}
-    several = SimpleNamespace(study=SimpleNamespace(branches=sections), branches=made)
+    several = replace(result, study=study_of(branches=sections), branches=made)
     assert [sheet.name for sheet in sheets(several)] == ["branches-d", "branches-r"]
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from nsmaps.figures.morse import morse
-from nsmaps.figures.transient import sheets, transient
+from nsmaps.figures.cells.morse import morse
+from nsmaps.figures.cells.transient import sheets, transient
 
 
 def shown(ax):

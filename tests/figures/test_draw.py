@@ -2,35 +2,51 @@
 
 import subprocess
 import sys
-from types import SimpleNamespace
+from dataclasses import replace
+from typing import ClassVar
 
 import matplotlib
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
-from matplotlib.image import imread
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from nsmaps_vi_pair import VIPair
 
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.figures import NAMES, draw
+from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.page import lay_out
+from nsmaps.figures.style import STYLE
 
 NEEDLESS = {"sketch", "algorithm"}  # figures that ask nothing of a result
+COMPOSITE = "'composite' or a 'partition' of kind closed_form"
+STORED = {
+    "run": "words regions surfaces projections orbits cobweb bifurcation auxiliary envelopes domain_size second_iterate",
+    "partition": "words regions surfaces projections partition speed_error",
+    "accurate": "words surfaces projections strips speed_error",
+    "long": "motion impacts slices words regions surfaces projections diagonal diagonal_surface orders fit_error orbits cobweb "
+    "branches stability lyapunov basins noise auxiliary envelopes domain_size morse transient",
+}  #: what can be drawn of each stored run, beside what asks nothing
 MISSING = {
     "motion": ("orbits", (), "'track' in an entry of 'orbits'"),
     "impacts": ("orbits", (), "'track' in an entry of 'orbits'"),
     "slices": ("slices", (), "'slices'"),
-    "regions": ("composite", None, "'composite'"),
+    "regions": ("composite", None, COMPOSITE),
     "words": ("surfaces", {}, "'grid' and 'families'"),
     "surfaces": ("surfaces", {}, "'grid' and 'families'"),
     "projections": ("surfaces", {}, "'grid' and 'families'"),
     "diagonal": ("diagonal", None, "'diagonal'"),
     "diagonal_surface": ("near", (), "'diagonal'"),
-    "orders": ("near", (), "'diagonal'"),
-    "fit_error": ("near", (), "'diagonal'"),
-    "separable": ("composite", None, "'composite'"),
-    "partition": ("partition", None, "'partition'"),
+    "orders": ("near", (), "'orders' in 'diagonal'"),
+    "fit_error": ("near", (), "'orders' in 'diagonal'"),
+    "separable": ("composite", None, COMPOSITE),
+    "partition": ("partition", None, "a 'partition' of kind closed_form"),
     "strips": ("accurate", None, "a 'partition' of kind accurate"),
-    "speed_error": ("speed", None, "'partition'"),
+    "speed_error": ("speed", None, "a 'partition'"),
     "orbits": ("orbits", (), "'orbits'"),
-    "cobweb": ("composite", None, "'composite'"),
+    "cobweb": ("composite", None, COMPOSITE),
     "bifurcation": ("bifurcation", {}, "'bifurcation'"),
     "branches": ("branches", {}, "'branches'"),
     "stability": ("stability", None, "'stability'"),
@@ -42,22 +58,72 @@ MISSING = {
     "domain_size": ("domains", {}, "'domains'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),
     "morse": ("morse", None, "'morse'"),
-    "transient": ("transient", None, "'transient'"),
+    "transient": ("transient", None, "'exit_times'"),
 }
-
-
-def without(result, **parts):
-    return SimpleNamespace(**{**vars(result), **parts})
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_figure_is_drawn_and_nothing_global_is_kept(result, tmp_path, name):
     before = dict(matplotlib.rcParams)
     paths = draw(result, [name], tmp_path / "figures", dpi=40)
-    assert paths[0] == tmp_path / "figures" / f"{name}.png"
-    assert all(imread(path).std() > 0 for path in paths)
+    sheets = CATALOGUE[name].sheets(result)
+    assert paths == [tmp_path / "figures" / f"{sheet.name}.png" for sheet in sheets]
+    assert [sheet.name == name or sheet.name.startswith(f"{name}-") for sheet in sheets] == [True] * len(sheets)
     assert plt.get_fignums() == []
     assert dict(matplotlib.rcParams) == before
+
+
+@pytest.mark.parametrize(("run", "name"), [(run, name) for run, names in STORED.items() for name in names.split()])
+def test_a_figure_of_a_stored_run_shows_data_with_names_inside_the_page(stored, run, name):
+    for sheet in CATALOGUE[name].sheets(stored[run]):
+        with matplotlib.rc_context(STYLE):
+            figure = sheet.figure(50)
+            lay_out(figure)
+            figure.canvas.draw()
+        panels = [ax for ax in figure.axes if ax.get_subplotspec() is not None and not ax.get_label().startswith("<colorbar")]
+        assert len(panels) == len(sheet.panels)
+        for ax in panels:
+            assert all(name.get_text() for name in (ax.xaxis.label, ax.yaxis.label))
+            assert in_view(ax), "something of the data is within the limits"
+        page, ticks = figure.bbox.padded(1), tick_labels(figure)
+        for text in figure.findobj(Text):
+            if text.get_visible() and text.get_text() and text.get_clip_box() is None and text not in ticks:
+                extent = text.get_window_extent()
+                assert page.x0 <= extent.x0 <= extent.x1 <= page.x1, text
+                assert page.y0 <= extent.y0 <= extent.y1 <= page.y1, text
+
+
+def in_view(ax):
+    """Whether a part of a line, of a collection or of an image, or else a text, lies within the limits of the axes."""
+    if ax.name == "3d":
+        (dots, *_) = ax.collections
+        return len(dots.get_offsets()) > 0
+    view = ax.viewLim
+    points = [np.asarray(line.get_xydata(), float) for line in ax.lines if line.get_transform() == ax.transData]
+    shown = any(len(xy) and view.containsx(x) and view.containsy(y) for xy in points for x, y in xy)
+    extents = [each.get_datalim(ax.transData) for each in ax.collections] + [Bbox.from_extents(*image_box(i)) for i in ax.images]
+    return shown or bool(ax.texts) or any(view.overlaps(extent) for extent in extents)
+
+
+def image_box(image):
+    left, right, low, high = image.get_extent()
+    return left, low, right, high
+
+
+def tick_labels(figure):
+    """The texts at the ticks of all axes, of which those beyond the limits are not drawn."""
+    axes = [axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis, *([ax.zaxis] if ax.name == "3d" else []))]
+    ticks = [tick for axis in axes for tick in (*axis.majorTicks, *axis.minorTicks)]
+    return {label for tick in ticks for label in (tick.label1, tick.label2)}
+
+
+@pytest.mark.parametrize("run", STORED)
+def test_what_a_stored_run_lacks_is_an_error_of_the_catalogue(stored, run):
+    drawable = set(STORED[run].split()) | NEEDLESS
+    for name, row in CATALOGUE.items():
+        if name not in drawable:
+            with pytest.raises(NsmapsError, match=f"the figure '{name}' "):
+                row.sheets(stored[run])
 
 
 def test_every_name_of_the_list_has_its_missing_data_tested():
@@ -68,7 +134,7 @@ def test_every_name_of_the_list_has_its_missing_data_tested():
 def test_missing_data_names_what_the_study_must_name_and_writes_nothing(result, tmp_path, name):
     part, nothing, section = MISSING[name]
     with pytest.raises(NsmapsError, match=f"figure '{name}' .* name {section} in the study"):
-        draw(without(result, **{part: nothing}), [name], tmp_path / "figures")
+        draw(replace(result, **{part: nothing}), [name], tmp_path / "figures")
     assert not (tmp_path / "figures").exists()
 
 
@@ -85,15 +151,20 @@ def test_several_formats_of_several_figures(result, tmp_path):
 
 
 def test_a_result_without_composite_map_still_shows_words_and_orbits(result, tmp_path):
-    alone = [SimpleNamespace(exact=pair.exact, composite=None) for pair in result.orbits]
-    bare = without(result, composite=None, diagonal=None, orbits=alone)
+    alone = tuple(replace(pair, composite=None) for pair in result.orbits)
+    bare = replace(result, composite=None, diagonal=None, orbits=alone)
     assert len(draw(bare, ["words", "orbits", "projections"], tmp_path, dpi=40)) == 3
 
 
+class Three(VIPair):
+    """The pair as if it had a third coordinate."""
+
+    coordinates: ClassVar[tuple[str, ...]] = ("v", "w", Angle("phi"))
+
+
 def test_pictures_of_the_plane_need_two_coordinates(result, tmp_path):
-    thick = SimpleNamespace(coordinates=("v", "w", "phi"))
-    with pytest.raises(NsmapsError, match="needs a system of 2 coordinates; this one has 3"):
-        draw(without(result, surfaces={"BB": thick}), ["words"], tmp_path)
+    with pytest.raises(NsmapsError, match=r"the figure 'words' .* needs a system of 2 coordinates; this one has 3"):
+        draw(replace(result, system=Three(**result.system.parameters)), ["words"], tmp_path)
 
 
 def test_importing_the_figures_loads_no_matplotlib():

@@ -14,12 +14,14 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from nsmaps.commands import _settled
-from nsmaps.figures import cobweb, dots, draw
-from nsmaps.figures.dots import Dots, nearest
+from nsmaps.cli.commands import _settled
+from nsmaps.figures import draw
+from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.composite import cobweb
 from nsmaps.figures.png import write_png
-from nsmaps.figures.sheets import SHEETS
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.figures.returns import dots
+from nsmaps.figures.returns.dots import Dots, nearest
+from nsmaps.reduced.fit.polymap import PolyMap
 
 
 def test_docstrings_are_true():
@@ -50,7 +52,7 @@ def test_a_sheet_is_laid_out_once_and_drawn_once_a_file(result, tmp_path, count,
     count(Figure, "draw")
     counts = count(ConstrainedLayoutEngine, "execute")
     paths = draw(result, [name], tmp_path, formats, dpi=40)
-    assert counts == {"execute": len(SHEETS[name](result)), "draw": len(paths)}
+    assert counts == {"execute": len(CATALOGUE[name].sheets(result)), "draw": len(paths)}
 
 
 def test_a_mathematical_text_is_parsed_once_for_all_figures(result, tmp_path, monkeypatch):
@@ -136,11 +138,11 @@ def test_pieces_are_drawn_without_loading_the_compiler():
     code = """
 import sys
 import numpy as np
-from nsmaps.exact.surface import Axis, Grid
-from nsmaps.figures.areas import pieces_on
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Where
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.figures.composite.areas import pieces_on
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.reduced.conditions.region import Where
 
 names = ("x", "y")
 piece = Piece("R1", Where(text="x > 0.5", coordinates=names), PolyMap.reset(names, {"x": 1.0}))

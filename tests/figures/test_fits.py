@@ -1,25 +1,26 @@
 """The pictures of fits: near the diagonals by delta and order, and separable maps beside the exact one."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from figures.conftest import SECTIONS, Toy, study_of
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgba
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.surface import Axis, Grid, Surface
-from nsmaps.figures.diagonal import diagonal
-from nsmaps.figures.diagonal import sheets as diagonal_sheets
-from nsmaps.figures.diagonal_surface import diagonal_surface
-from nsmaps.figures.fit_error import fit_error
-from nsmaps.figures.fit_error import sheets as error_sheets
-from nsmaps.figures.orders import orders
-from nsmaps.figures.separable import separable, separable_surface
-from nsmaps.figures.separable import sheets as separable_sheets
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.figures.fits.diagonal import diagonal
+from nsmaps.figures.fits.diagonal import sheets as diagonal_sheets
+from nsmaps.figures.fits.fit_error import fit_error
+from nsmaps.figures.fits.fit_error import sheets as error_sheets
+from nsmaps.figures.fits.orders import orders
+from nsmaps.figures.fits.separable import separable, separable_surface
+from nsmaps.figures.fits.separable import sheets as separable_sheets
+from nsmaps.figures.returns.diagonal_surface import diagonal_surface
 from nsmaps.figures.style import GREEN, ORANGE
-from nsmaps.reduced.deltas import compare_deltas
-from nsmaps.reduced.diagonal import Diagonal
+from nsmaps.reduced.fit.filter import Diagonal
+from nsmaps.reduced.fit.filter_errors import compare_deltas
 
 TWO_PI = 2 * np.pi
 IMAGE = (lambda v, phi: 0.95 - 0.15 * phi - 0.2 * v, lambda v, phi: (0.5 - 0.3 * phi + 0.05 * v) % TWO_PI)
@@ -62,8 +63,8 @@ def test_the_diagonal_has_rows_for_the_first_the_middle_and_the_last_value(resul
 
 
 def test_the_diagonal_without_a_sweep_shows_the_studys_own_parameters(result, ax):
-    alone = SimpleNamespace(diagonal=SimpleNamespace(family="BTB", sweep=None))
-    diagonal(SimpleNamespace(**{**vars(result), "study": alone}), ax)
+    alone = study_of(diagonal={"family": "BTB", "delta": 1.2})
+    diagonal(replace(result, study=alone), ax)
     assert ax.get_legend().get_texts()[0].get_text() == "at the study's own parameters"
 
 
@@ -82,9 +83,9 @@ def test_the_surface_is_blue_near_the_diagonals_and_only_there(result, ax3d, coo
 
 def test_a_grid_of_its_own_for_the_diagonal_is_drawn_over_the_surface(result, ax3d):
     grid = Grid(axes={"v": Axis(low=0.6, high=1.0, points=61), "phi": Axis(low=0.1, high=1.0, points=61)})
-    finer = Surface("BTB", grid, np.ones(grid.size, bool), result.system.first_return(grid.states()))
+    finer = Surface("BTB", grid, np.ones(grid.size, bool), Toy().first_return(grid.states()))
     near = compare_deltas(Diagonal(delta=1.2), finer, [], {})
-    diagonal_surface(SimpleNamespace(**{**vars(result), "near": near}), ax3d)
+    diagonal_surface(replace(result, near=near), ax3d)
     (points,) = ax3d.collections
     count = len(near_by_hand(grid.states(), 1.2))
     assert len(points._offsets3d[0]) == len(result.surfaces["BTB"].start) + count
@@ -161,9 +162,8 @@ def test_separable_curves_lie_on_the_surface(result, ax3d):
 
 
 def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, ax):
-    fit = SimpleNamespace(separable={"v": 1, "phi": 1}, along=None)
-    pieces = (SimpleNamespace(name="R2", family="BTB", fit=fit),)
-    separable(SimpleNamespace(**{**vars(result), "study": SimpleNamespace(composite=pieces)}), ax)
+    piece = {"name": "R2", "where": "v > 0.3", "family": "BTB", "fit": {"separable": {"v": 1, "phi": 1}}}
+    separable(replace(result, study=study_of(composite=[piece])), ax)
     start = result.surfaces["BTB"].start
     median = np.median(start[start[:, 0] > 0.3, 1])
     assert f"exact, $\\phi_{{k}}$ = {median:.4g}" in [line.get_label() for line in ax.lines]
@@ -172,7 +172,7 @@ def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, a
 def test_a_gap_of_the_surface_is_a_gap_of_the_curve(result, ax):
     surface = result.surfaces["BTB"]
     holed = surface.restricted(np.abs(surface.start[:, 0] - 0.6) > 0.06)
-    separable(SimpleNamespace(**{**vars(result), "surfaces": {"BTB": holed}}), ax)
+    separable(replace(result, surfaces={"BTB": holed}), ax)
     (exact,) = [line.get_xydata() for line in ax.lines if line.get_label().startswith("exact")]
     (gap,) = np.flatnonzero(np.isnan(exact[:, 0]))
     assert exact[gap - 1, 0] < 0.55 < 0.65 < exact[gap + 1, 0]
@@ -184,22 +184,22 @@ def test_separable_has_planes_above_surfaces(result):
 
 
 def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
-    bare = (SimpleNamespace(delta=1.2, surface=result.near[0].surface, maps={}),)
+    bare = (replace(result.near[0], maps={}),)
     with pytest.raises(NsmapsError, match="name 'orders' in 'diagonal' in the study"):
-        orders(SimpleNamespace(**{**vars(result), "near": bare}), ax)
-    study = SimpleNamespace(composite=(SimpleNamespace(name="reset", fit=None),))
-    with pytest.raises(NsmapsError, match="name a 'separable' fit in 'composite' in the study"):
-        separable(SimpleNamespace(**{**vars(result), "study": study}), ax)
+        orders(replace(result, near=bare), ax)
+    study = study_of(composite=SECTIONS["composite"][:1])
+    with pytest.raises(NsmapsError, match="name a piece of 'composite' with a 'separable' fit in the study"):
+        separable(replace(result, study=study), ax)
 
 
 def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
     surface = result.near[0].surface
-    none = (SimpleNamespace(delta=1.2, surface=surface.restricted(np.zeros(len(surface.start), bool)), maps={}),)
-    with pytest.raises(NsmapsError, match="there are none; accepted: a larger 'delta'"):
-        orders(SimpleNamespace(**{**vars(result), "near": none}), ax)
+    none = (replace(result.near[0], surface=surface.restricted(np.zeros(len(surface.start), bool)), maps={}),)
+    with pytest.raises(NsmapsError, match="no state is near the diagonals; expected: a larger 'delta'"):
+        orders(replace(result, near=none), ax)
 
 
 def test_a_run_that_kept_no_images_says_so(result, ax):
-    older = SimpleNamespace(start=result.diagonal.start, values=result.diagonal.values, images=())
-    with pytest.raises(NsmapsError, match="the images of the states near the diagonals, and the result has none"):
-        diagonal(SimpleNamespace(**{**vars(result), "diagonal": older}), ax)
+    older = replace(result.diagonal, images=())
+    with pytest.raises(NsmapsError, match="the region near the diagonals with its images, and the result has none"):
+        diagonal(replace(result, diagonal=older), ax)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from nsmaps.figures.basins import arrival, basins
-from nsmaps.figures.lyapunov import lyapunov
-from nsmaps.figures.noise import impacts, rates, shares
+from nsmaps.figures.longrun.basins import arrival, basins
+from nsmaps.figures.longrun.lyapunov import lyapunov
+from nsmaps.figures.longrun.noise import impacts, rates, shares
 
 
 def test_exponents_run_along_the_parameter(result, ax):

@@ -1,26 +1,26 @@
 """Figures of many pieces and words: what is told apart, what is not, and what is written where."""
 
 import warnings
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES, GRID, WALLS, linear
+from figures.conftest import COORDINATES, GRID, WALLS, Toy, linear, through
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import to_rgba
 
-from nsmaps.exact.surface import Surface
-from nsmaps.figures.areas import colours_of
-from nsmaps.figures.cobweb import cobweb
-from nsmaps.figures.cobweb import sheets as cobweb_sheets
-from nsmaps.figures.needs import surfaces_of
-from nsmaps.figures.partition import partition
-from nsmaps.figures.regions import regions
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.figures.composite.areas import colours_of
+from nsmaps.figures.composite.cobweb import cobweb
+from nsmaps.figures.composite.cobweb import sheets as cobweb_sheets
+from nsmaps.figures.composite.partition import partition
+from nsmaps.figures.composite.regions import regions
+from nsmaps.figures.data import SURFACES
+from nsmaps.figures.returns.words import pieces, words
+from nsmaps.figures.returns.words import sheets as word_sheets
 from nsmaps.figures.style import GREY, PIECES, REST, family_colours, tint
-from nsmaps.figures.words import pieces, words
-from nsmaps.figures.words import sheets as word_sheets
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.region import Box
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box
 
 STRIPS = 34
 
@@ -33,17 +33,18 @@ def many(result):
     names = [f"R{k + 1}" for k in range(STRIPS)]
     boxes = [Box.of(COORDINATES, [[edges[k + 1], edges[k]], [0.0, 7.0]]) for k in range(STRIPS)]
     made = tuple(Piece(name, box, moved, f"B{'T' * k}B") for k, (name, box) in enumerate(zip(names, boxes, strict=True)))
-    whole = result.system.first_return(GRID.states())
+    whole = Toy().first_return(GRID.states())
     number = np.minimum((GRID.states()[:, 0] - 0.1) / 0.9 * 12, 11).astype(int)
     surfaces = {f"B{'T' * k}B": Surface(f"B{'T' * k}B", GRID, number == k, whole.select(number == k)) for k in range(12)}
-    ends = SimpleNamespace(coordinates=COORDINATES, states=np.full((40, 2), [0.105, 1.0]))
+    states = np.full((40, 2), [0.105, 1.0])
+    pair = through(result, states)
     parts = {
         "composite": CompositeMap(COORDINATES, WALLS, made),
         "surfaces": surfaces,
-        "orbits": [SimpleNamespace(exact=ends, composite=ends)],
+        "orbits": (replace(pair, exact=replace(pair.exact, states=states)),),
         "partition": None,
     }
-    return SimpleNamespace(**{**vars(result), **parts})
+    return replace(result, **parts)
 
 
 def legend_texts(ax):
@@ -76,7 +77,7 @@ def test_small_areas_are_drawn_over_large_ones(result, ax):
         WALLS,
         tuple(Piece(n, b, linear((0.3, 0.1, 0.1), (0.5, 0.1, 0.05)), "BB") for n, b in zip("ab", (inner, outer), strict=True)),
     )
-    cobweb(SimpleNamespace(**{**vars(result), "composite": made}), ax, "v")
+    cobweb(replace(result, composite=made), ax, "v")
     height = {area.get_label(): area.get_zorder() for area in ax.collections if isinstance(area, PolyCollection)}
     assert height["a"] > height["b"]
 
@@ -135,9 +136,9 @@ def test_shares_of_pieces_without_a_colour_are_summed(many, ax):
     assert sum(shares) == pytest.approx(100, abs=1)
 
 
-def test_a_partition_of_many_words_counts_those_beyond_eight(many, ax):
-    made = SimpleNamespace(composite=many.composite, attracting=(), table=lambda: [])
-    partition(SimpleNamespace(**{**vars(many), "partition": made}), ax)
+def test_a_partition_of_many_words_counts_those_beyond_eight(result, many, ax):
+    made = replace(result.partition, composite=many.composite, attracting=(), log=())
+    partition(replace(many, partition=made), ax)
     texts = legend_texts(ax)
     drawn = len(np.unique(many.composite.piece_of(GRID.states())))
     assert len(texts) <= 9
@@ -150,6 +151,6 @@ def test_of_more_than_eight_families_the_commonest_have_colours(result):
     """The families of most states come first where not all are told apart."""
     first = next(iter(result.surfaces.values()))
     rare = {f"B{'T' * k}B": first.restricted(np.arange(len(first.start)) < k) for k in range(9, 0, -1)}
-    shown = surfaces_of(SimpleNamespace(surfaces=rare | {"BB": first, "none": first.restricted(first.start[:, 0] < 0)}), "words")
+    shown = SURFACES.of(replace(result, surfaces=rare | {"BB": first, "none": first.restricted(first.start[:, 0] < 0)}), "words")
     assert list(shown) == ["BB", *(f"B{'T' * k}B" for k in range(9, 0, -1))]
-    assert list(surfaces_of(SimpleNamespace(surfaces=dict(list(rare.items())[::-1][:3])), "words")) == ["BTB", "BTTB", "BTTTB"]
+    assert list(SURFACES.of(replace(result, surfaces=dict(list(rare.items())[::-1][:3])), "words")) == ["BTB", "BTTB", "BTTTB"]

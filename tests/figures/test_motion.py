@@ -2,24 +2,24 @@
 
 import re
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES, WALLS
+from figures.conftest import COORDINATES, WALLS, study_of
 from matplotlib import rc_context
 from matplotlib.colors import to_rgba
 from matplotlib.patches import FancyBboxPatch
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Returns, encode
-from nsmaps.figures.algorithm import STEPS, algorithm
-from nsmaps.figures.algorithm import sheets as algorithm_sheets
-from nsmaps.figures.impacts import impacts
-from nsmaps.figures.motion import motion, phase_plane, sheets
-from nsmaps.figures.sketch import sketch
-from nsmaps.figures.slices import slices
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.words import encode
+from nsmaps.figures.returns.slices import slices
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, STYLE
+from nsmaps.figures.system.algorithm import STEPS, algorithm
+from nsmaps.figures.system.algorithm import sheets as algorithm_sheets
+from nsmaps.figures.system.impacts import impacts
+from nsmaps.figures.system.motion import motion, phase_plane, sheets
+from nsmaps.figures.system.sketch import sketch
 from nsmaps.plugins import system_names
 
 
@@ -103,15 +103,15 @@ def test_no_text_of_the_algorithm_leaves_its_box(result):
 @pytest.mark.parametrize("name", ["vi_pair", "bouncing_ball", "impact_oscillator"])
 def test_every_system_of_the_project_has_a_sketch(result, ax, name):
     assert name in system_names()
-    assert sketch(SimpleNamespace(study=SimpleNamespace(system=name)), ax) is ax
+    assert sketch(replace(result, study=study_of(system=name)), ax) is ax
     texts = {text.get_text() for text in ax.texts}
     named = {"vi_pair": r"$\beta$", "bouncing_ball": "$g$", "impact_oscillator": r"$2\zeta$"}
     assert named[name] in texts
 
 
-def test_a_system_without_a_sketch_says_so(ax):
+def test_a_system_without_a_sketch_says_so(result, ax):
     with pytest.raises(NsmapsError, match=r"no package offers a sketch of the system 'mine\.py:Mine'"):
-        sketch(SimpleNamespace(study=SimpleNamespace(system="mine.py:Mine")), ax)
+        sketch(replace(result, study=study_of(system="mine.py:Mine")), ax)
 
 
 def test_slices_of_many_words_count_those_beyond_eight_beside_the_picture(result, ax):
@@ -121,7 +121,7 @@ def test_slices_of_many_words_count_those_beyond_eight_beside_the_picture(result
     zeros = np.zeros(22)
     returns = Returns(COORDINATES, WALLS, start, image, np.zeros((22, 2), np.int32), codes, zeros.astype(np.int8), zeros)
     many = replace(result.slices[0], returns=returns, jump=np.zeros(21, bool))
-    slices(SimpleNamespace(**{**vars(result), "slices": (many,)}), ax)
+    slices(replace(result, slices=(many,)), ax)
     legend = ax.get_legend()
     assert [text.get_text() for text in legend.get_texts()] == [*words[:8], "3 more words"]
     ax.figure.canvas.draw()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from nsmaps.dynamics.stability import EventCurve, StabilityDiagram
+from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.stability import sheets, stability
+from nsmaps.figures.longrun.stability import sheets, stability
 
 DIAGRAM = StabilityDiagram(
     along=np.array([0.1, 0.2, 0.3, 0.4]),

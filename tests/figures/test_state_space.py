@@ -1,7 +1,7 @@
 """The pictures of the plane of states: words, pieces, surfaces, projections and orbits."""
 
 import re
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,23 +10,26 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
 from sheets import surface_of
 
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle
-from nsmaps.exact.surface import Axis, Grid
-from nsmaps.figures.areas import pieces_on
-from nsmaps.figures.orbits import around, orbits
-from nsmaps.figures.orbits import sheets as orbit_sheets
-from nsmaps.figures.partition import partition
-from nsmaps.figures.projections import projections
-from nsmaps.figures.projections import sheets as projection_sheets
-from nsmaps.figures.regions import regions
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.figures.composite.areas import pieces_on
+from nsmaps.figures.composite.orbits import around, orbits
+from nsmaps.figures.composite.orbits import sheets as orbit_sheets
+from nsmaps.figures.composite.partition import partition
+from nsmaps.figures.composite.regions import regions
+from nsmaps.figures.composite.strips import strips
+from nsmaps.figures.returns.projections import projections
+from nsmaps.figures.returns.projections import sheets as projection_sheets
+from nsmaps.figures.returns.surfaces import surfaces
+from nsmaps.figures.returns.words import pieces, sheets, words
 from nsmaps.figures.style import BROWN, GREEN, ORANGE, RED
-from nsmaps.figures.surfaces import surfaces
-from nsmaps.figures.words import pieces, sheets, words
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.diagonal import Diagonal, diagonal_region
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Where
+from nsmaps.reduced.adaptive.accurate import accurate
+from nsmaps.reduced.adaptive.kernel import DEGREE
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
+from nsmaps.reduced.fit.polymap import PolyMap
 
 
 def labels(ax):
@@ -78,6 +81,27 @@ def test_regions_of_a_partition_have_the_names_of_their_last_iteration(result, a
     kind = np.ma.filled(mesh.get_array(), -1).reshape(41, 37).T.ravel()
     number = result.composite.piece_of(next(iter(result.surfaces.values())).grid.states())
     assert np.array_equal(kind == 0, number == 1)
+
+
+@pytest.fixture(scope="module")
+def edged(result):
+    """The result with an accurate map of a box through which one grazing curve runs."""
+    box = Grid(axes={"v": Axis(low=0.45, high=0.5, points=5), "phi": Axis(low=0.1, high=0.4, points=5)})
+    return replace(result, accurate=accurate(result.system, box, 1e-2))
+
+
+def test_strips_have_a_shade_a_degree_and_their_edges(edged, ax):
+    strips(edged, ax)
+    made = edged.accurate.strips
+    (image,) = ax.images
+    degrees = np.array([*made.tables.leaf[:, DEGREE], np.nan])[made.tables.raster]
+    assert np.array_equal(np.ma.filled(image.get_array(), np.nan), degrees.T, equal_nan=True)
+    assert len(set(made.report.degrees)) > 1
+    s = np.linspace(-1, 1, 200)
+    expected = [np.column_stack([slab.speeds(s), phase]) for slab in made.slabs for phase in slab.phases(s)[1:-1]]
+    assert len(expected) > 0
+    assert all(np.array_equal(line.get_xydata(), way) for line, way in zip(ax.lines, expected, strict=True))
+    assert (ax.get_xlim(), ax.get_ylim()) == ((0.45, 0.5), (0.1, 0.4))
 
 
 def test_angles_have_ticks_in_pi(result, ax):
@@ -176,8 +200,8 @@ def test_the_line_of_an_orbit_crosses_the_seam_of_a_phase_at_the_edges(result):
 
 def test_an_orbit_is_drawn_thick_until_it_is_near_its_last_tenth(result, ax):
     states = np.column_stack([np.concatenate([np.linspace(0.2, 0.8, 7), np.full(93, 0.8)]), np.full(100, 1.0)])
-    pair = SimpleNamespace(exact=SimpleNamespace(coordinates=result.composite.coordinates, states=states), composite=None)
-    orbits(SimpleNamespace(**{**vars(result), "orbits": [pair]}), ax)
+    pair = replace(result.orbits[0], exact=replace(result.orbits[0].exact, states=states), composite=None)
+    orbits(replace(result, orbits=(pair,)), ax)
     (first,) = (line for line in ax.lines if line.get_label() == "exact map")
     assert np.array_equal(first.get_xydata(), states[:7])
 
@@ -188,17 +212,17 @@ def test_orbits_have_a_panel_a_start(result):
 
 def test_an_orbit_that_runs_away_spoils_no_picture(result, ax):
     wild = np.array([[0.2, 1.0], [1e69, 1.0]])
-    pair = SimpleNamespace(exact=SimpleNamespace(coordinates=result.composite.coordinates, states=wild), composite=None)
-    orbits(SimpleNamespace(**{**vars(result), "orbits": [pair]}), ax)
+    pair = replace(result.orbits[0], exact=replace(result.orbits[0].exact, states=wild), composite=None)
+    orbits(replace(result, orbits=(pair,)), ax)
     assert ax.get_xlim() == (0.1, 1.0)
 
 
-def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(ax):
+def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(result, ax):
     """phi -> 0.2 + 0.8 phi up to 1, three times as steep beyond it; v -> 0.1 + 0.8 v is gentle everywhere."""
     bent = lambda v, phi: (0.1 + 0.8 * v, np.where(phi < 1, 0.2 + 0.8 * phi, 3 * phi - 2))  # noqa: E731
     made = surface_of(bent, (0.3, 0.7, 21), (0.6, 1.4, 41))
     region = diagonal_region(Diagonal(delta=1.3, slope=1), [(0.0, made)])
-    projections(SimpleNamespace(surfaces={"F": made}, diagonal=region), ax, "phi")
+    projections(replace(result, surfaces={"F": made}, diagonal=region), ax, "phi")
     stars = {line.get_label(): line for line in ax.lines if line.get_marker() == "*"}
     gentle, steep = stars["near both, gentle"], stars["near both, steep"]
     assert gentle.get_xdata().max() < 1 < steep.get_xdata().max()
@@ -206,9 +230,9 @@ def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(ax):
     assert (to_rgba(steep.get_markerfacecolor()), to_rgba(steep.get_markeredgecolor())) == (to_rgba("white"), to_rgba(BROWN))
 
 
-def test_a_whole_circle_of_phases_is_drawn_in_halves(ax):
+def test_a_whole_circle_of_phases_is_drawn_in_halves(result, ax):
     made = surface_of(lambda v, phi: (0.5 * v, 0.5 * phi), (0.1, 1.0, 11), (0.0, 2 * np.pi, 41))
-    result = SimpleNamespace(surfaces={"BB": made, "B/T": made}, diagonal=None)
+    result = replace(result, surfaces={"BB": made, "B/T": made}, diagonal=None)
     first, second = projection_sheets(result)
     assert (first.name, second.name, len(first.panels)) == ("projections-BB", "projections-B-T", 4)
     drawn = first.panels[3](ax)
@@ -218,18 +242,18 @@ def test_a_whole_circle_of_phases_is_drawn_in_halves(ax):
     assert drawn.get_xlim() == pytest.approx((np.pi, 2 * np.pi))
 
 
-def test_no_strand_is_drawn_through_a_jump(ax):
+def test_no_strand_is_drawn_through_a_jump(result, ax):
     made = surface_of(lambda v, phi: (np.where(v < 0.5, 0.2 * v, 0.6 + 0.2 * v), phi), (0.0, 1.0, 100), (0.1, 1.0, 5))
-    projections(SimpleNamespace(surfaces={"F": made}, diagonal=None), ax, "v")
+    projections(replace(result, surfaces={"F": made}, diagonal=None), ax, "v")
     (strands,) = [artist for artist in ax.collections if isinstance(artist, LineCollection)]
     segments = np.array(strands.get_segments())
     assert len(segments) == 5 * 98  # all steps of five strands but one each
     assert not ((segments[:, 0, 0] < 0.5) & (segments[:, 1, 0] >= 0.5)).any()
 
 
-def test_a_square_root_is_drawn_to_its_end(ax):
+def test_a_square_root_is_drawn_to_its_end(result, ax):
     made = surface_of(lambda v, phi: (np.sqrt(np.maximum(1 - v, 0)), phi), (0.0, 1.0, 400), (0.1, 1.0, 5))
-    projections(SimpleNamespace(surfaces={"F": made}, diagonal=None), ax, "v")
+    projections(replace(result, surfaces={"F": made}, diagonal=None), ax, "v")
     (strands,) = [artist for artist in ax.collections if isinstance(artist, LineCollection)]
     assert len(strands.get_segments()) == 5 * 399
 
@@ -247,7 +271,7 @@ def test_regions_are_named_with_their_words_and_shares(result, ax):
 
 
 def test_states_of_other_words_are_told(result, ax):
-    words(SimpleNamespace(**{**vars(result), "surfaces": {"BB": result.surfaces["BB"]}}), ax)
+    words(replace(result, surfaces={"BB": result.surfaces["BB"]}), ax)
     assert legend_texts(ax) == ["BB", "near diagonals", "other"]
 
 
@@ -258,11 +282,11 @@ def test_the_last_tenths_are_in_the_legend_of_the_orbits(result, ax):
     assert np.array_equal(line.get_xydata(), result.orbits[0].composite.states[-5:])
 
 
-def test_a_steep_part_of_a_surface_has_no_gaps_and_a_jump_has(ax3d):
+def test_a_steep_part_of_a_surface_has_no_gaps_and_a_jump_has(result, ax3d):
     """The square root next to a graze at v = 0.5, beyond which the image jumps from 0 to 2."""
     bent = lambda v, phi: (np.where(v < 0.5, np.sqrt(np.maximum(0.5 - v, 0)), 2.0), phi)  # noqa: E731
     made = surface_of(bent, (0.0, 1.0, 100), (0.1, 1.0, 5))
-    surfaces(SimpleNamespace(surfaces={"F": made}), ax3d, "v")
+    surfaces(replace(result, surfaces={"F": made}), ax3d, "v")
     ax3d.figure.canvas.draw()
     (points,) = ax3d.collections
     x, y, z = (np.asarray(part) for part in points._offsets3d)
@@ -289,9 +313,9 @@ def test_an_orbit_that_ends_has_a_cross_and_no_last_tenth(result, ax):
         states[last + 1 :] = np.nan
         if beyond:
             states[last] = 1e90
-        stopped = SimpleNamespace(**{**vars(pair), "composite": SimpleNamespace(states=states)})
+        stopped = replace(pair, composite=replace(pair.composite, states=states))
         other = ax.figure.add_subplot()
-        orbits(SimpleNamespace(**{**vars(result), "orbits": (stopped,)}), other)
+        orbits(replace(result, orbits=(stopped,)), other)
         assert legend_texts(other) == ["exact map", "exact, last 10 %", "composite map", text, "start"]
         (cross,) = [line for line in other.lines if line.get_label() == text]
         assert cross.get_xydata().tolist() == [whole[last - beyond].tolist()]
@@ -301,6 +325,6 @@ def test_a_picture_of_orbits_ends_where_a_circle_of_phases_does(result, ax):
     pair = result.orbits[0]
     states = np.array(pair.exact.states)
     states[3, 1] = 6.28
-    far = SimpleNamespace(**{**vars(pair), "exact": SimpleNamespace(states=states, coordinates=pair.exact.coordinates)})
-    orbits(SimpleNamespace(**{**vars(result), "orbits": (far,)}), ax)
+    far = replace(pair, exact=replace(pair.exact, states=states))
+    orbits(replace(result, orbits=(far,)), ax)
     assert ax.get_ylim() == pytest.approx((0.0, 2 * np.pi))

@@ -1,15 +1,23 @@
 """Labels, colours and lines."""
 
 import doctest
-from types import SimpleNamespace
+from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
+from nsmaps_vi_pair import VIPair
 
 from nsmaps import load_system
-from nsmaps.exact.impacts import Angle
+from nsmaps.coordinates import Angle
 from nsmaps.figures import draw, lines, style
-from nsmaps.figures.sheet import Sheet, _letter
+from nsmaps.figures.page import Sheet, _letter
+
+
+class Metric(VIPair):
+    """The pair as if its quantities had units."""
+
+    dimensionless: ClassVar[bool] = False
 
 
 @pytest.mark.parametrize("module", [style, lines])
@@ -73,15 +81,15 @@ def test_a_short_span_of_a_phase_has_decimal_ticks(ax, span, in_pi):
 
 
 def test_a_system_that_says_nothing_of_units_has_none(ax):
-    with style.units_of(SimpleNamespace(dimensionless=False)):
+    with style.units_of(Metric(d=0.35, r=0.5, g_bar=0.2)):
         style.dress(ax, (Angle("phi"), "k"), ("a", ""))
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\phi_{k}$ (rad)", "$a$")
 
 
 def test_units_are_those_of_the_system_whose_files_are_drawn(result, tmp_path):
     for dimensionless in (True, False):
-        system = SimpleNamespace(dimensionless=dimensionless)
-        (path,) = draw(SimpleNamespace(**{**vars(result), "system": system}), ["domain_size"], tmp_path, ["svg"])
+        system = result.system if dimensionless else Metric(**result.system.parameters)
+        (path,) = draw(replace(result, system=system), ["domain_size"], tmp_path, ["svg"])
         assert ("(dimensionless)" in path.read_text()) == dimensionless
     assert load_system("vi_pair", d=0.3, g_bar=0.2).dimensionless
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.bounds import held_out_error
-from nsmaps.auxiliary.domain import attracting_domain
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.exact.family import WordFamily
-from nsmaps.exact.surface import Axis, Grid, sweep
-from nsmaps.reduced.diagonal import Diagonal, attracting, diagonal_region
-from nsmaps.reduced.polyfit import Full
-from nsmaps.reduced.region import Where
-from nsmaps.study.conclusion import conclusion
+from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.exact.surfaces.surface import Axis, Grid, sweep
+from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.study.verdict import conclusion
 
 BTB = WordFamily(name="BTB", words=("BTB",))
 GRID = Grid(axes={"v": Axis(low=0.0033, high=1, points=300), "phi": Axis(low=0, high=np.pi, points=300)})

@@ -1,4 +1,4 @@
-"""A study with `transient:` from the shell to its files: which part of the paper's regions is left, and what stays in them."""
+"""A study with `exit_times:` from the shell to its files: which part of the paper's regions is left, and what stays in them."""
 
 import json
 import os
@@ -22,7 +22,7 @@ composite:
   - {name: R4, where: v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55, reset: {phi: 1.2}}
   - {name: R5, where: 2.5 < phi < pi and v < 0.55, reset: {phi: 1.2}}
   - {name: R3, where: v < 0.63 - 0.53*phi, reset: {phi: 1.2}}
-transient: {box: {v: [0.12, 1.0], phi: [0, 2*pi]}, depth: 2, cells: 12, period: 1}
+exit_times: {box: {v: [0.12, 1.0], phi: [0, 2*pi]}, depth: 2, cells: 12, period: 1}
 figures: [transient]
 """
 SADDLES = [(0.281770025375305, 2.91844362963194), (0.343255510718990, 2.87685171619735)]  # in 50 digits, rounded

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from nsmaps import load_study, read_result, run
-from nsmaps.auxiliary.cover import closed_box, morse_sets, trap
-from nsmaps.auxiliary.search import find_cycles
+from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.figures import draw
 

@@ -7,7 +7,7 @@ import pytest
 
 import nsmaps
 from nsmaps.figures import draw
-from nsmaps.reduced.diagonal import near_diagonal, own_slopes
+from nsmaps.reduced.fit.filter import near_diagonal, own_slopes
 
 
 @pytest.fixture(scope="module")

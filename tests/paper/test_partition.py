@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.dynamics.distance import hausdorff
+from nsmaps.coordinates import Angle
+from nsmaps.dynamics.attractors.distance import hausdorff
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.polyfit import unwrapped
+from nsmaps.reduced.fit.polyfit import unwrapped
 
 DEGREES = {"R2": (5, 5), "R4": (8, 4), "R5": (4, 3)}  # eqs. r2map, R4eqn, R5eqn
 
@@ -74,7 +74,7 @@ def test_orbits_of_the_parametric_map_arrive_where_the_exact_ones_do(pair, d, ne
 
 def test_beyond_the_papers_range_of_d_there_is_no_map():
     parametric = ran("parametric").parametric
-    with pytest.raises(NsmapsError, match=r"d is 0.36; accepted: d from 0.26 to 0.35"):
+    with pytest.raises(NsmapsError, match=r"d is 0.36; expected: d from 0.26 to 0.35"):
         parametric.at(0.36)
 
 

@@ -7,8 +7,9 @@ from nsmaps_bouncing_ball import BouncingBall
 from scipy.integrate import solve_ivp
 
 import nsmaps
-from nsmaps.dynamics.periodic import continue_orbit, period_doubling
-from nsmaps.exact.impacts import TWO_PI, Outcome
+from nsmaps.coordinates import TWO_PI
+from nsmaps.dynamics.continuation.follow import continue_branch
+from nsmaps.exact.outcome import Outcome
 
 EXISTS = np.pi * 0.5 / 1.5  # 1.0471975512
 DOUBLES = np.sqrt(EXISTS**2 + (2 * 1.25 / 1.5**2) ** 2)  # 1.5268237005
@@ -80,19 +81,21 @@ def test_below_its_threshold_no_start_finds_it():
 
 
 def test_it_ends_in_a_fold():
-    """Followed down it stops at the threshold, where a multiplier reaches one."""
-    values = EXISTS + np.array([0.1, 0.01, 1e-3, 1e-5, 1e-7, -1e-6, -1e-3])
-    start = nsmaps.periodic_orbit(BouncingBall(Gamma=values[0]), one_period(values[0]))
-    branch = continue_orbit(lambda gamma: BouncingBall(Gamma=gamma), start, values)
-    assert len(branch) == 5
-    assert abs(branch[-1].multipliers[0] - 1) < 2e-3
+    """Followed down it turns back at the threshold, where a multiplier is one."""
+    value = EXISTS + 0.1
+    start = nsmaps.periodic_orbit(BouncingBall(Gamma=value), one_period(value))
+    branch = continue_branch(lambda gamma: BouncingBall(Gamma=gamma), start, value, (EXISTS - 0.1, value), "down")
+    (fold,) = branch.of_kind("fold")
+    assert fold.parameter == pytest.approx(EXISTS, abs=1e-12)
+    assert fold.multipliers[0] == pytest.approx(1, abs=1e-6)
+    assert branch.parameter.min() > EXISTS - 1e-12
 
 
 def test_it_doubles_its_period_where_the_closed_form_says():
     assert pytest.approx(1.5268237005, abs=1e-10) == DOUBLES
     start = nsmaps.periodic_orbit(BouncingBall(Gamma=1.5), one_period(1.5))
-    found = period_doubling(lambda gamma: BouncingBall(Gamma=gamma), start, 1.5, 1.55)
-    assert found.value == pytest.approx(DOUBLES, abs=1e-9)
+    (found,) = continue_branch(lambda gamma: BouncingBall(Gamma=gamma), start, 1.5, (1.5, 1.55)).of_kind("period doubling")
+    assert found.parameter == pytest.approx(DOUBLES, abs=1e-9)
     assert sorted(found.orbit.multipliers.real) == pytest.approx([-1, -0.25], abs=1e-8)
 
 

@@ -8,8 +8,9 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
 import nsmaps
-from nsmaps.dynamics.periodic import period_doubling
-from nsmaps.exact.impacts import TWO_PI, Outcome
+from nsmaps.coordinates import TWO_PI
+from nsmaps.dynamics.continuation.follow import continue_branch
+from nsmaps.exact.outcome import Outcome
 
 KNOWN = {"A": 0.3475333988945534, "v": 0.065303988295362, "multipliers": (-0.99999666, -0.43549184)}
 B_FORM = {"zeta": 0.02, "w": 0.81, "wall": 1, "r": 0.9}  # x'' + 0.04 x' + x = -1 + A cos(0.81 t), wall at zero
@@ -124,8 +125,9 @@ def test_the_orbit_of_the_literature():
 
 def test_its_doubling_is_there():
     start = nsmaps.periodic_orbit(ImpactOscillator(A=0.3477, **B_FORM), [0.07, 0.08])
-    found = period_doubling(lambda a: ImpactOscillator(A=a, **B_FORM), start, 0.3474, 0.3477)
-    assert found.value == pytest.approx(KNOWN["A"], abs=2e-9)  # its multiplier is 3.3e-6 from -1
+    branch = continue_branch(lambda a: ImpactOscillator(A=a, **B_FORM), start, 0.3477, (0.3474, 0.3477), "down")
+    (found,) = branch.of_kind("period doubling")
+    assert found.parameter == pytest.approx(KNOWN["A"], abs=2e-9)  # its multiplier is 3.3e-6 from -1
     assert found.orbit.states[0, 0] == pytest.approx(KNOWN["v"], abs=1e-7)
     assert found.orbit.label == "1:0/2T"
 
@@ -197,9 +199,9 @@ def test_the_map_is_infinitely_steep_at_grazing():
 @pytest.mark.parametrize(
     ("values", "why"),
     [
-        ({"zeta": 1.2}, "choose damping: over"),
-        ({"zeta": 1}, "choose damping: critical"),
-        ({"zeta": 0.3, "damping": "over"}, "choose damping: under"),
+        ({"zeta": 1.2}, "expected: damping: over"),
+        ({"zeta": 1}, "expected: damping: critical"),
+        ({"zeta": 0.3, "damping": "over"}, "expected: damping: under"),
         ({"zeta": 0, "w": 1}, "is resonance"),
         ({"zeta": -0.1}, "greater than or equal to 0"),
     ],

@@ -9,21 +9,26 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from nsmaps.coordinates import Angle, angle_mask, nearest_turn, wrap
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import CompiledOrbit, compiled
-from nsmaps.exact.impacts import Angle, Outcome, angle_mask, nearest_turn, wrap
-from nsmaps.reduced.composite import CompositeMap, Piece
-from nsmaps.reduced.condition import read_condition
-from nsmaps.reduced.conditioncode import code_of, depth_of
-from nsmaps.reduced.conditionkernel import ask, holds
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.dynamics.returnmap import OrbitMap
+from nsmaps.exact.outcome import Outcome
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.bytecode import code_of, depth_of
+from nsmaps.reduced.conditions.condition import read_condition
+from nsmaps.reduced.conditions.interpreter import evaluate_condition
+from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = ("v", Angle("phi"))
 PLACES = (-1.0, 0.0, 0.5, 1.0, 2.0, 7.0)
+
+
+evaluate = njit(error_model="numpy")(evaluate_condition.py_func)
 
 
 def numbers(region: Region, states: Sequence[Sequence[float]]) -> list[bool]:
@@ -31,12 +36,14 @@ def numbers(region: Region, states: Sequence[Sequence[float]]) -> list[bool]:
     code = code_of(region)
     assert code is not None
     operation, number = (np.array(column) for column in zip(*code, strict=True))
-    block, stack = np.array(states, float).T.copy(), np.full((depth_of(code), len(states)), np.nan)
-    ask(operation, number.astype(float), 0, len(code), block, len(states), stack)
-    own = np.full(depth_of(code), np.nan)
-    one = [bool(holds(operation, number.astype(float), 0, len(code), np.array(x, float), own)) for x in states]
-    assert one == (stack[0] != 0).tolist()
-    return one
+    columns, stack = np.array(states, float).T.copy(), np.full((depth_of(code), len(states)), np.nan)
+    arguments = operation, number.astype(float), 0, len(code)
+    evaluate(*arguments, columns, len(states), stack)
+    found = (stack[0] != 0).tolist()
+    for k, one in enumerate(found):
+        evaluate(*arguments, columns[:, k : k + 1].copy(), 1, own := np.full((depth_of(code), 1), np.nan))
+        assert (own[0, 0] != 0) == one
+    return list(found)
 
 
 terms = st.recursive(
@@ -211,8 +218,9 @@ def test_a_region_of_ones_own_is_asked_in_python() -> None:
         CompositeMap(NAMES, ("B",), (Piece("half", region, made),))
         for region in (Half(coordinates=NAMES), Where(coordinates=NAMES, text="v >= 0"))
     )
-    assert compiled(own) is None
-    assert isinstance(compiled(same), CompiledOrbit)
+    assert isinstance(own, OrbitMap)
+    assert isinstance(same, OrbitMap)
+    assert np.array_equal(lyapunov(own, [0.5, 0.5], 64, 0).outcome, lyapunov(same, [0.5, 0.5], 64, 0).outcome)
     start = rng.uniform(0, 1, (5, 2))
     assert np.array_equal(orbit(own, start, 6).states, orbit(same, start, 6).states, equal_nan=True)
     empty = CompositeMap(NAMES, ("B",), ())

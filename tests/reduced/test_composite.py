@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from nsmaps.coordinates import Angle, wrap
 from nsmaps.errors import FitError, NsmapsError, StateError
-from nsmaps.exact.impacts import Angle, Outcome, Returns, encode, wrap
-from nsmaps.exact.surface import Axis, Grid, Surface
-from nsmaps.reduced.composite import CompositeMap, Piece, PieceSpec, build_composite
-from nsmaps.reduced.misleads import misleads
-from nsmaps.reduced.polyfit import Full, PolyMap, Separable
-from nsmaps.reduced.region import Box, Where
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.exact.words import encode
+from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
+from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.fit.polyfit import Full, PolyMap, Separable
+from nsmaps.reduced.validation.words import misleads
 
 NAMES = ("v", Angle("phi"))
 WALLS = ("B", "T")
@@ -196,7 +199,7 @@ def test_the_word_of_a_piece_is_the_commonest_of_its_data():
 
 def test_pieces_by_name():
     assert MAP.piece("R2") is MAP.pieces[2]
-    with pytest.raises(NsmapsError, match=r"no piece 'resett', did you mean 'reset'\?; accepted: reset, R1, R2, R3"):
+    with pytest.raises(NsmapsError, match=r"no piece 'resett', did you mean 'reset'\?; expected: reset, R1, R2, R3"):
         MAP.piece("resett")
 
 
@@ -255,7 +258,7 @@ def test_a_family_without_data_is_named():
         ([fitted("R", "v > 0", "BTTB")], "piece 'R': no surface of a family 'BTTB', did you mean 'BTB'"),
         ([R1, R1], "piece 'R1': there are two of this name"),
         ([fitted("R", "v > 0.99", "BTB")], "piece 'R': v': the data are all at 1.0 of v; degree 1 needs 2 distinct"),
-        ([where("R", "v > 0", reset={"w": 1})], "piece 'R': reset: no coordinate 'w'; accepted: v, phi"),
+        ([where("R", "v > 0", reset={"w": 1})], "piece 'R': reset: no coordinate 'w'; expected: v, phi"),
     ],
 )
 def test_what_cannot_be_made_names_its_piece(pieces, message):
@@ -280,7 +283,7 @@ def test_a_region_of_other_coordinates_names_its_piece():
     ],
 )
 def test_a_piece_is_either_fitted_or_a_reset(made, given):
-    with pytest.raises(ValidationError, match=f"it has {given}; accepted: a family and a fit, or a reset alone"):
+    with pytest.raises(ValidationError, match=f"it has {given}; expected: a family and a fit, or a reset alone"):
         where("R", "v > 0", **made)
 
 

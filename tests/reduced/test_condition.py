@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
 from nsmaps.errors import ConditionError
-from nsmaps.reduced.condition import Number, read_condition, read_number
+from nsmaps.reduced.conditions.condition import Number, read_condition, read_number
 
 NAMES = ("v", "phi")
 PYTHON = {"pi": math.pi, "e": math.e, "__builtins__": {}} | {f: getattr(math, f) for f in ("sqrt", "sin", "cos", "exp", "log")}
@@ -246,7 +246,7 @@ def test_refused_at_its_column(text, column, message):
     assert message in str(error.value)
     assert f"column {column + 1}: " in str(error.value)
     assert error.value.column == column
-    assert "accepted: the coordinates v, phi" in str(error.value)
+    assert "expected: the coordinates v, phi" in str(error.value)
 
 
 HOSTILE = [
@@ -284,5 +284,5 @@ def test_what_is_accepted_is_also_written_out_at_once(text):
 
 @pytest.mark.parametrize("text", ["x", "1 > 2", "9**9**9", "__import__('os')", "sqrt(-1)", "1 and 2", "1 +", "()", 3, None])
 def test_numbers_are_refused(text):
-    with pytest.raises(ConditionError, match="accepted: "):
+    with pytest.raises(ConditionError, match="expected: "):
         read_number(text)

@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.errors import FitError
-from nsmaps.reduced.deltas import compare_deltas
-from nsmaps.reduced.diagonal import Diagonal, attracting, diagonal_region, near_diagonal, own_slopes
-from nsmaps.reduced.polyfit import Full
-from nsmaps.reduced.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region, near_diagonal, own_slopes
+from nsmaps.reduced.fit.filter_errors import compare_deltas
+from nsmaps.reduced.fit.polyfit import Full
 
 surface_of = partial(sheets.surface_of, v=(0.1, 1.0, 31), phi=(0.1, 3.0, 41))
 

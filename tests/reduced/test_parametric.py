@@ -9,11 +9,11 @@ import sympy as sp
 from sheets import NAMES, TWO_PI
 
 from nsmaps.errors import FitError, NsmapsError
-from nsmaps.reduced.composite import CompositeMap, Piece, PieceSpec, build_composite
-from nsmaps.reduced.parametric import chebyshev_nodes, parametric_map, report_on
-from nsmaps.reduced.polyfit import Full, Separable
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.reduced.region import Box, Where
+from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
+from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map, report_on
+from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.fit.polyfit import Full, Separable
+from nsmaps.reduced.fit.polymap import PolyMap
 
 LOW, HIGH = 0.26, 0.35
 NODES = chebyshev_nodes(LOW, HIGH, 7)
@@ -84,7 +84,7 @@ def test_data_on_one_line_at_every_value():
 def test_outside_of_its_values_there_is_no_map():
     parametric = made(smooth)
     for value in (0.2599, 0.3501, np.nan):
-        with pytest.raises(NsmapsError, match=r"d is .*; accepted: d from 0.26 to 0.35, where the map was fitted"):
+        with pytest.raises(NsmapsError, match=r"d is .*; expected: d from 0.26 to 0.35, where the map was fitted"):
             parametric.at(value)
     with pytest.raises(NsmapsError, match="no piece 'lo', did you mean 'low'"):
         parametric.piece("lo")
@@ -142,7 +142,7 @@ def test_errors_at_values_held_out(order, follows):
 
 
 def test_what_is_refused():
-    with pytest.raises(FitError, match="order 7 of 'd' from 7 values; accepted: at least 8 values"):
+    with pytest.raises(FitError, match="order 7 of 'd' from 7 values; expected: at least 8 values"):
         made(smooth, 7)
     one, _ = composite(smooth, 0.3)
     other = build_composite(NAMES, ("B",), {}, PIECES[:1])

@@ -12,9 +12,9 @@ from pydantic import ValidationError
 from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.errors import FitError
-from nsmaps.exact.surface import Axis, Grid, Surface
-from nsmaps.reduced.polyfit import Full, PolyFit, Separable, compare_orders, unwrapped
-from nsmaps.reduced.polymap import design
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable, compare_orders, unwrapped
+from nsmaps.reduced.fit.polymap import design
 
 surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
 

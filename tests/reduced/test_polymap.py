@@ -10,9 +10,9 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nsmaps.coordinates import Angle
 from nsmaps.errors import FitError, StateError
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.polymap import PolyMap, design, paper_order
+from nsmaps.reduced.fit.polymap import PolyMap, design, paper_order
 
 NAMES = ("v", Angle("phi"))
 
@@ -122,7 +122,7 @@ def test_another_box_is_the_same_map():
     np.testing.assert_allclose(other(points), polymap(points), atol=1e-10)
     np.testing.assert_array_equal(other.domain, [[0.1, 2], [-1, 3]])
     for box in ([[0, 0], [0, 1]], [[0, np.inf], [0, 1]]):
-        with pytest.raises(FitError, match="accepted: bounded sides, lower < upper"):
+        with pytest.raises(FitError, match="expected: bounded sides, lower < upper"):
             polymap.over(box)
 
 
@@ -211,5 +211,5 @@ def test_what_is_refused():
     polymap = random_map(0)
     with pytest.raises(StateError):
         polymap([0.5, 0.5])
-    with pytest.raises(FitError, match="no coordinate 'w'; accepted: v, phi"):
+    with pytest.raises(FitError, match="no coordinate 'w'; expected: v, phi"):
         polymap.monomials("w")

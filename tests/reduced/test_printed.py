@@ -5,8 +5,8 @@ from fractions import Fraction
 import pytest
 from pydantic import ValidationError
 
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.printed import PrintedMap
+from nsmaps.coordinates import Angle
+from nsmaps.reduced.composite.printed import PrintedMap
 
 NAMES = ("v", Angle("phi"))
 OVER = {"v": (0.2, 0.4), "phi": (0, "pi/2")}
@@ -38,7 +38,7 @@ def test_what_is_no_monomial(text):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"images": {"v": {"1": 1}}}, "the image of 'phi' is missing; accepted: those of all of v, phi"),
+        ({"images": {"v": {"1": 1}}}, "the image of 'phi' is missing; expected: those of all of v, phi"),
         ({"images": {"v": {"1": 1}, "ph": {"1": 1}}}, "the image of 'ph', did you mean 'phi'"),
         ({"images": {"v": {"ph": 1}, **KEEP}}, "the monomial 'ph': no coordinate 'ph', did you mean 'phi'"),
         ({"images": {"v": {"v*phi": 1, "phi*v": 2}, **KEEP}}, "'phi\\*v' is given twice"),

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from nsmaps.coordinates import Angle
 from nsmaps.errors import ConditionError, StateError
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, Where
 
 NAMES = ("v", Angle("phi"))
 TWO_PI = 2 * math.pi
@@ -128,7 +128,7 @@ def test_angles_stay_angles_and_the_coordinates_give_the_order():
     ("bounds", "message"),
     [
         ({"v": (1, 1)}, "v from 1.0 to 1.0 is empty"),
-        ({"v": (2, 1)}, "accepted: lower < upper"),
+        ({"v": (2, 1)}, "expected: lower < upper"),
         ({"v": (0, math.nan)}, "not finite"),
         ({"v": (0, "x")}, "unknown name 'x'"),
         ({"v": (0, 1, 2)}, "at most 2 items"),

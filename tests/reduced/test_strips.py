@@ -7,10 +7,10 @@ from toys import BouncingBall, Oscillator
 
 from nsmaps import ReturnMap, orbit
 from nsmaps.errors import FitError
-from nsmaps.exact.impacts import Outcome
-from nsmaps.reduced.heldout import held_out
-from nsmaps.reduced.lines import lines
-from nsmaps.reduced.strips import strip_map
+from nsmaps.exact.outcome import Outcome
+from nsmaps.reduced.adaptive.scanlines import lines
+from nsmaps.reduced.adaptive.surrogate import strip_map
+from nsmaps.reduced.adaptive.validate import held_out
 
 PAPER = (0.01, 1.0), (0.0, np.pi)
 WIDE = (0.001, 1.07), (0.0, 2 * np.pi)
@@ -114,7 +114,7 @@ def test_the_circle_has_no_gap_where_it_is_cut(pair):
     states = np.column_stack([np.full(len(phases), 0.5), phases])
     own = made.first_return(states)
     assert (own.outcome == Outcome.returned).all()
-    assert (made.compiled().orbits(states, 1).outcome == Outcome.returned).all()
+    assert (made.orbits(states, 1).outcome == Outcome.returned).all()
     far = made.first_return([[0.5, 9.9e9], [0.5, 1.4e10]])
     assert far.outcome.tolist() == [Outcome.returned, Outcome.invalid]
     assert far.turns[0, 1] == round(9.9e9 / (2 * np.pi))
@@ -162,7 +162,7 @@ def test_an_orbit_is_a_chain_of_first_returns(wide):
         np.testing.assert_array_equal(made.turns[k], asked.turns)
         np.testing.assert_array_equal(made.codes[k], asked.codes)
     np.testing.assert_array_equal(made.states[1, :20], wide.system.first_return(edge).image)
-    times = wide.compiled().orbits(start, 2).time.reshape(2, -1)
+    times = wide.orbits(start, 2).time.reshape(2, -1)
     np.testing.assert_allclose(times[0], wide.first_return(start).time, rtol=0, atol=1e-13)
 
 

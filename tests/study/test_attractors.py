@@ -9,10 +9,9 @@ import pytest
 from ruamel.yaml import YAML
 
 import nsmaps
-from nsmaps.dynamics.ending import ending
+from nsmaps.dynamics.attractors.ending import ending
 from nsmaps.plugins import study_files
-from nsmaps.study.orbitverdicts import orbit_verdicts
-from nsmaps.study.result import OrbitPair
+from nsmaps.study.sections.orbits import ORBITS, OrbitPair
 
 SECTIONS = ("system", "parameters", "grid", "families", "composite", "orbits")
 
@@ -102,7 +101,7 @@ def test_which_attractor_is_also_the_other_map_s(pd: str, pair, d, starts, told)
     study = nsmaps.load_study(pd)
     (verdict,) = (
         v
-        for v in orbit_verdicts(nsmaps.StudyResult(study, maps[0], composite=maps[1], orbits=(orbits,)))
+        for v in ORBITS.verdicts(nsmaps.StudyResult(study, maps[0], composite=maps[1], orbits=(orbits,)))
         if v.name.endswith(": same attractor as the exact map")
     )
     assert not verdict.holds
@@ -123,7 +122,7 @@ def test_the_unit_of_speed_does_not_count_between_attractors(pd: str) -> None:
         }
         study = result.study.model_copy(update={"grid": grid})
         other = replace(result, study=study, orbits=(replace(orbits, ends=scaled[0], composite_ends=scaled[1]),))
-        told.append([v.text for v in orbit_verdicts(other) if v.name.endswith(": same attractor as the exact map")])
+        told.append([v.text for v in ORBITS.verdicts(other) if v.name.endswith(": same attractor as the exact map")])
     assert told[0] == told[1] == told[2]
 
 

@@ -6,12 +6,12 @@ import pytest
 from typer.testing import CliRunner
 
 from nsmaps import load_study, run
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import StudyError
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "branches, stability, lyapunov, basins, noise, domains, second_iterate, morse, transient, figures, require, "
+    "branches, stability, lyapunov, basins, noise, domains, second_iterate, morse, exit_times, figures, require, "
     "expected_failures"
 )
 CONDITION = (
@@ -24,79 +24,79 @@ BAD = {
         "families:",
         "familys:",
         "familys",
-        f"unknown key 'familys'; accepted: {SECTIONS}, did you mean 'families'?",
+        f"unknown key 'familys'; expected: {SECTIONS}, did you mean 'families'?",
     ),
     "unknown key inside": (
         "family: low",
         "famly: low",
         "famly",
-        "unknown key 'famly'; accepted: name, box, where, family, fit, data, reset, polynomial, did you mean 'family'?",
+        "unknown key 'famly'; expected: name, box, where, family, fit, data, reset, polynomial, did you mean 'family'?",
     ),
     "unknown key of an axis": (
         "points: 31",
         "point: 31",
         "point",
-        "unknown key 'point'; accepted: from, to, points, did you mean 'points'?",
+        "unknown key 'point'; expected: from, to, points, did you mean 'points'?",
     ),
     "misspelt system": (
         "system: ball",
         "system: bal",
         "bal\n",
         "no system 'bal' is installed; installed: {systems}; "
-        "a file's class is accepted too, as path/to/mine.py:Class, did you mean 'ball'?",
+        "or a class in a file, as path/to/mine.py:Class, did you mean 'ball'?",
     ),
     "missing system": ("system: ball\n", "", "# a ball", "the key 'system' is missing"),
     "unknown parameter": (
         "{a: 0.2,",
         "{a: 0.2, rr: 1,",
         "rr",
-        "unknown parameter 'rr'; accepted: a, r, mode, did you mean 'r'?",
+        "unknown parameter 'rr'; expected: a, r, mode, did you mean 'r'?",
     ),
     "missing parameter": ("a: 0.2, ", "", "{r: 1/2}", "the parameter 'a' is missing"),
-    "parameter out of range": ("a: 0.2", "a: -0.2", "-0.2", "a is -0.2; accepted: greater than 0"),
-    "parameter not finite": ("a: 0.2", "a: .inf", ".inf", "inf is not finite; accepted: a finite number, or text as 'pi/3'"),
+    "parameter out of range": ("a: 0.2", "a: -0.2", "-0.2", "a is -0.2; expected: greater than 0"),
+    "parameter not finite": ("a: 0.2", "a: .inf", ".inf", "inf is not finite; expected: a finite number, or text as 'pi/3'"),
     "parameter no number": (
         "r: 1/2",
         "r: 1/x",
         "x}",
-        "number '1/x', column 3: unknown name 'x'; accepted: numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log",
+        "number '1/x', column 3: unknown name 'x'; expected: numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log",
     ),
-    "count out of range": ("points: 31", "points: 1", "1}", "points is 1; accepted: greater than or equal to 2"),
+    "count out of range": ("points: 31", "points: 1", "1}", "points is 1; expected: greater than or equal to 2"),
     "count no number": (
         "returns: 5",
         "returns: many",
         "many",
-        "returns is 'many'; accepted: integer, unable to parse string as an integer",
+        "returns is 'many'; expected: integer, unable to parse string as an integer",
     ),
     "axis upside down": (
         "from: 0.01",
         "from: 0.9",
         "{from: 0.9",
-        "from 0.9 to 0.5 is empty; accepted: 'from' below 'to'",
+        "from 0.9 to 0.5 is empty; expected: 'from' below 'to'",
     ),
     "slice of a coordinate too few": (
         "orbits:",
         "slices: [{at: {}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
         "{}, along",
-        "'v' runs along the slice; accepted in 'at': all of phi",
+        "'v' runs along the slice; expected in 'at': all of phi",
     ),
     "slice along a coordinate that is held": (
         "orbits:",
         "slices: [{at: {v: 1, phi: 0}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
         "{v: 1, phi: 0}",
-        "'v' runs along the slice; accepted in 'at': all of phi",
+        "'v' runs along the slice; expected in 'at': all of phi",
     ),
     "slice upside down": (
         "orbits:",
         "slices: [{at: {phi: 0}, along: {v: {from: 1, to: 0.5, points: 9}}}]\norbits:",
         "{from: 1",
-        "from 1 to 0.5 is empty; accepted: 'from' below 'to'",
+        "from 1 to 0.5 is empty; expected: 'from' below 'to'",
     ),
     "motion that is not kept": (
         "require: [covered]",
         "require: [covered]\nfigures: [motion]",
         "motion]",
-        "the figure 'motion' shows the motion between impacts; accepted: an entry of 'orbits' that says 'track'",
+        "the figure 'motion' shows the motion between impacts; expected in the study: 'track' in an entry of 'orbits'",
     ),
     "a sketch that nobody offers": (
         "require: [covered]",
@@ -108,43 +108,43 @@ BAD = {
         "start: {v: 0.3, phi: 1}",
         "start: {v: 0.3}",
         "{v: 0.3}",
-        "the coordinate 'phi' is missing; accepted: all of v, phi",
+        "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
     "coordinate unknown": (
         "start: {v: 0.3, phi: 1}",
         "start: {v: 0.3, phy: 1}",
         "phy",
-        "unknown coordinate 'phy'; accepted: v, phi, did you mean 'phi'?",
+        "unknown coordinate 'phy'; expected: v, phi, did you mean 'phi'?",
     ),
     "box upside down": (
         "v: [0.1, 0.3]",
         "v: [0.5, 0.3]",
         "{v: [0.5",
-        "a box: v from 0.5 to 0.3 is empty; accepted: lower < upper",
+        "a box: v from 0.5 to 0.3 is empty; expected: lower < upper",
     ),
     "unreadable condition": (
         '"v <= 0.2"',
         '"v <= 0.2 and phy > 1"',
         "phy",
-        "condition 'v <= 0.2 and phy > 1', column 14: unknown name 'phy', did you mean 'phi'?; accepted: " + CONDITION,
+        "condition 'v <= 0.2 and phy > 1', column 14: unknown name 'phy', did you mean 'phi'?; expected: " + CONDITION,
     ),
     "unreadable plain condition": (
         "where: v > 0.2",
         "where: v > 0.2 + w",
         "w, reset",
-        "condition 'v > 0.2 + w', column 11: unknown name 'w'; accepted: " + CONDITION,
+        "condition 'v > 0.2 + w', column 11: unknown name 'w'; expected: " + CONDITION,
     ),
     "word of no wall": (
         "[BB]",
         "[BB, BTB]",
         "BTB",
-        "the word 'BTB' has no letter at 'TB'; accepted: the walls B, '~' (chatter) and '_' (rest)",
+        "the word 'BTB' has no letter at 'TB'; expected: the walls B, '~' (chatter) and '_' (rest)",
     ),
     "word of no return": (
         "[BB]",
         "[B]",
         "B]",
-        "the word 'B' is no return; accepted: words that begin on the base wall 'B' and end on it or in its release",
+        "the word 'B' is no return; expected: words that begin on the base wall 'B' and end on it or in its release",
     ),
     "pattern that cannot be read": (
         "[BB]",
@@ -156,62 +156,62 @@ BAD = {
         "[BB]",
         "[BBB]",
         None,
-        "a piece of the composite map is one return, and 'low' makes several in a row; accepted: words of one",
+        "a piece of the composite map is one return, and 'low' makes several in a row; expected: words of one",
     ),
     "duplicate key": (
         "title: The ball\n",
         "title: The ball\ntitle: Another\n",
         "title: Another",
-        "the key 'title' is given twice; accepted: each key once",
+        "the key 'title' is given twice; expected: each key once",
     ),
     "duplicate parameter": (
         "{a: 0.2,",
         "{a: 0.2, a: 0.3,",
         "a: 0.3",
-        "the key 'a' is given twice; accepted: each key once",
+        "the key 'a' is given twice; expected: each key once",
     ),
     "not YAML": ("grid:\n", "grid: [\n", None, "not readable as YAML"),
     "two pieces of one name": (
         "{name: fast,",
         "{name: slow,",
         "slow, where",
-        "the name 'slow' is given twice; accepted: a name of its own for each",
+        "the name 'slow' is given twice; expected: a name of its own for each",
     ),
     "two regions": (
         "where: v > 0.2,",
         "where: v > 0.2, box: {v: [0, 1], phi: [0, 1]},",
         "{name: fast",
-        "the piece 'fast' has 'box' and 'where'; accepted: exactly one of 'box' or 'where'",
+        "the piece 'fast' has 'box' and 'where'; expected: exactly one of 'box' or 'where'",
     ),
     "no region": (
         "where: v > 0.2, ",
         "",
         "{name: fast",
-        "the piece 'fast' has neither; accepted: exactly one of 'box' or 'where'",
+        "the piece 'fast' has neither; expected: exactly one of 'box' or 'where'",
     ),
     "unknown family": (
         "family: low",
         "family: lwo",
         "lwo",
-        "unknown family 'lwo'; accepted: low, did you mean 'low'?",
+        "unknown family 'lwo'; expected: low, did you mean 'low'?",
     ),
     "unknown map": (
         "map: exact",
         "map: slwo",
         "slwo",
-        "unknown map 'slwo'; accepted: exact, composite, slow, did you mean 'slow'?",
+        "unknown map 'slwo'; expected: exact, composite, slow, did you mean 'slow'?",
     ),
     "unknown verdict": (
         "[covered]",
         "[covred]",
         "covred",
-        "unknown word 'covred'; accepted: covered, tolerance, did you mean 'covered'?",
+        "unknown word 'covred'; expected: covered, tolerance, did you mean 'covered'?",
     ),
     "unknown figure": (
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; accepted: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
+        "unknown word 'cobwebs'; expected: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
         "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
         "orbits, cobweb, bifurcation, branches, stability, lyapunov, basins, noise, auxiliary, envelopes, domain_size, "
         "second_iterate, morse, transient, did you mean 'cobweb'?",
@@ -220,180 +220,181 @@ BAD = {
         "require:",
         "diagonal: {family: low, delta: 1.2, deltas: [1.3]}\nrequire:",
         "{family: low, delta",
-        "'deltas' says where 'orders' are compared, and there are none; accepted: beside 'orders' only",
+        "'deltas' says where 'orders' are compared, and there are none; expected: beside 'orders' only",
     ),
     "a delta of one": (
         "require:",
         "diagonal: {family: low, delta: 1.2, orders: {flat: {full: {v: 1}}}, deltas: [1.3, 0.5]}\nrequire:",
         "0.5]}",
-        "1 is 0.5; accepted: greater than 1",
+        "1 is 0.5; expected: greater than 1",
     ),
     "figure of orders that are not compared": (
         "require:",
         "diagonal: {family: low, delta: 1.2}\nfigures: [fit_error]\nrequire:",
         "fit_error",
-        "the figure 'fit_error' shows fits near the diagonals; accepted beside it: 'orders' in the section 'diagonal'",
+        "the figure 'fit_error' shows fits near the diagonals; expected in the study: 'orders' in 'diagonal'",
     ),
     "figure of separable fits where none is": (
         "require:",
         "figures: [separable]\nrequire:",
         "separable]",
-        "the figure 'separable' shows separable fits; accepted beside it: a piece of 'composite' whose fit is one",
+        "the figure 'separable' shows pieces with a separable fit; "
+        "expected in the study: a piece of 'composite' with a 'separable' fit",
     ),
     "a window without a coordinate": (
         "require:",
         "morse: {box: {v: [0.13, 1]}}\nrequire:",
         "{v: [0.13",
-        "the coordinate 'phi' is missing; accepted: all of v, phi",
+        "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
     "a window that is empty": (
         "require:",
         "morse: {box: {v: [1, 0.1], phi: [0, 1]}}\nrequire:",
         "{v: [1",
-        "a box: v from 1.0 to 0.1 is empty; accepted: lower < upper",
+        "a box: v from 1.0 to 0.1 is empty; expected: lower < upper",
     ),
     "bifurcation of no parameter": (
         "require:",
         "bifurcation: {parameter: b, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
         "b, from",
-        "unknown parameter 'b'; accepted: a, r",
+        "unknown parameter 'b'; expected: a, r",
     ),
     "bifurcation backwards": (
         "require:",
         "bifurcation: {parameter: a, from: 0.4, to: 0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
         "{parameter",
-        "from 0.4 to 0.2 is empty; accepted: 'from' below 'to'",
+        "from 0.4 to 0.2 is empty; expected: 'from' below 'to'",
     ),
     "bifurcation of nothing": (
         "require:",
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, of: []}\nrequire:",
+        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, map: []}\nrequire:",
         "{parameter",
-        "'of' names no map; accepted: 'exact', 'composite' or both",
+        "'map' names no map; expected: 'exact', 'composite' or both",
     ),
     "bifurcation of a map that is not there": (
         "require:",
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, of: [reduced]}\nrequire:",
+        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, map: [reduced]}\nrequire:",
         "reduced",
-        "unknown word 'reduced'; accepted: exact, composite",
+        "unknown word 'reduced'; expected: exact, composite",
     ),
     "lyapunov of no parameter": (
         "require:",
         "lyapunov: {parameter: b, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
         "b, from",
-        "unknown parameter 'b'; accepted: a, r",
+        "unknown parameter 'b'; expected: a, r",
     ),
     "bifurcation of values that are none": (
         "require:",
         "bifurcation: {parameter: a, from: -0.4, to: -0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
         "-0.4",
-        "a is -0.4; accepted: greater than 0",
+        "a is -0.4; expected: greater than 0",
     ),
     "lyapunov of values that are none": (
         "require:",
         "lyapunov: {parameter: a, from: -0.4, to: -0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
         "-0.4",
-        "a is -0.4; accepted: greater than 0",
+        "a is -0.4; expected: greater than 0",
     ),
     "bifurcation at no value": (
         "require:",
         "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 0, start: {v: 0.3, phi: 1}}\nrequire:",
         "0, start",
-        "points is 0; accepted: greater than or equal to 2",
+        "points is 0; expected: greater than or equal to 2",
     ),
     "lyapunov at no value": (
         "require:",
         "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 0, start: {v: 0.3, phi: 1}}\nrequire:",
         "0, start",
-        "points is 0; accepted: greater than or equal to 2",
+        "points is 0; expected: greater than or equal to 2",
     ),
     "branch of no parameter": (
         "require:",
         "branches: [{name: one, parameter: b, from: 0.2, to: 0.4, start: {v: 0.3, phi: 1}}]\nrequire:",
         "b, from",
-        "unknown parameter 'b'; accepted: a, r",
+        "unknown parameter 'b'; expected: a, r",
     ),
     "branch from beyond its range": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.3, to: 0.4, start: {v: 0.3, phi: 1}}]\nrequire:",
         "{name: one",
-        "a = 0.2 is not from 0.3 to 0.4; accepted: 'at' within the range",
+        "a = 0.2 is not from 0.3 to 0.4; expected: 'at' within the range",
     ),
     "branch at a value beyond its range": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.3, to: 0.4, at: 0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
         "0.5, start",
-        "a = 0.5 is not from 0.3 to 0.4; accepted: 'at' within the range",
+        "a = 0.5 is not from 0.3 to 0.4; expected: 'at' within the range",
     ),
     "branch at a value that the system refuses": (
         "require:",
         "branches: [{name: one, parameter: a, from: -1, to: 0.4, at: -0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
         "-0.5",
-        "a is -0.5; accepted: greater than 0",
+        "a is -0.5; expected: greater than 0",
     ),
     "branch of an empty range": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.4, to: 0.2, start: {v: 0.3, phi: 1}}]\nrequire:",
         "{name: one",
-        "from 0.4 to 0.2 is empty; accepted: 'from' below 'to'",
+        "from 0.4 to 0.2 is empty; expected: 'from' below 'to'",
     ),
     "branch of no returns": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, period: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
         "0, start",
-        "period is 0; accepted: greater than or equal to 1",
+        "period is 0; expected: greater than or equal to 1",
     ),
     "branch with steps of nothing": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, step: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
         "0, start",
-        "step is 0.0; accepted: greater than 0.00000001",
+        "step is 0.0; expected: greater than 0.00000001",
     ),
     "branch with events that are none": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, start: {v: 0.3, phi: 1}, events: [folds]}]\nrequire:",
         "folds",
-        "unknown word 'folds'; accepted: period doubling, fold, branch point, Neimark-Sacker, did you mean 'fold'?",
+        "unknown word 'folds'; expected: period doubling, fold, branch point, Neimark-Sacker, did you mean 'fold'?",
     ),
     "branch with doublings that are not located": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.1, to: 1, start: {v: 1, phi: 1}, doublings: 1, events: [fold]}]\nrequire:",
         "{name: one",
-        "'doublings' follows period doublings; accepted: 'period doubling' among the 'events' beside it",
+        "'doublings' follows period doublings; expected: 'period doubling' among the 'events' beside it",
     ),
     "branches of one name": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, start: {v: 1, phi: 1}}, {name: one, parameter: a, from: 0.1, "
         "to: 0.4, start: {v: 1, phi: 1}}]\nrequire:",
         None,
-        "the name 'one' is given twice; accepted: a name of its own for each",
+        "the name 'one' is given twice; expected: a name of its own for each",
     ),
     "stability at no value": (
         "require:",
         "stability: {along: {parameter: a, from: 0.1, to: 1, points: 0}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}}\nrequire:",
         "0}, across",
-        "points is 0; accepted: greater than or equal to 2",
+        "points is 0; expected: greater than or equal to 2",
     ),
     "stability of values that are none": (
         "require:",
         "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 1.1, to: 1.9, points: 2}, "
         "start: {v: 1, phi: 1}}\nrequire:",
         "1.1",
-        "r is 1.1; accepted: less than or equal to 1",
+        "r is 1.1; expected: less than or equal to 1",
     ),
     "stability of one parameter": (
         "require:",
         "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}}\nrequire:",
         "{along",
-        "'along' and 'across' are both of 'a'; accepted: two parameters",
+        "'along' and 'across' are both of 'a'; expected: two parameters",
     ),
     "curve of no branch": (
         "require:",
         "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
-        "unknown branch in 'a' 'one'; accepted: none",
+        "unknown branch in 'a' 'one'; expected: none",
     ),
     "curve of a branch in another parameter": (
         "require:",
@@ -401,7 +402,7 @@ BAD = {
         "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
-        "unknown branch in 'a' 'one'; accepted: none",
+        "unknown branch in 'a' 'one'; expected: none",
     ),
     "figure of branches that are not there": (
         "require:",
@@ -413,19 +414,55 @@ BAD = {
         "require:",
         "noise: {sigma: [0.1], tau: 1, start: {v: 0.3, phi: 1}, modes: {odd: [BXB]}}\nrequire:",
         "[BXB]",
-        "the word 'BXB' has no letter at 'XB'; accepted: the walls B, '~' (chatter) and '_' (rest)",
+        "the word 'BXB' has no letter at 'XB'; expected: the walls B, '~' (chatter) and '_' (rest)",
     ),
     "noise with steps that are too long": (
         "require:",
         "noise: {sigma: [0.1], tau: 1, step: 2, start: {v: 0.3, phi: 1}, modes: {one: [BB]}}\nrequire:",
         "{sigma",
-        "a step of 2; accepted: at most tau = 1",
+        "a step of 2; expected: at most tau = 1",
     ),
     "noise held for too short": (
         "require:",
         "noise: {sigma: [0.1], tau: 1, hold: 1, start: {v: 0.3, phi: 1}, modes: {two: [BB, BB]}}\nrequire:",
         "{sigma",
-        "hold is 1; accepted: motions of one or more words, held for 2 returns or more",
+        "hold is 1; expected: motions of one or more words, held for 2 returns or more",
+    ),
+    "maps of a diagram by their earlier key": (
+        "require:",
+        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, of: [exact]}\nrequire:",
+        "of: [exact]",
+        "'of' is now 'map'",
+    ),
+    "returns before those kept by their earlier key": (
+        "require:",
+        "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, transient: 9}\nrequire:",
+        "transient",
+        "'transient' is now 'discard'",
+    ),
+    "direction of a branch by its earlier key": (
+        "require:",
+        "branches: [{name: one, parameter: r, from: 0.1, to: 0.9, start: {v: 1, phi: 1}, toward: up}]\nrequire:",
+        "toward",
+        "'toward' is now 'direction'",
+    ),
+    "longest period by its earlier key": (
+        "require:",
+        "basins: {longest: 8}\nrequire:",
+        "longest",
+        "'longest' is now 'max_period'",
+    ),
+    "section by its earlier key": (
+        "require:",
+        "transient: {box: {v: [0, 1], phi: [0, 1]}}\nrequire:",
+        "transient",
+        "'transient' is now 'exit_times'",
+    ),
+    "grid of basins": (
+        "require:",
+        "basins: {grid: {v: {from: 0, to: 1, points: 3}}}\nrequire:",
+        "{v: {from: 0, to: 1, points: 3}}",
+        "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
     "family without grid": (
         "grid:\n  v: {from: 0.01, to: 0.5, points: 31}\n  phi: {from: 0, to: 2*pi, points: 41}\n",
@@ -443,7 +480,7 @@ BAD = {
         "require:",
         "second_iterate: {domain: exact}\nrequire:",
         "exact}",
-        "unknown domain of a fitted piece 'exact'; accepted: none",
+        "unknown domain of a fitted piece 'exact'; expected: none",
     ),
     "figure without its section": (
         "orbits:\n  - start: {v: 0.3, phi: 1}\n    returns: 5\n",
@@ -455,73 +492,73 @@ BAD = {
         "v: 2, phi: 3}",
         "v: -2, phi: 3}",
         "-2",
-        "v is -2; accepted: greater than or equal to 0",
+        "v is -2; expected: greater than or equal to 0",
     ),
     "degree of one output out of range": (
         "{v: 2, phi: 3}",
         "{v: {v: 99, phi: 1}, phi: {phi: 1}}",
         "99",
-        "v is 99; accepted: less than or equal to 40",
+        "v is 99; expected: less than or equal to 40",
     ),
     "degrees of one output missing": (
         "{v: 2, phi: 3}",
         "{v: {v: 2, phi: 1}}",
         "{v: {v: 2",
-        "the coordinate 'phi' is missing; accepted: all of v, phi",
+        "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
     "file of a polynomial that is not there": (
         "reset: {phi: pi/2}",
         "polynomial: maps.json#R1",
         "maps.json",
-        "no file 'maps.json#R1' beside the study; accepted: a mapping, or file#key, in YAML or JSON",
+        "no file 'maps.json#R1' beside the study; expected: a mapping, or file#key, in YAML or JSON",
     ),
     "monomial that is none": (
         "reset: {phi: pi/2}",
         "polynomial: {images: {v: {v: 1}, phi: {phi^2: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
         "1}}, over",
-        "the monomial 'phi^2' is not read; accepted: '1', 'v', 'phi**2*v' and the like, each name once",
+        "the monomial 'phi^2' is not read; expected: '1', 'v', 'phi**2*v' and the like, each name once",
     ),
     "coefficient that is no number": (
         "reset: {phi: pi/2}",
         "polynomial: {images: {v: {v: one}, phi: {phi: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
         "one}",
-        "v is 'one'; accepted: number, unable to parse string as a number",
+        "v is 'one'; expected: number, unable to parse string as a number",
     ),
     "image that is missing": (
         "reset: {phi: pi/2}",
         "polynomial: {images: {v: {v: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
         "{images",
-        "the image of 'phi' is missing; accepted: those of all of v, phi",
+        "the image of 'phi' is missing; expected: those of all of v, phi",
     ),
     "parameter of a polynomial": (
         "reset: {phi: pi/2}",
         "polynomial: {parameter: d, images: {v: {v: 1}, phi: {phi: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
         "{parameter",
-        "parameter: no parameter 'd' of the system; accepted: a, r",
+        "parameter: no parameter 'd' of the system; expected: a, r",
     ),
     "box of a polynomial": (
         "reset: {phi: pi/2}",
         "polynomial: {images: {v: {v: 1}, phi: {phi: 1}}, over: {v: [1, 0], phi: [0, 1]}}",
         "{v: [1, 0]",
-        "a box: v from 1.0 to 0.0 is empty; accepted: lower < upper",
+        "a box: v from 1.0 to 0.0 is empty; expected: lower < upper",
     ),
     "parametric parameter": (
         "orbits:\n",
         "parametric: {parameter: b, from: 0.2, to: 0.4}\norbits:\n",
         "b, from: 0.2",
-        "unknown parameter 'b'; accepted: a, r",
+        "unknown parameter 'b'; expected: a, r",
     ),
     "parametric value that the system refuses": (
         "orbits:\n",
         "parametric: {parameter: r, from: 0.5, to: 1.5}\norbits:\n",
         "1.5",
-        "r is 1.5; accepted: less than or equal to 1",
+        "r is 1.5; expected: less than or equal to 1",
     ),
     "parametric with too few nodes": (
         "orbits:\n",
         "parametric: {parameter: a, from: 0.2, to: 0.4, order: 3, nodes: 3}\norbits:\n",
         "{parameter: a",
-        "3 nodes for order 3; accepted: more nodes than the order",
+        "3 nodes for order 3; expected: more nodes than the order",
     ),
     "empty region": ('"v <= 0.2"', '"v <= 0.001"', None, "slow"),
 }
@@ -564,8 +601,8 @@ def test_every_complaint_has_its_line(good: str) -> None:
     with pytest.raises(StudyError) as error:
         load_study("bad.yaml")
     assert str(error.value).splitlines() == [
-        f"bad.yaml:{place(text, '0}')}: points is 0; accepted: greater than or equal to 2",
-        f"bad.yaml:{place(text, '0' + chr(10) + 'domains')}: returns is 0; accepted: greater than or equal to 1",
+        f"bad.yaml:{place(text, '0}')}: points is 0; expected: greater than or equal to 2",
+        f"bad.yaml:{place(text, '0' + chr(10) + 'domains')}: returns is 0; expected: greater than or equal to 1",
     ]
 
 
@@ -579,8 +616,8 @@ def test_an_empty_region_names_the_line_of_its_piece(good: str) -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("ball/dorp", "no study 'ball/dorp'; accepted: the path of a YAML file, or one of {studies}, did you mean 'ball/drop'?"),
-        ("nowhere.yaml", "no study 'nowhere.yaml'; accepted: the path of a YAML file, or one of {studies}"),
+        ("ball/dorp", "no study 'ball/dorp'; expected: the path of a YAML file, or one of {studies}, did you mean 'ball/drop'?"),
+        ("nowhere.yaml", "no study 'nowhere.yaml'; expected: the path of a YAML file, or one of {studies}"),
     ],
 )
 def test_a_study_that_is_not_there(name: str, message: str) -> None:
@@ -599,7 +636,7 @@ def test_a_study_of_no_system() -> None:
 @pytest.mark.parametrize("text", ["", "- a\n- b\n", "just words\n"])
 def test_a_file_that_is_no_mapping(text: str) -> None:
     Path("bad.yaml").write_text(text)
-    with pytest.raises(StudyError, match=r"^bad.yaml:1:1: a study is a mapping of sections; accepted: name, title, "):
+    with pytest.raises(StudyError, match=r"^bad.yaml:1:1: a study is a mapping of sections; expected: name, title, "):
         load_study("bad.yaml")
 
 

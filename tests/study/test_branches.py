@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 from typer.testing import CliRunner
 
 from nsmaps import Along, Outcome, bifurcation, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
-from nsmaps.cli import app
-from nsmaps.dynamics import branch, stability
-from nsmaps.dynamics.branch import continue_branch, doublings_of
+from nsmaps.cli.cli import app
+from nsmaps.dynamics.continuation import follow as branch
+from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
+from nsmaps.dynamics.diagrams import stability
 from nsmaps.study.result import StudyResult
 from nsmaps.study.run import Interrupted
 
@@ -31,7 +32,7 @@ stability:
   along: {parameter: a, from: 1.1, to: 1.7, points: 4}
   across: {parameter: r, from: 0.46, to: 0.54, points: 5}
   start: {v: 4.19, phi: 0.5}
-  transient: 200
+  discard: 200
   curves: [{branch: one, event: period doubling}, {branch: one, event: fold}]
 """
 
@@ -145,7 +146,7 @@ def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
     text = BALL + (
         "  - {name: nowhere, parameter: a, from: 0.5, to: 1.8, start: {v: 1.0, phi: 3}, period: 5}\n"
         "  - {name: twice, parameter: a, from: 0.5, to: 1.8, start: {v: 2*pi/1.5, phi: 0.51}, period: 2}\n"
-        "  - {name: beyond, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, toward: up}\n"
+        "  - {name: beyond, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, direction: up}\n"
         "  - {name: too fast, parameter: a, from: 0.5, to: 1.8, start: {v: 1e300, phi: 1}}\n"
         "figures: [branches]\n"
     )
@@ -166,7 +167,7 @@ def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
 
 def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
     text = "system: ball\nparameters: {a: 1.2, r: 0.5}\nbranches:\n"
-    text += "  - {name: up, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, toward: up}\n"
+    text += "  - {name: up, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, direction: up}\n"
     made = ran(text)
     (branch,) = made.branches["up"]
     assert [event.kind for event in branch.events] == ["period doubling", "end of the valid domain"]
@@ -174,7 +175,7 @@ def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
     assert abs(branch.events[1].parameter - 1) < 1e-8
     (told,) = made.verdicts
     assert told.text.startswith("no: up: end of the valid domain at ")
-    assert re.search(r", Ball: r is 1\.0\d*; accepted: less than or equal to 1$", told.text)
+    assert re.search(r", Ball: r is 1\.0\d*; expected: less than or equal to 1$", told.text)
 
 
 def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() -> None:
@@ -198,7 +199,7 @@ def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() 
 
 
 RANGE = "parameter: r, from: 0.8, to: 1.2, points: 5"
-START = "start: {v: 4.19, phi: 0.5}, transient: 9"
+START = "start: {v: 4.19, phi: 0.5}, discard: 9"
 SWEEPS = {
     "bifurcation": f"bifurcation: {{{RANGE}, {START}, returns: 4}}",
     "lyapunov": f"lyapunov: {{{RANGE}, {START}, returns: 64}}",
@@ -216,13 +217,13 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     if section == "stability":
         assert told.text == (
             "no: none at 12 of 15 points, as there is no map at any of 5 values; "
-            "at 0.8: Ball: a is -0.5; accepted: greater than 0"
+            "at 0.8: Ball: a is -0.5; expected: greater than 0"
         )
         assert made.stability is not None
         assert (made.stability.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
         assert "less than or equal to 1" in made.stability.reasons[2]
         return
-    assert told.text.startswith("no: none at 2 of 5 values, as Ball: r is 1.1; accepted: less than or equal to 1"), told.text
+    assert told.text.startswith("no: none at 2 of 5 values, as Ball: r is 1.1; expected: less than or equal to 1"), told.text
     if section == "bifurcation":
         each = made.bifurcation["exact"]
         assert np.array_equal(each.states[:3], bifurcation(along, values[:3], start, 4, 9).states)
@@ -257,7 +258,7 @@ def test_orbits_that_escape_are_data(section: str) -> None:
 def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     follow = branch.continue_branch
     monkeypatch.setattr(branch, "continue_branch", lambda *given, **how: replace(follow(*given, **how), ended="closed"))
-    made = ran(BALL.replace("doublings: 2", "toward: both"))
+    made = ran(BALL.replace("doublings: 2", "direction: both"))
     (one,) = made.branches["one"]
     assert one.parameter[-1] == 1.8
     assert [verdict.text for verdict in made.verdicts] == ["yes: up: closed"]

@@ -7,11 +7,11 @@ from ruamel.yaml import YAML
 from typer.testing import CliRunner
 
 import nsmaps
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.study import steps
-from nsmaps.study.changes import assignments
-from nsmaps.study.copying import MODELINE, copy_study
+from nsmaps.study.reading.overrides import assignments
+from nsmaps.study.reading.shipped import MODELINE, copy_study
 
 
 def test_a_set_parameter_is_in_the_name_the_title_the_folder_and_the_study() -> None:
@@ -52,10 +52,10 @@ def test_a_value_that_is_the_studys_own_changes_no_title() -> None:
 @pytest.mark.parametrize(
     ("setting", "says"),
     [
-        ("R=1", "ball/drop with R = 1: unknown parameter 'R'; accepted: a, r, mode, did you mean 'r'?"),
-        ("r=2", "ball/drop with r = 2: Ball: r is 2.0; accepted: less than or equal to 1"),
-        ("r", "'r' sets nothing; accepted: NAME=VALUE, such as r=0.45 or beta=pi/3"),
-        ("=1", "'=1' sets nothing; accepted: NAME=VALUE, such as r=0.45 or beta=pi/3"),
+        ("R=1", "ball/drop with R = 1: unknown parameter 'R'; expected: a, r, mode, did you mean 'r'?"),
+        ("r=2", "ball/drop with r = 2: Ball: r is 2.0; expected: less than or equal to 1"),
+        ("r", "'r' sets nothing; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
+        ("=1", "'=1' sets nothing; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
     ],
 )
 def test_what_cannot_be_set_is_said(setting: str, says: str) -> None:
@@ -79,7 +79,7 @@ def test_a_stopped_run_says_how_to_go_on_with_the_same_parameters(monkeypatch: p
         patch.setitem(steps.STEPS, "orbits", stop)
         answer = CliRunner().invoke(app, ["run", "ball/drop", "--set", "r=0.45"])
     assert answer.exit_code == 130
-    again = answer.stderr.splitlines()[-1].removeprefix("to go on: nsmaps ")
+    again = answer.stderr.splitlines()[-1].removeprefix("to resume: nsmaps ")
     assert again == "run ball/drop --set r=0.45 --out runs/ball/drop-r=0.45 --resume"
     answer = CliRunner().invoke(app, again.split())
     assert answer.exit_code == 0, answer.output
@@ -114,7 +114,7 @@ def test_a_copy_runs_names_a_schema_that_is_there_and_refuses_to_overwrite() -> 
     assert study.name == "pd"
     assert study.model_copy(update={"name": "vi_pair/pd"}) == nsmaps.load_study("vi_pair/pd")
     path.write_text("mine")
-    with pytest.raises(NsmapsError, match=r"pd\.yaml is there already; accepted: .* nsmaps copy vi_pair/pd FILE"):
+    with pytest.raises(NsmapsError, match=r"pd\.yaml is there already; expected: .* nsmaps copy vi_pair/pd FILE"):
         copy_study("vi_pair/pd")
     assert path.read_text() == "mine"
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 
 ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n"
 
@@ -97,7 +97,7 @@ def test_figures_are_drawn_and_drawn_again() -> None:
 def test_figures_of_no_run() -> None:
     answer = CliRunner().invoke(app, ["figures", "nowhere"])
     assert answer.exit_code == 2
-    assert answer.stderr == "nowhere holds no result.json; accepted: a folder that `nsmaps run` wrote\n"
+    assert answer.stderr == "nowhere holds no result.json; expected: a folder that `nsmaps run` wrote\n"
 
 
 def test_the_module_is_the_program() -> None:
@@ -124,7 +124,7 @@ def test_ctrl_c_says_what_was_kept(good: str) -> None:
         "    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
         "    return work(*given)\n"
         "steps.STEPS['orbits'] = orbits\n"
-        "from nsmaps.cli import main\n"
+        "from nsmaps.cli.cli import main\n"
         "sys.argv = ['nsmaps', 'run', 's.yaml', '--out', 'out']\n"
         "main()\n"
     )
@@ -133,14 +133,14 @@ def test_ctrl_c_says_what_was_kept(good: str) -> None:
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False, preexec_fn=heard)
     assert done.returncode == 128 + signal.SIGINT
     assert done.stderr == (
-        "stopped; out keeps what was finished: system, surfaces, composite\nto go on: nsmaps run s.yaml --out out --resume\n"
+        "stopped; out keeps the finished steps: system, surfaces, composite\nto resume: nsmaps run s.yaml --out out --resume\n"
     )
     assert Path("out/result.json").is_file()
     assert "Traceback" not in done.stdout
     Path("s.yaml").write_text(good)
     refused = nsmaps("run", "s.yaml", "--out", "out", "--resume")
     assert refused.returncode == 2
-    assert refused.stderr.startswith("out holds a run of 's' with another study than 's' now; accepted: the same study")
+    assert refused.stderr.startswith("out holds a run of 's' with another study than 's' now; expected: the same study")
 
 
 def test_a_figure_without_anything_to_show_does_not_end_the_run(good: str) -> None:
@@ -158,7 +158,7 @@ def test_a_figure_without_anything_to_show_does_not_end_the_run(good: str) -> No
     done = nsmaps("run", "t.yaml", "--out", "new")
     assert done.returncode == 0
     assert done.stderr == (
-        "the figure 'surfaces' cannot be drawn: 'surfaces' has nothing to show: no state of the grid is in 'never'; "
-        "accepted: families of words that occur on the grid\n"
+        "the figure 'surfaces' cannot be drawn: the figure 'surfaces' has nothing to show: no state of the grid is in 'never'; "
+        "expected: families of words that occur on the grid\n"
     )
     assert Path("new/report.html").is_file()

@@ -40,7 +40,7 @@ def test_returns(system: nsmaps.ImpactSystem) -> None:
 
 def test_a_surface_stands_on_its_grid(system: nsmaps.ImpactSystem) -> None:
     grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.1, high=1, points=7), "phi": nsmaps.Axis(low=0, high=3, points=5)})
-    from nsmaps.exact.surface import surfaces
+    from nsmaps.exact.surfaces.surface import surfaces
 
     surface = surfaces(system, grid, [nsmaps.WordFamily(name="BTB", words=("BTB",))])["BTB"]
     data = surface.to_xarray()
@@ -94,6 +94,42 @@ def test_a_whole_result_comes_back_from_netcdf(good: str) -> None:
         assert np.array_equal(again["returns"]["image"], result.returns.image, equal_nan=True)
 
 
+STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+
+
+@pytest.mark.parametrize("name", ["run", "partition", "accurate", "long"])
+def test_every_array_of_a_run_is_in_its_tree_and_in_netcdf(name: str) -> None:
+    """But for words, which are kept as codes, values that label an axis, and surfaces, which stand on their grid there."""
+    pytest.importorskip("h5netcdf")
+    tree = nsmaps.read_result(STORED / name).to_xarray()
+    found = {content(array.values) for node in tree.subtree for array in node.data_vars.values()}
+    with np.load(STORED / name / "arrays.npz", allow_pickle=False) as arrays:
+        lost = [path.split("/") for path in arrays.files if content(arrays[path]) not in found]
+        assert len(arrays.files) > 25
+    other = [path for path in lost if path[-1] != "codes" and path[0] != "surfaces" and "surface" not in path]
+    assert [path for path in other if (path[0], path[-1]) != ("bifurcation", "values")] == []
+    surfaces = {node.path for node in tree.subtree if node.path.split("/")[-2:-1] == ["surfaces"] or node.name == "surface"}
+    assert len(surfaces) == len({tuple(path[: path.index("member")]) for path in lost if "member" in path}) > 0
+    tree.to_netcdf("all.nc", engine="h5netcdf")
+    with xarray.open_datatree("all.nc", engine="h5netcdf") as again:
+        assert again.groups == tree.groups
+
+
+def content(array: np.ndarray) -> tuple[tuple[int, ...], bytes]:
+    """What an array holds, a complex number as two."""
+    plain = np.stack([array.real, array.imag], axis=-1) if np.iscomplexobj(array) else array
+    return plain.shape, np.ascontiguousarray(plain).tobytes()
+
+
+def test_axes_have_names() -> None:
+    tree = nsmaps.read_result(STORED / "long").to_xarray()
+    assert tree["stability/period"].dims == ("across_value", "along_value")
+    assert tree["basins/label"].dims == ("state",)
+    assert tree["basins/attractors/0"].attrs["period"] == 1
+    assert tree["orbits/0/ends/multipliers"].dims == ("multiplier", "part")
+    assert tree["composite/pieces/0/map/report/r2"].sel(coordinate="phi").ndim == 0
+
+
 def test_without_xarray_the_error_says_what_to_install() -> None:
     program = (
         "import sys; sys.modules['xarray'] = None\n"
@@ -104,4 +140,4 @@ def test_without_xarray_the_error_says_what_to_install() -> None:
         "    print(error)\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "xarray is not installed; accepted: pip install 'nsmaps[data]'\n"
+    assert done.stdout == "xarray is not installed; expected: pip install 'nsmaps[data]'\n"

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import nsmaps
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
 
 ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 20}]\nfigures: [orbits]\n"
@@ -30,7 +30,7 @@ def test_a_folder_with_a_run_of_another_study_is_refused_and_left_alone() -> Non
     before = content("D")
     answer = CliRunner().invoke(app, ["run", "b.yaml", "--no-figures", "--out", "D"])
     assert answer.exit_code == 2
-    assert answer.stderr.startswith("D holds a run of 'a', and would become one of 'b'; accepted: ")
+    assert answer.stderr.startswith("D holds a run of 'a', and would become one of 'b'; expected: ")
     assert content("D") == before
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import nsmaps
 from nsmaps.auxiliary.bounds import ErrorBound
-from nsmaps.reduced.polymap import PolyMap
+from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.headline import cycle_of, headline
 from nsmaps.study.result import StudyResult
 

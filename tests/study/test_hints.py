@@ -8,11 +8,11 @@ import pytest
 
 import nsmaps
 from nsmaps.auxiliary.bounds import ErrorBound
-from nsmaps.reduced.polymap import PolyMap
-from nsmaps.study.hints import astray
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.study.diagnostics import astray
 from nsmaps.study.result import StudyResult
-from nsmaps.study.spec import DomainSection
-from nsmaps.study.verdicts import _trapped, intervals
+from nsmaps.study.sections.domains import DomainSection, trapped_text
+from nsmaps.study.texts import intervals
 
 SECTION = {"name": "half", "map": "half", "box": "diagonal"}
 HEAD = """\
@@ -76,7 +76,7 @@ def test_what_rests_on_samples_is_told_as_an_estimate(error: ErrorBound | None, 
     domain = nsmaps.attracting_domain(half, [[-1, 1]], error=error)
     assert domain.trapped
     study = nsmaps.Study(system="ball", parameters={"a": 0.2})
-    said = _trapped(StudyResult(study, study.system_object()), DomainSection(**SECTION), domain)
+    said = trapped_text(StudyResult(study, study.system_object()), DomainSection(**SECTION), domain)
     assert said == f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({told})"
 
 

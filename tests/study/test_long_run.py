@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from nsmaps import Axis, Grid, Noise, basins, lyapunov, noisy_orbits, read_result, run
-from nsmaps.dynamics.basins import boundary
-from nsmaps.dynamics.residence import residence
+from nsmaps.dynamics.attractors.basins import boundary
+from nsmaps.dynamics.noise.residence import residence
 
 LONG_RUN = """\
 system: ball
 parameters: {a: 1.5, r: 0.5}
 grid: {v: {from: 0.01, to: 2, points: 12}, phi: {from: 0, to: 2*pi*11/12, points: 12}}
-lyapunov: {parameter: a, from: 1.4, to: 1.5, points: 2, start: {v: 1, phi: 1}, returns: 64, transient: 30}
+lyapunov: {parameter: a, from: 1.4, to: 1.5, points: 2, start: {v: 1, phi: 1}, returns: 64, discard: 30}
 basins: {returns: 300, boundary: 1e-3}
 noise:
   sigma: [0, 0.05]
@@ -24,7 +24,7 @@ noise:
   realisations: 3
   seed: 5
   modes: {one: [BB]}
-  impacts: {parameter: a, from: 1.45, to: 1.5, points: 2, sigma: 0.05, returns: 5, transient: 5}
+  impacts: {parameter: a, from: 1.45, to: 1.5, points: 2, sigma: 0.05, returns: 5, discard: 5}
 figures: [lyapunov, basins, noise]
 """
 
@@ -53,6 +53,15 @@ def test_a_study_gives_what_the_functions_give() -> None:
     assert len(made.attractors) > 1
     assert numbers["noise"][1]["time"] == stay.time.tolist()
     assert len(numbers["lyapunov"]["exponents"]) == 2
+
+
+def test_basins_have_a_grid_of_their_own() -> None:
+    grid = "{v: {from: 0.1, to: 1, points: 3}, phi: {from: 0, to: 1, points: 2}}"
+    Path("own.yaml").write_text(f"system: ball\nparameters: {{a: 0.2}}\nbasins: {{returns: 20, grid: {grid}}}\n")
+    result = run("own.yaml", out="own")
+    assert result.returns is None
+    assert read_result("own").basins.label.shape == (6,)
+    assert result.basins.grid.states().tolist()[-1] == [1, 1]
 
 
 def test_sections_that_are_not_named_are_not_computed() -> None:

@@ -11,22 +11,22 @@ import toys
 from typer.testing import CliRunner
 
 import nsmaps
-from nsmaps.cli import app
-from nsmaps.study.conclusion import conclusion
-from nsmaps.study.motions import digits, motions, widest
+from nsmaps.cli.cli import app
+from nsmaps.study.sections.motions import digits, motions, widest
 from nsmaps.study.summary import numbers
+from nsmaps.study.verdict import conclusion
 
 FOLD, CRISIS = 0.227713761, 0.22505  #: of 2:1/T and of the chaos beside it; see test_branch.py and docs/dynamics.md
 PAIR = """\
 system: vi_pair
 parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}
 bifurcation:
-  {parameter: d, from: 0.222, to: 0.238, points: 33, start: {v: 0.6, phi: 0.3}, transient: 3000, returns: 120, follow: both}
+  {parameter: d, from: 0.222, to: 0.238, points: 33, start: {v: 0.6, phi: 0.3}, discard: 3000, returns: 120, direction: both}
 """
 BALL = """\
 system: bouncing_ball
 parameters: {Gamma: 1.4}
-bifurcation: {parameter: Gamma, from: 1.5, to: 1.9, points: 41, start: {v: 4.1887902, phi: 0.15}, returns: 240, follow: up}
+bifurcation: {parameter: Gamma, from: 1.5, to: 1.9, points: 41, start: {v: 4.1887902, phi: 0.15}, returns: 240, direction: up}
 """
 
 
@@ -57,7 +57,7 @@ def test_all_that_coexists_is_listed_and_what_does_not_is_not() -> None:
     Path("s.yaml").write_text(f"""\
 system: {toys.__file__}:GearRattle
 parameters: {{eps: 0.3}}
-bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, phi: 1}}, follow: both}}
+bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, phi: 1}}, direction: both}}
 """)
     result = nsmaps.run("s.yaml")
     alike = "1:1/C beside 2:1/2T at eps = 0.44; 1:1/T beside 2:1/4T at eps = 0.45; 1:1/T beside C at eps = 0.46"
@@ -79,7 +79,7 @@ def test_motions_beside_each_other_again_and_again_are_told_once(both: nsmaps.St
 
 
 def test_one_orbit_tells_of_no_coexistence() -> None:
-    Path("s.yaml").write_text(PAIR.replace("follow: both", "follow: up"))
+    Path("s.yaml").write_text(PAIR.replace("direction: both", "direction: up"))
     result = nsmaps.run("s.yaml")
     assert conclusion(result) == "The study requires no verdict."
     assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions"}

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import StudyError
 from nsmaps.report.page import write_report
-from nsmaps.study.archive import read_result
-from nsmaps.study.reader import load_study
+from nsmaps.study.reading.reader import load_study
 from nsmaps.study.result import StudyResult
 from nsmaps.study.run import run
+from nsmaps.study.store.archive import read_result
 
 AUTO = """\
 system: vi_pair
@@ -86,13 +86,13 @@ def test_check_and_run_print_it(study: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("domains:", "composite: [{name: a, where: v > 0, reset: {v: 1}}]\ndomains:", "accepted: one of the two"),
-        ("tolerance: 1e-2", "tolerance: 0", "tolerance is 0.0; accepted: greater than 0"),
+        ("domains:", "composite: [{name: a, where: v > 0, reset: {v: 1}}]\ndomains:", "expected: one of the two"),
+        ("tolerance: 1e-2", "tolerance: 0", "tolerance is 0.0; expected: greater than 0"),
         ("tolerance: 1e-2", "tolerence: 1e-2", "did you mean 'tolerance'"),
-        ("tolerance: 1e-2", "tolerance: 1e-2, kind: exact", "accepted: closed_form, accurate"),
-        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", "shows pieces in closed form"),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: exact", "expected: closed_form, accurate"),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", "shows a partition into pieces in closed form"),
         ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate, max_order: 3", "'max_order': of closed forms only"),
-        ("partition: {tolerance: 1e-2}\n", "", "accepted: exact"),
+        ("partition: {tolerance: 1e-2}\n", "", "expected: exact"),
         ("map: R1", "map: R99", "the partition made no piece 'R99'"),
         ("map: R1", "map: attractive", "did you mean 'attracting'"),
         ("figures: [words, ", "figures: [words, surfaces, envelops, ", "envelopes"),

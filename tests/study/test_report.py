@@ -14,10 +14,10 @@ from ruamel.yaml import YAML
 from typer.testing import CliRunner
 
 import nsmaps
-from nsmaps.cli import app
-from nsmaps.figures.captions import CAPTIONS
+from nsmaps.cli.cli import app
+from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.report.cite import citation, run_citation
-from nsmaps.report.html import tables, tag, told
+from nsmaps.report.html import formatted, tables, tag
 from nsmaps.study.run import Interrupted
 
 ROOT = Path(__file__).parents[2]
@@ -119,11 +119,11 @@ def test_terms_of_the_verdicts_are_explained_and_no_others(good: str) -> None:
         "keeps returningthe orbit has an image",
         "same attractorthe orbits of both maps",
         "trappedthe worst case",
-        "sampledtaken from grids of states: no bound",
+        "sampledsampled on grids of states: not a bound",
         "domain exactof the exact map, from the study's box",
     ):
         assert part in page
-    assert "images of boxes, computed so that" not in page
+    assert "boxes that contain the images of all states" not in page
     assert "moved out by the error of its fit" not in page
     assert [tag for tag, _ in page_of(Path("out")).tags].count("dt") == [tag for tag, _ in page_of(Path("out")).tags].count("dd")
 
@@ -187,7 +187,7 @@ def test_a_run_with_a_speed_has_its_figure_without_naming_it() -> None:
     assert answer.stdout.split() == ["out/figures/speed_error.png"]
     assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
     (image,) = page_of(Path(folder)).of("img")
-    assert image["alt"].startswith("Error of the reduced map against its time")
+    assert image["alt"].startswith("The error of the reduced map against its processor time")
 
 
 def test_plain_data_become_tables() -> None:
@@ -197,8 +197,8 @@ def test_plain_data_become_tables() -> None:
     text = [tostring(part, encoding="unicode", method="html") for part in made]
     page = Page("".join(text))
     assert [page.text.count(part) for part in ("states4", "none–", "R10.1235", "R21", "1yes")] == [1, 1, 1, 1, 1]
-    assert told([[0.0, 1.0]] * 12) == "12 rows, the last [0, 1]"
-    assert told(np.float64(0.5)) == "0.5", "as the numbers of a run are before they are read back"
+    assert formatted([[0.0, 1.0]] * 12) == "12 rows, the last [0, 1]"
+    assert formatted(np.float64(0.5)) == "0.5", "as the numbers of a run are before they are read back"
     assert tostring(tag("a", "x<", tag("b"), " & y", href='"')) == b'<a href="&quot;">x&lt;<b /> &amp; y</a>'
 
 
@@ -272,9 +272,9 @@ def test_a_browser_prints_the_page(good: str) -> None:
 
 
 def test_a_number_next_to_one_is_not_told_as_one() -> None:
-    assert told(1 - 4.2e-8) == "1 - 4.2e-08"
-    assert told(1.0001) == "1 + 0.0001"
-    assert (told(1.0), told(0.9991), told(1.002)) == ("1", "0.9991", "1.002")
+    assert formatted(1 - 4.2e-8) == "1 - 4.2e-08"
+    assert formatted(1.0001) == "1 + 0.0001"
+    assert (formatted(1.0), formatted(0.9991), formatted(1.002)) == ("1", "0.9991", "1.002")
 
 
 def test_warnings_stand_below_their_table_and_nothing_is_told_as_such() -> None:
@@ -308,8 +308,8 @@ figures: [orbits, envelopes]
 
 def test_what_could_not_be_drawn_and_why_is_on_the_page_until_it_is_drawn() -> None:
     folder = ran(NOWHERE)
-    reason = f"none has a value (domain 'beyond': {nsmaps.read_result(folder).domain.reason})"
-    assert f"envelopes could not be drawn: the figure 'envelopes' shows auxiliary maps, and {reason}" in page_of(folder).text
+    reason = f"no auxiliary map has a value (domain 'beyond': {nsmaps.read_result(folder).domain.reason})"
+    assert f"envelopes could not be drawn: the figure 'envelopes' has nothing to show: {reason}" in page_of(folder).text
     assert len(page_of(folder).of("img")) == 1
     answer = CliRunner().invoke(app, ["figures", "out", "--only", "envelopes"])
     assert answer.exit_code == 2
@@ -328,7 +328,8 @@ def test_figures_drawn_later_are_on_the_page_after_those_of_the_study() -> None:
     for words in (["figures", "out", "--only", "domain_size", "--only", "words"], ["report", "out"]):
         assert CliRunner().invoke(app, words).exit_code == 0
     found = [image["alt"] for image in page_of(folder).of("img")]
-    assert found == [CAPTIONS[name][0] for name in ("orbits", *(name for name in CAPTIONS if name in ("domain_size", "words")))]
+    expected = ["orbits", *(name for name in CATALOGUE if name in ("domain_size", "words"))]
+    assert found == [CATALOGUE[name].alt for name in expected]
 
 
 @pytest.mark.parametrize("cut", [0, 20, 1000, -13])
@@ -339,4 +340,4 @@ def test_a_picture_that_is_cut_off_is_left_out_and_named(cut: int) -> None:
     assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
     page = page_of(folder)
     assert len(page.of("img")) == 1
-    assert "words.png is no whole picture; nsmaps figures DIR --only words draws it again" in page.text
+    assert "words.png is incomplete; nsmaps figures DIR --only words draws it again" in page.text

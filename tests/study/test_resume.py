@@ -11,15 +11,17 @@ import pytest
 from ball import BALL
 from ruamel.yaml import YAML
 
+from nsmaps import parallel as parts
 from nsmaps import read_result, run
-from nsmaps.dynamics import bifurcation, noise
+from nsmaps.dynamics.diagrams import bifurcation
+from nsmaps.dynamics.noise import orbits as noise
 from nsmaps.errors import NsmapsError
-from nsmaps.exact import parts
 from nsmaps.exact.system import ImpactSystem
-from nsmaps.reduced.composite import CompositeMap
-from nsmaps.study import folder as folders
+from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study import steps
 from nsmaps.study.run import Interrupted
+from nsmaps.study.sections import bifurcation as section
+from nsmaps.study.store import run_folder as folders
 
 
 def test_progress_never_goes_back_and_tells_of_shares(good: str) -> None:
@@ -81,7 +83,7 @@ def test_only_the_same_study_goes_on(good: str) -> None:
     Path("s.yaml").write_text(good)
     folder = stopped("s.yaml", "orbits")
     Path("s.yaml").write_text(good.replace("returns: 5", "returns: 6"))
-    with pytest.raises(NsmapsError, match="holds a run of 's' with another study than 's' now; accepted: the same study"):
+    with pytest.raises(NsmapsError, match="holds a run of 's' with another study than 's' now; expected: the same study"):
         run("s.yaml", out=folder, resume=True)
     assert not read_result(folder).finished, "what is there stays"
     assert run("s.yaml", out=folder).finished, "from the beginning it may"
@@ -95,7 +97,7 @@ def test_a_folder_that_is_not_there_begins() -> None:
 LONG = """\
 system: ball
 parameters: {a: 0.2}
-bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, transient: 16}
+bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, discard: 16}
 noise:
   {sigma: [0.01, 0.02], tau: 0.5, start: {v: 0.3, phi: 1}, returns: 3, realisations: 20, modes: {ones: [BB]}}
 """
@@ -103,7 +105,7 @@ noise:
 
 @pytest.mark.parametrize("follow", [None, "up"])
 def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
-    text = LONG if follow is None else LONG.replace("transient: 16", f"transient: 16, follow: {follow}")
+    text = LONG if follow is None else LONG.replace("discard: 16", f"discard: 16, direction: {follow}")
     Path("s.yaml").write_text(text)
     monkeypatch.setattr(bifurcation, "PART", 40)  # two values
     whole = run("s.yaml")
@@ -133,16 +135,16 @@ families: {low: [BB]}
 composite:
   - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
 bifurcation:
-  {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, transient: 16, of: [exact, composite]}
+  {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, discard: 16, map: [exact, composite]}
 """
 
 
 @pytest.mark.parametrize("follow", [None, "both"])
 def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
-    text = COMPOSITE if follow is None else COMPOSITE.replace("transient: 16", "transient: 16, follow: both")
+    text = COMPOSITE if follow is None else COMPOSITE.replace("discard: 16", "discard: 16, direction: both")
     Path("s.yaml").write_text(text)
     whole = run("s.yaml")
-    refit, values = steps._refit, []
+    refit, values = section.refit, []
 
     def stop(plan: object, system: ImpactSystem) -> object:
         if len(values) == 3:
@@ -150,12 +152,12 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
         values.append(system.parameters["a"])
         return refit(plan, system)
 
-    monkeypatch.setattr(steps, "_refit", stop)
+    monkeypatch.setattr(section, "refit", stop)
     with pytest.raises(Interrupted):
         run("s.yaml", out="out")
     assert len(list(Path("out/parts/bifurcation/composite").rglob("part-*.npz"))) == 3
     before = [*values]
-    monkeypatch.setattr(steps, "_refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
+    monkeypatch.setattr(section, "refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
     exact = bifurcation._attractor
     of: list[type] = []
     monkeypatch.setattr(bifurcation, "_attractor", lambda map, *given: (of.append(type(map)), exact(map, *given))[1])
@@ -169,9 +171,9 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
     assert not Path("out/parts").exists()
 
 
-@pytest.mark.parametrize("follow", ["", ", follow: up", ", follow: both"])
+@pytest.mark.parametrize("follow", ["", ", direction: up", ", direction: both"])
 def test_a_diagram_is_counted_once(follow: str) -> None:
-    Path("s.yaml").write_text(COMPOSITE.replace("transient: 16", f"transient: 16{follow}"))
+    Path("s.yaml").write_text(COMPOSITE.replace("discard: 16", f"discard: 16{follow}"))
     told: list[float] = []
     run("s.yaml", progress=lambda what, done, total: told.append(done - 3) if what == "bifurcation" else None)
     count = 7 * 2 * (2 if "both" in follow else 1)  # values, maps, ways

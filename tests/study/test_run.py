@@ -12,13 +12,13 @@ import pytest
 from ruamel.yaml import YAML
 
 from nsmaps import StudyResult, load_study, read_result, run
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.impacts import Angle
 from nsmaps.plugins import study_files
 from nsmaps.study import steps
-from nsmaps.study.archive import FORMAT, resolved
-from nsmaps.study.plan import Plan
+from nsmaps.study.binding import Plan
 from nsmaps.study.run import Interrupted
+from nsmaps.study.store.archive import FORMAT, resolved
 
 WHOLE = """\
 title: all of it
@@ -303,7 +303,7 @@ def test_printed_coefficients_are_a_piece_and_the_run_stands_alone() -> None:
     with pytest.raises(NsmapsError, match=r"printed.yaml:4:.*no file 'maps/printed.json#near'"):
         load_study("printed.yaml")
     Path("maps/printed.json").write_text(NEAR.replace('"near"', '"nera"'))
-    with pytest.raises(NsmapsError, match="unknown polynomial 'near'; accepted: nera, did you mean 'nera'"):
+    with pytest.raises(NsmapsError, match="unknown polynomial 'near'; expected: nera, did you mean 'nera'"):
         load_study("printed.yaml")
 
 
@@ -320,7 +320,7 @@ def test_printed_coefficients_are_parametric_too() -> None:
 
 def test_no_class_but_our_own_is_made_from_a_file(whole: StudyResult) -> None:
     record = json.loads(Path("out/result.json").read_text())
-    for stranger in ("subprocess:Popen", "nsmaps.plugins:load_system", "nsmaps.study.tree:np"):
+    for stranger in ("subprocess:Popen", "nsmaps.plugins:load_system", "nsmaps.study.store.serialize:np"):
         record["objects"]["coverage"] = {"$": stranger, "args": "ls"}
         Path("out/result.json").write_text(json.dumps(record))
         with pytest.raises(NsmapsError, match=f"names the class '{stranger}'"):
@@ -331,7 +331,7 @@ def test_a_folder_that_holds_no_result(whole: StudyResult) -> None:
     with pytest.raises(NsmapsError, match=r"nowhere holds no result.json"):
         read_result("nowhere")
     Path("out/result.json").write_text('{"format": 99}')
-    with pytest.raises(NsmapsError, match=f"has format 99; accepted: {FORMAT}"):
+    with pytest.raises(NsmapsError, match=f"has format 99; expected: {FORMAT}"):
         read_result("out")
 
 
@@ -376,7 +376,7 @@ def test_ctrl_c_that_a_step_loses_still_stops_the_run(good: str, monkeypatch: py
 
 
 def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    from nsmaps.auxiliary import cover
+    from nsmaps.cells import morse_sets as cover
 
     whole, levels = cover._next, []
 
@@ -430,7 +430,7 @@ families: {low: [BB]}
 composite:
   - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
 bifurcation:
-  {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, transient: 10, returns: 4, of: [exact, composite]}
+  {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, discard: 10, returns: 4, map: [exact, composite]}
 figures: [bifurcation]
 """
 
@@ -501,7 +501,7 @@ def test_a_file_of_a_run_that_is_cut_off_or_missing(whole: StudyResult, name: st
     content = file.read_bytes()
     if name != "study.yaml":
         file.write_bytes(content[: len(content) // 2])
-        with pytest.raises(NsmapsError, match=rf"{name} cannot be read \(.*\); accepted: a folder as `nsmaps run` wrote it"):
+        with pytest.raises(NsmapsError, match=rf"{name} cannot be read \(.*\); expected: a folder as `nsmaps run` wrote it"):
             read_result("out")
     file.unlink()
     with pytest.raises(NsmapsError, match=f"{name} is missing|holds no {name}"):

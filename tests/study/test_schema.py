@@ -9,8 +9,8 @@ import pytest
 from make_schema import SCHEMA, text
 from ruamel.yaml import YAML
 
-from nsmaps.study.archive import resolved
-from nsmaps.study.reader import load_study
+from nsmaps.study.reading.reader import load_study
+from nsmaps.study.store.archive import resolved
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted(ROOT.glob("plugins/*/studies/*.yaml"))

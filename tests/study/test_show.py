@@ -11,16 +11,16 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from nsmaps import read_result
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
-from nsmaps.exact.impacts import Returns
-from nsmaps.study.longtables import exponent_rows
+from nsmaps.exact.returns import Returns
+from nsmaps.study.sections.lyapunov import exponent_rows
 
 STUDY = """\
 system: vi_pair
 parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}
 grid: {v: {from: 0.01, to: 1, points: 12}, phi: {from: 0, to: 2*pi*11/12, points: 12}}
-lyapunov: {parameter: d, from: 0.22, to: 0.25, points: 3, start: {v: 0.68, phi: 0.5}, returns: 320, transient: 30}
+lyapunov: {parameter: d, from: 0.22, to: 0.25, points: 3, start: {v: 0.68, phi: 0.5}, returns: 320, discard: 30}
 basins: {returns: 300}
 """
 STORED = Path(__file__).parents[1] / "data" / "run-format-3"

@@ -4,21 +4,37 @@ A change that breaks one of these tests raises FORMAT and comes with a function 
 the folders stay as they are, and the new format gets folders of its own. Their arrays were compressed, to be small.
 """
 
+import inspect
 import json
+import pkgutil
+import re
 import shutil
+from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 import nsmaps
 from nsmaps.errors import NsmapsError
-from nsmaps.study.archive import FORMAT
+from nsmaps.study.result import KEPT, StudyResult
+from nsmaps.study.store.archive import FORMAT
+from nsmaps.study.store.serialize import HOME, is_ours, stored_class
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}"
+ABSTRACT = {"Region", "ReturnMap"}  #: of which a file holds subclasses only
 
 
-@pytest.mark.parametrize("name", ["run", "partition", "accurate"])
+def modules() -> Iterator[ModuleType]:
+    """Every module of the rooms whose results a run can keep."""
+    for found in pkgutil.walk_packages(nsmaps.__path__, "nsmaps."):
+        if found.name.split(".")[1] in {home.split(".")[1] for home in HOME.values()}:
+            yield import_module(found.name)
+
+
+@pytest.mark.parametrize("name", ["run", "partition", "accurate", "long"])
 def test_a_stored_run_is_read_and_says_what_it_said(name: str) -> None:
     result = nsmaps.read_result(STORED / name)
     record = json.loads((STORED / name / "result.json").read_text())
@@ -27,6 +43,44 @@ def test_a_stored_run_is_read_and_says_what_it_said(name: str) -> None:
     assert list(result.timings) == list(record["timings"])
     with np.load(STORED / name / "arrays.npz", allow_pickle=False) as arrays:
         assert np.array_equal(result.returns.image, arrays["returns/image"], equal_nan=True)
+
+
+def test_the_stored_runs_hold_every_class_that_a_run_can_keep() -> None:
+    text = "".join(file.read_text() for file in STORED.glob("*/result.json"))
+    found = {name.rpartition(":")[2] for name in re.findall(r'"\$": "([\w.:]+)"', text)}
+    assert set(HOME) <= found | {"Margin", "Diagonal", "PrintedMap"}  # of specs and of calls with a margin
+    missing = [name for name, module in HOME.items() if not hasattr(import_module(module), name)]
+    assert missing == []
+
+
+def test_every_class_that_a_result_may_hold_has_a_stored_name() -> None:
+    """Followed through the annotations of the fields that are kept, and of those of the classes found there."""
+    waiting, found = [str(StudyResult.__annotations__[name]) for name in KEPT], set()
+    classes = {
+        name: cls
+        for module in modules()
+        for name, cls in vars(module).items()
+        if inspect.isclass(cls) and cls.__module__.startswith("nsmaps.") and is_ours(cls)
+    }
+    while waiting:
+        for name in set(re.findall(r"\w+", waiting.pop())) & set(classes) - found:
+            found.add(name)
+            waiting += [str(text) for base in classes[name].__mro__ for text in vars(base).get("__annotations__", {}).values()]
+    assert found - ABSTRACT - set(HOME) == set()
+    assert len(found) > 40
+
+
+@pytest.mark.parametrize("stored", ["AttractingDomain", "nsmaps.somewhere.before:AttractingDomain"])
+def test_a_class_is_found_by_its_name_wherever_it_stood(stored: str) -> None:
+    assert stored_class(stored) is nsmaps.AttractingDomain
+
+
+def test_a_stored_study_is_read_under_the_keys_of_today() -> None:
+    long, run = (nsmaps.read_result(STORED / name).study for name in ("long", "run"))
+    assert (long.exit_times.cells, long.stability.discard, long.lyapunov.discard, long.noise.impacts.discard) == (6, 200, 10, 4)
+    assert (run.bifurcation.map, run.bifurcation.discard) == (("exact", "composite"), 10)
+    with pytest.raises(NsmapsError, match=r"study\.yaml:89:1: 'transient' is now 'exit_times'"):
+        nsmaps.load_study(STORED / "long" / "study.yaml")
 
 
 def test_maps_of_a_stored_run_are_maps() -> None:
@@ -53,7 +107,7 @@ def test_another_format_says_what_to_do(found: int | None, says: str) -> None:
     folder = shutil.copytree(STORED / "run", "other")
     file = Path(folder, "result.json")
     file.write_text(json.dumps(json.loads(file.read_text()) | {"format": found}))
-    with pytest.raises(NsmapsError, match=rf"has format {found}; accepted: {FORMAT}; .*{says}; written by nsmaps 0\.1\.0"):
+    with pytest.raises(NsmapsError, match=rf"has format {found}; expected: {FORMAT}; .*{says}; written by nsmaps 0\.1\.0"):
         nsmaps.read_result(folder)
 
 

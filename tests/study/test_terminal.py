@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
-from nsmaps.cli import app
-from nsmaps.terminal import clock
+from nsmaps.cli.cli import app
+from nsmaps.cli.terminal import clock
 
 CODES = re.compile(r"\x1b")
 COLOURS = re.compile(r"\x1b\[(?:\d+;)*(?:3[0-7]|9[0-7]|38;[\d;]+)(?:;\d+)*m")
@@ -125,7 +125,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(slow: str) -> None:
     Path(slow).write_text(text.replace("returns: 1000000", "returns: 8000000"))
     code, written = on_terminal("run", slow, "--out", "out", stop_at="left of orbits")
     assert code == 130
-    assert "to go on: nsmaps run s.yaml --out out --resume" in written
+    assert "to resume: nsmaps run s.yaml --out out --resume" in written
     kept = read_result("out")
     assert not kept.finished
     assert "orbits" not in kept.timings
@@ -157,7 +157,7 @@ def test_check_says_where_and_what_was_meant() -> None:
     Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbit: []\n")
     done = program("check", "s.yaml")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("s.yaml:3:1: unknown key 'orbit'; accepted: name, title, system")
+    assert done.stderr.startswith("s.yaml:3:1: unknown key 'orbit'; expected: name, title, system")
     assert done.stderr.endswith("did you mean 'orbits'?\n")
 
 

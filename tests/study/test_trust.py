@@ -16,10 +16,11 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import nsmaps
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError, StudyError
-from nsmaps.study.sizes import sizes, total
-from nsmaps.study.spec import Study
+from nsmaps.study.limits import sizes, total
+from nsmaps.study.store.archive import resolved
+from nsmaps.study.study import Study
 
 STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 MARK = "from pathlib import Path\nPath('mark').write_text('was run')\n"  #: what a stranger's file does when it is run
@@ -59,7 +60,7 @@ def test_check_says_that_a_file_is_run_before_it_is(stranger: None, monkeypatch:
 
 
 def test_a_file_is_not_run_with_installed_only(stranger: None) -> None:
-    line = f"s.yaml:2:9: the system is the file '{Path('mine.py').resolve()}:Ball', which would be run; accepted: a system that"
+    line = f"s.yaml:2:9: the system is the file '{Path('mine.py').resolve()}:Ball', which would be run; expected: a system that"
     for command in ("check", "run"):
         assert refused(command, "s.yaml", "--installed-only").startswith(line)
     for call in (nsmaps.load_study, nsmaps.run):
@@ -89,7 +90,7 @@ def test_nor_is_the_file_of_a_run_folder(command: tuple[str, ...], stranger: Non
 
 def test_a_run_that_goes_on_runs_no_file_that_its_study_does_not_name(stranger: None) -> None:
     shutil.copytree(STORED / "run", "out")
-    Path("mine.yaml").write_text(Path("out/study.yaml").read_text())
+    Path("mine.yaml").write_text(resolved(nsmaps.read_result("out").study))
     text = Path("out/study.yaml").read_text()
     Path("out/study.yaml").write_text(text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
     with pytest.raises(NsmapsError, match="which would be run"):
@@ -111,28 +112,28 @@ HOSTILE = {
     "an alias of itself": ("system: ball\nfamilies: &a {x: *a}\n", "s.yaml:2:18: the alias *a stands within what it stands for"),
     "deep": ("system: ball\nrequire: " + "[" * 5000, "s.yaml:2:49: nested deeper than 40 levels"),
     "deep in blocks": ("".join(" " * k + "a:\n" for k in range(500)), "s.yaml:41:41: nested deeper than 40 levels"),
-    "large": ("# " + "x" * 500_000 + "\nsystem: ball\n", "s.yaml:1:1: a file of 500,016 bytes; accepted: at most 500,000"),
-    "a number without end": ("system: ball\nparameters: {a: " + "9" * 5000 + "}\n", "a number of 5000 digits; accepted: fewer"),
-    "the same in hexadecimal": ("system: ball\nname: 0x" + "f" * 5000, "a number of 5002 digits; accepted: fewer"),
+    "large": ("# " + "x" * 500_000 + "\nsystem: ball\n", "s.yaml:1:1: a file of 500,016 bytes; expected: at most 500,000"),
+    "a number without end": ("system: ball\nparameters: {a: " + "9" * 5000 + "}\n", "a number of 5000 digits; expected: fewer"),
+    "the same in hexadecimal": ("system: ball\nname: 0x" + "f" * 5000, "a number of 5002 digits; expected: fewer"),
     "a power of powers": ("system: ball\nparameters: {a: 9**9**9**9}\n", "column 4: '9**9**9' has no finite real value"),
     "an object of python": ("system: !!python/object/apply:os.system [ls]\n", "the tag 'tag:yaml.org,2002:python/object/apply"),
     "a date that is none": ("system: ball\ntitle: 2001-13-45\n", "s.yaml:1:1: not readable as YAML: month must be in 1..12"),
-    "a colour of a terminal": ('system: ball\ntitle: "\\e[31mred"\n', "s.yaml:2:8: the character '\\x1b' in a text; accepted"),
-    "half a character": ('system: ball\ntitle: "\\ud800"\n', "s.yaml:2:8: the character '\\ud800' in a text; accepted"),
-    "writing from the right": ("system: ball\ntitle: a\u202eb\n", "s.yaml:2:8: the character '\\u202e' in a text; accepted"),
-    "a name above": ("system: ball\nname: ../../x\n", "s.yaml:2:7: name is '../../x'; accepted: String should match pattern"),
-    "a name inside": ("system: ball\nname: a/../../x\n", "s.yaml:2:7: name is 'a/../../x'; accepted: String should match"),
-    "an absolute name": ("system: ball\nname: /etc/x\n", "s.yaml:2:7: name is '/etc/x'; accepted: String should match pattern"),
-    "a long name": ("system: ball\nname: " + "z" * 501, "accepted: String should have at most 500 characters"),
-    "a name of lines": ('system: ball\nfamilies: {"a\\nb": [BB]}\n', "'a\\nb' is no name; accepted: one line of text"),
+    "a colour of a terminal": ('system: ball\ntitle: "\\e[31mred"\n', "s.yaml:2:8: the character '\\x1b' in a text; expected"),
+    "half a character": ('system: ball\ntitle: "\\ud800"\n', "s.yaml:2:8: the character '\\ud800' in a text; expected"),
+    "writing from the right": ("system: ball\ntitle: a\u202eb\n", "s.yaml:2:8: the character '\\u202e' in a text; expected"),
+    "a name above": ("system: ball\nname: ../../x\n", "s.yaml:2:7: name is '../../x'; expected: String should match pattern"),
+    "a name inside": ("system: ball\nname: a/../../x\n", "s.yaml:2:7: name is 'a/../../x'; expected: String should match"),
+    "an absolute name": ("system: ball\nname: /etc/x\n", "s.yaml:2:7: name is '/etc/x'; expected: String should match pattern"),
+    "a long name": ("system: ball\nname: " + "z" * 501, "expected: String should have at most 500 characters"),
+    "a name of lines": ('system: ball\nfamilies: {"a\\nb": [BB]}\n', "'a\\nb' is no name; expected: one line of text"),
     "a file that is not there": ("system: ball\nsystem: " + "z" * 300 + ".py:X\n", "the key 'system' is given twice"),
-    "a system whose file has too long a name": ("system: " + "z" * 300 + ".py:X\n", "to load 'X' from; accepted: path"),
-    "a system in nobody's home": ("system: ~nobody_x/a.py:X\n", "to load 'X' from; accepted: path"),
+    "a system whose file has too long a name": ("system: " + "z" * 300 + ".py:X\n", "to load 'X' from; expected: path"),
+    "a system in nobody's home": ("system: ~nobody_x/a.py:X\n", "to load 'X' from; expected: path"),
     "a system with a hole": ('system: "x\\0.py:X"\n', "s.yaml:1:9: the character '\\x00' in a text"),
     "points beyond memory": (
         "system: ball\nparameters: {a: 1}\n"
         "lyapunov: {parameter: a, from: 1, to: 2, points: 100000000000, start: {v: 1, phi: 1}}\n",
-        "s.yaml:3:50: points is 100000000000; accepted: less than or equal to 100000",
+        "s.yaml:3:50: points is 100000000000; expected: less than or equal to 100000",
     ),
     "a pattern that is too deep": (
         "system: ball\nparameters: {a: 1}\ngrid: {v: {from: 0, to: 1, points: 2}, phi: {from: 0, to: 1, points: 2}}\n"
@@ -239,7 +240,7 @@ BEYOND = {
     "orbits": (f"orbits: [{{start: {{v: 0.3, phi: 1}}, returns: {HUGE}}}]\n", "memory"),
     "grid": (GRID, "memory"),
     "bifurcation": (
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 100000, start: {v: 0.3, phi: 1}, transient: 10000000}\n",
+        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 100000, start: {v: 0.3, phi: 1}, discard: 10000000}\n",
         "time",
     ),
     "lyapunov": (
@@ -281,7 +282,7 @@ def test_what_is_beyond_memory_or_time_is_refused_before_anything_is_computed(se
 
 def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(SMALL + "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 2, start: {v: 0.3, phi: 1}}\n")
-    assert "accepted: at most 1e-06, or what is told by --max-hours or NSMAPS_MAX_HOURS" in refused(
+    assert "expected: at most 1e-06, or what is told by --max-hours or NSMAPS_MAX_HOURS" in refused(
         "check", "s.yaml", "--max-hours", "1e-6"
     )
     monkeypatch.setenv("NSMAPS_MAX_HOURS", "1e-6")
@@ -290,8 +291,8 @@ def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch:
     monkeypatch.setenv("NSMAPS_MAX_HOURS", "inf")
     assert CliRunner().invoke(app, ["check", "s.yaml"]).exit_code == 0
     monkeypatch.setenv("NSMAPS_MAX_MEMORY", "much")
-    assert refused("check", "s.yaml") == "NSMAPS_MAX_MEMORY is 'much'; accepted: a number above zero, or inf"
-    with pytest.raises(NsmapsError, match="NSMAPS_MAX_MEMORY is -1; accepted"):
+    assert refused("check", "s.yaml") == "NSMAPS_MAX_MEMORY is 'much'; expected: a number above zero, or inf"
+    with pytest.raises(NsmapsError, match="NSMAPS_MAX_MEMORY is -1; expected"):
         nsmaps.run("s.yaml", max_memory=-1)
 
 
@@ -308,7 +309,7 @@ def test_the_memory_is_estimated_to_a_factor_of_ten(section: str, interpreted: N
     texts = {
         "grid": GRID.replace("10000", "60") + "families: {low: [BB]}\n",
         "orbits": "orbits: [{start: {v: 0.3, phi: 1}, returns: 4000}]\n",
-        "bifurcation": "bifurcation: {parameter: a, from: 0.2, to: 0.3, points: 20, start: {v: 0.3, phi: 1}, transient: 0, "
+        "bifurcation": "bifurcation: {parameter: a, from: 0.2, to: 0.3, points: 20, start: {v: 0.3, phi: 1}, discard: 0, "
         "returns: 200}\n",
     }
     Path("s.yaml").write_text(SMALL + texts[section])

@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import nsmaps
-from nsmaps.cli import app
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.composite import Piece
+from nsmaps.reduced.composite.composite import Piece
 from nsmaps.report.page import write_report
-from nsmaps.study.folder import clear
+from nsmaps.study.store.run_folder import clear
 
 STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 slowly = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -80,31 +80,34 @@ def test_arrays_beyond_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv("NSMAPS_MAX_MEMORY", "1e-4")
     with zipfile.ZipFile("out/arrays.npz", "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("x.npy", bytes(10**6))
-    line = "arrays.npz cannot be read (0.001 GB of arrays; accepted: at most 0.0001, or what NSMAPS_MAX_MEMORY tells)"
+    line = "arrays.npz cannot be read (0.001 GB of arrays; expected: at most 0.0001, or what NSMAPS_MAX_MEMORY tells)"
     assert line in refused()
 
 
 RECORDS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "a class of others": (
         lambda r: r["objects"].update(basins={"$": "subprocess:Popen", "args": "ls"}),
-        "names the class 'subprocess:Popen'; accepted: results and specs of nsmaps",
+        "names the class 'subprocess:Popen'; expected: results and specs of nsmaps",
     ),
-    "a class of another room": (lambda r: r["objects"].update(basins={"$": "nsmaps.bench.race:Race"}), "names the class"),
+    "a class of another room": (lambda r: r["objects"].update(basins={"$": "nsmaps.bench.comparison:Race"}), "names the class"),
     "a class that nsmaps imports": (
-        lambda r: r["objects"].update(basins={"$": "nsmaps.study.tree:BaseModel"}),
-        "names the class 'nsmaps.study.tree:BaseModel'",
+        lambda r: r["objects"].update(basins={"$": "nsmaps.study.store.serialize:BaseModel"}),
+        "names the class 'nsmaps.study.store.serialize:BaseModel'",
     ),
     "a closed form, whose fields sympy would evaluate": (
-        lambda r: r["objects"].update(composite={"$": "nsmaps.auxiliary.iterate:HeldIterate", "held": ["1"]}),
-        "names the class 'nsmaps.auxiliary.iterate:HeldIterate'",
+        lambda r: r["objects"].update(composite={"$": "nsmaps.symbolic.curve_iterates:HeldIterate", "held": ["1"]}),
+        "names the class 'nsmaps.symbolic.curve_iterates:HeldIterate'",
     ),
-    "a module that is not there": (lambda r: r["objects"].update(basins={"$": "nsmaps.exact.x:Y"}), "No module named"),
+    "a class that is not there": (
+        lambda r: r["objects"].update(basins={"$": "nsmaps.exact.x:Y"}),
+        "names the class 'nsmaps.exact.x:Y'",
+    ),
     "an array that is not there": (lambda r: r["objects"].update(basins={"$": "array", "value": "x"}), "KeyError"),
     "no kind": (lambda r: r["objects"].update(basins={"a": 1}), "KeyError: '$'"),
     "no times": (lambda r: r.update(timings={"system": "long"}), "timings.system"),
     "verdicts of other fields": (lambda r: r["verdicts"].append({"name": "x"}), "Field required"),
-    "a control character": (lambda r: r["verdicts"][0].update(text="\x1b[2J"), "the character '\\x1b' in a text; accepted"),
-    "half a character": (lambda r: r["verdicts"][0].update(name="\ud800"), "the character '\\ud800' in a text; accepted"),
+    "a control character": (lambda r: r["verdicts"][0].update(text="\x1b[2J"), "the character '\\x1b' in a text; expected"),
+    "half a character": (lambda r: r["verdicts"][0].update(name="\ud800"), "the character '\\ud800' in a text; expected"),
 }
 
 
@@ -181,13 +184,13 @@ def test_a_figure_that_is_no_picture_is_not_put_into_a_report(content: bytes) ->
     Path(f"out/figures/{name}.png").write_bytes(content)
     assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
     page = Path("out/report.html").read_text()
-    assert f"{name}.png is no whole picture" in page
+    assert f"{name}.png is incomplete" in page
     assert "data:image/png" not in page
 
 
 @pytest.mark.parametrize("name", [r"$\frac{$", r"$\input{/etc/passwd}$", "$" * 99, "$" + "{" * 97 + "$", "a_$x^", r"\$x$ & 50 %"])
 def test_a_name_that_is_no_mathematics_is_drawn_as_it_stands(name: str, tmp_path: Path) -> None:
-    from nsmaps.figures.sheet import Sheet
+    from nsmaps.figures.page import Sheet
 
     def panel(ax: Any) -> Any:
         ax.plot([0, 1], [0, 1], label=f"{name}, $v$")
@@ -205,7 +208,7 @@ def test_a_name_that_is_no_mathematics_is_drawn_as_it_stands(name: str, tmp_path
 def test_no_name_becomes_tex_that_is_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     import matplotlib
 
-    from nsmaps.figures.sheet import Sheet
+    from nsmaps.figures.page import Sheet
 
     monkeypatch.setitem(matplotlib.rcParams, "text.usetex", True)
     used: list[bool] = []
@@ -265,28 +268,28 @@ def exported(path: str, change: Callable[[dict[str, Any]], Any]) -> str:
 @pytest.mark.parametrize(
     ("kind", "change", "says"),
     [
-        ("outputs", lambda d: d["outputs"][0].update(exponents=[[10**9]], coefficients=[1.0]), "accepted: from 0, of at most"),
+        ("outputs", lambda d: d["outputs"][0].update(exponents=[[10**9]], coefficients=[1.0]), "expected: from 0, of at most"),
         ("outputs", lambda d: d["outputs"][0].update(exponents=[[-1]], coefficients=[1.0]), "powers from -1"),
-        ("outputs", lambda d: d["outputs"][0].update(coefficients=[1.0]), "an array of shape (1,); accepted:"),
-        ("outputs", lambda d: d.update(scale=[1.0, 2.0]), "an array of shape (2,); accepted: (1,)"),
-        ("outputs", lambda d: d["coordinates"][0].update(name="x\nimport os"), "is no name; accepted: one line"),
-        ("outputs", lambda d: d["coordinates"][0].update(name="x" * 10**6), "is no name; accepted: one line"),
-        ("images", lambda d: d["images"]["x"].update(exponents=[[10**9]], coefficients=["1"]), "accepted: from 0, of at most"),
+        ("outputs", lambda d: d["outputs"][0].update(coefficients=[1.0]), "an array of shape (1,); expected:"),
+        ("outputs", lambda d: d.update(scale=[1.0, 2.0]), "an array of shape (2,); expected: (1,)"),
+        ("outputs", lambda d: d["coordinates"][0].update(name="x\nimport os"), "is not a name; expected: one line"),
+        ("outputs", lambda d: d["coordinates"][0].update(name="x" * 10**6), "is not a name; expected: one line"),
+        ("images", lambda d: d["images"]["x"].update(exponents=[[10**9]], coefficients=["1"]), "expected: from 0, of at most"),
         (
             "images",
             lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "1e999999999"),
-            "accepted: a fraction of whole numbers",
+            "expected: a fraction of whole numbers",
         ),
         (
             "images",
             lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "9" * 5000),
-            "accepted: a fraction of whole numbers",
+            "expected: a fraction of whole numbers",
         ),
-        ("images", lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "1/0"), "accepted: a fraction of whole numbers"),
+        ("images", lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "1/0"), "expected: a fraction of whole numbers"),
         (
             "images",
             lambda d: d["images"]["x"]["coefficients"].__setitem__(0, "__import__('os')"),
-            "accepted: a fraction of whole",
+            "expected: a fraction of whole",
         ),
     ],
 )
@@ -321,12 +324,12 @@ def test_no_text_of_an_exported_map_is_evaluated(name: str, where: str) -> None:
         made.at(**{hostile: 1.0})
     assert not Path("mark").exists()
     if where in ("held", "domain", "curves"):
-        with pytest.raises(NsmapsError, match=r"is no number; accepted|accepted: a fraction"):
+        with pytest.raises(NsmapsError, match=r"is not a number; expected|expected: a fraction"):
             nsmaps.read_map(name)
 
 
 def test_no_text_is_taken_for_a_formula() -> None:
-    from nsmaps.auxiliary.formula import exact
+    from nsmaps.symbolic.formula import exact
 
     with pytest.raises(ValueError, match="Sympify"):
         exact("__import__('pathlib').Path('mark').touch()")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from nsmaps.coordinates import Angle
 from nsmaps.errors import CheckError
-from nsmaps.exact.impacts import Angle
-from nsmaps.reduced.polyfit import Full, PolyFit, Separable
-from nsmaps.reduced.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
 from nsmaps.testing import check_polyfit, check_region
 
 NAMES = ("v", Angle("phi"))
@@ -109,7 +109,7 @@ def test_trial_states_of_a_region_may_be_given():
     with pytest.raises(CheckError, match="none of 10000 trial states lies in Disc; expected: `states` of which some do"):
         check_region(small)
     check_region(small, [[0.5, 1.0], [0.6, 1.0]])
-    with pytest.raises(CheckError, match="'v > 0' is no region"):
+    with pytest.raises(CheckError, match="'v > 0' is not a region"):
         check_region("v > 0")
 
 
@@ -193,5 +193,5 @@ def test_a_fit_that_is_none(fit, why):
     check_polyfit(Even())
     with pytest.raises(CheckError, match=why):
         check_polyfit(fit())
-    with pytest.raises(CheckError, match="is no fit"):
+    with pytest.raises(CheckError, match="is not a fit"):
         check_polyfit(fit)

@@ -11,7 +11,8 @@ from nsmaps_vi_pair import VIPair
 from toys import Table
 
 from nsmaps.errors import CheckError, SystemDefinitionError
-from nsmaps.exact.system import ImpactSystem, Wall
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
 from nsmaps.testing import check_system
 
 BALL = {"Gamma": 1.3, "r": 0.5}
@@ -207,13 +208,13 @@ class Unwound(BouncingBall):
 @pytest.mark.parametrize(
     ("system", "why"),
     [
-        (WrongSignOfGravity(**BALL), r"flights .* go away for ever.*growing displacement\. A force has the wrong sign"),
-        (WrongSide(**BALL), r"go away for ever.*falling displacement\..* the wall has the wrong `side` \(\+1 stops growing"),
+        (WrongSignOfGravity(**BALL), r"flights .* never return.*growing displacement\. A force has the wrong sign"),
+        (WrongSide(**BALL), r"never return.*falling displacement\..* the wall has the wrong `side` \(\+1 stops growing"),
         (WrongSignOfTheTable(**BALL), "does not start with the velocity that it is given: .* wrong sign, is missing"),
         (WrongSignOfTheVelocity(**BALL), "not start with the velocity that it is given, but with the opposite sign"),
         (NoReversal(**BALL), r"an impact does not reverse the motion: NoReversal.rebound\(.*\) is -"),
         (NoWall(**BALL, walled=False), "has no walls; one is forgotten"),
-        (BottomForgotten(**PAIR), "go away for ever.*or a wall on the other side is forgotten"),
+        (BottomForgotten(**PAIR), "never return.*or a wall on the other side is forgotten"),
         (TopForgotten(**PAIR), "no return .* depends on its parameter 'd', .* Is a wall forgotten"),
         (CeilingForgotten(height=0.6), "ignore its parameter 'height': .* is a wall or a force forgotten"),
         (PeriodOfOne(**BALL), r"the period .* is wrong: .*2 pi times it, 6\.28319, would do"),
@@ -221,7 +222,7 @@ class Unwound(BouncingBall):
         (NotTheRate(**BALL), "does not start with the velocity .* the rate of the displacement, is .* expected: hit.w"),
         (Ignored(**BALL), "the formulas of Ignored ignore its parameter 'drag'"),
         (OtherPlace(**BALL), "does not start with the place that it is given"),
-        (Memory(**BALL), "does not go on as before when it is started again"),
+        (Memory(**BALL), "does not continue as before when it is restarted"),
         (Crossed(**PAIR), "leave no room: B, which stops growing displacement, is at -0.175"),
         (Unwound(**BALL), r"the period of Unwound is -2\*pi; expected: a positive number"),
         (ImpactOscillator(zeta=2, w=0.1, A=0.001, wall=50, damping="over"), "none of 144 flights .* comes back"),

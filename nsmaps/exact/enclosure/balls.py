@@ -2,8 +2,7 @@
 
 A ball is a pair (centre, radius). The result of every operation holds the results for all numbers of its operands: to the
 radius is added what the rounding of the centre may be, at least one unit in its last place, and then what the rounding of
-the radius may be (S. M. Rump, Acta Numerica 19, 2010, section 10). An infinite or NaN radius says that nothing is known. Of
-sin, cos, exp and log it is assumed that they are right to `TOLD` of their size.
+the radius may be (S. M. Rump, Acta Numerica 19, 2010, section 10). An infinite or NaN radius says that nothing is known.
 """
 
 import math
@@ -11,12 +10,10 @@ import math
 import numpy as np
 
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.remainders import growth, wave
 
 UNIT = 2.3e-16  # more than 2^-52: at least one unit in the last place
 GROW = 1.0 + 2e-15  # more than a few roundings of a radius
 TINY = 1e-300  # more than what underflow loses
-TOLD = 2e-15  # more than what sin, cos, exp, log and their remainders are wrong by, relative to their size
 NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
 PI_REST = 1.3e-16  # more than |pi - fl(pi)|
 
@@ -46,6 +43,24 @@ def bmul(a, b):
     """The product."""
     c = a[0] * b[0]
     return c, (abs(a[0]) * b[1] + a[1] * (abs(b[0]) + b[1]) + UNIT * abs(c)) * GROW + TINY
+
+
+@inlined
+def bplus(a, x, y):
+    """The sum a + x y, with one enlargement of the radius for all roundings."""
+    p = x[0] * y[0]
+    c = a[0] + p
+    r = abs(x[0]) * y[1] + x[1] * (abs(y[0]) + y[1])
+    return c, (a[1] + r + UNIT * (abs(p) + abs(c))) * GROW + TINY
+
+
+@inlined
+def met(x, y, u, v):
+    """The sum x u + y v, as `bplus`."""
+    p, q = x[0] * u[0], y[0] * v[0]
+    c = p + q
+    r = (abs(x[0]) * u[1] + x[1] * (abs(u[0]) + u[1])) + (abs(y[0]) * v[1] + y[1] * (abs(v[0]) + v[1]))
+    return c, (r + UNIT * (abs(p) + abs(q) + abs(c))) * GROW + TINY
 
 
 @inlined
@@ -96,20 +111,6 @@ def bsqrt(a):
     return root[0], root[1] * GROW + TINY
 
 
-@inner
-def bexp(a):
-    """The exponential."""
-    c = math.exp(a[0])
-    return c, c * (math.expm1(a[1]) + TOLD) * (1.0 + TOLD) * GROW + TINY
-
-
-@inner
-def blog(a):
-    """The logarithm, of what is positive."""
-    least, most = math.log(low(a)), math.log(high(a))
-    return between(least - TOLD * abs(least) - TINY, most + TOLD * abs(most) + TINY)
-
-
 @inlined
 def babs(a):
     """The absolute value."""
@@ -126,42 +127,6 @@ def bmax(a, b):
 def bmin(a, b):
     """The lesser one."""
     return between(min(low(a), low(b)), min(high(a), high(b)))
-
-
-@inner
-def bwave(a):
-    """The remainders cos - 1, sin and sin - x, by angle addition of the radius h: sin h <= h, 1 - cos h <= h^2/2."""
-    x, h = a
-    less, sine, rest = wave(x)
-    s, c, q = abs(sine), abs(1.0 + less), 0.5 * h * h
-    lost = 1e-22 * abs(x)  # of the reduction to a quarter of a turn
-    return (
-        (less, (min(s * h + c * q, 2.0) + TOLD * abs(less) + lost) * GROW + TINY),
-        (sine, (min(c * h + s * q, 2.0) + TOLD * s + lost) * GROW + TINY),
-        (rest, (min(abs(less) * h + s * q + h * q * (1.0 / 3.0), 2.0 + h) + TOLD * abs(rest) + lost) * GROW + TINY),
-    )
-
-
-@inner
-def bgrowth(a):
-    """The remainders exp - 1 and exp - 1 - x."""
-    x, h = a
-    plain, rest = growth(x)
-    more, bend = growth(h)
-    return (
-        (plain, ((1.0 + plain) * more + TOLD * (abs(plain) + (1.0 + plain) * more)) * GROW + TINY),
-        (
-            rest,
-            (abs(plain) * h + (1.0 + plain) * bend + TOLD * (abs(rest) + abs(plain) * h + (1.0 + plain) * more)) * GROW + TINY,
-        ),
-    )
-
-
-@inner
-def bangle(phi):
-    """A phase with its cosine less one and its sine, as `angle`."""
-    less, sine, _ = bwave(phi)
-    return phi, less, sine
 
 
 @inner
@@ -188,9 +153,3 @@ def ball_in(c, k):
 def put_ball(c, k, ball):
     """Write a ball."""
     c[k], c[k + 1] = ball
-
-
-@inlined
-def met(x, y, real, imaginary):
-    """The sum of products."""
-    return badd(bmul(x, real), bmul(y, imaginary))

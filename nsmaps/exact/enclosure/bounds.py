@@ -9,9 +9,9 @@ from nsmaps.exact.engine.layout import AT_CHAINS, AT_RATES, CHAIN, CHAINED, POWE
 
 @inner
 def ball_bounds(p, c):
-    """Bounds on |jerk| and |snap| of flights with these coefficients at all times; infinite of flights that grow."""
+    """Bounds on |jerk| and |snap| of flights, whose coefficients begin at c, at all times; infinite of flights that grow."""
     t = p.table
-    n, plain, k, rates = int(t[POWERS]), int(t[SIMPLE]), 0, int(t[AT_RATES])
+    n, plain, k, rates = int(t[POWERS]), int(t[SIMPLE]), c, int(t[AT_RATES])
     jerk, snap = (math.inf, math.inf) if n > 1 else (0.0, 0.0)
     k += 2 * n
     b0, b1, b2, b3 = 0.0, 0.0, 0.0, 0.0
@@ -26,8 +26,8 @@ def ball_bounds(p, c):
         most = math.inf if alpha > 0.0 or (power > 0 and alpha == 0.0) else 1.0
         for m in range(1, power + 1):  # s^n exp(alpha s)/n! is largest at s = -n/alpha
             most *= power / (math.e * -alpha * m) if alpha < 0.0 else 1.0
-        x, y = size(ball_in(c, k)), size(ball_in(c, k + 2))
-        speed, weight = math.hypot(t[rates + 2 * i], t[rates + 2 * i + 1]), math.sqrt(x * x + y * y)
+        x, y = size(ball_in(t, k)), size(ball_in(t, k + 2))
+        speed, weight = math.sqrt(t[rates + 2 * i] ** 2 + t[rates + 2 * i + 1] ** 2), math.sqrt(x * x + y * y)
         first = speed * most + b0
         second = speed * first + b1
         third = speed * second + b2

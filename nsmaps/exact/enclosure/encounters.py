@@ -8,12 +8,13 @@ been there, until none of it can be on its way any more.
 
 import math
 
-from nsmaps.exact.enclosure.balls import NOTHING, badd, between, bmul, bsub, high, low, size
+from nsmaps.exact.enclosure.balls import NOTHING, badd, between, bplus, bsub, high, low, size
 from nsmaps.exact.enclosure.flow import at_time, ball_motion, ball_places, ball_rate
-from nsmaps.exact.enclosure.taylor_set import bent, box_swarm, gap_to, landed, launched, put_swarm, view
-from nsmaps.exact.engine.flow import horizon, walls_of
-from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.march import FAR, INWARD, SIXTH, closes, first_step, safe_step
+from nsmaps.exact.enclosure.landing import bent, gap_to, landed
+from nsmaps.exact.enclosure.taylor_set import box_of, box_swarm, launched, put_swarm, radii, view
+from nsmaps.exact.engine.flow import Flow, evaluate, horizon, walls_of
+from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.engine.march import FAR, INWARD, SIXTH, ahead, closes, first_step, safe_step, settled, stays_clear, taylor_root
 from nsmaps.exact.engine.returns import NO_SPEED
 
 MOST_LEAPS = 400  # steps of one flight of a swarm
@@ -47,75 +48,112 @@ def cubic_root(gap, h, x):
 
 
 @inner
-def passed(p, gap, jerk, s, h, swarm, upper, table, n):
+def passed(p, gap, jerk, s, h, row, upper, table, n):
     """Put the impacts that there may be between s and s + h into row n of a table; returns how many rows there are then."""
     y, u, b, _ = gap
     all_h = between(0.0, h)
-    rate = badd(u, bmul(bent(b, jerk, all_h), all_h))
+    rate = bplus(u, bent(b, jerk, all_h), all_h)
     least = low(y) + min(low(u) * h, 0.0) + 0.5 * h * h * min(low(b) - h * jerk, 0.0)
     if least > 1e-13 * (abs(low(y)) + h * size(u)) or low(rate) >= 0.0:
         return n
     omega = ball_rate(p)
-    phi = badd(swarm[7], bmul(omega, badd((s, 0.0), all_h)))
-    put_swarm(table, n, upper, box_swarm(between(max(-high(rate), 0.0), max(-low(rate), 0.0)), phi), False)
+    phi = bplus(box_of(row)[1], omega, badd((s, 0.0), all_h))
+    put_swarm(table[n], upper, box_swarm(between(max(-high(rate), 0.0), max(-low(rate), 0.0)), phi), False)
     return n + 1
 
 
 @inner
-def touchdown(p, up, flight, swarm, upper, room, gap, s, x, jerk, table, n):
-    """Put the impacts of a swarm that surely meets a wall within 1.25 x into row n of a table, if no rate is near zero then."""
-    root = s + cubic_root(gap, x, 1.25 * x)
-    at_time(p, (root, 0.0))
-    root += cubic_root(gap_to(upper, room, ball_motion(p, p.one, flight[1], 3)), 0.0, 0.25 * x)
-    tau = bsub(between(s, s + 1.25 * x), (root, 0.0))
-    steep, there = landed(p, up, flight, swarm, upper, room, root, tau, jerk)
-    if steep:
-        put_swarm(table, n, upper, there, True)
-    return steep
+def aimed(p, upper, room, s, x, gap, pop):
+    """About when the centre meets a wall, a time x after s or so; only the tightness of what follows rests on it."""
+    flow, root = Flow(p.table, p.table[p.flight :]), s + cubic_root(gap, x, 1.25 * x)
+    for _ in range(3):
+        there = ahead(upper, room[0], room[0], evaluate(flow, root))
+        step, rate = taylor_root(there, -there[0] / there[1])
+        if not abs(step) <= 0.25 * x:
+            break
+        root += step
+        if settled(step, rate, root, pop):
+            break
+    return root
 
 
 @inner
-def first_impacts(p, up, swarm, table):
-    """All that may be the first impacts of a swarm, put into a table: (how its flight ended, rows, spread by x)."""
+def touchdown(p, up, flight, row, upper, room, gap, s, x, jerk, snap, out):
+    """Write the impacts of a swarm that surely meets a wall within 1.25 x: (is no rate near zero then, spread by x)."""
+    pop = snap * (snap / jerk) ** 2 if jerk > 0.0 else 0.0  # about
+    root = aimed(p, upper, room, s, x, gap, pop)
+    return landed(p, up, flight, row, upper, room, (s, s + 1.25 * x), root, jerk, out)
+
+
+@inner
+def keeps_off(gap, jerk, s, h):
+    """Does a gap that does not shrink at first surely stay open for a time h after s."""
+    y, u = low(gap[0]) * INWARD, low(gap[1]) * INWARD
+    return (y > 0.0 or s == 0.0) and stays_clear(y, u, low(gap[2]), jerk, h)
+
+
+@inner
+def steps(has_up, has_down, to_up, to_down, jerk, snap, away):
+    """For how long the gaps to the upper and to the lower wall surely stay open; `away` is known of them, or negative."""
+    h_up = (away[0] if away[0] >= 0.0 else clear_for(to_up, jerk, snap)) if has_up else FAR
+    h_down = (away[1] if away[1] >= 0.0 else clear_for(to_down, jerk, snap)) if has_down else FAR
+    return h_up, h_down
+
+
+@inner
+def onward(p, walls, gaps, clear, jerk, s, row, table, n):
+    """A step of time for which walls stay clear, or a short one whose impacts are put down: (the step, rows of the table)."""
+    (has_up, has_down), (to_up, to_down), (h_up, h_down) = walls, gaps, clear
+    h, pass_by = min(h_up, h_down), passing(to_up if h_up < h_down else to_down)
+    if not h > CLOSER * pass_by:
+        h = max(2.0 * CLOSER * pass_by, 1e-15 * s)
+        if has_up and not h_up > h:
+            n = passed(p, to_up, jerk, s, h, row, True, table, n)
+        if has_down and not h_down > h:
+            n = passed(p, to_down, jerk, s, h, row, False, table, n)
+    return h, n
+
+
+@inlined
+def stays(p, up, base_up, own, row):
+    """May some of a swarm stay on the wall that it just hit, or chatter on it to rest."""
+    slow = up == base_up and low(box_of(row)[0]) * low(ball_rate(p)) <= CHATTERED * -low(own[2])
+    return low(own[2]) <= 0.0 and (max(low(own[1]), 0.0) <= NO_SPEED or slow)
+
+
+@inner
+def first_impacts(p, up, row, table):
+    """All that may be the first impacts of the swarm in a row, put into a table: (how its flight ended, rows, spread by x)."""
     has_up, has_down, base_up = walls_of(p)
-    flight, jerk, snap = launched(p, up, swarm)
+    flight, (a, j), jerk, snap = launched(p, up, row)
     room = bsub(*ball_places(p))
     room_up, room_down = NOTHING if up else room, room if up else NOTHING
-    at_time(p, NOTHING)
-    _, _, a, j = ball_motion(p, p.whole, flight[0], 3)
-    motion = NOTHING, flight[0], a, j
+    motion, s, n, by, narrow = (NOTHING, flight[0], a, j), 0.0, 0, radii(row), True
     own = gap_to(up, NOTHING, motion)
-    u = max(low(own[1]), 0.0)
-    slow = up == base_up and low(swarm[6]) * low(ball_rate(p)) <= CHATTERED * -low(own[2])
-    if low(own[2]) <= 0.0 and (u <= NO_SPEED or slow):
-        return RESTED, 0, swarm[5]
-    away = first_step(u, low(own[2]), low(own[3]), jerk, snap) * INWARD
-    s, n, by = 0.0, 0, swarm[5]
-    for _ in range(MOST_LEAPS):
+    if stays(p, up, base_up, own, row):
+        return RESTED, 0, by
+    first = first_step(max(low(own[1]), 0.0), low(own[2]), low(own[3]), jerk, snap) * INWARD
+    away = (first, -1.0) if up else (-1.0, first)
+    for _ in range(2 * MOST_LEAPS):
         to_up, to_down = gap_to(True, room_up, motion), gap_to(False, room_down, motion)
+        upper = has_up and (not has_down or to_up[1][0] < 0.0)
+        gap, behind, ahead_room = (to_up, to_down, room_up) if upper else (to_down, to_up, room_down)
+        surely, x = closes(high(gap[0]), high(gap[1]), high(gap[2]), high(gap[3]), jerk, snap)
+        if surely and low(gap[0]) > 0.0 and (not (has_up and has_down) or keeps_off(behind, jerk, s, 1.25 * x)):
+            steep, by = touchdown(p, up, flight, row, upper, ahead_room, gap, s, x, jerk, snap, table[n])
+            if steep:
+                return LANDED, n + 1, by
+        if not narrow:
+            motion, by = view(p, flight, s)
+            narrow = True
+            continue
         if (has_up and high(to_up[0]) < 0.0) or (has_down and high(to_down[0]) < 0.0):
             return LANDED, n, by
-        h_up = (away if s == 0.0 and up else clear_for(to_up, jerk, snap)) if has_up else FAR
-        h_down = (away if s == 0.0 and not up else clear_for(to_down, jerk, snap)) if has_down else FAR
-        upper = has_up and (not has_down or to_up[1][0] < 0.0)
-        gap = to_up if upper else to_down
-        surely, x = closes(high(gap[0]), high(gap[1]), high(gap[2]), high(gap[3]), jerk, snap)
-        if surely and (h_up if upper else h_down) > 0.0 and 1.25 * x <= (h_down if upper else h_up):
-            room = room_up if upper else room_down
-            if touchdown(p, up, flight, swarm, upper, room, gap, s, x, jerk, table, n):
-                return LANDED, n + 1, by
-        h = min(h_up, h_down)
-        pass_by = passing(to_up if h_up < h_down else to_down)
-        if not h > CLOSER * pass_by:
-            h = max(2.0 * CLOSER * pass_by, 1e-15 * s)
-            if has_up and not h_up > h:
-                n = passed(p, to_up, jerk, s, h, swarm, True, table, n)
-            if has_down and not h_down > h:
-                n = passed(p, to_down, jerk, s, h, swarm, False, table, n)
-        s += h
-        if not s < horizon(p):
-            return GONE, n, by
-        if n + 2 > len(table):
-            break
-        motion, _, by = view(p, flight, s)
+        clear = steps(has_up, has_down, to_up, to_down, jerk, snap, away)
+        h, n = onward(p, (has_up, has_down), (to_up, to_down), clear, jerk, s, row, table, n)
+        s, away = s + h, (-1.0, -1.0)
+        if not s < horizon(p) or n + 2 > len(table):
+            return SPENT if s < horizon(p) else GONE, n, by
+        at_time(p, (s, 0.0))
+        motion, narrow = ball_motion(p, p.whole, flight[0], 3), False
     return SPENT, n, by

@@ -14,18 +14,18 @@ from nsmaps.exact.enclosure.balls import (
     badd,
     ball_in,
     between,
-    bgrowth,
     bmul,
     bneg,
+    bplus,
     bsub,
-    bwave,
     high,
     low,
     met,
     put_ball,
     rounded,
 )
-from nsmaps.exact.enclosure.chains import applied_chains
+from nsmaps.exact.enclosure.elementary import bwave
+from nsmaps.exact.enclosure.terms import add_rate, add_wave, applied_chains, ball_remainders, polynomial
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.law import written
 from nsmaps.exact.engine.layout import (
@@ -33,6 +33,7 @@ from nsmaps.exact.engine.layout import (
     AT_PARAMETERS,
     AT_POWERS,
     AT_RATES,
+    AT_START,
     AT_TERMS,
     BALL_LAW,
     BOTTOM,
@@ -42,9 +43,11 @@ from nsmaps.exact.engine.layout import (
     HARMONICS,
     LAW,
     PHASE_RATE,
+    POLYNOMIAL,
     POWERS,
     RESTITUTION,
     SIMPLE,
+    SPEED,
     TOP,
 )
 
@@ -54,12 +57,17 @@ PLAIN, BY_PHASE, TWICE, BY_SPEED = range(
 
 
 class BallFlow(NamedTuple):
-    """A table, the coefficients of two sets of flights, and the functions of all rates at one time."""
+    """A table, and where in it, behind all else, there is room.
+
+    It is for the coefficients of a flight in floats, for those of this flight and of a whole set of flights in balls, and for
+    the functions of all rates at one time.
+    """
 
     table: Any
-    one: Any
-    whole: Any
-    basis: Any
+    flight: int
+    one: int
+    whole: int
+    basis: int
 
 
 @inlined
@@ -83,34 +91,32 @@ def ball_rebound(p, up, v):
         return bmul(r, v), r, NOTHING
     values = t.ctypes.data + 8 * int(t[AT_PARAMETERS])
     out = p.basis  # free to be used: it is written anew for every time
-    written(int(t[BALL_LAW + k]), v[0], v[1], values, out.ctypes.data)
-    return ball_in(out, 0), ball_in(out, 2), ball_in(out, 4)
+    written(int(t[BALL_LAW + k]), v[0], v[1], values, t.ctypes.data + 8 * out)
+    return ball_in(t, out), ball_in(t, out + 2), ball_in(t, out + 4)
 
 
 @inlined
-def linear_ball(t, row, at, z, w, derivative):
-    """The value of a row that is linear in the features, or its first or second derivative by the phase."""
-    total = NOTHING
-    if derivative == 0:
-        total = rounded(t[row])
-        if t[row + 1] != 0.0:
-            total = badd(total, bmul(rounded(t[row + 1]), z))
-        if t[row + 2] != 0.0:
-            total = badd(total, bmul(rounded(t[row + 2]), w))
+def linear_ball(t, row, at, z, w):
+    """The value of a row that is linear in the features, and its first and second derivative by the phase."""
+    value, slope, bend = rounded(t[row]), NOTHING, NOTHING
+    if t[row + 1] != 0.0:
+        value = bplus(value, rounded(t[row + 1]), z)
+    if t[row + 2] != 0.0:
+        value = bplus(value, rounded(t[row + 2]), w)
     for m in range(1, int(t[HARMONICS]) + 1):
-        x, y = t[row + 2 * m + 1], t[row + 2 * m + 2]
-        if x == 0.0 and y == 0.0:
+        x, y = rounded(t[row + 2 * m + 1]), rounded(t[row + 2 * m + 2])
+        if x[0] == 0.0 and y[0] == 0.0:
             continue
         less, sine = at[1], at[2]
         if m > 1:
             less, sine, _ = bwave(bmul((float(m), 0.0), at[0]))
         cosine = badd(ONE, less)
-        if derivative == 1:
-            x, y, cosine, sine = m * y, -m * x, cosine, sine
-        elif derivative == 2:
-            x, y = -m * m * x, -m * m * y
-        total = badd(total, badd(bmul(rounded(x), cosine), bmul(rounded(y), sine)))
-    return total
+        here, turned = met(x, y, cosine, sine), met(y, bneg(x), cosine, sine)
+        value = badd(value, here)
+        if m > 1:
+            here, turned = bmul((float(m * m), 0.0), here), bmul((float(m), 0.0), turned)
+        slope, bend = badd(slope, turned), bsub(bend, here)
+    return value, slope, bend
 
 
 @inlined
@@ -120,40 +126,37 @@ def section(t, which):
 
 
 @inner
-def ball_begin(p, c, at, z, w, kinds):
-    """Write the coefficients of flights from phases `at`, place z and velocities w, and so many of their derivatives by phase."""
+def ball_begin(p, c, at, z, w):
+    """Write the coefficients of flights from phases `at`, place z and velocities w, and their derivatives: see `PLAIN`."""
     t = p.table
     width, powers = 3 + 2 * int(t[HARMONICS]), int(t[POWERS])
     rows = powers + 2 * (int(t[SIMPLE]) + int(t[CHAINED]))
-    for kind in range(kinds + 1):
-        row, k = int(t[AT_POWERS]), section(t, kind)
-        for i in range(rows):
-            if i == powers:
-                row = int(t[AT_TERMS])
-            put_ball(c, k, linear_ball(t, row, at, z, w, kind))
-            row, k = row + width, k + 2
-    if t[DAMPED] > 0.0:
-        row, k = int(t[AT_POWERS]), section(t, BY_SPEED)
-        for i in range(rows):
-            if i == powers:
-                row = int(t[AT_TERMS])
-            put_ball(c, k, rounded(t[row + 2]))
-            row, k = row + width, k + 2
+    row, size = int(t[AT_POWERS]), 2 * rows
+    for i in range(rows):
+        if i == powers:
+            row = int(t[AT_TERMS])
+        value, slope, bend = linear_ball(t, row, at, z, w)
+        put_ball(t, c + 2 * i, value)
+        put_ball(t, c + size + 2 * i, slope)
+        put_ball(t, c + 2 * size + 2 * i, bend)
+        put_ball(t, c + 3 * size + 2 * i, rounded(t[row + 2]))
+        row += width
 
 
-@inlined
-def ball_remainders(alpha, omega, s):
-    """For x = (alpha + i omega) s the real and imaginary parts of exp x - 1 - x and of exp x - 1."""
-    if alpha[0] == 0.0 and alpha[1] == 0.0:
-        less, sine, rest = bwave(bmul(omega, s))
-        return less, rest, less, sine
-    x, e = bgrowth(bmul(alpha, s))
-    if omega[0] == 0.0 and omega[1] == 0.0:
-        return e, NOTHING, x, NOTHING
-    turn = bmul(omega, s)
-    less, sine, rest = bwave(turn)
-    whole = badd(ONE, x)
-    return badd(e, bmul(whole, less)), badd(bmul(x, turn), bmul(whole, rest)), badd(x, bmul(whole, less)), bmul(whole, sine)
+@inner
+def centre_begin(p, w):
+    """Write the centres of the coefficients of `one` as those of a flight with a velocity w: see `evaluate`."""
+    t, c = p.table, p.flight
+    t[c + SPEED] = w
+    for i in range(int(t[POWERS]) + 2 * (int(t[SIMPLE]) + int(t[CHAINED]))):
+        t[c + POLYNOMIAL + i] = t[p.one + 2 * i]
+
+
+@inner
+def ball_start(p, at, z, w):
+    """Acceleration and jerk at the start."""
+    row, width = int(p.table[AT_START]), 3 + 2 * int(p.table[HARMONICS])
+    return linear_ball(p.table, row, at, z, w)[0], linear_ball(p.table, row + width, at, z, w)[0]
 
 
 @inner
@@ -161,7 +164,7 @@ def at_time(p, s):
     """Write the time s, then of each rate's function what is left without its tangent and its value at zero, as complex balls."""
     t, b = p.table, p.basis
     plain, rates, chains = int(t[SIMPLE]), int(t[AT_RATES]), int(t[AT_CHAINS])
-    put_ball(b, 0, s)
+    put_ball(t, b, s)
     for i in range(plain + int(t[CHAINED])):
         power, alpha, omega = 0, rounded(t[rates + 2 * i]), rounded(t[rates + 2 * i + 1])
         if i >= plain:
@@ -182,19 +185,11 @@ def at_time(p, s):
                 factor = bmul(bmul(real, s), (1.0 / m, UNIT))
                 imaginary = bmul(bmul(imaginary, s), (1.0 / m, UNIT))
                 real, x, y = factor, factor, imaginary
-        k = 2 + 8 * i
-        put_ball(b, k, x)
-        put_ball(b, k + 2, y)
-        put_ball(b, k + 4, real)
-        put_ball(b, k + 6, imaginary)
-
-
-@inlined
-def turned_by(alpha, omega, x, y):
-    """The coefficients of the rate in time of a function with the coefficients x, y: of x Re + y Im."""
-    if alpha[0] == 0.0:
-        return bmul(omega, y), bneg(bmul(omega, x))
-    return badd(bmul(alpha, x), bmul(omega, y)), bsub(bmul(alpha, y), bmul(omega, x))
+        k = b + 2 + 8 * i
+        put_ball(t, k, x)
+        put_ball(t, k + 2, y)
+        put_ball(t, k + 4, real)
+        put_ball(t, k + 6, imaginary)
 
 
 @inner
@@ -202,51 +197,36 @@ def applied(p, c, which, orders):
     """Displacement and its first rates, as many as `orders` and at most three, of coefficients of a kind: see `PLAIN`."""
     t, b = p.table, p.basis
     n, plain = int(t[POWERS]), int(t[SIMPLE])
-    k, rates, s = section(t, which), int(t[AT_RATES]), ball_in(p.basis, 0)
-    d, v, a, j = NOTHING, NOTHING, NOTHING, NOTHING
-    power, before, last, first = s, ONE, NOTHING, NOTHING  # s^m/m!, and those before it
-    for m in range(2, n + 2):
-        x = ball_in(c, k)
-        k += 2
-        if n == 1:
-            if x[0] != 0.0 or x[1] != 0.0:
-                v = bmul(x, s)
-                d, a = bmul(v, (0.5 * s[0], 0.5 * s[1])), x
-            break
-        power, before, last, first = bmul(bmul(power, s), (1.0 / m, UNIT)), power, before, last
-        d, v, a, j = badd(d, bmul(x, power)), badd(v, bmul(x, before)), badd(a, bmul(x, last)), badd(j, bmul(x, first))
+    k, rates, s = c + section(t, which), int(t[AT_RATES]), ball_in(t, b)
+    total = polynomial(t, k, n, s)
+    k += 2 * n
     for i in range(plain):
-        at = 2 + 8 * i
-        alpha, omega, x, y = rounded(t[rates + 2 * i]), rounded(t[rates + 2 * i + 1]), ball_in(c, k), ball_in(c, k + 2)
-        d = badd(d, met(x, y, ball_in(b, at), ball_in(b, at + 2)))
-        real, imaginary = ball_in(b, at + 4), ball_in(b, at + 6)
-        x, y = turned_by(alpha, omega, x, y)
-        v = badd(v, met(x, y, real, imaginary))
-        if orders > 1:
-            real = badd(ONE, real)
-            x, y = turned_by(alpha, omega, x, y)
-            a = badd(a, met(x, y, real, imaginary))
-            if orders > 2:
-                x, y = turned_by(alpha, omega, x, y)
-                j = badd(j, met(x, y, real, imaginary))
+        at = b + 2 + 8 * i
+        alpha, omega, x, y = rounded(t[rates + 2 * i]), rounded(t[rates + 2 * i + 1]), ball_in(t, k), ball_in(t, k + 2)
+        here, growth = (ball_in(t, at), ball_in(t, at + 2)), (ball_in(t, at + 4), ball_in(t, at + 6))
+        if alpha[0] == 0.0:
+            total = add_wave(total, omega, x, y, here, growth, orders)
+        else:
+            total = add_rate(total, alpha, omega, x, y, here, growth, orders)
         k += 4
     if t[CHAINED] > 0.0:
-        more = applied_chains(p, c, k)
-        d, v, a, j = badd(d, more[0]), badd(v, more[1]), badd(a, more[2]), badd(j, more[3])
-    return d, v, a, j
+        d, v, a, j = total
+        more = applied_chains(p, k)
+        return badd(d, more[0]), badd(v, more[1]), badd(a, more[2]), badd(j, more[3])
+    return total
 
 
 @inlined
 def ball_motion(p, c, w, orders):
     """Displacement since the start and its first rates at the time of `at_time`, from the velocities w: see `applied`."""
     d, v, a, j = applied(p, c, PLAIN, orders)
-    return badd(bmul(w, ball_in(p.basis, 0)), d), badd(w, v), a, j
+    return bplus(d, w, ball_in(p.table, p.basis)), badd(w, v), a, j
 
 
 @inlined
 def by_speed(p, c, orders):
     """Displacement, velocity and acceleration at the time of `at_time` by the velocity of the start."""
-    s = ball_in(p.basis, 0)
+    s = ball_in(p.table, p.basis)
     if p.table[DAMPED] == 0.0:
         return s, ONE, NOTHING
     d, v, a, _ = applied(p, c, BY_SPEED, orders)

@@ -8,7 +8,7 @@ from typing import Any
 import sympy as sp
 
 from nsmaps.errors import ProofError
-from nsmaps.exact.enclosure import balls
+from nsmaps.exact.enclosure import balls, elementary
 from nsmaps.exact.engine.jit import ball_law_of
 
 WAVES = {
@@ -43,7 +43,7 @@ def ball_code(expr: sp.Expr) -> str:
     if isinstance(expr, (sp.tan, sp.sinh, sp.cosh, sp.tanh)):
         return ball_code(expr.rewrite(sp.cos) if isinstance(expr, sp.tan) else expr.rewrite(sp.exp))
     raise ProofError(
-        f"{sp.sstr(expr)} cannot be enclosed over a set of states; accepted: sums, products, powers, sin, cos, tan, exp, log, "
+        f"{sp.sstr(expr)} cannot be enclosed over a set of states; expected: sums, products, powers, sin, cos, tan, exp, log, "
         "sinh, cosh, tanh, abs, max and min"
     )
 
@@ -93,4 +93,4 @@ def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol
 
 @lru_cache(maxsize=256)
 def _compiled(text: str) -> Any:
-    return ball_law_of(text, {name: function for name, function in vars(balls).items() if name.startswith("b")})
+    return ball_law_of(text, {name: found for name, found in {**vars(balls), **vars(elementary)}.items() if name.startswith("b")})

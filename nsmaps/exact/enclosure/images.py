@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, brief
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import TWO_PI, angle_mask
 from nsmaps.errors import StateError
-from nsmaps.exact.impacts import TWO_PI, Floats, angle_mask, decoded
+from nsmaps.exact.words import decoded
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -96,14 +97,13 @@ def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
     parts: dict[int, tuple[NDArray[np.int64], Floats]] = {}
 
     def run(k: slice) -> None:
-        shape = len(start[k]), MOST_IMAGES
-        codes, images = np.zeros(shape, np.int64), np.zeros((*shape, 2, 2))
-        all_box_images(ball_flow(table), start[k], codes, images, number[k], empty[k], bounded[k])
-        images[:, :, 1, 1] += TWO_PI * (1 + 1e-15) * circles[k][:, None]
-        number[k] = np.where(none[k], 0, np.where(bounded[k], number[k], 1))
-        codes[~bounded[k], 0], images[~bounded[k], 0] = 0, (-np.inf, np.inf)
-        kept = np.arange(MOST_IMAGES) < number[k][:, None]
-        parts[k.start] = codes[kept], images[kept]
+        rows = len(start[k]) * MOST_IMAGES  # at most; memory is taken for those that are written
+        codes, images = np.empty(rows, np.int64), np.empty((rows, 2, 2))
+        rows = all_box_images(ball_flow(table), start[k], codes, images, number[k], empty[k], bounded[k])
+        images[:rows, 1, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k])
+        kept = np.repeat(~none[k], number[k])
+        number[k][none[k]] = 0
+        parts[k.start] = codes[:rows][kept], images[:rows][kept]
 
     in_chunks(n, run, CHUNK)
     codes = np.concatenate([np.empty(0, np.int64), *(parts[k][0] for k in sorted(parts))])

@@ -6,7 +6,7 @@ import numpy as np
 
 from nsmaps.exact.enclosure.balls import badd, between, high, low, reduced, size
 from nsmaps.exact.enclosure.encounters import GONE, LANDED, first_impacts
-from nsmaps.exact.enclosure.taylor_set import ROW, SMOOTH, UPPER, box_swarm, get_swarm, put_swarm
+from nsmaps.exact.enclosure.taylor_set import ROW, SMOOTH, UPPER, box_of, box_swarm, get_swarm, put_swarm
 from nsmaps.exact.engine.flow import walls_of
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.returns import spell
@@ -48,7 +48,7 @@ def cell_images(p, v, phi, tables):
     parts, names, hits, codes, images, _ = tables
     has_up, has_down, base_up = walls_of(p)
     base = 5 if has_up and has_down else 4  # of codes, as in `first_return`
-    put_swarm(parts, 0, base_up, box_swarm(v, phi), True)
+    put_swarm(parts[0], base_up, box_swarm(v, phi), True)
     names[0, 0], names[0, 1] = spell(0, 1, base, 1, 1)
     waiting, m = 1, 0
     empty, bounded, smooth, by = False, True, True, (v[1], phi[1])
@@ -57,7 +57,7 @@ def cell_images(p, v, phi, tables):
             break
         waiting -= 1
         code, power = names[waiting, 0], names[waiting, 1]
-        ended, n, spread_by = first_impacts(p, parts[waiting, UPPER] > 0.0, get_swarm(parts, waiting), hits)
+        ended, n, spread_by = first_impacts(p, parts[waiting, UPPER] > 0.0, parts[waiting], hits)
         if ended != LANDED:
             empty, bounded = True, bounded and ended == GONE
         if flights == 0:
@@ -69,13 +69,13 @@ def cell_images(p, v, phi, tables):
             on_base = upper == base_up
             more, next_power = spell(code, power, base, 1 if on_base else 2, 1)
             smooth = smooth and hits[k, SMOOTH] > 0.0
-            swarm = get_swarm(hits, k)
             if on_base:
-                v, phi = swarm[6], swarm[7]
+                v, phi = box_of(hits[k])
                 m = add_image(codes, images, m, more, max(low(v), 0.0), high(v), low(phi), high(phi))
             else:
                 names[waiting, 0], names[waiting, 1] = more, next_power
-                put_swarm(parts, waiting, upper, swarm, hits[k, SMOOTH] > 0.0)
+                for c in range(ROW):
+                    parts[waiting, c] = hits[k, c]
                 waiting += 1
     return m, bounded and waiting == 0 and all_finite(images, m), empty or waiting > 0, smooth, by
 
@@ -87,7 +87,7 @@ def sharpened(p, cell, tables, most):
     A component whose derivatives have no zero in the cell is least and greatest at corners.
     """
     _, _, hits, codes, images, _ = tables
-    _, _, one, d, _, r, v, phi = get_swarm(hits, 0)
+    _, _, one, d, _, r, v, phi = get_swarm(hits[0])
     code, ends, loose = codes[0], tables[5], False
     for k in range(4):
         ends[k] = images[0, k]
@@ -161,7 +161,7 @@ def box_images(p, cells, tables, codes, images):
 
 @entry
 def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
-    """The images of boxes of shape (N, 2, 2), written into the arrays given."""
+    """The images of boxes of shape (N, 2, 2), one after another into `codes` and `images`: how many these are in all."""
     cells, found = np.empty((ALL_CELLS, 4)), np.empty((MOST_IMAGES, 4))
     tables = (
         np.empty((MOST_PARTS, ROW)),
@@ -171,13 +171,20 @@ def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
         np.empty((MOST_IMAGES, 4)),
         np.empty(4),
     )
+    m = 0
     for i in range(len(boxes)):
         _, turns = reduced((0.5 * (boxes[i, 1, 0] + boxes[i, 1, 1]), 0.0))
         cells[0, 0], cells[0, 1] = boxes[i, 0, 0], boxes[i, 0, 1]
         cells[0, 2] = low(badd((boxes[i, 1, 0], 0.0), (-turns[0], turns[1])))
         cells[0, 3] = high(badd((boxes[i, 1, 1], 0.0), (-turns[0], turns[1])))
-        numbers[i], bounded[i], empty[i] = box_images(p, cells, tables, codes[i], found)
+        numbers[i], bounded[i], empty[i] = box_images(p, cells, tables, codes[m : m + MOST_IMAGES], found)
+        if not bounded[i]:
+            numbers[i], codes[m] = 1, 0
+            found[0, 0] = found[0, 2] = -math.inf
+            found[0, 1] = found[0, 3] = math.inf
         for k in range(numbers[i]):
-            images[i, k, 0, 0], images[i, k, 0, 1] = found[k, 0], found[k, 1]
-            images[i, k, 1, 0] = low(badd((found[k, 2], 0.0), turns))
-            images[i, k, 1, 1] = high(badd((found[k, 3], 0.0), turns))
+            images[m, 0, 0], images[m, 0, 1] = found[k, 0], found[k, 1]
+            images[m, 1, 0] = low(badd((found[k, 2], 0.0), turns)) if bounded[i] else found[k, 2]
+            images[m, 1, 1] = high(badd((found[k, 3], 0.0), turns)) if bounded[i] else found[k, 3]
+            m += 1
+    return m

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nsmaps.arrays import Floats
 from nsmaps.exact.enclosure.flow import BallFlow
 from nsmaps.exact.enclosure.formulas import ball_law_address
 from nsmaps.exact.engine import layout
@@ -13,14 +13,15 @@ from nsmaps.exact.flows.formulas import V
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-Floats = NDArray[np.float64]
-
 
 def ball_flow(table: Floats) -> BallFlow:
-    """A table with room for the coefficients of two sets of flights and for the functions of its rates."""
+    """A table with room for the coefficients of a flight and of two sets of flights, and for the functions of its rates."""
     rates = int(table[layout.SIMPLE] + table[layout.CHAINED])
-    rows = 4 * 2 * (int(table[layout.POWERS]) + 2 * rates) + 1
-    return BallFlow(table, np.zeros(rows), np.zeros(rows), np.zeros(8 + 8 * rates))
+    rows = 4 * 2 * (int(table[layout.POWERS]) + 2 * rates)
+    flight, one, whole, basis, end = len(table) + np.cumsum([0, table[layout.FLIGHT_SIZE], rows, rows, 8 + 8 * rates], dtype=int)
+    room = np.zeros(end)
+    room[:flight] = table
+    return BallFlow(room, int(flight), int(one), int(whole), int(basis))
 
 
 def enclosed_table(system: "ImpactSystem") -> Floats:

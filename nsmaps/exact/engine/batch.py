@@ -203,7 +203,7 @@ def land(p, t, n, up):
         s, rate, to_up = t[S + k] + t[STEP + k], t[RATE + k], t[TO_UP + k] > 0.0
         most = abs(t[STEADY + k]) + t[ACCELERATION + k]
         room = 0.0 if to_up == up else room_up + room_down
-        odd = t[ODD + k] > 0.0 or doubtful(rate, size_of(t, k, s), most, room, s * max(abs(t[W + k]), abs(rate)))
+        odd = t[ODD + k] > 0.0 or doubtful(rate, size_of(t, k, s), most, room, s * max(abs(t[W + k]), abs(rate)), 0.0)
         phi, whole = turned(p, t[PHI + k], s)
         t[PHI + k], t[V + k], t[TIME + k], t[TURNS + k] = phi, max(-rate, 0.0), t[TIME + k] + s, t[TURNS + k] + whole
         t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if to_up == base_up or odd else 1.0
@@ -280,18 +280,24 @@ def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangent
 
 
 @entry
-def orbits(p, chatter, states, turns, codes, outcome, time):
-    """Orbits of M states, written behind them into states (n + 1, M, 2); how one ended is repeated to the last."""
+def orbits(p, chatter, states, turns, codes, outcome, time, tangents):
+    """Orbits of M states, written behind them into states (n + 1, M, 2); how one ended is repeated to the last.
+
+    Derivatives are written where `tangents`, shape (n, M, 2, 2), has any rows.
+    """
     n, m = codes.shape
-    none = np.empty((0, 2, 2))
+    none, slopes = np.empty((0, 2, 2)), len(tangents) > 0
     wide = p.table[WIDE] > 0.0 and m >= FEW
     for i in range(n if wide else 0):
-        first_returns(p, states[i], chatter, states[i + 1], turns[i], codes[i], outcome[i], time[i], none)
+        own = tangents[i] if slopes else none
+        first_returns(p, states[i], chatter, states[i + 1], turns[i], codes[i], outcome[i], time[i], own)
     for k in range(m):
         v, phi = states[0, k]
         for i in range(n):
             if not wide:
-                outcome[i, k], v, phi, turns[i, k, 1], time[i, k], codes[i, k], _ = first_return(p, v, phi, chatter, False)
+                outcome[i, k], v, phi, turns[i, k, 1], time[i, k], codes[i, k], d = first_return(p, v, phi, chatter, slopes)
                 turns[i, k, 0], states[i + 1, k, 0], states[i + 1, k, 1] = 0, v, phi
+                if slopes:
+                    tangents[i, k, 0, 0], tangents[i, k, 0, 1], tangents[i, k, 1, 0], tangents[i, k, 1, 1] = d
             if i > 0 and outcome[i, k] == INVALID:
                 outcome[i, k] = outcome[i - 1, k]

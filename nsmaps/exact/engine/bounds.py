@@ -7,10 +7,12 @@ from nsmaps.exact.engine.layout import (
     ACCELERATION,
     AT_CHAINS,
     AT_RATES,
+    AT_TERMS,
     CHAIN,
     CHAINED,
     CRACKLE,
     DRIFT,
+    HARMONICS,
     JERK,
     LOCAL,
     POLYNOMIAL,
@@ -77,3 +79,38 @@ def limits_of_growth(p, s):
         crackle, pop = crackle + x * fifth, pop + x * (speed * fifth + b5)
         b0, b1, b2, b3, b4, b5 = value, first, second, third, fourth, fifth
     return jerk, snap, crackle, pop, reach, most, size
+
+
+@inner
+def sizes_of(t, row, z, w):
+    """A bound on the sum of the absolute values of what a row that is linear in the features adds up, at all phases."""
+    total = abs(t[row]) + abs(t[row + 1] * z) + abs(t[row + 2] * w)
+    for m in range(1, int(t[HARMONICS]) + 1):
+        total += abs(t[row + 2 * m + 1]) + abs(t[row + 2 * m + 2])
+    return total
+
+
+@inner
+def grown(p, z, s, unit):
+    """What an error of `unit` of the numbers that the coefficients of growing terms are added up from becomes until s.
+
+    Next to a saddle's stable manifold these numbers cancel: a bound on the displacement's error in units of its own terms at s
+    would not show what was lost.
+    """
+    t, w, total = p.table, p.flight[SPEED], 0.0
+    plain, width, rates = int(t[SIMPLE]), 3 + 2 * int(t[HARMONICS]), int(t[AT_RATES])
+    for i in range(plain + int(t[CHAINED])):
+        alpha, degree = t[rates + 2 * i], 0
+        if i >= plain:
+            at = int(t[AT_CHAINS]) + CHAIN * (i - plain)
+            alpha, degree = max(alpha, alpha - t[at + 1]), int(t[at])
+        if alpha > 0.0:
+            by, x = math.exp(alpha * s), math.hypot(t[rates + 2 * i], t[rates + 2 * i + 1]) * s
+            share = unit * by
+            if degree == 0:
+                share *= min(0.5 * x * x, 1.0 + (1.0 + x) / by)  # of exp(x) - 1 - x
+            for m in range(1, degree + 1):
+                share *= s / m
+            row = int(t[AT_TERMS]) + 2 * i * width
+            total += share * (sizes_of(t, row, z, w) + sizes_of(t, row + width, z, w))
+    return total

@@ -2,9 +2,10 @@
 
 import math
 
-from nsmaps.exact.engine.bounds import limits
+from nsmaps.exact.engine.bounds import grown, limits
 from nsmaps.exact.engine.flow import evaluate, horizon, start, wall_places, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.engine.layout import LOCAL
 
 MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall for ever
 FAR = 1e300  # a step beyond any horizon
@@ -206,13 +207,14 @@ def see(has_up, has_down, motion, up, room_up, room_down, size):
 
 
 @inlined
-def doubtful(rate, size, most, room, way):
+def doubtful(rate, size, most, room, way, blur):
     """Is an impact within the gap's rounding: an arc beyond the wall, at least rate^2/(2 most) deep, or the way flown to it.
 
-    `size` is that of the displacement's terms, `room` to the wall, zero of that just left, `way` at the speed of the start.
+    `size` is that of the displacement's terms, `room` to the wall, zero of that just left, `way` at the speed of the start, and
+    `blur` what rounding at the start has grown to.
     """
     error = ROUNDING * (size + room)
-    return rate * rate <= 16.0 * error * most or error > CLOUDED * max(room, way)
+    return rate * rate <= 16.0 * (error + blur) * most or error > CLOUDED * max(room, way)
 
 
 @inlined
@@ -230,14 +232,15 @@ def flight(p, up, w):
     A march: no step can carry the gap to either wall through zero, and steps close in on a root at third order. It ends where
     the wall will surely be met, once and without a turn: then the root is refined to rounding. Rounding is counted: the bounds
     are raised, the steps shortened, and a gap is taken less what it may be wrong by, which to the wall just left is relative.
-    Bounds hold for a reach, which is endless but for flights that may grow; no step goes beyond it.
+    Bounds hold for a reach, which is endless but for flights that may grow; no step goes beyond it. What rounding at the start
+    grows to counts too; from where it hides which wall is met on, the flight is undecided, and followed as the floats have it.
     """
-    _, room_up, room_down = rooms(p, up)
+    z, room_up, room_down = rooms(p, up)
     has_up, has_down, _ = walls_of(p)
     two = has_up and has_down
     jerk, snap, _, pop, reach, most, size = limits(p, 0.0)
     jerk, snap, pop = jerk * OUTWARD, snap * OUTWARD, pop * OUTWARD
-    to_up, s, undecided, error, longest = up, 0.0, False, 0.0, horizon(p)
+    to_up, s, undecided, error, longest, growing = up, 0.0, False, 0.0, horizon(p), p.table[LOCAL] > 0.0
     gap = ahead(up, 0.0, 0.0, (0.0, w, *start(p)))
     if gap[1] == 0.0 and gap[2] < 0.0:
         gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero but for rounding
@@ -249,8 +252,9 @@ def flight(p, up, w):
         if surely or (h <= ROUNDING * s and gap[0] <= 0.0):
             s, rate = refine(p, to_up, room_up, room_down, s, h, gap, pop) if surely else (s, gap[1])
             _, _, _, _, _, most, size = limits(p, s)
-            room = 0.0 if to_up == up else room_up + room_down
-            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, size, most, room, s * max(abs(w), abs(rate)))
+            room, way = 0.0 if to_up == up else room_up + room_down, s * max(abs(w), abs(rate))
+            blur = grown(p, z, s, ROUNDING) if growing else 0.0
+            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, size, most, room, way, blur)
         if h <= ROUNDING * s:
             undecided = True  # a graze within rounding: pass it, to where the wall recedes again
             h = 4.0 * ROUNDING * s
@@ -264,6 +268,10 @@ def flight(p, up, w):
             break  # it has grown beyond all numbers
         jerk, snap, pop = jerk * OUTWARD, snap * OUTWARD, pop * OUTWARD
         to_up, gap, error, behind = see(has_up, has_down, evaluate(p, s), up, room_up, room_down, size)
+        if growing:
+            blur = grown(p, z, s, ROUNDING)
+            growing = blur < gap[0] and (blur < behind or not two)
+            undecided, error, behind = undecided or not growing, error + growing * blur, behind - growing * blur
         surely, h = look(two, gap[0] + error, behind, gap, jerk, snap)
         if not surely or 1.5 * h > reach:
             surely, h = False, careful_step(two, max(gap[0] - error, 0.0), behind, gap, jerk, snap)

@@ -184,7 +184,7 @@ def first_return(p, v, phi, chatter, derivative):
         if ended == FOREVER:
             return RESTS, math.nan, math.nan, 0, time, code, lost
         if ended == ESCAPED:
-            return LOST, math.nan, math.nan, 0, math.nan, code, lost
+            return UNDECIDED if undecided else LOST, math.nan, math.nan, 0, math.nan, code, lost
         if ended != IMPACT:
             code, power = spell(code, power, base, letter, 1)
             code, power = spell(code, power, base, walls + (1 if ended == CHATTER else 2), 1)

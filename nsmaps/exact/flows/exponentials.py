@@ -103,7 +103,7 @@ def _expand(expr: sp.Expr, known: dict[sp.Expr, Any]) -> Sum:
     if type(expr) in WAVES or type(expr) in GROWTHS:
         return _exponential(expr, _expand(expr.args[0], known))
     raise SystemDefinitionError(
-        f"{_shown(expr)} cannot be followed in time; accepted: powers of t and sin, cos, exp, sinh, cosh of A + k t, linear in "
+        f"{_shown(expr)} cannot be followed in time; expected: powers of t and sin, cos, exp, sinh, cosh of A + k t, linear in "
         "hit.z and hit.w"
     )
 

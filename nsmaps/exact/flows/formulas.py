@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.written import displacement_of, law_of, walls_of
+from nsmaps.exact.flows.source import displacement_of, law_of, walls_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -92,7 +92,7 @@ def check_symbols(name: str, exprs: list[sp.Expr], parameters: set[sp.Symbol]) -
     unknown = set().union(*(expr.free_symbols for expr in exprs)) - {PHI, Z, W, V} - parameters
     if unknown:
         raise SystemDefinitionError(
-            f"the formulas of {name} have unknown symbols: {', '.join(sorted(map(str, unknown)))}; accepted: the arguments "
+            f"the formulas of {name} have unknown symbols: {', '.join(sorted(map(str, unknown)))}; expected: the arguments "
             "they are given and the system's own parameters"
         )
 
@@ -110,5 +110,5 @@ def check_form(expr: sp.Expr) -> None:
             check_form(part)
     else:
         raise SystemDefinitionError(
-            f"{sp.sstr(expr)} cannot be followed in time; accepted: powers of t and sin, cos, exp, sinh, cosh of A + k t"
+            f"{sp.sstr(expr)} cannot be followed in time; expected: powers of t and sin, cos, exp, sinh, cosh of A + k t"
         )

@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING, Any
 import mpmath as mp
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.engine import layout as at
 from nsmaps.exact.files import place_of
 from nsmaps.exact.flows.exponentials import DIGITS, Expansion, Sum, functional, rates_of
 from nsmaps.exact.flows.formulas import V, Z, check_flight, check_symbols, displacement_at, impact_law, in_symbols
 from nsmaps.exact.flows.laws import law_address
-from nsmaps.exact.written import period_of, walls_of
+from nsmaps.exact.flows.source import period_of, walls_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-Floats = NDArray[np.float64]
 CANCELS = mp.mpf("0.1")  #: two terms with near rates are chained where they cancel to less than this share of them
 NEAR = mp.mpf("0.1")  #: and where their rates differ by less than this share
 SLOW = mp.mpf(

@@ -1,0 +1,243 @@
+"""Outer covers of the maximal invariant set of a map in a window, their recurrent components, and forward invariant sets."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
+from nsmaps.cells.grid import Cells, painted, targets_of
+from nsmaps.cells.transition_graph import graph_of, invariant, order_of, recurrent
+from nsmaps.coordinates import BoxLike
+from nsmaps.enclosures.box_images import Fitted, box_map, name_of
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.enclosure.images import BoxMap
+from nsmaps.progress import beat, shows
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+MOST_CELLS = 4_000_000  #: of one level
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """What one level of a subdivision cost and left."""
+
+    shape: tuple[int, ...]  #: cells an axis
+    cells: int  #: whose images were enclosed
+    kept: int  #: that walks without end pass
+    arcs: int
+    components: int
+    images_time: float  #: seconds
+    graph_time: float  #: seconds
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MorseCover:
+    """Cells that contain all complete orbits in a window, and their recurrent components.
+
+    Every periodic orbit, every chain-recurrent state of the map in the window lies in a cell of a component, and orbits pass
+    from a component to another only as `edges` says. A component need not hold such an orbit: a cover excludes, it does
+    not find.
+    """
+
+    __repr__ = brief
+
+    of: str  #: the map for which this holds, such as "exact map"
+    cells: Cells  #: of the last level
+    numbers: Ints  #: shape (M,), of the cells kept
+    component: Ints  #: shape (M,), the number of each cell's component, the largest is 0; -1 of cells between components
+    edges: Ints  #: shape (E, 2), from a component to another that may be reached from it
+    hulls: Floats  #: shape (K, n, 2), of the components
+    stays: Bools  #: shape (M,), are all images of each cell known to be in the window
+    levels: tuple[Level, ...]
+    finished: bool  #: whether the depth asked for was reached; it is not after an interruption
+
+    @property
+    def boxes(self) -> Floats:
+        """The cells kept, shape (M, n, 2)."""
+        return self.cells.boxes(self.numbers)
+
+    @property
+    def minimal(self) -> tuple[int, ...]:
+        """The components from which no other may be reached: what attracts in the window is in one of them."""
+        return tuple(k for k in range(len(self.hulls)) if k not in self.edges[:, 0])
+
+    @property
+    def share(self) -> float:
+        """Of the window's area, that of the cells in components."""
+        return float((self.component >= 0).sum() / self.cells.size)
+
+    def contains(self, states: ArrayLike) -> Bools:
+        """Which states (N, n) lie in a cell kept."""
+        return np.isin(self.cells.numbers_of(states), self.numbers)
+
+
+@shows
+def morse_sets(
+    map: BoxMap | Fitted,
+    window: BoxLike,
+    depth: int = 5,
+    cells: int | Sequence[int] = 8,
+    *,
+    of: str = "",
+    progress: Callable[[Level], None] | None = None,
+) -> MorseCover:
+    """Cover the maximal invariant set of a map in a window by cells that are halved along every axis `depth` times.
+
+    At each level all cells' images are enclosed in one batch, and an arc leads to every cell that they meet. Cells through
+    which no infinite walk passes, forwards and backwards, contain no complete orbit in the window and are dropped. A cell whose
+    images are not bounded has arcs to all cells. States that leave the window or have no image are followed no further.
+    Ctrl-C ends with the last finished level.
+
+    Args:
+        map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
+        window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
+        cells: of the first level, an axis or each axis.
+        of: name of the map in the result; see `name_of`.
+        progress: called after each level.
+
+    Raises:
+        NsmapsError: the window, depth or number of cells is not valid; the limit of cells or arcs is exceeded.
+    """
+    if depth < 0:
+        raise NsmapsError(f"the depth is {depth}; expected: at least 0")
+    enclosing = box_map(map)
+    stage, levels = _Stage.first(Cells.over(map.coordinates, window, cells)), list[Level]()
+    finished = False
+    try:
+        for _ in range(depth + 1):
+            stage, level = _next(enclosing, stage, len(levels))
+            levels.append(level)
+            beat(2.0 ** (len(levels) - 1 - depth), f"level {len(levels) - 1} of {depth}, {len(stage.numbers)} cells")
+            if progress is not None:
+                progress(level)
+        finished = True
+    except KeyboardInterrupt:
+        if not levels:
+            raise
+    return _cover(stage, tuple(levels), of or name_of(map), finished)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stage:
+    """One level's cells, all of which were enclosed, with their graph."""
+
+    cells: Cells
+    numbers: Ints
+    graph: "csr_matrix | None"
+    component: Ints
+    kept: Bools
+    stays: Bools
+
+    @classmethod
+    def first(cls, cells: Cells) -> "_Stage":
+        """Before the first level: all cells, and no graph."""
+        every = np.ones(cells.size, bool)
+        return cls(cells, np.arange(cells.size), None, np.zeros(cells.size, np.int64), every, every)
+
+
+def _next(map: BoxMap, before: _Stage, number: int) -> tuple[_Stage, Level]:
+    cells, numbers = before.cells, before.numbers
+    if before.graph is not None:
+        cells, numbers = cells.halved(), cells.parts(numbers[before.kept])
+    if len(numbers) > MOST_CELLS:
+        raise NsmapsError(f"level {number} has {len(numbers)} cells; expected: {MOST_CELLS}; take less depth or a smaller window")
+    start = perf_counter()
+    targets = list(targets_of(map, cells, numbers))
+    middle = perf_counter()
+    graph = graph_of(cells, numbers, targets)
+    component = recurrent(graph)
+    kept = invariant(graph, component)
+    stays = np.concatenate([np.zeros(0, bool), *(found.stays for found in targets)])
+    times = middle - start, perf_counter() - middle
+    level = Level(cells.shape, len(numbers), int(kept.sum()), int(graph.nnz), int(component.max(initial=-1)) + 1, *times)
+    return _Stage(cells, numbers, graph, component, kept, stays), level
+
+
+def _cover(stage: _Stage, levels: tuple[Level, ...], of: str, finished: bool) -> MorseCover:
+    assert stage.graph is not None
+    cells, numbers, component, kept = stage.cells, stage.numbers, stage.component, stage.kept
+    count = levels[-1].components
+    hulls = np.array([cells.hull(numbers[component == k]) for k in range(count)]).reshape(count, len(cells.shape), 2)
+    edges = order_of(stage.graph, component)
+    return MorseCover(of, cells, numbers[kept], component[kept], edges, hulls, stage.stays[kept], levels, finished)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Trap:
+    """Cells around a component that are forward invariant under the map if `trapped`."""
+
+    __repr__ = brief
+
+    of: str
+    cells: Cells
+    numbers: Ints  #: shape (M,), ascending
+    added: int  #: cells in addition to those of the component
+    trapped: bool  #: True if the enclosed images of all cells lie in their union
+    reason: str
+
+    @property
+    def boxes(self) -> Floats:
+        """Shape (M, n, 2)."""
+        return self.cells.boxes(self.numbers)
+
+    @property
+    def hull(self) -> Floats:
+        """Shape (n, 2)."""
+        return self.cells.hull(self.numbers)
+
+    def contains(self, states: ArrayLike) -> Bools:
+        """Which states (N, n) lie in one of the cells."""
+        return np.isin(self.cells.numbers_of(states), self.numbers)
+
+
+@shows
+def closed_box(map: BoxMap | Fitted, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
+    """A box of states as a set of cells, such as the start box of a domain: forward invariant if every image is in it.
+
+    Args:
+        box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
+        cells: into which it is divided, an axis or each axis: enclosures of smaller cells are sharper.
+    """
+    grid = Cells.over(map.coordinates, box, cells)
+    out = sum(int((~found.stays).sum()) for found in targets_of(box_map(map), grid, np.arange(grid.size)))
+    said = (
+        f"{out} of {grid.size} cells have images that leave the box, are not bounded or may not exist"
+        if out
+        else "the images of all cells lie in it"
+    )
+    return Trap(of or name_of(map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
+
+
+@shows
+def trap(map: BoxMap | Fitted, cover: MorseCover, component: int = 0) -> Trap:
+    """The cells of a component, joined with all cells that their images meet until nothing is added: a forward invariant set.
+
+    The set is not forward invariant if an image leaves the window, is not bounded, or may not exist; its cells are then those
+    met so far.
+    """
+    if not 0 <= component < len(cover.hulls):
+        raise NsmapsError(f"component {component} of {len(cover.hulls)}; expected: 0 to {len(cover.hulls) - 1}")
+    enclosing, cells = box_map(map), cover.cells
+    inside = np.zeros(cells.size, bool)
+    fresh = cover.numbers[cover.component == component]
+    own, reason = len(fresh), ""
+    while len(fresh) and not reason:
+        inside[fresh] = True
+        met = np.zeros(cells.size, bool)
+        for found in targets_of(enclosing, cells, fresh):
+            lost = int((~found.stays).sum())
+            if lost:
+                images = "have images that leave the window, are not bounded or may not exist"
+                reason = f"{lost} of {len(found.stays)} cells next to it {images}"
+                break
+            met |= painted(cells, found)
+        fresh = np.flatnonzero(met & ~inside)
+    numbers = np.flatnonzero(inside)
+    trapped = not reason
+    said = f"the images of {len(numbers)} cells lie in their union, by enclosure"
+    return Trap(cover.of, cells, numbers, len(numbers) - own, trapped, reason or said)

@@ -1,0 +1,279 @@
+"""The command line: `nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR | show DIR |
+export DIR | new-plugin NAME | schema | cite | bench`.
+
+Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read or the output not be written,
+130 stopped by Ctrl-C, 141 broken pipe.
+Nothing heavy is imported before a command needs it.
+"""
+
+import os
+import shlex
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nsmaps.cli import commands
+from nsmaps.cli.commands import InstalledOnly, MaxHours, MaxMemory, draw_listed, figures_of, say_undrawn
+from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, summary, written
+from nsmaps.cli.terminal import bar as _bar
+from nsmaps.cli.terminal import reported_errors as _reported_errors
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.run import Interrupted
+    from nsmaps.study.study import Study
+
+
+def _studies(beginning: str) -> list[str]:
+    """The installed studies whose name begins so, for the shell to complete."""
+    from nsmaps import plugins
+
+    return [name for name in plugins.study_names() if name.startswith(beginning)]
+
+
+app = typer.Typer(
+    cls=Program,
+    help="Global analysis of non-smooth dynamics: a YAML study in, attracting domains with their verdicts out.",
+    epilog=examples("nsmaps systems", "nsmaps run vi_pair/fp", "nsmaps run --help"),
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+)
+StudyName = Annotated[
+    str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study such as vi_pair/fp.", autocompletion=_studies)
+]
+
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A parameter in place of the study's own, such as r=0.45; may be repeated."),
+]
+
+
+def main() -> None:
+    """The console entry point. NumPy, not loaded yet, is to keep to one core: threads slow its many small problems.
+
+    A warning is a line, without the source that gives it.
+    """
+    import warnings
+
+    warnings.formatwarning = lambda message, category, *_, **__: f"{category.__name__}: {message}\n"
+    for library in ("OPENBLAS", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    with written():
+        app(prog_name="nsmaps")
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        import nsmaps
+
+        typer.echo(f"nsmaps {nsmaps.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(epilog=examples("nsmaps systems"))
+def systems() -> None:
+    """List the installed systems, their parameters and their studies."""
+    import warnings
+
+    from nsmaps import plugins
+
+    names = plugins.system_names()
+    for name in names:
+        with _reported_errors(fatal=False), warnings.catch_warnings():
+            cls = plugins.system_class(name)
+            typer.echo(f"{name}: {_first_sentence(cls.__doc__)}")
+            for parameter, field in cls.model_fields.items():
+                default = "" if field.is_required() else f" (default {field.default})"
+                typer.echo(f"  {parameter:8s} {field.description or ''}{default}")
+            for quantity, description in cls.instead.items():
+                typer.echo(f"  {quantity:8s} {description}")
+            typer.echo(f"  studies: {', '.join(f'{name}/{stem}' for stem in plugins.study_files(name)) or 'none'}")
+    if not names:
+        typer.echo("no system is installed; install a package that gives one, or name a file: path/to/mine.py:Class")
+
+
+@app.command(epilog=examples("nsmaps check vi_pair/fp", "nsmaps check mine.yaml", "nsmaps check vi_pair/pd --set r=0.45"))
+def check(
+    study: StudyName,
+    set_: Settings = None,
+    installed_only: InstalledOnly = False,
+    max_memory: MaxMemory = None,
+    max_hours: MaxHours = None,
+) -> None:
+    """Read a study and say what a run of it would compute, without computing it.
+
+    A study whose system is a class in a file is checked against that class; a warning that the file is executed comes first.
+
+    The memory and time of a run are estimated, and refused beyond a limit, as in a run.
+
+    Each error is reported on one line with file, line, column, what is expected and a near match; the exit code is then 2.
+    A displacement that does not start at its impact is an error too.
+    """
+    from nsmaps.exact.checks import check_start
+    from nsmaps.plugins import is_file
+    from nsmaps.study.limits import check_sizes, total
+    from nsmaps.study.reading.overrides import assignments
+    from nsmaps.study.reading.reader import found_study, made_ready
+    from nsmaps.study.summary import about
+
+    with _reported_errors():
+        read = found_study(study, installed_only)
+        if is_file(read.system) and os.path.isfile(read.system.rpartition(":")[0]):
+            typer.echo(
+                f"runs the file of the system, {read.system}, which can do what you can; not with --installed-only", err=True
+            )
+        read = made_ready(read, assignments(set_ or []))
+        with read.source.located(("system",)):
+            check_start(system := read.system_object())
+        needs = check_sizes(read, system, max_memory, max_hours)
+    typer.echo(f"{read.name}: {read.title}" if read.title else read.name)
+    given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())
+    typer.echo(f"  system: {read.system} ({given or 'parameters as they come'})")
+    for name, text in about(read).items():
+        typer.echo(f"  {name}{text and ': '}{text}")
+    if read.figures:
+        typer.echo(f"  figures: {', '.join(read.figures)}")
+    typer.echo(f"  required: {', '.join(_required(read)) or 'no verdict'}")
+    without = ", ".join(name for name, size in needs.items() if size is None)
+    typer.echo(f"  estimated, to a factor of ten: {total(needs).told()}{f', and what {without} needs' if without else ''}")
+
+
+@app.command(
+    epilog=examples(
+        "nsmaps run vi_pair/fp",
+        "nsmaps run vi_pair/pd --set r=0.45",
+        "nsmaps run mine.yaml --out results",
+        "nsmaps run mine.yaml --out results --resume",
+    )
+)
+def run(
+    study: StudyName,
+    set_: Settings = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The folder to write to.", show_default="runs/<study>", file_okay=False)
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.html.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Resume a run of the same study that was stopped.")] = False,
+    installed_only: InstalledOnly = False,
+    max_memory: MaxMemory = None,
+    max_hours: MaxHours = None,
+) -> None:
+    """Compute what a study names, write it to a folder, and end with a table of verdicts.
+
+    The folder holds report.html, which shows all of it in a browser, and the numbers and arrays for programs. Ctrl-C keeps
+    the steps that are finished. The exit code is 0 if every required verdict holds, 1 if one fails, 2 if the study cannot be
+    read, 130 after Ctrl-C.
+    """
+    with _reported_errors(), _bar(quiet) as progress:
+        progress("imports", 0, 1)
+        begun = perf_counter()
+        from nsmaps.study.reading.overrides import assignments
+        from nsmaps.study.reading.reader import load_study
+        from nsmaps.study.run import Interrupted
+        from nsmaps.study.run import run as compute
+
+        read = load_study(study, assignments(set_ or []), installed_only=installed_only)
+        seconds = {"imports": perf_counter() - begun}
+        folder = out or Path("runs", read.name)
+        try:
+            result = compute(read, folder, progress, resume, max_memory=max_memory, max_hours=max_hours)
+        except Interrupted as stopped:
+            _say_stopped(stopped, study, set_ or [], folder)
+            raise typer.Exit(STOPPED) from None
+        result, spent = _shown(result, folder, progress, not no_figures, not no_report)
+    if not quiet:
+        summary(result)
+        seconds |= result.timings | spent
+        typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
+        typer.echo(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
+    if not result.holds:
+        raise typer.Exit(FAILED)
+
+
+@app.command(epilog=examples("nsmaps bench --returns 2000", "nsmaps bench --start"))
+def bench(
+    returns: Annotated[int, typer.Option(help="First returns to ask of each program.")] = 10_000,
+    start: Annotated[bool, typer.Option("--start", help="Take the time to a first result instead: some minutes.")] = False,
+    out: Annotated[Path | None, typer.Option(help="A folder for bench.md and bench.png, or for start.md.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+) -> None:
+    """Race the exact map of vi_pair against the other programs installed here: time and error on the same first returns."""
+    from nsmaps.bench import BenchResult, figure, run
+    from nsmaps.bench import start as take
+
+    with _reported_errors(), _bar(quiet) as progress:
+        result = take(progress=progress) if start else run(returns=returns, progress=progress)
+    typer.echo(result.table())
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        table = out / ("start.md" if start else "bench.md")
+        table.write_text(result.table() + "\n", encoding="utf-8")
+        drawn = f" and {figure(result, out / 'bench.png')}" if isinstance(result, BenchResult) else ""
+        typer.echo(f"written to {table}{drawn}")
+
+
+def _shown(
+    result: "StudyResult", folder: Path, progress: Callable[[str, float, int], None], figures: bool, report: bool
+) -> "tuple[StudyResult, dict[str, float]]":
+    """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
+    from nsmaps.study.store.archive import amend
+
+    if figures and (names := figures_of(result)):
+        progress("figures", 0, 1)
+        begun = perf_counter()
+        result = draw_listed(result, names, folder)[1]
+        result = replace(result, timings={**result.timings, "figures": perf_counter() - begun})
+        amend(result, folder)
+        say_undrawn(result, names)
+    if not report:
+        return result, {}
+    progress("report", 0, 1)
+    begun = perf_counter()
+    _report(result, folder)
+    return result, {"report": perf_counter() - begun}
+
+
+def _report(result: "StudyResult", folder: Path) -> None:
+    from nsmaps.report.page import write_report
+
+    write_report(result, folder)
+
+
+def _say_stopped(stopped: "Interrupted", study: str, settings: list[str], folder: Path) -> None:
+    """The finished steps of a stopped run, and the command that resumes it."""
+    done = ", ".join(stopped.result.timings) or "nothing"
+    given = [word for setting in settings for word in ("--set", setting)]
+    again = shlex.join(["nsmaps", "run", study, *given, "--out", str(folder), "--resume"])
+    typer.echo(f"stopped; {folder} keeps the finished steps: {done}\nto resume: {again}", err=True)
+
+
+def _required(study: "Study") -> list[str]:
+    follows = [f"parametric: {claim}" for claim in (study.parametric.require if study.parametric else ())]
+    return [*study.require, *follows, *(f"domain {d.name}: {claim}" for d in study.domains for claim in d.require)]
+
+
+def _first_sentence(text: str | None) -> str:
+    return " ".join((text or "no description").split()).split(". ")[0].rstrip(".") + "."
+
+
+def _short(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+commands.add_to(app)

@@ -1,0 +1,182 @@
+"""What commands share: how they end, how they show progress, and the tables that they print.
+
+Escape codes go to a terminal only, and colours not where NO_COLOR is set; what goes to a file or a pipe is plain text.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import typer
+from typer.core import TyperGroup
+
+from nsmaps.errors import NsmapsError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.base import Table as SectionTable
+
+FAILED, BAD, STOPPED, UNREAD = 1, 2, 130, 141  #: exit codes: a required verdict fails, what cannot be read, Ctrl-C, broken pipe
+NARROW = 160  #: columns of a terminal up to which what verdicts say stands below their names, in the whole width
+WIDE = 200  #: columns of a table that goes to a file or a pipe
+
+
+def examples(*lines: str) -> str:
+    """Commands to be tried, in Markdown, below a command's help."""
+    return "Examples:\n\n" + "  \n".join(f"$ {line}" for line in lines)
+
+
+@contextmanager
+def reported_errors(fatal: bool = True) -> Iterator[None]:
+    """An error of nsmaps is printed without a traceback, and ends the program if it is fatal; so does Ctrl-C.
+
+    A fatal error of the operating system, as of a file, is reported too; one that is not fatal concerns the output (`written`).
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo("stopped; nothing more was written", err=True)
+        raise typer.Exit(STOPPED) from None
+    except (NsmapsError, OSError) as error:
+        if isinstance(error, BrokenPipeError) or not (fatal or isinstance(error, NsmapsError)):
+            raise
+        typer.echo(str(error), err=True)
+        if fatal:
+            raise typer.Exit(BAD) from None
+
+
+@contextmanager
+def written() -> Iterator[None]:
+    """Where the output cannot be written the program ends: silently for a broken pipe, else with an error."""
+    try:
+        yield
+        sys.stdout.flush()
+    except OSError as error:
+        with suppress(OSError):  # what is left to be written goes nowhere, so that it is not tried again at the end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise SystemExit(UNREAD) from None
+        typer.echo(f"the output cannot be written: {error.strerror or error}", err=True)
+        raise SystemExit(BAD) from None
+
+
+class Program(TyperGroup):
+    """The commands; each ends where its output cannot be written."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        with written():
+            return TyperGroup.invoke(self, ctx)
+
+
+@contextmanager
+def bar(quiet: bool) -> Iterator[Callable[[str, float, int], None]]:
+    """A progress bar on standard error while it is a terminal; elsewhere nothing at all.
+
+    The time left is that of the step: the finished share of it does not determine that of the steps that follow.
+    """
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from nsmaps.progress import silent
+
+    screen = console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[left]}"))
+    with Progress(*columns, console=screen, transient=True, disable=quiet or not screen.is_terminal) as shown, silent():
+        task = shown.add_task("", total=None, left="")
+        step, since = "", perf_counter()
+
+        def progress(what: str, done: float, total: int) -> None:
+            nonlocal step, since
+            if what != step:
+                step, since = what, perf_counter()
+            share = done - int(done)
+            left = f"{clock((perf_counter() - since) * (1 - share) / share)} left of {what}" if share else ""
+            number = min(int(done) + 1, total)
+            shown.update(task, description=f"{what} ({number} of {total})", completed=done, total=total, left=left)
+
+        yield progress
+
+
+def clock(seconds: float) -> str:
+    """A time as minutes and seconds, with hours where it has any.
+
+    >>> clock(7.2), clock(3725)
+    ('0:08', '1:02:05')
+    """
+    whole = -int(-seconds // 1)
+    hours, minutes = divmod(whole // 60, 60)
+    return f"{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"{minutes}:{whole % 60:02d}"
+
+
+def console(stderr: bool = False) -> "Console":
+    """A console as wide as the terminal, or wide enough for a table in a file."""
+    from rich.console import Console
+
+    screen = Console(stderr=stderr, highlight=False)
+    return screen if screen.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
+
+
+def summary(result: "StudyResult") -> None:
+    """Print the results of a run: a sentence, the tables of its sections, its verdicts, and their summary."""
+    from nsmaps.study.headline import headline
+    from nsmaps.study.summary import tables
+    from nsmaps.study.verdict import conclusion
+
+    typer.echo(f"{result.study.title or result.study.name}\n")
+    if sentence := headline(result):
+        typer.echo(f"{sentence}\n")
+    for table in tables(result):
+        show_table(table)
+    verdict_table(result)
+    typer.echo(f"{conclusion(result)}\n")
+
+
+def _show(table: "Table") -> None:
+    """Print a table as all other text, so that an output that cannot be written is reported once."""
+    screen = console()
+    with screen.capture() as caught:
+        screen.print(table)
+    typer.echo("\n".join(line.rstrip() for line in caught.get().split("\n")), nl=False)
+
+
+def show_table(section_table: "SectionTable") -> None:
+    """Print a table of a section, and the lines below it; one without rows is its lines under its title."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    if section_table.rows:
+        table = Table(*section_table.heads, box=box.SIMPLE, title=section_table.title)
+        for row in section_table.rows:
+            table.add_row(*map(escape, row))
+        _show(table)
+    elif section_table.title and section_table.notes:
+        typer.echo(f"{section_table.title}\n")
+    if section_table.notes:
+        typer.echo("\n".join([*section_table.notes, ""]))
+
+
+def verdict_table(result: "StudyResult") -> None:
+    """Print every verdict, if there is any; on a narrow terminal what it says below its name."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    narrow = console().width <= NARROW
+    heads = ("holds", "verdict") if narrow else ("verdict", "of", "required", "holds", "because")
+    table = Table(*heads, box=box.SIMPLE, title="Verdicts")
+    for verdict in result.verdicts:
+        colour = "green" if verdict.holds else "red" if verdict.required else "yellow"
+        text, _, because = verdict.text.partition(": ")
+        holds, required = f"[{colour}]{text}[/]", "yes" if verdict.required else ""
+        name, map_name, because = map(escape, (verdict.name, verdict.of, because))
+        text_below = f"[bold]{name}[/] ({map_name}{', required' * verdict.required})\n{because}"
+        table.add_row(*((holds, text_below) if narrow else (name, map_name, required, holds, because)))
+    if table.rows:
+        _show(table)

@@ -1,0 +1,172 @@
+"""Pseudo-arclength continuation (Keller 1977) of a curve F(y) = 0 of m equations in m + 1 unknowns.
+
+The unknowns y are in units in which the curve is of order one: lengths and directions are those of this scaled space. Equations
+may have any units, for each is measured by its own gradient.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+
+MAX_CORRECTIONS = 20  #: steps of Newton's method
+ROUNDING = 4e-16  #: of an unknown of order one: the error that a corrected point may keep from Newton's method
+STALLED = 1e-12  #: a step of Newton's method below which one that is no shorter than half the last is rounding
+STRAY = 0.1  #: of a step: how far beside its chord the first point of a closed curve may lie
+
+
+class Point(Protocol):
+    """Values and derivatives of the equations at a point."""
+
+    @property
+    def y(self) -> Floats:
+        """The unknowns, scaled, shape (m + 1,)."""
+
+    @property
+    def residual(self) -> Floats:
+        """The equations, shape (m,)."""
+
+    @property
+    def jacobian(self) -> Floats:
+        """Their derivatives by the unknowns, shape (m, m + 1)."""
+
+
+P = TypeVar("P", bound=Point)
+
+
+class Curve(Protocol[P]):
+    """Equations whose solutions form a curve."""
+
+    def evaluate(self, y: Floats) -> P | None:
+        """The equations at unknowns, shape (m + 1,); None where they have no value."""
+
+    def exists(self, point: P) -> bool:
+        """Whether a solution of the equations is one of what they stand for."""
+
+    def connects(self, one: P, other: P) -> bool:
+        """Whether two neighbouring solutions belong to one smooth curve."""
+
+    def difference(self, one: Floats, other: Floats) -> Floats:
+        """The unknowns `one - other`, angles the shorter way round."""
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """How finely a curve is followed, and between which values of the last unknown."""
+
+    longest: float  #: step, in arclength
+    shortest: float  #: step at which the curve is given up
+    cosine: float  #: least, between the directions at both ends of a step
+    growth: float = 1.5  #: largest, from a step to the next
+    low: float = -np.inf  #: least value of the last unknown; a step that would pass it ends on it
+    high: float = np.inf  #: greatest value of the last unknown
+
+
+@dataclass(frozen=True, slots=True)
+class Step(Generic[P]):
+    """One step along a curve."""
+
+    start: P
+    direction: Floats  #: unit tangent at the start, shape (m + 1,)
+    end: P
+    turned: Floats  #: unit tangent at the end, in the same sense
+    length: float  #: of the step along `direction`
+    last: bool  #: whether it leads to the least or greatest value of the last unknown
+
+
+def scaled_rows(point: Point) -> tuple[Floats, Floats]:
+    """The equations divided by the lengths of their gradients, and these gradients: (residual, jacobian)."""
+    length = np.linalg.norm(point.jacobian, axis=1)
+    length = np.where(length > 0, length, 1.0)
+    return point.residual / length, point.jacobian / length[:, None]
+
+
+def tangent(point: Point, sense: Floats) -> Floats:
+    """The unit tangent of the curve at a point, in the sense of a direction: the null vector of the Jacobian."""
+    along = np.linalg.svd(scaled_rows(point)[1])[2][-1]
+    return np.asarray(along * np.copysign(1.0, along @ sense))
+
+
+def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
+    """The point of a curve in the plane through y with this normal, by Newton's method; None where there is none.
+
+    The method ends when the error that it leaves is below rounding, taken to shrink no faster than by the ratio of the last two
+    steps, or when only rounding is left of a step.
+    """
+    last = np.nan
+    for _ in range(MAX_CORRECTIONS):
+        here = curve.evaluate(y)
+        step = None if here is None else _newton_step(here, normal)
+        if here is None or step is None:
+            return None
+        size, y = float(np.linalg.norm(step)), here.y + step
+        if size <= ROUNDING or size * (size / last) <= ROUNDING or (size <= STALLED and size >= 0.5 * last):
+            there = curve.evaluate(y)
+            return there if there is not None and curve.exists(there) else None
+        last = size
+    return None
+
+
+def _newton_step(point: Point, normal: Floats) -> Floats | None:
+    """The step of Newton's method within the plane that has this normal; None where the equations are singular."""
+    residual, jacobian = scaled_rows(point)
+    try:
+        step = np.linalg.solve(np.vstack([jacobian, normal]), np.append(-residual, 0.0))
+    except np.linalg.LinAlgError:
+        return None
+    return step if np.isfinite(step).all() else None
+
+
+def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> Iterator[Step[P]]:
+    """The steps along a curve from a point on it in a direction, until a step of the shortest length fails.
+
+    It also ends at the least and greatest value of the last unknown. A step is halved where it finds no point, one that is no
+    neighbour, or where the curve turns by too much.
+    """
+    h = control.longest
+    while h > control.shortest:
+        step = _try(curve, start, direction, _to_the_end(start, direction, h, control), control)
+        if step is None:
+            h = _to_the_end(start, direction, h, control) / 2
+            continue
+        yield step
+        if step.last:
+            return
+        gentle = step.turned @ direction > 1 - (1 - control.cosine) / 4
+        h = min(control.growth * step.length, control.longest) if gentle else step.length
+        start, direction = step.end, step.turned
+
+
+def _to_the_end(point: Point, direction: Floats, h: float, control: Control) -> float:
+    """A step, or as much of it as leads to the least or greatest value of the last unknown."""
+    end = control.high if direction[-1] > 0 else control.low
+    left = (end - point.y[-1]) / direction[-1] if direction[-1] else np.inf
+    return float(left) if 0 < left < h else h
+
+
+def _try(curve: Curve[P], start: P, direction: Floats, h: float, control: Control) -> Step[P] | None:
+    """A step of this length, None where it fails."""
+    y, normal = start.y + h * direction, direction
+    if last := not control.low < y[-1] < control.high:
+        y[-1] = control.high if direction[-1] > 0 else control.low
+        normal = np.append(np.zeros(len(y) - 1), 1.0)
+    end = correct(curve, y, normal)
+    if end is None or not curve.connects(start, end) or np.linalg.norm(curve.difference(end.y, start.y)) > 2 * h:
+        return None
+    turned = tangent(end, direction)
+    inside = last or control.low <= end.y[-1] <= control.high
+    return Step(start, direction, end, turned, h, last) if turned @ direction >= control.cosine and inside else None
+
+
+def passes(curve: Curve[P], step: Step[P], point: P, direction: Floats, cosine: float) -> bool:
+    """Whether a step passes a point at which the curve has this direction, as the first one where a curve closes.
+
+    The directions there and at the end of the step may differ by twice the angle that a step may turn by.
+    """
+    chord, back = curve.difference(step.end.y, step.start.y), curve.difference(point.y, step.start.y)
+    share = float(back @ chord) / float(chord @ chord)
+    beside = float(np.linalg.norm(back - share * chord))
+    return 0 < share <= 1 and beside < STRAY * float(np.linalg.norm(chord)) and bool(step.turned @ direction > 2 * cosine**2 - 1)

@@ -1,0 +1,87 @@
+"""Zeros of a test function along a curve that is continued: where a bifurcation or another event lies."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.continuation.core import Curve, P, correct, tangent
+
+PRECISION = 1e-13  #: of the arclength, to which a zero is located
+ASIDE = 1e-3  #: of a step, from where two curves cross to the points beside it
+
+
+@dataclass(frozen=True, slots=True)
+class Zero(Generic[P]):
+    """A zero of a test function along a curve."""
+
+    arclength: float  #: from the start of the step
+    point: P  #: the nearest point of the curve that was found
+    y: Floats  #: the unknowns at the zero, shape (m + 1,): those of `point`, unless two curves cross there
+    error: Floats  #: of these unknowns, as estimated from the last points, shape (m + 1,)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample(Generic[P]):
+    """A point of the curve with the test's value."""
+
+    arclength: float
+    value: float
+    point: P
+
+
+class _Missing(Exception):
+    """Newton's method fails at an arclength."""
+
+
+def locate(curve: Curve[P], start: P, direction: Floats, length: float, test: Callable[[P, Floats], float]) -> Zero[P] | None:
+    """Where, within a length from a point of a curve in a direction, a test of point and unit tangent passes zero.
+
+    By Brent's method. Where Newton's method fails on the way, as where two curves cross, the unknowns are continued to the zero
+    from four points beside it. None where the test has one sign, or the points are not found.
+    """
+    from scipy.optimize import brentq
+
+    known: list[_Sample[P]] = []
+
+    def value(arclength: float) -> float:
+        point = correct(curve, start.y + arclength * direction, direction)
+        if point is None:
+            raise _Missing(arclength)
+        known.append(_Sample(arclength, test(point, tangent(point, direction)), point))
+        return known[-1].value
+
+    try:
+        brentq(value, 0.0, length, xtol=PRECISION, rtol=1e-14)
+    except _Missing as missing:
+        return _crossing(curve, value, known, missing.args[0], length)
+    except ValueError:  # the test has the same sign at both ends
+        return None
+    nearest, next_ = sorted(known, key=lambda sample: abs(sample.value))[:2]
+    change = next_.value - nearest.value
+    slopes = curve.difference(next_.point.y, nearest.point.y) / change if change else np.zeros_like(start.y)
+    return Zero(nearest.arclength, nearest.point, nearest.point.y, np.abs(nearest.value * slopes) + PRECISION)
+
+
+def _crossing(
+    curve: Curve[P], value: Callable[[float], float], known: list[_Sample[P]], arclength: float, length: float
+) -> Zero[P] | None:
+    """As `locate`, where Newton's method fails because two curves cross: from two points on either side of the crossing."""
+    try:
+        for k in (-1, 1, -2, 2):
+            value(arclength + k * ASIDE * length)
+    except _Missing:
+        return None
+    beside = known[-4:]
+    base = beside[0].point.y
+    rows = np.array([curve.difference(sample.point.y, base) for sample in beside])
+    at, error = np.array([extrapolated([sample.value for sample in beside], column) for column in rows.T]).T
+    return Zero(arclength, beside[0].point, base + at, error)
+
+
+def extrapolated(tests: list[float], values: Floats) -> tuple[float, float]:
+    """The value where a test is zero, by the polynomial through all pairs, and how far it is from that without the last."""
+    best, other = (float(np.polynomial.Polynomial.fit(tests[:n], values[:n], n - 1)(0.0)) for n in (len(tests), len(tests) - 1))
+    return best, abs(best - other)

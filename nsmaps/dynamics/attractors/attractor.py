@@ -1,0 +1,185 @@
+"""Attractors as sets of states: found by following orbits, and told when an orbit has come to one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import TWO_PI, angle_mask, wrap
+from nsmaps.dynamics.attractors.distance import distances, extents
+from nsmaps.dynamics.motion import label, magnitudes, periods
+from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
+from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+VISITED = 4000  #: states that stand for an attractor without period
+SAMPLE = 1000  #: last states of an orbit without period that are compared with others
+COMING = 1e-3  #: of magnitudes, within which an orbit that repeats is on its way to a stable cycle
+STAY = 50  #: successive states within the reach of an attractor without period, of an orbit that has come to it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attractor:
+    """A set of states that orbits come to and stay on."""
+
+    coordinates: tuple[str, ...]
+    states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, or states visited
+    period: int  #: in returns; 0 without one
+    label: str  #: the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
+    words: tuple[str, ...]  #: of the return from each state of a period; without one, every word on it
+    reach: float  #: within which, in each coordinate, a state counts as one of it; see `find_attractors`
+    scale: Floats | None = None  #: shape (n,), what the reach counts in, as extents or largest magnitudes; None: the units
+
+    @property
+    def stay(self) -> int:
+        """How many successive states of an orbit that has come here are within its reach."""
+        return 1 if self.period else STAY
+
+    @property
+    def tree(self) -> "KDTree":
+        """Of the states, around the circle."""
+        from scipy.spatial import KDTree
+
+        return KDTree(self.states, boxsize=np.where(angle_mask(self.coordinates), TWO_PI, 0.0))
+
+    def near(self, states: Floats) -> NDArray[np.bool_]:
+        """Which states, shape (N, n), angles in [0, 2 pi), are within its reach; none that is not finite, shape (N,)."""
+        near, scale = np.array(np.isfinite(states).all(axis=1)), 1.0 if self.scale is None else self.scale
+        near[near] = distances(self.states, states[near], self.coordinates, scale, np.inf) <= self.reach
+        return near
+
+    def holds(self, states: Floats) -> bool:
+        """Whether an orbit of these states stays on it: most are within its reach, as rounding and its edge lead some out."""
+        return bool(self.near(states).mean() > 0.5)
+
+
+def own_reach(states: Floats, coordinates: Sequence[str], scale: Floats) -> float:
+    """How far the farthest of the second half of states (K, n) visited in turn is from the first half; inf of less than 50."""
+    half = len(states) // 2
+    return np.inf if len(states) < STAY else float(distances(states[:half], states[half:], coordinates, scale, np.inf).max())
+
+
+def kept(coordinates: tuple[str, ...], states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
+    """The set on which an orbit was found, from states (K, n) in turn, to be compared with others by `may_be_one`.
+
+    Its reach is `near` in the scale, (n,); without a period it is a sample of the last 1000 states, and reaches at least so far.
+    """
+    there = on_circle(states[:period] if period else states[-SAMPLE:], coordinates)
+    reach = near if period else max(near, own_reach(there, coordinates, scale))
+    return Attractor(coordinates, there, period, label, (), reach, scale)
+
+
+def may_be_one(one: Attractor, other: Attractor) -> bool:
+    """Whether two sets of states may be of one attractor: two cycles whose states are all near, or a sample that holds the other.
+
+    Without a period a set is a sample, which another orbit on the same attractor need not come near to; then most of the states
+    of either within the reach of the other do.
+    """
+    if one.period and other.period:
+        return bool(one.near(other.states).all() and other.near(one.states).all())
+    return one.holds(other.states) or other.holds(one.states)
+
+
+def on_circle(states: Floats, coordinates: Sequence[str]) -> Floats:
+    """The states, angles in [0, 2 pi)."""
+    return np.where(angle_mask(coordinates), wrap(states), states)
+
+
+def find_attractors(
+    map: ReturnMap,
+    starts: Floats,
+    transient: int = 1000,
+    tolerance: float = 1e-6,
+    longest: int = 32,
+    known: Sequence[Attractor] = (),
+) -> list[Attractor]:
+    """The attractors that orbits of starts, shape (N, n), have come to after a transient, other than those known.
+
+    Those of a period up to `longest`, in words and within `tolerance` in each coordinate, in radians of an angle, else as a share
+    of its largest magnitude among starts and last states, have the tolerance for their reach. Others are the states that one
+    orbit visits, and reach as far as the farthest of a second half of them is from the first, in shares of their extents, so that
+    no coordinate's unit counts.
+    A stable cycle within 1e-3 of what repeats is found by Newton's method: orbits that come to it slowly repeat far from it.
+    Orbits that end come to none; a transient that was too short makes a set without period.
+    """
+    last = np.array(starts, float)
+    for part in returns_of(map, last, transient):
+        last = part.image[-len(last) :]
+    kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * longest)
+    scale, found = magnitudes(kept.coordinates, np.array(starts, float), kept.states), list[Attractor]()
+    for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
+        if not _is_of(kept, k, (*known, *found)):
+            made = _attractor(map, kept, k, tolerance, scale)
+            made = _closed(map, made) if made and made.period else made
+            found += [made] if made and not any(may_be_one(made, other) for other in (*known, *found)) else []
+    return found
+
+
+def _is_of(kept: Orbit, k: int, attractors: Sequence[Attractor]) -> bool:
+    """Whether an orbit stays on one of the attractors."""
+    tail = on_circle(kept.states[1:, k], kept.coordinates)
+    return any(attractor.holds(tail) for attractor in attractors)
+
+
+def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
+    """The attractor of one orbit: its period, or the states that it visits from there on; None where it ends on the way.
+
+    An orbit that finds a period after all was on a long transient, and is told by that.
+    """
+    made, longest = _periodic(kept, k, tolerance, scale), (len(kept.states) - 1) // 2
+    if made is not None:
+        return made
+    path = orbit(map, kept.final[k : k + 1], VISITED)
+    after = orbit(map, path.final, 2 * longest)
+    if not np.isfinite(after.final).all():
+        return None
+    return _periodic(after, 0, tolerance, scale) or _visited(path)
+
+
+def _periodic(kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
+    """The attractor of one orbit with a period, None of one without."""
+    period = int(periods(kept.states[1:, k], kept.codes[:, k], kept.coordinates, tolerance * scale))
+    if not period:
+        return None
+    words = kept.words[:, k].tolist()
+    name = label(words, _turns(kept, k), period, kept.walls)
+    states = on_circle(kept.states[1 : period + 1, k], kept.coordinates)
+    return Attractor(kept.coordinates, states, period, name, tuple(words[1 : period + 1]), tolerance, scale)
+
+
+def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
+    """The cycle that an orbit with a period is on its way to, by Newton's method: slowly, it may be far beyond the tolerance.
+
+    Of the least period that leads to a stable one within 1e-3 of magnitudes of what was seen; else, as without derivatives, what
+    was seen.
+    """
+    if map.first_return(seen.states, derivative=True).derivative is None:
+        return seen
+    scale = magnitudes(seen.coordinates, seen.states)
+    for period in (q for q in range(1, seen.period + 1) if seen.period % q == 0):
+        found = periodic_orbit(map, seen.states[:period], period, scale=scale)
+        if found.converged and found.exists and found.stable:
+            apart = distances(found.states, seen.states, seen.coordinates, scale, np.inf).max()
+            if apart <= COMING:
+                name = seen.label if period == seen.period else found.label
+                return replace(seen, states=found.states, period=period, label=name, words=found.words)
+    return seen
+
+
+def _visited(path: Orbit) -> Attractor:
+    """The attractor of one orbit without a period, as the states that it visits."""
+    states, words = on_circle(path.states[1:, 0], path.coordinates), path.words[:, 0].tolist()
+    name, every = label(words, _turns(path, 0), 0, path.walls), tuple(sorted(set(words)))
+    scale = extents(states, path.coordinates)
+    return Attractor(path.coordinates, states, 0, name, every, own_reach(states, path.coordinates, scale), scale)
+
+
+def _turns(path: Orbit, k: int) -> list[int]:
+    turns: list[int] = path.turns[:, k, angle_mask(path.coordinates)].sum(axis=-1).tolist()
+    return turns

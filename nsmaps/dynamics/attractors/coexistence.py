@@ -1,0 +1,127 @@
+"""Which attractors of bifurcation diagrams coexist: told apart at each value and matched along the parameter."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain, count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.attractors.attractor import Attractor, kept, may_be_one
+from nsmaps.dynamics.attractors.distance import extents, hausdorff
+from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+from nsmaps.errors import NsmapsError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Span:
+    """Neighbouring values over which one attractor was found and has one name."""
+
+    attractor: int  #: the same number along a sweep, also where its name changes, as at a period doubling
+    label: str  #: such as 1:1/2T
+    low: float  #: least of the values
+    high: float  #: greatest of them
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coexistence:
+    """The attractors that S orbits reached at each of V values, in rising order."""
+
+    values: Floats  #: shape (V,)
+    attractor: NDArray[np.int64]  #: shape (V, S), a number for each attractor; -1 for an orbit that ended
+    labels: NDArray[np.str_]  #: shape (V, S), the name of the attractor, one for each number at a value
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """How many attractors were found at each value, shape (V,)."""
+        return np.array([len(set(row.tolist()) - {-1}) for row in self.attractor])
+
+    @property
+    def spans(self) -> tuple[Span, ...]:
+        """Where each attractor was found under each of its names, by number and value."""
+        found: list[Span] = []
+        for number in range(int(self.attractor.max(initial=-1)) + 1):
+            before = ""
+            for value, row, labels in zip(self.values.tolist(), self.attractor, self.labels, strict=True):
+                label = next(iter(labels[row == number].tolist()), "")
+                if label and label == before:
+                    found[-1] = Span(number, label, found[-1].low, value)
+                elif label:
+                    found.append(Span(number, label, value, value))
+                before = label
+        return tuple(found)
+
+
+def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float = 0.1) -> Coexistence:
+    """The attractors of bifurcation diagrams over the same values, such as one swept up and one swept down.
+
+    Distances are measured in each coordinate by the extent of all states of the diagrams (`extents`, the circle counted). Two
+    orbits with periods have the same attractor at a value if all states of either are near one of the other. An orbit without a
+    period is a sample, of its last 1000 states, which may be of any attractor that it comes near to, as `basins` decides it: it
+    reaches as far as its second half lies from its first, at least `near`, and is one with a cycle or another sample if most
+    states of either are within the reach of the other. A sample of less than 50 states reaches everywhere. So two attractors are
+    told only from orbits that keep apart, and those nearer than their samples show count as one. What has no period may still be
+    a long transient.
+
+    Args:
+        near: share of the extents within which states count as near.
+        step: the largest share by which an attractor moves from a value to the next, where the nearest one goes on.
+
+    Raises:
+        NsmapsError: no diagrams, or of other values; shares that are not above 0.
+    """
+    if not diagrams or any(not np.array_equal(np.sort(each.values), np.sort(diagrams[0].values)) for each in diagrams):
+        raise NsmapsError("the diagrams have not the same values; expected: one or more diagrams over the same values")
+    if not (near > 0 and step > 0):
+        raise NsmapsError(f"near is {near}, step {step}; expected: shares of the extents above 0")
+    orders = [np.argsort(each.values, kind="stable") for each in diagrams]
+    states, labels, held, period = (
+        np.concatenate([getattr(each, name)[order] for each, order in zip(diagrams, orders, strict=True)], axis=1)
+        for name in ("states", "labels", "held", "period")
+    )
+    numbers, names = np.full(held.shape, -1), labels.astype(object)
+    if held.any():
+        coordinates = diagrams[0].coordinates
+        scale = extents(states[held].reshape(-1, len(coordinates)), coordinates)
+        last: dict[int, Attractor] = {}
+        for k, there in enumerate(held):
+            every = zip(states[k], period[k].tolist(), labels[k].tolist(), strict=True)
+            sets = [kept(coordinates, *each, near, scale) for each, on in zip(every, there, strict=True) if on]
+            groups = _groups(sets)
+            last = _numbered([_shown([sets[s] for s in group]) for group in groups], last, numbers.max() + 1, scale, step)
+            for (number, shown), group in zip(last.items(), groups, strict=True):
+                own = np.flatnonzero(there)[group]
+                numbers[k, own], names[k, own] = number, shown.label
+    return Coexistence(np.sort(diagrams[0].values), numbers, names.astype(str))
+
+
+def _groups(sets: list[Attractor]) -> list[list[int]]:
+    """Which of the sets may be of one attractor, through others too, by their places."""
+    groups: list[list[int]] = []
+    for s, own in enumerate(sets):
+        alike = [group for group in groups if any(may_be_one(sets[other], own) for other in group)]
+        groups = [group for group in groups if group not in alike] + [sorted([*chain(*alike), s])]
+    return sorted(groups)
+
+
+def _shown(sets: list[Attractor]) -> Attractor:
+    """That of some sets of one attractor which stands for it: of the least period, else C, the most general name."""
+    return min(sets, key=lambda each: (each.period or np.inf, each.label != "C"))
+
+
+def _numbered(sets: list[Attractor], last: dict[int, Attractor], unused: int, scale: Floats, step: float) -> dict[int, Attractor]:
+    """Sets of states by number, in their order: that of the last one which goes on, the nearest pairs first, else an unused."""
+    pairs = sorted(
+        (hausdorff(old.states, new.states, new.coordinates, scale), number, i)
+        for number, old in last.items()
+        for i, new in enumerate(sets)
+    )
+    known: dict[int, int] = {}
+    for apart, number, i in pairs:
+        samples = not (last[number].period or sets[i].period)
+        goes_on = may_be_one(last[number], sets[i]) if samples else apart <= step
+        if goes_on and i not in known and number not in known.values():
+            known[i] = number
+    fresh = count(unused)
+    return {known[i] if i in known else next(fresh): each for i, each in enumerate(sets)}

@@ -1,0 +1,72 @@
+"""How far apart two attractors are, and how far a set of states extends."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import TWO_PI, angle_mask, as_states, wrap
+from nsmaps.errors import StateError
+
+FLAT = 0.01  #: of the largest magnitude of a coordinate, of an angle the circle: an extent below it is no scale
+
+
+def extents(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
+    """How far a set of states extends in each coordinate, shape (n,), always above 0: what their distances are measured in.
+
+    Of an angle it is the shortest arc that holds all. States that nearly agree have no extent of their own: it is at least 1 % of
+    the largest magnitude, of an angle 1 % of the circle; 1 where every state is 0.
+
+    Args:
+        states: shape (N, n), at least one; angles on any turn.
+
+    Raises:
+        StateError: a set of another shape, empty, or with states that are not finite.
+    """
+    x, circle = _placed(states, coordinates), angle_mask(coordinates)
+    ordered = np.sort(x, axis=0)
+    gaps = np.diff(ordered, axis=0, append=ordered[:1] + TWO_PI)
+    extent = np.where(circle, TWO_PI - gaps.max(axis=0), np.ptp(x, axis=0))
+    extent = np.maximum(extent, FLAT * np.where(circle, TWO_PI, np.abs(x).max(axis=0)))
+    return np.where(extent > 0, extent, 1.0)
+
+
+def hausdorff(a: ArrayLike, b: ArrayLike, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> float:
+    """The Hausdorff distance of two sets of states: how far the farthest of either is from the nearest of the other.
+
+    Distances are in the coordinates' units, or in a scale of them, angles the shorter way round.
+
+    Args:
+        a, b: shapes (N, n) and (M, n), at least one state each; angles on any turn.
+        scale: shape (n,), what each coordinate is measured in, such as `extents`.
+        p: of the norm: 2 the Euclidean one, infinity the farthest coordinate.
+
+    Raises:
+        StateError: sets of another shape, empty, or with states that are not finite.
+    """
+    sets = [_placed(states, coordinates) for states in (a, b)]
+    return max(float(distances(x, y, coordinates, scale, p).max()) for x, y in (sets, reversed(sets)))
+
+
+def distances(known: Floats, states: Floats, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> Floats:
+    """How far each of N states (N, n) is from the nearest of known ones (M, n), in a scale (n,), shape (N,).
+
+    Args:
+        known, states: angles in [0, 2 pi).
+        scale: what each coordinate is measured in.
+        p: of the norm: 2 the Euclidean one, infinity the farthest coordinate.
+    """
+    from scipy.spatial import KDTree
+
+    unit = np.broadcast_to(np.asarray(scale, float), len(coordinates))
+    around = np.where(angle_mask(coordinates), np.nextafter(TWO_PI / unit, np.inf), 0.0)  # above every state, rounded too
+    return np.asarray(KDTree(known / unit, boxsize=around).query(states / unit, p=p)[0])
+
+
+def _placed(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
+    x = as_states(states, coordinates)
+    if not len(x) or not np.isfinite(x).all():
+        raise StateError(
+            f"a set of {len(x)} states, {int(np.isfinite(x).all(axis=1).sum())} of them finite; expected: all, at least one"
+        )
+    return np.where(angle_mask(coordinates), wrap(x), x)

@@ -1,0 +1,94 @@
+"""A branch of periodic orbits in one parameter: as a result, and while it is followed."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats, brief
+from nsmaps.dynamics.continuation.events import Event
+from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
+from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.exact.returns import Returns
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Branch:
+    """A branch of periodic orbits of q returns: K orbits of n coordinates in the order of the branch."""
+
+    __repr__ = brief
+
+    returns: Returns  #: of the K q states, those of an orbit one after the other, with derivatives
+    period: int  #: q
+    tolerance: float  #: of the residuals
+    parameter: Floats  #: shape (K,)
+    arclength: Floats  #: shape (K,), from the first; the parameter's range, the largest speed of the first and a radian count one
+    events: tuple[Event, ...]  #: in the order of the branch
+    ended: str  #: why it ends where it does
+
+    @classmethod
+    def empty(cls, orbit: PeriodicOrbit, ended: str) -> "Branch":
+        """One without orbits, where what was taken for one is none."""
+        none = orbit.returns.select(np.arange(0))
+        return cls(none, len(orbit.states), orbit.tolerance, np.empty(0), np.empty(0), (), ended)
+
+    @property
+    def orbits(self) -> tuple[PeriodicOrbit, ...]:
+        """The K orbits."""
+        rows = np.arange(len(self.returns)).reshape(-1, self.period)
+        return tuple(PeriodicOrbit(self.returns.select(own), self.tolerance) for own in rows)
+
+    @property
+    def points(self) -> Floats:
+        """The states, shape (K, q, n), angles in [0, 2 pi)."""
+        return self.returns.start.reshape(-1, self.period, self.returns.start.shape[1])
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The words of their returns, shape (K, q)."""
+        return self.returns.words.reshape(-1, self.period)
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Shape (K, n), the largest first."""
+        return np.array([orbit.multipliers for orbit in self.orbits], complex).reshape(-1, self.returns.start.shape[1])
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether every multiplier lies within the unit circle, shape (K,)."""
+        return np.asarray((np.abs(self.multipliers) < 1).all(axis=1))
+
+    @property
+    def labels(self) -> NDArray[np.str_]:
+        """The motions n:m/pT, shape (K,)."""
+        return np.array([orbit.label for orbit in self.orbits], str)
+
+    def of_kind(self, kind: str) -> tuple[Event, ...]:
+        """The events of one kind, such as `fold`."""
+        return tuple(event for event in self.events if event.kind == kind)
+
+
+@dataclass(frozen=True, slots=True)
+class GrowingBranch:
+    """A branch while it is followed: every point that was reached, and its arclength."""
+
+    curve: OrbitCurve
+    points: list[OrbitPoint] = field(default_factory=list)
+    arclength: list[float] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+    def add(self, point: OrbitPoint, step: float) -> None:
+        """Add a point a step behind the last one."""
+        self.points.append(point)
+        self.arclength.append((self.arclength[-1] if self.arclength else 0.0) + step)
+
+    def branch(self, ended: str, least: float) -> Branch:
+        """The result, without points that crowd where steps grew small."""
+        kept = [0]
+        for k in range(1, len(self.points)):
+            if k == len(self.points) - 1 or self.arclength[k] - self.arclength[kept[-1]] >= least:
+                kept.append(k)
+        points = [self.points[k] for k in kept]
+        parameter, arclength = np.array([point.value for point in points]), np.array([self.arclength[k] for k in kept])
+        returns = Returns.concatenated([point.orbit.returns for point in points])
+        return Branch(returns, self.curve.period, self.curve.tolerance, parameter, arclength, tuple(self.events), ended)

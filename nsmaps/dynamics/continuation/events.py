@@ -1,0 +1,134 @@
+"""Where along the curve of a periodic orbit a multiplier passes the unit circle, or the orbit ceases to be."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.continuation.core import Step, correct, tangent
+from nsmaps.continuation.zeros import ASIDE, PRECISION, locate
+from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
+from nsmaps.dynamics.motion import differences
+from nsmaps.dynamics.periodic import PeriodicOrbit
+
+DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
+HALVING = "period halving"
+GRAZING, DOMAIN = "grazing", "end of the valid domain"
+ROUNDING = 1e-13  #: of the largest multiplier, below which another is not known
+CONSERVED = 1e-9  #: a test that stays within this is zero but for rounding, as of area where a map preserves it
+COARSEST = 1e-8  #: of the range of the parameter, to which an event must be located
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Event:
+    """What happens to a periodic orbit at a value of the parameter.
+
+    A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (a multiplier passes 1 elsewhere),
+    `Neimark-Sacker` (a pair leaves the unit circle), `period halving` (a doubled cycle ends on the one it came from), `grazing`
+    (an impact speed or a clearance falls to zero and the words change) or `end of the valid domain` (there is no map beyond).
+    """
+
+    kind: str
+    parameter: float
+    precision: float  #: of the parameter, as estimated from the last steps towards it
+    orbit: PeriodicOrbit  #: there; of a grazing or the domain's end, the last one before it
+    detail: str = ""  #: which margin falls to zero, why there is no map, or that an event was passed but not located
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Of the orbit, shape (n,)."""
+        return self.orbit.multipliers
+
+
+def _known(point: OrbitPoint) -> NDArray[np.complex128]:
+    """The multipliers, zero for those that are rounding of the largest: as of a long cycle deep in chaos, told as any number."""
+    values = point.orbit.multipliers
+    return np.where(np.abs(values) > ROUNDING * np.abs(values[0]), values, 0)
+
+
+def _doubling(point: OrbitPoint, _: Floats) -> float:
+    return float(np.prod(1 + _known(point)).real)
+
+
+def _fold(_: OrbitPoint, along: Floats) -> float:
+    return float(along[-1])
+
+
+def _one(point: OrbitPoint, _: Floats) -> float:
+    return float(np.prod(1 - _known(point)).real)
+
+
+def _torus(point: OrbitPoint, _: Floats) -> float:
+    """The product of (a b - 1) over pairs of multipliers."""
+    values = _known(point)
+    i, j = np.triu_indices(len(values), 1)
+    return float(np.prod(values[i] * values[j] - 1).real)
+
+
+Test = Callable[[OrbitPoint, Floats], float]
+TESTS: dict[str, Test] = {DOUBLING: _doubling, FOLD: _fold, BRANCH_POINT: _one, TORUS: _torus}
+
+
+def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -> list[Event]:
+    """The events of these kinds within a step along a curve, in order.
+
+    A doubled cycle that ends on the one it came from is reported whether or not it is among the kinds.
+    """
+    found: list[tuple[float, Event]] = []
+    ends = {kind: (test(step.start, step.direction), test(step.end, step.turned)) for kind, test in TESTS.items()}
+    passed = {kind for kind, (a, b) in ends.items() if (a * b < 0 or a != 0 == b) and max(abs(a), abs(b)) > CONSERVED}
+    if FOLD in passed:
+        passed.discard(BRANCH_POINT)
+        if swapped(curve, step.start, step.end):
+            passed = {HALVING}
+    for kind in passed & {*kinds, HALVING}:
+        if kind == HALVING:
+            known = halving(curve, step)
+        elif ends[kind][1] == 0:
+            known = step.length, step.end, float(PRECISION * curve.unit + np.spacing(abs(step.end.value)))
+        else:
+            known = located(curve, step.start, step.direction, step.length, TESTS[kind])
+        s, point, precision = known or (step.length, step.end, abs(step.end.value - step.start.value))
+        if kind != TORUS or np.abs(point.orbit.multipliers.imag).max() > 0:  # else two real ones whose product is one
+            detail = "" if known else "not located: somewhere in the step before this orbit"
+            found.append((s, Event(kind, point.value, precision, point.orbit, detail)))
+    return [event for _, event in sorted(found, key=lambda pair: pair[0])]
+
+
+def located(curve: OrbitCurve, at: OrbitPoint, along: Floats, h: float, test: Test) -> tuple[float, OrbitPoint, float] | None:
+    """The arclength within h of a point at which a test passes zero, the point there, and the precision of its parameter.
+
+    None where it is not found, or known to less than a share of 1e-8 of the parameter's range.
+    """
+    zero = locate(curve, at, along, h, test)
+    if zero is None:
+        return None
+    point = zero.point
+    if zero.y is not point.y:  # two branches cross: the orbit is one beside the crossing
+        point = replace(point, value=float(zero.y[-1] * curve.unit))
+    precision = float(zero.error[-1] * curve.unit + np.spacing(abs(point.value)))
+    return (zero.arclength, point, precision) if precision <= COARSEST * curve.unit else None
+
+
+def swapped(curve: OrbitCurve, at: OrbitPoint, new: OrbitPoint) -> bool:
+    """Whether the halves of a cycle change places between neighbours on its branch."""
+    q = curve.period
+    rolled = curve.y(np.roll(new.orbit.states, q // 2, axis=0), new.value)
+    other, same = (float(np.linalg.norm(curve.difference(at.y, y))) for y in (rolled, new.y))
+    return q % 2 == 0 and other < (1 + ASIDE) * same  # or are one, where they change places
+
+
+def halving(curve: OrbitCurve, step: Step[OrbitPoint]) -> tuple[float, OrbitPoint, float] | None:
+    """Where within a step a cycle has half its period, as of `located`: at a doubling of the cycle of half the period."""
+    half, at = replace(curve, period=curve.period // 2), step.start
+    first, second = np.split(at.orbit.states, 2)
+    middle = first + differences(second, first, curve.coordinates) / 2
+    upward = np.append(np.zeros(middle.size), 1.0)
+    here = correct(half, half.y(middle, at.value), upward)
+    if here is None:
+        return None
+    along = tangent(here, upward)
+    before = correct(half, here.y - step.length * along, along)
+    return located(half, before, along, 2 * step.length, TESTS[DOUBLING]) if before else None

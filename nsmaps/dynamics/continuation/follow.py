@@ -1,0 +1,231 @@
+"""Branches of periodic orbits in one parameter, around folds, with what happens to them on the way."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.continuation.core import Control, correct, follow, passes, tangent
+from nsmaps.continuation.zeros import extrapolated
+from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
+from nsmaps.dynamics.continuation.events import COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, TESTS, Event, between
+from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
+from nsmaps.dynamics.motion import magnitudes
+from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.errors import NsmapsError
+from nsmaps.progress import shows
+
+BEND = 0.98  #: least cosine between the directions at both ends of a step
+SMALLEST = 1e-9  #: step, of the range of the parameter, at which a branch is given up
+CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends as it falls is taken to end there
+CLOSED = "closed"  #: how a branch ends that comes back to its first orbit
+MARGINS = ("a clearance", "an impact speed")
+
+
+@dataclass(frozen=True, slots=True)
+class _Extent:
+    """How finely and how long a branch is followed."""
+
+    step: float  #: longest, in arclength
+    most: int  #: orbits
+    until: Collection[str]  #: kinds of events at which the branch is left
+    kinds: Collection[str]  #: those that are looked for
+
+
+@shows
+def continue_branch(
+    map_of: Callable[[float], ReturnMap],
+    orbit: PeriodicOrbit,
+    value: float,
+    within: tuple[float, float],
+    toward: Literal["up", "down"] = "up",
+    step: float = 0.02,
+    most: int = 2000,
+    until: Collection[str] = (),
+    tolerance: float = 1e-10,
+    kinds: Collection[str] = tuple(TESTS),
+) -> Branch:
+    """The branch of a periodic orbit by pseudo-arclength continuation, around folds, with its events located.
+
+    All its orbits make the words of the first, by the map's own first returns: none has an earlier impact that is overlooked. It
+    ends at the end of the range, where the words change (`grazing`), where there is no map, after an event of `until`, where it
+    closes, or is lost. Two events of one kind within a step escape notice: a smaller `step` finds them.
+
+    Args:
+        map_of: the return map at a value of the parameter; a ValueError says that there is none.
+        orbit: at, or near, the value, with all its states.
+        value: of the parameter.
+        within: least and greatest value of the parameter; their difference is the unit of its arclength, in which speeds
+            count as shares of the largest on the orbit (or its guess) and phases in radians.
+        toward: larger or smaller values at first.
+        step: longest, in arclength.
+        most: orbits.
+        until: kinds of events, see `Event`.
+        tolerance: largest residual of an orbit, as a share of the same.
+        kinds: of the events that are located. What a branch ends at is always told.
+
+    Raises:
+        NsmapsError: arguments that are not accepted. An orbit that does not converge makes a branch without orbits.
+    """
+    extent = _extent(within, value, step, most, until, kinds)
+    curve = _curve(map_of, orbit, len(orbit.states), within, tolerance)
+    upward = np.zeros(orbit.states.size + 1)
+    upward[-1] = 1.0 if toward == "up" else -1.0
+    start = correct(curve, curve.y(orbit.states, value), upward)
+    if start is None:
+        why = curve.missing(value) or f"Newton's method does not converge{_lost(curve, orbit, value)}"
+        return Branch.empty(orbit, f"no orbit at {value:.9g}: {why}")
+    return _follow(curve, start, tangent(start, upward), extent, fresh=False)
+
+
+@shows
+def doubled_branch(
+    map_of: Callable[[float], ReturnMap],
+    event: Event,
+    within: tuple[float, float],
+    step: float = 0.02,
+    most: int = 2000,
+    until: Collection[str] = (),
+    tolerance: float = 1e-10,
+    kinds: Collection[str] = tuple(TESTS),
+) -> Branch:
+    """The branch of cycles of twice the period that begins at a period doubling; other arguments as `continue_branch`.
+
+    It leaves in the direction (u, -u) of the eigenvector of the multiplier -1, with the parameter at rest.
+
+    Raises:
+        NsmapsError: the event is no period doubling, or other arguments are not accepted.
+    """
+    if event.kind != DOUBLING:
+        raise NsmapsError(f"the event is a {event.kind}; expected: a {DOUBLING}")
+    extent = _extent(within, event.parameter, step, most, until, kinds)
+    orbit = event.orbit
+    values, vectors = np.linalg.eig(orbit.derivative)
+    u = [vectors[:, np.argmin(np.abs(values + 1))].real]
+    assert orbit.returns.derivative is not None
+    for derivative in [*orbit.returns.derivative, *orbit.returns.derivative][:-1]:
+        u.append(derivative @ u[-1])
+    curve = _curve(map_of, orbit, 2 * len(orbit.states), within, tolerance)
+    along = np.append(np.ravel(u / curve.scale), 0.0)
+    along /= np.linalg.norm(along)
+    start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), event.parameter))
+    assert start is not None
+    return _follow(curve, start, along, extent, fresh=True)
+
+
+@shows
+def cascade(
+    map_of: Callable[[float], ReturnMap],
+    orbit: PeriodicOrbit,
+    value: float,
+    within: tuple[float, float],
+    toward: Literal["up", "down"] = "up",
+    doublings: int = 4,
+    step: float = 0.02,
+) -> tuple[Branch, ...]:
+    """The branches from an orbit to its first period doubling, from there to the next, and so on.
+
+    As many as there are doublings, or fewer: the last one then says why it ended without one. Steps shrink with the period.
+    Arguments and errors as `continue_branch`.
+    """
+    first = continue_branch(map_of, orbit, value, within, toward, step, until=(DOUBLING,))
+    return first, *doublings_of(map_of, first, within, doublings - 1, step)
+
+
+def doublings_of(
+    map_of: Callable[[float], ReturnMap],
+    branch: Branch,
+    within: tuple[float, float],
+    most: int,
+    step: float = 0.02,
+    kinds: Collection[str] = tuple(TESTS),
+) -> tuple[Branch, ...]:
+    """At most so many branches of doubled cycles: from the first period doubling of a branch to the next, and so on.
+
+    `step` is that of the branch given, and shrinks with the period; others as `doubled_branch`.
+    """
+    branches = [branch]
+    while len(branches) <= most and (found := branches[-1].of_kind(DOUBLING)):
+        step /= 2
+        branches.append(doubled_branch(map_of, found[0], within, step, until=(DOUBLING,), kinds=kinds))
+    return tuple(branches[1:])
+
+
+def _curve(
+    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, period: int, within: tuple[float, float], tolerance: float
+) -> OrbitCurve:
+    """The curve of orbits near one, whose coordinates are shares of the same as in the residual of that one."""
+    coordinates = orbit.returns.coordinates
+    scale = magnitudes(coordinates, orbit.states) if orbit.scale is None else orbit.scale
+    return OrbitCurve(map_of, period, *within, tolerance, coordinates, scale)
+
+
+def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent, fresh: bool) -> Branch:
+    """The branch from a point in a direction; a fresh one starts where two branches cross and tests mean nothing."""
+    grown, last, ended = GrowingBranch(curve), along, ""
+    grown.add(start, 0.0)
+    control = Control(extent.step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit)
+    for step in follow(curve, start, along, control):
+        events = [] if fresh else between(curve, step, extent.kinds)
+        grown.events.extend(events)
+        ended = next((event.kind for event in events if event.kind in (*extent.until, HALVING)), "")
+        if ended != HALVING:  # beyond it lie the same cycles, their halves swapped
+            grown.add(step.end, step.length)
+        if not ended and step.last:
+            ended = f"the range ends at {step.end.value:g}"
+        elif not ended and len(grown.points) > 3 and passes(curve, step, start, along, BEND):
+            ended = CLOSED
+        elif not ended and len(grown.points) >= extent.most:
+            ended = f"{extent.most} orbits"
+        if ended:
+            break
+        last, fresh = step.turned, False
+    return grown.branch(ended or _end(grown, last), extent.step / 50)
+
+
+def _end(grown: GrowingBranch, along: Floats) -> str:
+    """Why a branch cannot be followed beyond its last point; if it is an event, that is added to it."""
+    last, unit = grown.points[-1], grown.curve.unit
+    if told := grown.curve.missing(last.value + 10 * SMALLEST * unit * float(np.sign(along[-1]))):
+        grown.events.append(Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, told))
+        return DOMAIN
+    for k, margin in enumerate(MARGINS):
+        m, values = _spaced(grown, k)
+        if m[0] > CLOSE or len(m) < 3 or m[0] >= min(m[1:]):
+            continue
+        value, precision = extrapolated(m, np.array(values))
+        if precision <= COARSEST * unit:
+            grown.events.append(Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero"))
+            return GRAZING
+    return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
+
+
+def _lost(curve: OrbitCurve, orbit: PeriodicOrbit, value: float) -> str:
+    """What to add of a guess that has no images."""
+    return "" if orbit.returns.valid.all() else f", and the guess has no image: {curve.outcomes(orbit.states, value)}"
+
+
+def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]]:
+    """A margin and the parameter at the last point and at two before it that are not crowded."""
+    rows, least = [(len(grown.points) - 1)], 1e-6
+    for k in range(len(grown.points) - 2, -1, -1):
+        if len(rows) < 3 and grown.arclength[-1] - grown.arclength[k] >= least:
+            rows.append(k)
+            least *= 10
+    return [float(grown.points[k].margins[margin]) for k in rows], [grown.points[k].value for k in rows]
+
+
+def _extent(
+    within: tuple[float, float], value: float, step: float, most: int, until: Collection[str], kinds: Collection[str]
+) -> _Extent:
+    low, high = within
+    if not low <= value <= high or not low < high:
+        raise NsmapsError(f"the value {value:g} is not within {low:g} and {high:g}; expected: a range that holds it")
+    if not 10 * SMALLEST < step <= 1 or most < 1:
+        raise NsmapsError(f"{most} orbits, step {step:g}; expected: at least one orbit, a step up to 1")
+    if unknown := set(kinds) - set(TESTS):
+        raise NsmapsError(f"there are no events {', '.join(sorted(unknown))!r} to be located; expected: {', '.join(TESTS)}")
+    return _Extent(step, most, until, {*kinds, *until})

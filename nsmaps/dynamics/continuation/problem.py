@@ -1,0 +1,162 @@
+"""The curve of a periodic orbit in states and parameter, by multiple shooting.
+
+A point is (x_1, ..., x_q, value) in units in which the range of the parameter and a whole orbit are of order one: speeds are
+shares of the largest on the first orbit. On the curve each x_k is mapped to x_{k+1}, and x_q to x_1.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import angle_mask, wrap
+from nsmaps.dynamics.motion import differences
+from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
+from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, map_or_reason
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
+
+ROUNDING = 1e-15  #: of the parameter, within which it is taken to be an end of its range
+SHARES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  #: of the parameter's range, tried in turn for differences
+AGREE = 1e-5  #: of the slope, in units of the curve, between differences of two steps whose extrapolation is taken
+
+
+@dataclass(frozen=True, slots=True)
+class OrbitPoint:
+    """A point on or near the curve: the orbit there, and the derivatives of its gaps."""
+
+    y: Floats  #: shape (q n + 1,), states and parameter in units of the curve
+    value: float  #: of the parameter
+    orbit: PeriodicOrbit
+    residual: Floats  #: the gaps in units of the curve, shape (q n,)
+    jacobian: Floats  #: shape (q n, q n + 1)
+    margins: Floats  #: least gap to a wall that is not met and least impact speed, in the curve's units, shape (2,); inf: unknown
+
+
+@dataclass(frozen=True, slots=True)
+class OrbitCurve:
+    """The periodic orbits of q returns of a map that depends on a parameter, as a curve that can be continued."""
+
+    map_of: Callable[[float], ReturnMap]
+    period: int
+    low: float  #: least value of the parameter
+    high: float  #: its greatest
+    tolerance: float  #: of the residual
+    coordinates: tuple[str, ...]
+    scale: Floats  #: shape (n,), of the coordinates
+
+    @property
+    def unit(self) -> float:
+        """Of the parameter: the length of its range."""
+        return self.high - self.low
+
+    def y(self, states: Floats, value: float) -> Floats:
+        """States (q, n) and a value as unknowns of the curve."""
+        return np.append((states / self.scale).ravel() / np.sqrt(self.period), value / self.unit)
+
+    def states(self, y: Floats) -> Floats:
+        """The states (q, n) among the unknowns."""
+        return np.asarray((y[:-1] * np.sqrt(self.period)).reshape(self.period, -1) * self.scale)
+
+    def evaluate(self, y: Floats) -> OrbitPoint | None:
+        """The orbit at these unknowns and the derivatives of its gaps; None where there is no map, or a state has no image."""
+        try:
+            return self._evaluate(y)
+        except ValueError:
+            return None
+
+    def _evaluate(self, y: Floats) -> OrbitPoint | None:
+        value = float(y[-1] * self.unit)
+        for end in (self.low, self.high):
+            value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # met exactly: no map may be beyond
+        map, states = self.map_of(value), self.states(y)
+        states = np.where(angle_mask(map.coordinates), wrap(states), states)
+        returns = map.first_return(states, derivative=True)
+        if not returns.valid.all() or returns.derivative is None:
+            return None
+        q, n = states.shape
+        orbit = PeriodicOrbit(returns, self.tolerance, self.scale)
+        by_value = np.broadcast_to(self._by_value(map, returns, value) / self.scale * self.unit, (q, n)).reshape(q * n, 1)
+        jacobian = np.hstack([shooting_jacobian(returns.derivative, self.scale) * np.sqrt(q), by_value])
+        if not np.isfinite(jacobian).all():
+            return None
+        residual = (orbit.gaps / self.scale).ravel()
+        return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian, self._margins(map, states))
+
+    def exists(self, point: OrbitPoint) -> bool:
+        """Whether an orbit converged and the map stands by all of its returns."""
+        return point.orbit.converged and point.orbit.exists
+
+    def connects(self, one: OrbitPoint, other: OrbitPoint) -> bool:
+        """Whether two orbits have the same words."""
+        return np.array_equal(one.orbit.returns.codes, other.orbit.returns.codes)
+
+    def difference(self, one: Floats, other: Floats) -> Floats:
+        """The unknowns `one - other`, angles the shorter way round."""
+        states = differences(self.states(one), self.states(other), self.coordinates)
+        return self.y(states, (one[-1] - other[-1]) * self.unit)
+
+    def _margins(self, map: ReturnMap, states: Floats) -> Floats:
+        """As of a point: speeds as shares of the speed's scale, gaps of what that flies in a radian of the forcing's phase."""
+        if not isinstance(map, ExactMap):
+            return np.full(2, np.inf)
+        legs, speed = map.legs(states), self.scale[0]
+        return np.array([legs.clearance.min() * map.phase_rate() / speed, legs.slowest.min() / speed])
+
+    def _by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
+        """The derivative of the images by the parameter, shape (q, n): through impacts where the map is exact."""
+
+        def images(value: float) -> Floats | None:
+            there = self.map_of(value).first_return(returns.start)
+            if not (there.valid.all() and np.array_equal(there.codes, returns.codes)):
+                return None
+            return differences(there.image, returns.image, returns.coordinates)
+
+        def parameters(value: float) -> Floats:
+            there = self.map_of(value)
+            assert isinstance(there, ExactMap)
+            return np.array(list(there.parameters.values()))
+
+        if isinstance(map, ExactMap):
+            known = np.abs(parameters(value))
+            rates = _derivative(parameters, value, self.unit, np.where(known == 0, 1.0, known))
+            exact = map.sensitivity(returns.start, dict(zip(map.parameter_names(), rates.tolist(), strict=True)))
+            if np.isfinite(exact).all():
+                return exact
+        return _derivative(images, value, self.unit, self.scale)
+
+    def missing(self, value: float) -> str:
+        """Why there is no map at a value of the parameter, or nothing."""
+        return map_or_reason(self.map_of, value)[1]
+
+    def outcomes(self, states: Floats, value: float) -> str:
+        """What becomes of states at a value of the parameter, in words."""
+        returns = self.map_of(value).first_return(states)
+        told = (f"{word} {Outcome(k).name}".strip() for word, k in zip(returns.words, returns.outcome.tolist(), strict=True))
+        return ", ".join(dict.fromkeys(told))
+
+
+def _derivative(f: Callable[[float], Floats | None], x: float, unit: float, scale: Floats) -> Floats:
+    """The derivative of an array by a number, by central differences of two widths, extrapolated (Richardson).
+
+    The widest that agree, in a unit and a scale of order one, are taken; to one side where the other has no value, as next to the
+    end of a valid domain; else NaN.
+    """
+
+    def slope(low: float, high: float) -> Floats | None:
+        try:
+            ends = f(low), f(high)
+        except ValueError:
+            return None
+        return None if ends[0] is None or ends[1] is None else (ends[1] - ends[0]) / (high - low)
+
+    for h in unit * np.array(SHARES):
+        wide, narrow = slope(x - h, x + h), slope(x - h / 2, x + h / 2)
+        if wide is None or narrow is None:
+            continue
+        if np.abs((wide - narrow) / scale).max() <= AGREE * (1 / unit + np.abs(narrow / scale).max()):
+            return (4 * narrow - wide) / 3
+    h = SHARES[-1] * unit
+    sided = (slope(x, x + h), slope(x - h, x))
+    return next((one for one in sided if one is not None), np.full(1, np.nan))

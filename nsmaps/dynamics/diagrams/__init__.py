@@ -1,0 +1,1 @@
+"""Diagrams over parameters: bifurcations, stability over two parameters, impact speeds."""

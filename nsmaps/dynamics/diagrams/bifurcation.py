@@ -1,0 +1,264 @@
+"""Bifurcation diagrams: what a return map does in the long run over the values of a parameter (figs. bifexact, bifapprox)."""
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import angle_mask
+from nsmaps.dynamics.motion import label, magnitudes, periods
+from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
+from nsmaps.dynamics.returnmap import ReturnMap, followed
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.outcome import OUTCOMES, Outcome
+from nsmaps.exact.words import decoded
+from nsmaps.parallel import Arrays, in_parts, names_among, names_as_arrays
+from nsmaps.progress import shows
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+PART = 100_000  #: returns that a part of a diagram makes at least: many times what sending and keeping it costs
+Block = tuple[NDArray[np.int64], slice, Arrays]  #: numbers of values, starts, and what `_attractors` found there
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Bifurcation:
+    """What orbits do after a transient, for V values of a parameter and S starts each: K states of n coordinates.
+
+    Where no map could be made, or an orbit ended, states are NaN; `reasons` and `outcome` say why.
+    """
+
+    __repr__ = brief
+
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    values: Floats  #: shape (V,), as given
+    states: Floats  #: shape (V, S, K, n), in the order of the returns; angles in [0, 2 pi)
+    turns: NDArray[np.int32]  #: shape (V, S, K, n), whole turns an angle made on the return to each state
+    codes: NDArray[np.int64]  #: shape (V, S, K), words of the returns to each state as numbers; see `words`
+    outcome: NDArray[np.int8]  #: shape (V, S), values of `Outcome`: of the last return, or of that which ended the orbit
+    reasons: tuple[str, ...]  #: V texts, why no map could be made; "" where one was
+    period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: not within K/2
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The word of the return to each state, shape (V, S, K); "" where there is none."""
+        return decoded(self.codes, self.walls)
+
+    @property
+    def labels(self) -> NDArray[np.str_]:
+        """The motion of each orbit, shape (V, S), such as 1:1/2T; "" where it ended. See `nsmaps.dynamics.motion.label`."""
+        turns = self.turns[..., angle_mask(self.coordinates)].sum(axis=-1)
+        words, table = self.words, np.empty(self.period.shape, object)
+        for k in np.ndindex(table.shape):
+            table[k] = label(words[k].tolist(), turns[k].tolist(), int(self.period[k]), self.walls)
+        return table.astype(str)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which orbits went on to the end, shape (V, S)."""
+        return np.asarray(np.isfinite(self.states[:, :, -1]).all(axis=-1))
+
+    def to_xarray(self) -> "Dataset":
+        """An xarray dataset with dimensions `value`, `start`, `return`, `coordinate`. NsmapsError without xarray."""
+        from nsmaps.datasets import EACH, NONE, TURNS, dataset
+
+        rows = {
+            "state": ("value start return coordinate", self.states, EACH, "the states kept; angles in [0, 2 pi)"),
+            "turns": ("value start return coordinate", self.turns, TURNS, "whole turns on the return to each state"),
+            "word": ("value start return", self.words, NONE, "impact word of the return to each state"),
+            "motion": ("value start", self.labels, NONE, "name of the motion, such as 1:1/2T"),
+            "period": ("value start", self.period, "returns", "least number after which states and words repeat; 0: none found"),
+            "outcome": ("value start", self.outcome, NONE, OUTCOMES),
+        }
+        return dataset(self.coordinates, rows, {"value": self.values}, walls=self.walls)
+
+
+@shows
+def bifurcation(
+    map_of: Callable[[float], ReturnMap],
+    values: ArrayLike,
+    starts: ArrayLike,
+    returns: int = 60,
+    transient: int = 2000,
+    follow: Literal["up", "down", "both"] | None = None,
+    tolerance: float = 1e-6,
+    progress: Callable[[int], None] | None = None,
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
+    part: int | None = None,
+) -> Bifurcation:
+    """The attractors over the values of a parameter, as in remark num_bif.
+
+    Args:
+        map_of: the return map at a value, such as `lambda d: system.at(d=d)`. Where it raises a ValueError, as a system does
+            whose parameter is out of range, there is no map, and the value is passed over.
+        values: shape (V,).
+        starts: one state, shape (n,), or some, shape (S, n), phases in radians; at each value they run as one batch.
+        returns: how many are kept at each value.
+        transient: how many are made before them and forgotten.
+        follow: the last states at one value are the starts at the next, through growing ("up") or falling ("down") values. An
+            orbit that ended starts again from where the last value left it. With "both" there are 2 S orbits, those through
+            growing values first. Without it every value has the starts given.
+        tolerance: within which each coordinate must repeat to be periodic, an angle in radians, others as a share of the largest
+            magnitude in the diagram and its starts.
+        progress: called with the number of values done, after each; after each part, of parts. With "both" a value counts once
+            for each way, to twice their number.
+        executor, keep: of `nsmaps.parallel.in_parts`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts
+            are values, as many as make 100,000 returns; with `follow` each start goes by itself through so many at a time.
+        part: least number of returns of a part, instead; fewer where a map takes long to be made.
+
+    Raises:
+        StateError: the starts have not the map's coordinates.
+        NsmapsError: other arguments that are not accepted, or there is a map at none of the values.
+    """
+    along, now = np.atleast_1d(np.asarray(values, float)), np.atleast_2d(np.asarray(starts, float))
+    _check(along, returns, transient, follow)
+    if follow == "both":
+        ways: tuple[Literal["up", "down"], ...] = ("up", "down")
+        made = []
+        for k, way in enumerate(ways):
+            told = None if progress is None else partial(_told_after, progress, k * len(along))
+            folder = None if keep is None else Path(keep) / way
+            how = returns, transient, way, tolerance, told, executor, folder, part
+            made.append(bifurcation(map_of, along, now, *how))
+        return _beside(*made)
+    order = np.argsort(-along if follow == "down" else along, kind="stable")
+    if (executor is None and keep is None) or not len(now):
+        found = _attractors(map_of, along[order], now, returns, transient, bool(follow), progress)
+        return _diagram(along, now, [(order, slice(None), found)], tolerance)
+    sweep = _Sweep(map_of, along, order, returns, transient, executor, keep, progress, part or PART)
+    return _diagram(along, now, sweep.followed(now) if follow else sweep.apart(now), tolerance)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sweep:
+    """A diagram in parts, in an executor or kept in a folder."""
+
+    map_of: Callable[[float], ReturnMap]
+    values: Floats
+    order: NDArray[np.int64]  #: in which the values are taken
+    returns: int
+    transient: int
+    executor: Executor | None
+    keep: str | Path | None
+    progress: Callable[[int], None] | None
+    part: int  #: least number of returns of a part
+
+    def apart(self, starts: Floats) -> list[Block]:
+        """Every start at every value: parts are values."""
+        cuts = self._cuts(len(starts))
+        parts = [(self.map_of, self.values[cut], starts, self.returns, self.transient, False) for cut in cuts]
+        told = self._told(0, len(self.order), len(cuts))
+        return [
+            (cut, slice(None), part) for cut, part in zip(cuts, in_parts(_attractors, parts, *self._where(), told), strict=True)
+        ]
+
+    def followed(self, starts: Floats) -> list[Block]:
+        """Each start through the values: parts are starts, links of their chains one after the other."""
+        blocks: list[Block] = []
+        done = 0
+        for cut in self._cuts(1):
+            parts = [(self.map_of, self.values[cut], start[None], self.returns, self.transient, True) for start in starts]
+            told = self._told(done, len(cut), len(starts))
+            links = in_parts(_attractors, parts, *self._where(f"from-{done:06d}"), told)
+            blocks += [(cut, slice(s, s + 1), link) for s, link in enumerate(links)]
+            starts, done = np.concatenate([link["last"] for link in links]), done + len(cut)
+        return blocks
+
+    def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
+        """The numbers of the values, in their order, of each part or link."""
+        each = -(-self.part // ((self.returns + self.transient) * starts))
+        return [self.order[k : k + each] for k in range(0, len(self.order), each)]
+
+    def _where(self, link: str = "") -> tuple[Executor | None, Path | None]:
+        return self.executor, None if self.keep is None else Path(self.keep) / link
+
+    def _told(self, done: int, values: int, parts: int) -> Callable[[int], None] | None:
+        """What parts done tell as values done."""
+        progress = self.progress
+        return None if progress is None else lambda part: progress(done + part * values // parts)
+
+
+def _told_after(progress: Callable[[int], None], done: int, more: int) -> None:
+    """More values done, after others."""
+    progress(done + more)
+
+
+def _attractors(
+    map_of: Callable[[float], ReturnMap],
+    values: Floats,
+    starts: Floats,
+    returns: int,
+    transient: int,
+    follow: bool,
+    progress: Callable[[int], None] | None = None,
+) -> Arrays:
+    """What starts (S, n) come to at values, in this order, and the last states: arrays of a `Bifurcation`, where a map is."""
+    runs, reasons, last = followed(
+        map_of, values, starts, lambda map, states: _attractor(map, states, transient, returns), follow, progress
+    )
+    about = {"last": last, "reasons": np.array(reasons, str)}
+    if not runs:
+        return about
+    tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in ("turns", "codes")}
+    tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
+    tables["outcome"] = np.stack([run.outcome[-1] for run in runs])
+    return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls)}
+
+
+def _attractor(map: ReturnMap, states: Floats, transient: int, returns: int) -> Orbit:
+    """The orbits of states (S, n) after a transient; one that ended in it keeps its outcome."""
+    part = None
+    for part in returns_of(map, states, transient):
+        states = part.image[-len(states) :]
+    kept = orbit(map, states, returns)
+    if part is not None:
+        ended = np.isnan(states).any(axis=1)
+        kept.outcome[:, ended] = part.outcome[-len(states) :][ended]
+    return kept
+
+
+def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> Bifurcation:
+    """What was found at some of the values as one table over all of them."""
+    reasons = np.full(len(values), "", object)
+    for cut, _, part in blocks:
+        reasons[cut] = part["reasons"]
+    some = next((part for *_, part in blocks if "states" in part), None)
+    if some is None:
+        raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
+    shape = len(values), len(starts), *some["states"].shape[2:]
+    states, turns = np.full(shape, np.nan), np.zeros(shape, np.int32)
+    codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
+    tables = {"states": states, "turns": turns, "codes": codes, "outcome": outcome}
+    for cut, own, part in blocks:
+        for name in tables if "states" in part else ():
+            tables[name][cut[part["reasons"] == ""], own] = part[name]
+    coordinates, walls = names_among(some)
+    period = periods(states, codes, coordinates, tolerance * magnitudes(coordinates, starts, states))
+    return Bifurcation(coordinates, walls, values, states, turns, codes, outcome, tuple(reasons.tolist()), period)
+
+
+def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:
+    """The orbits of both over the same values."""
+    rows = {
+        name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1)
+        for name in ("states", "turns", "codes", "outcome", "period")
+    }
+    return replace(one, **rows)  # type: ignore[arg-type]
+
+
+def _check(values: Floats, returns: int, transient: int, follow: object) -> None:
+    if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
+        raise NsmapsError(f"the values have shape {values.shape}; expected: one or more finite numbers in a row")
+    if returns < 1 or transient < 0:
+        raise NsmapsError(f"{returns} returns after {transient}; expected: at least 1 that is kept, at least 0 before")
+    if follow not in (None, "up", "down", "both"):
+        raise NsmapsError(f"follow is {follow!r}; expected: 'up', 'down', 'both' or None")

@@ -1,0 +1,1 @@
+"""Return maps under noise: orbits, and how long they stay in which motion."""

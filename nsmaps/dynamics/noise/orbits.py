@@ -1,0 +1,174 @@
+"""Orbits under noise: additive Ornstein-Uhlenbeck forcing between impacts, exact at the points of a grid in time."""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.words import decoded
+from nsmaps.parallel import Arrays, in_parts
+from nsmaps.progress import shows
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+CHUNK = 8  #: realisations a task of an executor holds
+
+
+class Noise(BaseModel):
+    """An Ornstein-Uhlenbeck process in the long run: d eta = -eta/tau dt + sigma sqrt(2/tau) dB, so that eta ~ N(0, sigma^2)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    sigma: float = Field(ge=0, description="standard deviation of the forcing, in the system's unit of acceleration")
+    tau: float = Field(gt=0, description="correlation time, in the system's time")
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NoisyOrbits:
+    """R realisations of n returns to the base wall under noise."""
+
+    __repr__ = brief
+
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    noise: Noise
+    step: float  #: of the grid in time, in the system's time
+    seed: int | Sequence[int]
+    states: Floats  #: shape (n + 1, R, 2), the starts first; NaN after an orbit's end
+    turns: NDArray[np.int32]  #: shape (n, R, 2), whole turns of the phase on each return
+    codes: NDArray[np.int64]  #: shape (n, R), words as numbers; see `words`
+    outcome: NDArray[np.int8]  #: shape (n, R), values of `Outcome`; that which ended an orbit is repeated
+    time: Floats  #: shape (n, R), of each return
+    eta: Floats  #: shape (n + 1, R), the forcing by noise at each state
+    impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, speed, phase; NaN beyond the last
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The word of each return, shape (n, R); "" after an orbit's end."""
+        return decoded(self.codes, self.walls)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which realisations went on to the end, shape (R,)."""
+        return np.asarray(np.isfinite(self.states[-1]).all(axis=-1))
+
+    def ended(self) -> dict[str, int]:
+        """How many realisations ended before the last return, by outcome."""
+        values, numbers = np.unique(self.outcome[-1:, ~self.held], return_counts=True)
+        return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
+
+
+@shows
+def noisy_orbits(
+    system: "ImpactSystem",
+    state: ArrayLike,
+    n: int,
+    noise: Noise,
+    realisations: int = 1,
+    seed: int | Sequence[int] = 0,
+    step: float | None = None,
+    parts: int = 1,
+    chatter: float = 1e-6,
+    impacts: int = 0,
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
+) -> NoisyOrbits:
+    """The first n returns of an exact system with noise added to the acceleration of its flights, realised many times.
+
+    The noise, its velocity and its displacement are drawn exactly at the points of a grid in time, by the matrix exponential of
+    z'' = -k z - c z' + eta, whose k and c are those of the system's own flights. Between the points the noise's displacement is
+    a quintic: its error is of order step^(5/2), that of its velocity of order step^(3/2), which is the order of what comes of an
+    impact, path by path. A wall that is met and left again between two points is missed unless the gap has a least value
+    there. A release from rest is where the pressing force of the quintic vanishes: under noise of order step^(1/2) only.
+    Realisation i draws from a Philox generator of its own, of `seed` and i: neither threads nor executors change a digit.
+
+    Args:
+        state: the start, shape (2,), or one for each realisation, shape (R, 2). The noise starts from its long-run law.
+        step: of the grid in time; a hundredth of the period, or a tenth of tau if that is less. At most tau.
+        parts: exact steps that a step is made of: `step=2*h, parts=2` sees every second point of the path of `step=h`.
+        chatter: as of `first_return`; what is left of the noise within the time of the sum is passed over.
+        impacts: how many impacts of each realisation, on any wall, are kept.
+        executor, keep: of `nsmaps.parallel.in_parts`, whose parts are realisations, 8 each; threads on all cores if omitted.
+
+    Raises:
+        StateError, NsmapsError: arguments that are not accepted.
+    """
+    starts = np.asarray(state, float)
+    if starts.shape not in ((2,), (realisations, 2)) or realisations < 0:
+        raise StateError(f"the start has shape {starts.shape}; expected: (2,) or ({max(realisations, 0)}, 2)")
+    period = float(system.period())
+    h = min(period / 100, noise.tau / 10) if step is None else float(step)
+    if n < 0 or parts < 1 or impacts < 0 or not 0 < h <= noise.tau or not chatter >= 0:
+        raise NsmapsError(
+            f"{n} returns, a step of {h:g} in {parts} parts, {impacts} impacts, chatter {chatter:g}; expected: a step "
+            f"above 0 and at most tau = {noise.tau:g}, at least one part, numbers that are not negative"
+        )
+    law = linear_law(system)
+    how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / parts), parts, chatter, n, impacts, seed
+    starts = np.broadcast_to(starts, (realisations, 2))
+    tasks = [(how, starts[k : k + CHUNK], range(k, min(k + CHUNK, realisations))) for k in range(0, realisations, CHUNK)]
+    if executor is None and len(tasks) > 1:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            made = in_parts(_realised, tasks, pool, keep)
+    else:
+        made = in_parts(_realised, tasks, executor, keep)
+    tables = {name: np.concatenate([none, *(part[name] for part in made)]) for name, none in _blank(n, 0, impacts).items()}
+    along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
+    return NoisyOrbits(system.coordinates, system.wall_names, noise, h, seed, **along)
+
+
+def linear_law(system: "ImpactSystem") -> tuple[float, float]:
+    """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
+    return system._kernel().law
+
+
+def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
+    """The law of (n, n', eta) over a step h, n'' = -k n - c n' + eta: transition and a square root of the covariance, (2, 3, 3).
+
+    Both by one matrix exponential (Van Loan 1978), in units of the step, in which nothing cancels however short it is.
+    """
+    from scipy.linalg import expm
+
+    rates = np.array([[0, 1, 0], [-k * h * h, -c * h, 1], [0, 0, -h / noise.tau]])
+    both = np.zeros((6, 6))
+    both[:3, :3], both[3:, 3:], both[2, 5] = -rates, rates.T, 1.0
+    made = expm(both)
+    transition = made[3:, 3:].T
+    root = np.linalg.cholesky(transition @ made[:3, 3:]) * np.sqrt(2 * h / noise.tau) * noise.sigma
+    units = np.array([h * h, h, 1.0])
+    return np.stack([units[:, None] * transition / units, units[:, None] * root])
+
+
+def _blank(n: int, r: int, impacts: int) -> Arrays:
+    """Tables of R realisations, in the order in which the compiled loop takes them."""
+    return {
+        "states": np.empty((r, n + 1, 2)),
+        "turns": np.empty((r, n, 2), np.int32),
+        "codes": np.empty((r, n), np.int64),
+        "outcome": np.empty((r, n), np.int8),
+        "time": np.empty((r, n)),
+        "eta": np.empty((r, n + 1)),
+        "impacts": np.full((r, impacts, 3), np.nan),
+    }
+
+
+def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> Arrays:
+    """The tables of some realisations, told by their numbers."""
+    system, law, step, parts, chatter, n, impacts, seed = how
+    tables = _blank(n, len(numbers), impacts)
+    tables["states"][:, 0] = starts
+    kernel = system._kernel()
+    for i, number in enumerate(numbers):
+        rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
+        kernel.noisy_orbit(law, step, parts, chatter, rng, tuple(table[i] for table in tables.values()))
+    return tables

@@ -1,0 +1,1 @@
+"""Outer bounds over boxes: of polynomials, conditions and fitted maps."""

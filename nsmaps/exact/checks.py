@@ -1,0 +1,67 @@
+"""What of a system's formulas can be refused when its class is defined: their form, without a number being computed."""
+
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.files import place_of
+from nsmaps.exact.flows.formulas import S, V, W, Z, check_form, check_symbols, displacement_at, in_symbols, trials, values_told
+from nsmaps.exact.flows.source import FailsNow, law_of, period_of, walls_of
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+NEAR = 1e-9  # to which the start of a flight is where it should be, with parameters that are floats
+
+
+def check_definition(cls: "type[ImpactSystem]") -> None:
+    """Refuse a class whose flight has a form from which no bounds can be derived, or whose walls are none.
+
+    Formulas are tried with symbols for the parameters and the defaults of the other fields. Where such a field has no default
+    (or None), or a formula fails otherwise, as by a name that its module defines further down, the first use will tell.
+
+    Raises:
+        SystemDefinitionError: says what of which formula.
+    """
+    others = {name: field for name, field in cls.model_fields.items() if name not in cls.parameter_names()}
+    if any(field.is_required() or field.default is None for field in others.values()):
+        return
+    try:
+        _check_form(cls, {name: field.get_default(call_default_factory=True) for name, field in others.items()})
+    except FailsNow:
+        return
+    except SystemDefinitionError:
+        raise
+    except Exception:
+        return
+
+
+def check_start(system: "ImpactSystem") -> None:
+    """Refuse a displacement that does not start at the place and with the velocity of its impact, at the system's own parameters.
+
+    What is not a finite number there, as where a formula divides by the time since the impact, the first use will tell.
+
+    Raises:
+        SystemDefinitionError: says by how much, and where the formula is written.
+    """
+    name, period = type(system).__name__, period_of(system)
+    given = displacement_at(system, period)
+    check_form(given)
+    for what, found, start in (("start at hit.z", given, Z), ("start with the velocity hit.w", sp.diff(given, S), W)):
+        residue = found.subs(S, 0) - start
+        for values in trials(residue):
+            off = sp.N(residue.subs(values))
+            if off.is_finite and abs(off) > NEAR * (1 + abs(values.get(start, 0))):
+                at = f" at {values_told(values)}" if values else ""
+                text = f"{name}.displacement does not {what}: off by {abs(off):.6g}{at}{place_of(type(system), 'displacement')}"
+                raise SystemDefinitionError(text)
+
+
+def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:
+    symbolic, symbols = in_symbols(cls, fixed)
+    laws = [law_of(symbolic, V, name) for name in walls_of(symbolic)]
+    period = period_of(symbolic)
+    given = displacement_at(symbolic, period)
+    check_form(given)
+    check_symbols(cls.__name__, [given, period, *laws], {*symbols.values(), S})

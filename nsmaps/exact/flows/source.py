@@ -1,0 +1,146 @@
+"""A system's formulas as they are written: called with numbers or symbols, and refused by class, formula, file and line."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from inspect import signature
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import sympy as sp
+
+from nsmaps.errors import NsmapsError, SystemDefinitionError
+from nsmaps.exact.files import place_of
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.walls import Wall
+
+NOT_NUMBERS = "use sympy's functions (from sympy import cos), not those of math or numpy, and no float() or int()"
+ADVICE = {  #: by what Python says of a formula
+    "truth value": "formulas may not branch on a value, of a parameter or of the flight: a choice is a field that is not float",
+    "Cannot convert": NOT_NUMBERS,
+    "ufunc": NOT_NUMBERS,
+}
+GIVEN = {"walls": "", "period": "", "displacement": ", t, hit", "rebound": ", speed, wall"}  #: arguments of each formula
+HIT = "hit.t, hit.z and hit.w are given: time, place and velocity just after the impact"
+STILL = (
+    "walls may not move: let the displacement be relative to a wall that moves (two walls move together or not at all), "
+    "and `at` a formula in the parameters"
+)
+SURE = (TypeError, sp.SympifyError)  #: errors of a formula that nothing defined later mends
+
+
+class FailsNow(SystemDefinitionError):
+    """A formula that fails by what may be there when it is first used, such as a name that its module defines further down."""
+
+
+def walls_of(system: "ImpactSystem") -> "dict[str, Wall]":
+    """The walls of a system by their letters, places as sympy expressions free of all but its parameters.
+
+    Raises:
+        SystemDefinitionError: they are no walls, more than one on a side, moving, or words could not tell them apart.
+    """
+    table = _called(system, "walls")
+    with _refused(system, "walls"):
+        _check_table(table)
+        places = {letter: _place(system, letter, wall.at) for letter, wall in table.items()}
+    return {letter: type(wall)(places[letter], wall.side) for letter, wall in table.items()}
+
+
+def period_of(system: "ImpactSystem") -> sp.Expr:
+    """The period of a system's forcing. Raises SystemDefinitionError for what is no expression."""
+    return _expression(system, "period")
+
+
+def law_of(system: "ImpactSystem", speed: Any, wall: str) -> sp.Expr:
+    """The speed just after an impact on a wall. Raises SystemDefinitionError for what is no expression."""
+    return _expression(system, "rebound", speed, wall)
+
+
+def displacement_of(system: "ImpactSystem", t: Any, start: Any, place: Any, velocity: Any) -> sp.Expr:
+    """The displacement at t after an impact, by its time, place and velocity. Raises SystemDefinitionError as `period_of`."""
+    return _expression(system, "displacement", t, SimpleNamespace(t=start, z=place, w=velocity))
+
+
+def _expression(system: "ImpactSystem", formula: str, *given: Any) -> sp.Expr:
+    value = _called(system, formula, *given)
+    with _refused(system, formula):
+        return _number(value, "is")
+
+
+def _number(value: Any, what: str) -> sp.Expr:
+    """A value as a sympy expression; text is none."""
+    try:
+        expr = sp.sympify(value, strict=True)
+    except sp.SympifyError:
+        expr = None
+    if not isinstance(expr, sp.Expr):
+        raise SystemDefinitionError(f"{what} {value!r:.60}; expected: a number or a formula of sympy")
+    return expr
+
+
+def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
+    """What a formula returns. Whatever it raises is told with the system's class, and where the formula is written."""
+    name, function = f"{type(system).__name__}.{formula}", getattr(system, formula)
+    try:
+        arguments = signature(function)
+        arguments.bind(*given)
+    except TypeError:
+        still = f"; {STILL}" if formula == "walls" else ""
+        taken = f"is called with (self{GIVEN[formula]})"
+        raise SystemDefinitionError(f"{name} {taken}, which it does not take{still}{place_of(type(system), formula)}") from None
+    try:
+        return function(*given)
+    except NsmapsError:
+        raise
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}".replace("_p_", "")
+        on_hit = isinstance(error, AttributeError) and isinstance(error.obj, SimpleNamespace)
+        advice = HIT if on_hit else next((advice for sign, advice in ADVICE.items() if sign in why), "")
+        kind = SystemDefinitionError if on_hit or isinstance(error, SURE) else FailsNow
+        told = f"{name} cannot be written in symbols ({why}){advice and f'; {advice}'}"
+        raise kind(f"{told}{place_of(type(system), formula)}") from error
+
+
+@contextmanager
+def _refused(system: "ImpactSystem", formula: str) -> Iterator[None]:
+    """Say of which class and formula something is refused, and where that is written."""
+    try:
+        yield
+    except SystemDefinitionError as error:
+        raise SystemDefinitionError(f"{type(system).__name__}.{formula} {error}{place_of(type(system), formula)}") from None
+
+
+def _check_table(table: Any) -> None:
+    """Refuse walls that are none, more than one on a side, or that words could not tell apart."""
+    from nsmaps.exact.walls import Wall
+
+    if not isinstance(table, Mapping) or not all(isinstance(wall, Wall) for wall in table.values()):
+        raise SystemDefinitionError(f"is {table!r:.60}; expected: walls by their letters, such as {{'B': Wall(at=0, side=-1)}}")
+    if not table:
+        raise SystemDefinitionError("has no walls; one is forgotten: at least the base wall is expected")
+    sides = [wall.side for wall in table.values()]
+    if not set(sides) <= {-1, 1} or len(sides) != len(set(sides)):
+        raise SystemDefinitionError(
+            f"has walls on sides {sides}; one or two walls, on different sides (-1 stops falling displacement, +1 growing), are "
+            "accepted"
+        )
+    letters = list(table)
+    if not all(isinstance(name, str) and name and name[0] not in "~_." for name in letters) or (
+        len({name[0] for name in letters}) < len(letters)
+    ):
+        raise SystemDefinitionError(f"names its walls {letters}; names with different first letters are accepted, not ~ _ .")
+
+
+def _place(system: "ImpactSystem", letter: str, at: Any) -> sp.Expr:
+    """The place of a wall, which does not move."""
+    if callable(at) and not isinstance(at, sp.Basic):
+        raise SystemDefinitionError(f"has its wall {letter} at a function, {at!r:.60}; {STILL}")
+    place = _number(at, f"has its wall {letter} at")
+    known = {x for x in vars(system).values() if isinstance(x, sp.Symbol)}
+    if unknown := sorted(map(str, place.free_symbols - known)):
+        there = f"at {sp.sstr(place).replace('_p_', '')}, with the unknown symbols: {', '.join(unknown)}"
+        raise SystemDefinitionError(f"has its wall {letter} {there}; {STILL}")
+    if place.is_finite is False or place.is_real is False:
+        raise SystemDefinitionError(f"has its wall {letter} at {place}; a finite place is accepted, or no such wall")
+    return place

@@ -1,0 +1,176 @@
+"""First returns, their margins and itineraries, and the impacts of a trajectory: the results of a map.
+
+A point that fails is data: its `Outcome` says why and its image is NaN.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.outcome import OUTCOMES, Outcome
+from nsmaps.exact.words import decoded, encode
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+FEW = 8  #: words that are shown of returns
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Margin:
+    """How far each of N returns is from a graze; where either number falls to zero, the word changes."""
+
+    __repr__ = brief
+
+    clearance: Floats  #: shape (N,), least gap to a wall at a turning point before it, in displacement; inf without one
+    slowest: Floats  #: shape (N,), least impact speed on the way, the last included; inf without an impact
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Returns:
+    """First returns of a batch of N states with n coordinates, by an exact or a composite map.
+
+    Beside what is stored there are `words`, `lifted`, `valid` and `certified`, each an array of N rows like the others.
+    """
+
+    __repr__ = brief
+
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    start: Floats  #: shape (N, n), as given
+    image: Floats  #: shape (N, n), angles in [0, 2 pi); NaN where there is none
+    turns: NDArray[np.int32]  #: shape (N, n), whole turns an angle made from its start to its image; zero elsewhere
+    codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
+    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
+    time: Floats  #: shape (N,), from start to image in the system's time; NaN where unknown
+    derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if asked for
+    margin: Margin | None = None  #: how far from a graze, if asked for
+    fitted: bool = False  #: whether the images are those of fitted polynomials, which nothing certifies
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    def __str__(self) -> str:
+        """How many returns there are, how they ended, and which words those with an image made, the commonest first."""
+        words, numbers = np.unique(self.words[self.valid], return_counts=True)
+        order = np.argsort(-numbers, kind="stable")[:FEW]
+        told = ", ".join(f"{words[k]} {numbers[k]}" for k in order) + ", ..." * (len(words) > FEW)
+        ends = ", ".join(f"{number} {outcome}" for outcome, number in self.counts().items())
+        return f"{len(self)} first returns of ({', '.join(self.coordinates)}): {ends or 'none'}; words: {told or 'none'}"
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The word of each return, shape (N,): the base wall, every impact on the way, the base wall."""
+        return decoded(self.codes, self.walls)
+
+    @property
+    def certified(self) -> NDArray[np.bool_]:
+        """Which images are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding.
+
+        None of fitted polynomials.
+        """
+        return np.isin(self.outcome, (Outcome.returned, Outcome.stuck)) & (not self.fitted)
+
+    @property
+    def lifted(self) -> Floats:
+        """Images with angles not wrapped but continued from their start, shape (N, n)."""
+        return self.image + TWO_PI * self.turns
+
+    @property
+    def told_turns(self) -> NDArray[np.int32]:
+        """The turns, shape (N, n), but 0 where a fit tells no time: its phases are right but for whole turns."""
+        return np.where(np.isnan(self.time)[:, None], 0, self.turns).astype(np.int32) if self.fitted else self.turns
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Which returns have an image, shape (N,)."""
+        return np.asarray(np.isfinite(self.image).all(axis=1))
+
+    def has_word(self, word: str) -> NDArray[np.bool_]:
+        """Which returns made this word, shape (N,)."""
+        same: NDArray[np.bool_] = self.codes == encode(word, self.walls)
+        return same
+
+    def select(self, keep: ArrayLike) -> "Returns":
+        """The returns that a mask or an index array keeps."""
+        k = np.asarray(keep)
+        rows = {name: getattr(self, name)[k] for name in ("start", "image", "turns", "codes", "outcome", "time")}
+        derivative = None if self.derivative is None else self.derivative[k]
+        margin = None if self.margin is None else Margin(self.margin.clearance[k], self.margin.slowest[k])
+        return replace(self, **rows, derivative=derivative, margin=margin)
+
+    @classmethod
+    def concatenated(cls, parts: "Sequence[Returns]") -> "Returns":
+        """The returns of one or more batches of one map, those of the first batch first; without margins."""
+        names = ["start", "image", "turns", "codes", "outcome", "time"]
+        rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        slopes = [part.derivative for part in parts if part.derivative is not None]
+        return replace(parts[0], **rows, derivative=np.concatenate(slopes) if len(slopes) == len(parts) else None, margin=None)
+
+    def counts(self) -> dict[str, int]:
+        """How many returns ended in which outcome, by name."""
+        values, numbers = np.unique(self.outcome, return_counts=True)
+        return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
+
+    def to_xarray(self) -> "Dataset":
+        """The returns as an xarray dataset with dimensions `state`, `coordinate`, `by`. NsmapsError without xarray."""
+        from nsmaps.datasets import EACH, NONE, TIME, TURNS, dataset
+
+        rows = {
+            "start": ("state coordinate", self.start, EACH, "where the return starts"),
+            "image": ("state coordinate", self.image, EACH, "where it arrives; angles in [0, 2 pi)"),
+            "turns": ("state coordinate", self.turns, TURNS, "whole turns of an angle from start to image"),
+            "word": ("state", self.words, NONE, "impact word"),
+            "outcome": ("state", self.outcome, NONE, OUTCOMES),
+            "time": ("state", self.time, TIME, "from start to image"),
+        }
+        if self.derivative is not None:
+            rows["derivative"] = ("state coordinate by", self.derivative, EACH, "d image / d start; its unit is that over `by`'s")
+        if self.margin is not None:
+            rows["clearance"] = ("state", self.margin.clearance, NONE, "least gap to a wall at a turning point")
+            rows["slowest"] = ("state", self.margin.slowest, NONE, "least impact speed on the way")
+        by = {} if self.derivative is None else {"by": map(str, self.coordinates)}
+        return dataset(self.coordinates, rows, by, walls=self.walls, fitted=self.fitted)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Legs:
+    """The flights of N first returns: which turning points they pass, and how far from a graze they are."""
+
+    __repr__ = brief
+
+    walls: tuple[str, ...]
+    codes: NDArray[np.int64]  #: shape (N,), itineraries as numbers; see `itineraries`
+    turns: NDArray[np.int32]  #: shape (N,), turning points passed
+    clearance: Floats  #: shape (N,), as of `Margin`
+    slowest: Floats  #: shape (N,), as of `Margin`
+    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`; a graze within rounding is not told apart here
+
+    @property
+    def itineraries(self) -> NDArray[np.str_]:
+        """The word of each return with its turning points, shape (N,), such as `BvTB`; see `decode`."""
+        return decoded(self.codes, self.walls, turns=True)
+
+    @property
+    def margin(self) -> Margin:
+        """How far the returns are from a graze."""
+        return Margin(self.clearance, self.slowest)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Impacts:
+    """Every impact of one trajectory in order, on any wall; M impacts."""
+
+    __repr__ = brief
+
+    walls: tuple[str, ...]
+    wall: NDArray[np.int8]  #: shape (M,), index into `walls`
+    time: Floats  #: shape (M,), since the start
+    phase: Floats  #: shape (M,), radians in [0, 2 pi)
+    speed: Floats  #: shape (M,), impact speed just before the impact, at least zero
+    mark: NDArray[np.str_]  #: shape (M,), "" for an impact, "~" or "_" for a release after chatter or rest

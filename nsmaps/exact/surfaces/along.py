@@ -1,0 +1,21 @@
+"""A system along one or two of its parameters, as other processes can be sent it."""
+
+from dataclasses import dataclass
+
+from nsmaps.exact.system import ImpactSystem
+
+
+@dataclass(frozen=True, slots=True)
+class Along:
+    """A system along one or two of its parameters: a `map_of` of sweeps that other processes can be sent."""
+
+    system: ImpactSystem
+    parameter: str
+    second: str | None = None
+
+    def __call__(self, *values: float) -> ImpactSystem:
+        """The system with this value of each parameter."""
+        names = [name for name in (self.parameter, self.second) if name is not None]
+        if len(values) != len(names):
+            raise TypeError(f"{len(values)} values of {' and '.join(names)}; expected: {len(names)}")
+        return self.system.at(**{name: float(value) for name, value in zip(names, values, strict=True)})

@@ -1,0 +1,109 @@
+"""Several returns in a row read as one: BB and then BTB is BBTB."""
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.exact.returns import Margin, Returns
+from nsmaps.exact.words import CHATTER, LONGER, REST, decode, encode
+
+if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.family import ReturnFamily
+    from nsmaps.exact.system import ImpactSystem
+
+
+def joined(first: Returns, second: Returns) -> Returns:
+    """Two returns in a row of each state as one: the second starts from the image of the first.
+
+    The base wall between them is one letter of the joint word: BB, BTB make BBTB, and B~, BTB make B~TB. Where either has no
+    image there is no word, and the outcome is that of the one which ended.
+    """
+    pairs, inverse = np.unique(np.column_stack([first.codes, second.codes]), axis=0, return_inverse=True)
+    codes = np.array([_joint(int(a), int(b), first.walls) for a, b in pairs], np.int64)[inverse.reshape(-1)]
+    derivative = margin = None
+    if first.derivative is not None and second.derivative is not None:
+        derivative = second.derivative @ first.derivative
+    if first.margin is not None and second.margin is not None:
+        one, two = first.margin, second.margin
+        margin = Margin(np.minimum(one.clearance, two.clearance), np.minimum(one.slowest, two.slowest))
+    return replace(
+        second,
+        start=first.start,
+        turns=first.turns + second.turns,
+        codes=np.where(second.valid, codes, 0),
+        outcome=np.where(first.valid, second.outcome, first.outcome),
+        time=first.time + second.time,
+        derivative=derivative,
+        margin=margin,
+        fitted=first.fitted or second.fitted,
+    )
+
+
+def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
+    """The code of two words read as one; negative, as the kernel's, where it holds only the beginning."""
+    one, two = decode(first, walls), decode(second, walls)
+    if LONGER in one or not two:
+        return first if LONGER in one else 0
+    word = one + two.removesuffix(LONGER)[1:]
+    letters = int(math.log(2**63 - 1, len(walls) + 3)) - 1  # as many as the kernel's
+    return -encode(word[:letters], walls) if len(word) > letters or LONGER in two else encode(word, walls)
+
+
+def members(system: "ImpactSystem", returns: Returns, family: "ReturnFamily") -> tuple[NDArray[np.bool_], Returns]:
+    """Which of the first returns, N of them, begin a member of the family, and these members.
+
+    A member is the shortest row of at most `family.most` returns that the family contains.
+    """
+    found = family.contains(returns) & returns.valid
+    rows, made = np.arange(len(returns)), returns
+    numbers, parts = [np.flatnonzero(found)], [returns.select(found)]
+    on = ~found & returns.valid
+    for _ in range(family.most - 1):
+        rows, made = rows[on], made.select(on)
+        if not len(rows):
+            break
+        made = joined(made, system.first_return(made.image, made.derivative is not None, margin=made.margin is not None))
+        hit = family.contains(made) & made.valid
+        numbers.append(rows[hit])
+        parts.append(made.select(hit))
+        on = ~hit & made.valid
+    order = np.argsort(np.concatenate(numbers), kind="stable")
+    member = np.zeros(len(returns), bool)
+    member[np.concatenate(numbers)] = True
+    return member, stacked(parts).select(order)
+
+
+def stacked(parts: list[Returns]) -> Returns:
+    """Some batches of returns, one behind the other."""
+    first, margins = parts[0], [part.margin for part in parts if part.margin is not None]
+    margin = None
+    if first.margin is not None:
+        margin = Margin(np.concatenate([m.clearance for m in margins]), np.concatenate([m.slowest for m in margins]))
+
+    def rows(name: str) -> Any:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return replace(
+        first,
+        start=rows("start"),
+        image=rows("image"),
+        turns=rows("turns"),
+        codes=rows("codes"),
+        outcome=rows("outcome"),
+        time=rows("time"),
+        derivative=None if first.derivative is None else rows("derivative"),
+        margin=margin,
+    )
+
+
+def most_returns(word: str) -> int:
+    """How many returns a word without repetitions tells: its base letters but the last, and releases on the base wall.
+
+    >>> [most_returns(word) for word in ("BB", "BTTB", "BBTB", "B~", "B~TB")]
+    [1, 1, 2, 1, 2]
+    """
+    base = word[0]
+    return max(word.count(base) - 1 + word.count(base + CHATTER) + word.count(base + REST), 1)

@@ -1,0 +1,100 @@
+"""Families of returns: which impact words belong together on one surface, eq. exactmap."""
+
+import re
+from abc import ABC, abstractmethod
+from itertools import accumulate
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from nsmaps.exact.patterns import compiled
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.compose import most_returns
+from nsmaps.exact.surfaces.surface import Grid, Surface, surfaces
+from nsmaps.exact.words import decode, encode
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+OPERATORS = re.compile(r"[+*?|()]")
+LONG = 16  #: returns in a row that a pattern may make
+LONGEST, DEEPEST = 3000, 50  #: letters of a word or pattern, parentheses within parentheses
+
+
+class ReturnFamily(BaseModel, ABC):
+    """A set of returns that form one surface over the states: first returns, or rows of up to `most` of them read as one."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    most: int = Field(default=1, ge=1, le=1000, description="returns in a row that may make a member; the shortest row counts")
+
+    @abstractmethod
+    def contains(self, returns: Returns) -> NDArray[np.bool_]:
+        """Which returns belong to the family, shape (N,); with `most` above one it is asked again of two in a row, and so on."""
+
+    def surface(self, system: "ImpactSystem", grid: Grid) -> Surface:
+        """The family's returns over a grid of states."""
+        return surfaces(system, grid, [self])[self.name]
+
+
+class WordFamily(ReturnFamily):
+    """The returns that make one of a few impact words or patterns of words.
+
+    `BTB` is a first return, `BBTB` two in a row. In a pattern `+`, `*`, `?`, `|` and parentheses mean what they do in regular
+    expressions: `B+TB` is any number of returns BB and then BTB. Unless told by `most`, as many returns in a row are made as
+    the longest word needs, and for patterns at most 16.
+    """
+
+    words: tuple[str, ...] = Field(min_length=1)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_many_as_needed(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "most" not in data and isinstance(words := data.get("words"), list | tuple):
+            most = [LONG if is_pattern(word) else most_returns(word) for word in words if isinstance(word, str) and word]
+            return {**data, "most": max(most, default=1)}
+        return data
+
+    @field_validator("words")
+    @classmethod
+    def _readable(cls, words: tuple[str, ...]) -> tuple[str, ...]:
+        for word in words:
+            if not letters_of(word):
+                raise ValueError(f"{word!r} is no word; expected: the letters of walls, such as BTB")
+            if len(word) > LONGEST:
+                raise ValueError(f"a word of {len(word)} letters; expected: at most {LONGEST}")
+            if max(accumulate((letter == "(") - (letter == ")") for letter in word)) > DEEPEST:
+                raise ValueError(f"the pattern {word[:40]}... is nested deeper than {DEEPEST} levels")
+            try:
+                re.compile(word)
+            except (re.error, RecursionError, OverflowError) as error:
+                shown = word if len(word) <= 40 else f"{word[:40]}..."
+                raise ValueError(f"the pattern {shown!r} cannot be read: {error}") from error
+        return words
+
+    def contains(self, returns: Returns) -> NDArray[np.bool_]:
+        """Which returns make one of the words, shape (N,)."""
+        return np.logical_or.reduce([_make(returns, word) for word in self.words])
+
+
+def is_pattern(word: str) -> bool:
+    """Whether a text stands for several words."""
+    return bool(OPERATORS.search(word))
+
+
+def letters_of(word: str) -> str:
+    """A word or pattern without its operators."""
+    return OPERATORS.sub("", word)
+
+
+def _make(returns: Returns, word: str) -> NDArray[np.bool_]:
+    if not is_pattern(word):
+        return returns.has_word(word)
+    encode(letters_of(word), returns.walls)  # names a letter that is no wall
+    codes, inverse = np.unique(returns.codes, return_inverse=True)
+    reach = compiled(word)
+    matching = [len(text) in reach(text, frozenset({0})) for text in (decode(int(code), returns.walls) for code in codes)]
+    return np.array(matching, bool)[inverse.reshape(-1)]

@@ -1,0 +1,70 @@
+"""First returns along one coordinate while the others are held: a cut through the return surfaces."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.continuation.bisection import bisect_change
+from nsmaps.coordinates import angle_mask
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Axis
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+HALVINGS = 60  #: of the interval in which the itinerary changes: to rounding
+APART = (
+    1e-2  #: of the largest speed, or radians: by how much, or more, images differ on either side of a jump; at a graze by less
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slice:
+    """The first returns of N states along one coordinate, in order, and where the map jumps between two of them."""
+
+    along: str  #: the coordinate that runs
+    at: dict[str, float]  #: the others
+    returns: Returns
+    jump: NDArray[np.bool_]  #: shape (N - 1,), whether the image jumps from a state to the next, or an angle of it is wrapped
+
+
+def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:
+    """The first returns along one coordinate of a system, the others held at given values.
+
+    Beside those of the axis there are the two states on either side of each edge of the map's smooth pieces: where the itinerary
+    (`ImpactSystem.legs`) changes, found by bisection, one edge between two values of the axis. A jump is an edge with different
+    images on its sides; a graze need be none.
+
+    Raises:
+        NsmapsError: the coordinates are not the system's, each once.
+    """
+    if along in at or {along, *at} != set(system.coordinates):
+        given = ", ".join([along, *at])
+        raise NsmapsError(f"a slice of the coordinates {given}; expected: {', '.join(system.coordinates)}, each once")
+
+    def states(x: Floats) -> Floats:
+        return np.column_stack([x if name == along else np.full(len(x), at[name]) for name in system.coordinates])
+
+    x = axis.values()
+    keys = _keys(system, states(x))
+    edges = np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1))
+    low, high, _ = bisect_change(
+        lambda x: _keys(system, states(x)), x[edges], x[edges + 1], keys[edges], keys[edges + 1], halvings=HALVINGS
+    )
+    x = np.unique(np.concatenate([x, low, high]))
+    returns = system.first_return(states(x))
+    below = np.isin(x[:-1], low) & np.isin(x[1:], high)
+    scale = np.where(angle_mask(system.coordinates), 1.0, np.nanmax(np.abs(returns.image), axis=0, initial=0.0))
+    near = (np.abs(np.diff(returns.image, axis=0)) <= APART * scale).all(axis=1)
+    return Slice(along, dict(at), returns, below & ~near)
+
+
+def _keys(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:
+    """What is the same on one smooth piece of the map: itinerary, whether there is an image, turns; shape (N, 2 + n)."""
+    returns = system.first_return(states)
+    return np.column_stack([system.legs(states).codes, returns.valid, returns.turns])

@@ -1,0 +1,216 @@
+"""Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.compose import members
+from nsmaps.parallel import Arrays, in_parts
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from nsmaps.exact.surfaces.family import ReturnFamily
+    from nsmaps.exact.system import ImpactSystem
+
+
+class Axis(BaseModel):
+    """Equidistant values of one coordinate, both ends included."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    low: float
+    high: float
+    points: int = Field(ge=2, le=100_000)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"the axis runs from {self.low} to {self.high}; its start must lie below its end")
+        return self
+
+    def values(self) -> Floats:
+        """Shape (points,)."""
+        return np.linspace(self.low, self.high, self.points)
+
+
+class Grid(BaseModel):
+    """A rectangular grid of states, one axis a coordinate in the system's order; the last axis runs fastest."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    axes: dict[str, Axis]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Points along each axis."""
+        return tuple(axis.points for axis in self.axes.values())
+
+    @property
+    def size(self) -> int:
+        """How many states the grid holds."""
+        return int(np.prod(self.shape))
+
+    def mesh(self) -> tuple[Floats, ...]:
+        """The coordinates of the grid points, each of `shape`."""
+        return tuple(np.meshgrid(*(axis.values() for axis in self.axes.values()), indexing="ij"))
+
+    def states(self, start: int = 0, stop: int | None = None) -> Floats:
+        """The grid points from number `start` up to `stop`, all by default, shape (stop - start, n)."""
+        numbers = np.arange(start, self.size if stop is None else min(stop, self.size))
+        places = np.unravel_index(numbers, self.shape)
+        return np.column_stack([axis.values()[place] for axis, place in zip(self.axes.values(), places, strict=True)])
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Surface:
+    """The first returns of one family over a grid: M of the grid's states belong to it."""
+
+    __repr__ = brief
+
+    name: str
+    grid: Grid
+    member: NDArray[np.bool_]  #: shape (grid.size,)
+    returns: Returns  #: the M members, in the grid's order
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the coordinates."""
+        return self.returns.coordinates
+
+    @property
+    def start(self) -> Floats:
+        """Shape (M, n)."""
+        return self.returns.start
+
+    @property
+    def image(self) -> Floats:
+        """Shape (M, n), angles in [0, 2 pi)."""
+        return self.returns.image
+
+    @property
+    def lifted(self) -> Floats:
+        """Images with angles continued from their start, not wrapped, shape (M, n)."""
+        return self.returns.lifted
+
+    def restricted(self, keep: ArrayLike) -> "Surface":
+        """The part of the surface that a mask over its M members keeps."""
+        keep = np.asarray(keep, bool)
+        member = self.member.copy()
+        member[self.member] = keep
+        return Surface(self.name, self.grid, member, self.returns.select(keep))
+
+    def on_grid(self, values: ArrayLike) -> Floats:
+        """Values of the M members, shape (M,), laid out on the grid's shape with NaN elsewhere."""
+        out = np.full(self.grid.size, np.nan)
+        out[self.member] = values
+        return out.reshape(self.grid.shape)
+
+    def to_xarray(self) -> "Dataset":
+        """The surface as an xarray dataset on the grid, a dimension a coordinate, NaN where the family has no state.
+
+        Raises NsmapsError without xarray.
+        """
+        from nsmaps.datasets import EACH, TIME, dataset
+
+        axes = {str(name): axis.values() for name, axis in self.grid.axes.items()}
+        image = np.stack([self.on_grid(values) for values in self.image.T], axis=-1)
+        lifted = np.stack([self.on_grid(values) for values in self.lifted.T], axis=-1)
+        dims = " ".join(axes)
+        rows = {
+            "image": (f"{dims} coordinate", image, EACH, "where the return arrives; angles in [0, 2 pi)"),
+            "lifted": (f"{dims} coordinate", lifted, EACH, "the same with angles continued from the start"),
+            "time": (dims, self.on_grid(self.returns.time), TIME, "from start to image"),
+        }
+        return dataset(self.coordinates, rows, axes, family=self.name)
+
+
+def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamily"]) -> dict[str, Surface]:
+    """The return surfaces of all families over one grid, from one batch of returns.
+
+    Raises:
+        NsmapsError: the grid's axes are not the system's coordinates, in their order.
+    """
+    _check_axes(system, grid)
+    return surfaces_among(system, system.first_return(grid.states()), grid, families)
+
+
+def surfaces_among(
+    system: "ImpactSystem", returns: Returns, grid: Grid, families: Iterable["ReturnFamily"]
+) -> dict[str, Surface]:
+    """The surfaces of all families among the first returns of a whole grid, in its order."""
+    found = {family.name: members(system, returns, family) for family in families}
+    return {name: Surface(name, grid, member, own) for name, (member, own) in found.items()}
+
+
+def returns_in_chunks(
+    system: "ImpactSystem",
+    grid: Grid,
+    chunk: int = 1_000_000,
+    progress: Callable[[int, int], None] | None = None,
+    margin: bool = False,
+) -> Iterator[Returns]:
+    """The first returns over a grid of any size, in its order, a chunk at a time and so in constant memory.
+
+    Args:
+        chunk: states in one chunk, about 100 bytes each.
+        progress: called with the number of states done and of all states, after each chunk.
+        margin: also how far each return is from a graze.
+
+    Raises:
+        NsmapsError: the grid's axes are not the system's coordinates, or the chunk is empty.
+    """
+    _check_axes(system, grid)
+    if chunk < 1:
+        raise NsmapsError(f"chunk is {chunk}; at least one state is accepted")
+    for start in range(0, grid.size, chunk):
+        yield system.first_return(grid.states(start, start + chunk), margin=margin)
+        if progress is not None:
+            progress(min(start + chunk, grid.size), grid.size)
+
+
+def _check_axes(system: "ImpactSystem", grid: Grid) -> None:
+    if tuple(grid.axes) != system.coordinates:
+        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; expected: {', '.join(system.coordinates)}, in this order")
+
+
+def sweep(
+    system: "ImpactSystem",
+    parameter: str,
+    values: ArrayLike,
+    grid: Grid,
+    families: Sequence["ReturnFamily"],
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[tuple[float, dict[str, Surface]]]:
+    """The return surfaces for each value of one parameter, in the order of the values.
+
+    The values are the parts of `nsmaps.parallel.in_parts`, to which the last three arguments go. Errors as `surfaces`.
+    """
+    _check_axes(system, grid)
+    along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
+    grids = in_parts(_returns_over, [(each, grid) for each in along], executor, keep, progress)
+    found = [surfaces_among(each, _returns_of(each, arrays), grid, families) for each, arrays in zip(along, grids, strict=True)]
+    return [(getattr(each, parameter), surfaces) for each, surfaces in zip(along, found, strict=True)]
+
+
+def _returns_over(system: "ImpactSystem", grid: Grid) -> Arrays:
+    """The arrays of the first returns of a whole grid."""
+    returns = system.first_return(grid.states())
+    return {name: getattr(returns, name) for name in ("start", "image", "turns", "codes", "outcome", "time")}
+
+
+def _returns_of(system: "ImpactSystem", a: Arrays) -> Returns:
+    """The returns whose arrays these are."""
+    names = system.coordinates, system.wall_names
+    return Returns(*names, a["start"], a["image"], a["turns"], a["codes"], a["outcome"], a["time"])

@@ -1,0 +1,64 @@
+"""The exact motion at and between impacts, sampled: what pictures of a trajectory show."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.errors import StateError
+from nsmaps.exact.returns import Impacts
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Track:
+    """The motion through M impacts, `samples` instants in each of the M - 1 flights between them, on W walls.
+
+    A rest or chatter on a wall counts as a flight along it. Displacement is relative to the walls, places are as of
+    `ImpactSystem.absolute`: what stands still is at rest.
+    """
+
+    __repr__ = brief
+
+    impacts: Impacts
+    sides: NDArray[np.int8]  #: shape (W,), +1 of a wall that growing displacement meets, else -1
+    at: Floats  #: shape (W,), displacement of each wall
+    time: Floats  #: shape (M - 1, samples), since the start, in the system's time
+    displacement: Floats  #: shape (M - 1, samples)
+    velocity: Floats  #: shape (M - 1, samples), rate of the displacement
+    ball: Floats  #: shape (M - 1, samples), place of the ball
+    walls: Floats  #: shape (W, M - 1, samples), places of the walls
+
+    @property
+    def rates(self) -> Floats:
+        """Velocity just before each impact, shape (M,): the impact speed with the sign of its wall's side."""
+        return np.asarray(self.sides[self.impacts.wall] * self.impacts.speed, float)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the system says how its walls move."""
+        return bool((np.ptp(self.walls.reshape(len(self.at), -1), axis=1) > 0).any())
+
+
+def track(system: "ImpactSystem", state: ArrayLike, n: int, samples: int = 60) -> Track:
+    """The exact motion from the impact `state`, shape (2,), through the first n impacts on all walls, which counts the start.
+
+    Between impacts it is the system's own displacement and its rate, by the compiled flow.
+
+    Raises:
+        StateError: the state is no start, n is less than 2, or there are fewer than 2 samples.
+    """
+    if n < 2 or samples < 2:
+        raise StateError(f"{n} impacts of {samples} samples a flight; expected: two or more of each")
+    impacts = system.impacts(state, n)
+    time, displacement, velocity = system._kernel().trajectory(impacts, samples)
+    walls = system.walls().values()
+    sides, at = np.array([wall.side for wall in walls], np.int8), np.array([float(wall.at) for wall in walls])
+    clock = time + impacts.phase[0] / system.phase_rate()
+    ball = system.absolute(clock, displacement)
+    places = np.array([system.absolute(clock, np.full(clock.shape, z)) for z in at])
+    return Track(impacts, sides, at, time, displacement, velocity, np.asarray(ball, float), places)

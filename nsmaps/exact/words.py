@@ -1,0 +1,69 @@
+"""Impact words and itineraries, and the numbers by which compiled code writes them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Bools, Ints
+from nsmaps.errors import StateError
+
+CHATTER, REST, LONGER = "~", "_", "..."
+HIGHEST, LOWEST = "^", "v"  # turning points in itineraries: the displacement has a maximum, a minimum
+
+
+def _letters(walls: Sequence[str], turns: bool) -> tuple[str, ...]:
+    return (*walls, CHATTER, REST, *((HIGHEST, LOWEST) if turns else ()))
+
+
+def decode(code: int, walls: Sequence[str], turns: bool = False) -> str:
+    """The word of a code: a letter for each impact in order, `~` after a wall on which chatter ran its course,
+    `_` after one on which the ball rested, `...` where the word is longer than the code holds. With `turns` the code is that of
+    an itinerary, in which `^` and `v` are turning points passed: maxima and minima of the displacement.
+
+    >>> decode(1 + 4 * 5 + 3 * 25, ("B", "T")), decode(1 + 2 * 5 + 1 * 25, ("B", "T"))
+    ('B_~', 'BTB')
+    """
+    letters = ("", *_letters(walls, turns))
+    text, code = "", int(code)
+    if code < 0:
+        text, code = LONGER, -code
+    word = ""
+    while code:
+        code, digit = divmod(code, len(letters))
+        word += letters[digit]
+    return word + text
+
+
+def encode(word: str, walls: Sequence[str]) -> int:
+    """The code of a word, the inverse of `decode` for words that it holds whole.
+
+    >>> decode(encode("BTTB", ("B", "T")), ("B", "T"))
+    'BTTB'
+    """
+    letters = _letters(walls, turns=False)
+    code, power, rest = 0, 1, word
+    while rest:
+        digit = next((k for k, letter in enumerate(letters, 1) if rest.startswith(letter)), 0)
+        if not digit:
+            raise StateError(
+                f"the word {word!r} has no letter at {rest!r}; expected: the walls {', '.join(walls)}, "
+                f"{CHATTER!r} (chatter) and {REST!r} (rest)"
+            )
+        code, power, rest = code + digit * power, power * (len(letters) + 1), rest[len(letters[digit - 1]) :]
+    return code
+
+
+def longer_than(letters: int, codes: Ints, walls: Sequence[str], turns: bool = False) -> Bools:
+    """Which codes are those of words (with `turns`: of itineraries) of more letters, shape as the codes.
+
+    >>> longer_than(2, np.array([encode("BB", ("B", "T")), encode("BTB", ("B", "T"))]), ("B", "T"))
+    array([False,  True])
+    """
+    return (codes < 0) | (codes >= (len(_letters(walls, turns)) + 1) ** letters)
+
+
+def decoded(codes: Ints, walls: Sequence[str], turns: bool = False) -> NDArray[np.str_]:
+    """The words of codes, in their shape; see `decode`."""
+    values, inverse = np.unique(codes, return_inverse=True)
+    return np.array([decode(value, walls, turns) for value in values] or [""], dtype=str)[inverse.reshape(codes.shape)]

@@ -1,0 +1,107 @@
+"""Conditions of regions as source text of other languages, deciding as `Region.contains` does."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from nsmaps.coordinates import Angle
+from nsmaps.errors import NsmapsError
+from nsmaps.reduced.conditions.fold import Algebra, fold
+from nsmaps.reduced.conditions.reader import FUNCTIONS
+from nsmaps.reduced.conditions.region import Box, Region, Where
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How a language writes what a condition is made of."""
+
+    name: str
+    both: str
+    either: str
+    negate: str
+    power: str = "{} ** {}"
+    functions: Mapping[str, str] | None = None  #: by name, where they are called otherwise
+    operators: Mapping[str, str] | None = None  #: by python's, where they are written otherwise
+
+    def condition(self, region: Region, names: Mapping[str, str]) -> str:
+        """The condition of a region on variables of the given names, by coordinate; `near(x, middle)` is the nearest turn.
+
+        NsmapsError for a user-defined region, whose `contains` is Python code.
+        """
+        if isinstance(region, Box):
+            return self.joined(
+                self.both, [self._interval(name, names[name], *region.bounds[name]) for name in region.coordinates]
+            )
+        if not isinstance(region, Where):
+            raise NsmapsError(f"the condition of a {type(region).__name__} in {self.name}; expected: regions Box and Where")
+        text: str = fold(region.text, region.coordinates, _Text(self, [names[name] for name in region.coordinates]))
+        return text
+
+    def _interval(self, name: str, variable: str, low: float, high: float) -> str:
+        x = f"near({variable}, {number((low + high) / 2)})" if isinstance(name, Angle) else variable
+        return self.joined(self.both, [f"({number(low)} <= {x})", f"({x} <= {number(high)})"])
+
+    def joined(self, sign: str, parts: Sequence[str]) -> str:
+        """Parts with a sign between them, in parentheses."""
+        return parts[0] if len(parts) == 1 else f"({f' {sign} '.join(parts)})"
+
+
+class _Text(Algebra[str, str]):
+    """The source text of conditions on variables, by coordinate."""
+
+    def __init__(self, dialect: Dialect, variables: Sequence[str]) -> None:
+        self.dialect, self.variables = dialect, variables
+
+    def number(self, value: float) -> str:
+        return number(value)
+
+    def coordinate(self, column: int) -> str:
+        return self.variables[column]
+
+    def signed(self, sign: str, term: str) -> str:
+        return f"({sign}{term})"
+
+    def arithmetic(self, operator: str, left: str, right: str) -> str:
+        if operator == "**":
+            return f"({self.dialect.power.format(left, right)})"
+        return f"({left} {(self.dialect.operators or {}).get(operator, operator)} {right})"
+
+    def function(self, name: str, argument: str) -> str:
+        return f"{(self.dialect.functions or {}).get(name, name)}({argument})"
+
+    def relation(self, operator: str, left: str, right: str) -> str:
+        return self.arithmetic(operator, left, right)
+
+    def conjunction(self, tests: Sequence[str]) -> str:
+        return self.dialect.joined(self.dialect.both, tests)
+
+    def disjunction(self, tests: Sequence[str]) -> str:
+        return self.dialect.joined(self.dialect.either, tests)
+
+    def negation(self, test: str) -> str:
+        return f"{self.dialect.negate}({test})"
+
+
+def number(value: float) -> str:
+    """A float in as few digits as read back to it; a negative one in parentheses."""
+    return repr(float(value)) if value >= 0 else f"({float(value)!r})"
+
+
+PYTHON = Dialect("Python", "&", "|", "np.logical_not", functions={name: f"np.{name}" for name in FUNCTIONS})
+C = Dialect("C", "&&", "||", "!", power="pow({}, {})")
+JULIA = Dialect(
+    "Julia",
+    "&&",
+    "||",
+    "!",
+    power="real_power({}, {})",
+    functions={name: f"real_{name}" for name in ("sin", "cos", "sqrt", "log")},  # julia's own raise where there is no number
+)
+MATLAB = Dialect(
+    "MATLAB",
+    "&",
+    "|",
+    "~",
+    power="real_power({}, {})",
+    functions={"sqrt": "real_sqrt", "log": "real_log"},
+    operators={"*": ".*", "/": "./", "!=": "~="},
+)

@@ -1,0 +1,145 @@
+"""A program as a Python module that needs NumPy alone, and evaluates with the very operations of `PolyMap`."""
+
+from inspect import getsource
+from pprint import pformat
+
+from nsmaps.exports.conditions import PYTHON
+from nsmaps.exports.document import TABLE, Document, document
+from nsmaps.exports.program import Program
+from nsmaps.reduced.fit import polymap
+
+HEAD = '''"""{about}
+
+{usage}
+`nsmaps.read_map` reads the table {table} back as the same map.
+"""
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+
+Floats = np.ndarray
+TWO_PI = 2 * np.pi
+ROWS, FLOATS = {rows}, {floats}
+
+{table} = {data}
+
+PARTS = {parts}
+OUTPUTS = {outputs}
+
+
+{evaluation}
+
+def polynomials(part, states):
+    """Images of states (N, n): sums of products of Chebyshev polynomials of (x - centre) / scale; shape (N, outputs)."""
+    names, terms = [each["name"] for each in part["coordinates"]], part["outputs"][:OUTPUTS]
+    tensor = np.zeros((OUTPUTS, *np.max([np.max(each["exponents"], axis=0) for each in terms], axis=0) + 1))
+    for row, each in zip(tensor, terms):
+        np.add.at(row, tuple(np.array(each["exponents"]).T), each["coefficients"])
+    scaled = (states - np.array(part["centre"], float)) / np.array(part["scale"], float)
+    images = _evaluate(tensor, scaled)
+    return np.where([name in part["absolute"] for name in names[:OUTPUTS]], np.abs(images), images)
+'''
+MAP = '''
+
+def {name}(states):
+    """Images of states (N, {n}), shape (N, {m})."""
+    return polynomials(PARTS[0], np.ascontiguousarray(states, float))
+'''
+CHAIN = '''
+
+def {name}(states):
+    """Images of states (N, {n}), shape (N, {m})."""
+    states = np.array(states, float)
+    for part in PARTS:
+        states[:, :OUTPUTS] = polynomials(part, states)
+    return states[:, :OUTPUTS]
+'''
+PIECES = '''
+
+ANGLES = np.array({angles})
+
+
+def wrap(angle):
+    """The angle brought to [0, 2 pi)."""
+    wrapped = np.mod(angle, TWO_PI)
+    return np.where(wrapped >= TWO_PI, 0.0, wrapped)
+
+
+def near(angle, middle):
+    """The angle on the turn nearest to the middle."""
+    return angle - TWO_PI * np.round((angle - middle) / TWO_PI)
+
+
+def regions({variables}):
+    """Where the region of each piece holds, angles in [0, 2 pi): one array a piece, in order."""
+    return [
+{conditions}
+    ]
+
+
+def {name}(states):
+    """Images of states (N, {n}), shape (N, {m}), and the number of the piece of each, from 0, or -1 where there is none."""
+    states = np.ascontiguousarray(states, float)
+    image, piece = np.full((len(states), OUTPUTS), np.nan), np.full(len(states), -1)
+    with np.errstate(all="ignore"):
+        seen = np.where(ANGLES, wrap(states), states)
+        left = np.isfinite(seen).all(axis=1){limits}
+        for number, holds in enumerate(regions(*seen.T)):
+            rows = left & holds
+            piece[rows] = number
+            left = left & ~rows
+    for number, part in enumerate(PARTS):
+        rows = np.flatnonzero(piece == number)
+        if len(rows) == 0:
+            continue
+        start, bounded = states[rows], ANGLES & np.isfinite(np.array(part["domain"], float)).all(axis=1)
+        middle = np.where(bounded, np.array(part["centre"], float), 0.0)
+        x = np.where(bounded, near(start, middle), start)
+        moved = polynomials(part, x) + np.where(ANGLES, start - x, 0.0)[:, :OUTPUTS]
+        moved[~np.isfinite(moved).all(axis=1)] = np.nan
+        image[rows] = np.where(ANGLES[:OUTPUTS], wrap(moved), moved)
+    return image, piece
+'''
+KINDS = {"map": MAP, "pieces": PIECES, "chain": CHAIN}
+
+
+def python_files(program: Program, data: Document) -> dict[str, str]:
+    """The module, by file name; `data` is the document of what it holds."""
+    result = "images, pieces" if program.kind == "pieces" else "images"
+    usage = f"    {result} = {program.name}(states)  # states: shape (N, {len(program.inputs)})"
+    head = HEAD.format(
+        about="\n".join(program.about).rstrip().replace("\\", "\\\\").replace('"', "'"),
+        usage=usage,
+        table=TABLE,
+        data=_literal(data),
+        parts=_parts(program, data),
+        outputs=len(program.outputs),
+        rows=polymap.ROWS,
+        floats=polymap.FLOATS,
+        evaluation=getsource(polymap._evaluate),
+    )
+    names = program.variables
+    conditions = [PYTHON.condition(part.region, names) for part in program.parts if part.region is not None]
+    body = KINDS[program.kind].format(
+        name=program.name,
+        n=len(program.inputs),
+        m=len(program.outputs),
+        variables=", ".join(names.values()),
+        angles=[each["angle"] for each in document(program.parts[0].polymap)["coordinates"]],
+        conditions="\n".join(f"        {each},  # {part.title}" for each, part in zip(conditions, program.parts, strict=False)),
+        limits="".join(f" & ({low!r} <= seen[:, {i}]) & (seen[:, {i}] <= {high!r})" for i, low, high in program.limits),
+    )
+    return {f"{program.name}.py": head + body}
+
+
+def _parts(program: Program, data: Document) -> str:
+    """Where the module's polynomials are: in its table, or in a list of their own where the table holds monomials."""
+    if data["kind"] == "polynomial map":
+        return f"[{TABLE}]"
+    if "pieces" in data:
+        return f'[piece["map"] for piece in {TABLE}["pieces"]]'
+    return _literal([document(part.polymap) for part in program.parts])
+
+
+def _literal(data: object) -> str:
+    return pformat(data, width=120, compact=True, sort_dicts=False)

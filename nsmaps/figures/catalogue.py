@@ -1,0 +1,274 @@
+"""The catalogue of figures, a row a figure; importing it loads no matplotlib, drawing a figure does."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Literal
+
+from nsmaps.figures import data
+from nsmaps.figures.data import Need
+
+if TYPE_CHECKING:
+    from nsmaps.figures.page import Sheet
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One figure: where it is drawn, what it shows in words, and what it needs of a result."""
+
+    module: str  #: below `nsmaps.figures`, such as `composite.cobweb`; its function `sheets(result)` gives what is drawn
+    alt: str  #: a sentence in place of the picture
+    caption: str  #: sentences below the picture
+    needs: tuple[Need[Any], ...] = ()
+    animated: bool = False  #: whether `nsmaps animate` has it, too
+
+    @property
+    def name(self) -> str:
+        """The name of the figure, which is that of its module."""
+        return self.module.rpartition(".")[2]
+
+    @property
+    def sections(self) -> tuple[str, ...]:
+        """The sections that a study must name for its result to have what the figure shows."""
+        return tuple(dict.fromkeys(section for need in self.needs for section in need.sections))
+
+    def sheets(self, result: "StudyResult") -> "tuple[Sheet, ...]":
+        """The sheets of the figure; NsmapsError if the result lacks what it shows."""
+        for need in self.needs:
+            need.of(result, self.name)
+        made: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(result)
+        return made
+
+    def check(self, study: "Study") -> None:
+        """NsmapsError if a study names the sections of the figure and yet does not ask for what it shows."""
+        for need in self.needs:
+            need.check(study, self.name)
+
+
+_ROWS = (
+    Row(
+        "system.sketch",
+        "A drawing of the system with the names of its parts.",
+        "The system: its parts, the forcing, and the walls whose impacts are counted.",
+        (data.SKETCH,),
+    ),
+    Row(
+        "system.algorithm",
+        "A flow chart of the general algorithm in three rows: initialize, iterate, finalize.",
+        "The general algorithm, steps 0 to vii. Each box names what is done, the section of a study, and the function.",
+    ),
+    Row(
+        "system.motion",
+        "The displacements of ball and walls over time, beside the phase plane of relative displacement and velocity.",
+        "The exact motion at and between impacts, over time and in the phase plane. Stars are impacts on the base wall.",
+        (data.TRACKS,),
+    ),
+    Row(
+        "system.impacts",
+        "The phase against the relative velocity at every impact, joined in order by dotted lines.",
+        "All impacts of the orbit by phase and by velocity just before the impact, whose sign distinguishes the walls. Dotted "
+        "lines give their order.",
+        (data.TRACKS,),
+    ),
+    Row(
+        "returns.slices",
+        "Images against one coordinate of the initial state while the other is held, coloured by impact word.",
+        "First returns along one coordinate by impact word; the other coordinate is held at the value above. Gaps are jumps "
+        "of the map.",
+        (data.SLICES,),
+    ),
+    Row(
+        "returns.words",
+        "The plane of states coloured by impact word.",
+        "The impact word of the first return from every state of the grid, and the pieces of the composite map if there is one."
+        " The blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
+        (data.SURFACES,),
+    ),
+    Row(
+        "composite.regions",
+        "The plane of states divided into the named pieces of the composite map.",
+        "The pieces of the composite map with their names, impact words and shares of the grid.",
+        (data.SURFACES, data.COMPOSITE),
+    ),
+    Row(
+        "returns.surfaces",
+        "Surfaces of the images over the plane of states, seen in perspective.",
+        "The return surfaces: each coordinate of the image over the initial states, coloured by family of words. Teeth along a "
+        "steep edge are artefacts of the grid.",
+        (data.SURFACES,),
+        animated=True,
+    ),
+    Row(
+        "returns.projections",
+        "Images against initial states with the diagonals, one coordinate a panel.",
+        "The return surfaces projected along one coordinate, which each line holds fixed; the colour of a line is the phase of "
+        "the initial state. On the dashed diagonal a coordinate is mapped to itself. Stars, if any, are states near the diagonals"
+        " of all coordinates, filled where no slope exceeds the bound of the study (1 unless it sets one), else hollow.",
+        (data.SURFACES,),
+    ),
+    Row(
+        "fits.diagonal",
+        "States near the diagonals in the phase planes, for some values of a parameter and for all of them.",
+        "States near both diagonals (eq. r1uniond): green for one value of the parameter, blue for all values of the sweep. "
+        "Dotted lines are the ratios delta and 1/delta.",
+        (data.DIAGONAL,),
+    ),
+    Row(
+        "returns.diagonal_surface",
+        "Surfaces of the images over the plane of states; the part near both diagonals is blue.",
+        "The return surfaces of one family, blue where a state is near the diagonals of all coordinates (eq. r1uniond).",
+        (data.NEAR,),
+    ),
+    Row(
+        "fits.orders",
+        "Logarithmic plots of 1 - R2 and of the sum of squared errors against the order of the polynomial.",
+        "Polynomials of several orders fitted near the diagonals (table TableDeltaErr): 1 - R2 and the sum of squared errors "
+        "(SSE), a line for each delta.",
+        (data.ORDERS,),
+    ),
+    Row(
+        "fits.fit_error",
+        "The states near the diagonals coloured by the error of the fitted polynomials.",
+        "The error of the polynomials fitted near the diagonals at each state of the grid, a row for each delta (fig. "
+        "comparert).",
+        (data.ORDERS,),
+    ),
+    Row(
+        "fits.separable",
+        "A separable map and the exact map in the phase planes, and both as curves on the surfaces.",
+        "A separable approximation. The exact map along one line of the grid is green, the separable map orange, and all other "
+        "states of the region are grey. Below, both are curves on the return surface.",
+        (data.SURFACES, data.COMPOSITE, data.SEPARABLE),
+    ),
+    Row(
+        "composite.partition",
+        "The plane of states divided into attracting and transient regions.",
+        "The regions found by the general algorithm. R_n.m is region n as iteration m left it; attracting regions are blue, "
+        "transient ones have the colour of their word.",
+        (data.PARTITION, data.SURFACES),
+    ),
+    Row(
+        "composite.strips",
+        "Strips of the plane of states between grazing curves.",
+        "The cells of the accurate map by the total degree of their polynomials, separated by white lines. Black curves are the "
+        "edges of the exact map.",
+        (data.ACCURATE,),
+    ),
+    Row(
+        "composite.speed_error",
+        "The error of the reduced map against its processor time per state, beside the time of the exact map.",
+        "Error against speed: the processor time for the return of one state, and the largest error at held-out states. A map to"
+        " the right of the line is slower than the exact map.",
+        (data.SPEED,),
+    ),
+    Row(
+        "composite.orbits",
+        "Orbits of the exact map and of the composite map in the plane of states.",
+        "Orbits from the initial states of the study with their last tenth marked: of the exact map, and of the composite map if "
+        "there is one. Lines join a state to its image. A cross, if any, is the last state of an orbit that ends, or its last "
+        "state within the picture. No piece holds the hatched states.",
+        (data.ORBITS, data.PLANE),
+    ),
+    Row(
+        "composite.cobweb",
+        "Cobweb diagrams of the orbits over the projected surfaces.",
+        "Cobwebs of the composite map in the phase planes, with their last tenth marked, over its pieces: a line where the image "
+        "depends on one coordinate alone, else the range of its values over the other. A cross, if any, is the end of an orbit "
+        "that leaves the domain of the map.",
+        (data.SURFACES, data.COMPOSITE, data.ORBITS),
+        animated=True,
+    ),
+    Row(
+        "longrun.bifurcation",
+        "The states of the attractors against the parameter, coloured by impact word.",
+        "The attractors over the parameter by impact word. Motions are named above where there is room, those of the first orbit "
+        "(of two, of the one followed through growing values): n:m/pT has n impacts on the base wall and m on others in p "
+        "periods of the forcing; for C no period was found. Grey: no attractor.",
+        (data.BIFURCATION,),
+    ),
+    Row(
+        "longrun.branches",
+        "The states of periodic orbits against the parameter, solid where stable and dashed where unstable, with events.",
+        "Branches of periodic orbits, coloured by motion. Solid lines are stable and dashed lines unstable; marks are events.",
+        (data.BRANCHES,),
+    ),
+    Row(
+        "longrun.stability",
+        "The plane of two parameters coloured by the motion that attracts, with curves of events.",
+        "The motion to which one orbit converges at each point of two parameters, and the curves on which a branch has an event. "
+        "Another initial state may converge to another motion.",
+        (data.STABILITY,),
+    ),
+    Row(
+        "longrun.lyapunov",
+        "The Lyapunov exponents against the parameter with bands of two standard errors.",
+        "The Lyapunov exponents over the parameter, per return and per unit of time, with bands of two standard errors. "
+        "Neighbouring orbits diverge where an exponent is positive.",
+        (data.LYAPUNOV,),
+    ),
+    Row(
+        "longrun.basins",
+        "The plane of states coloured by the attractor reached, beside the number of returns taken.",
+        "Basins of attraction over the grid: the attractor that each state reaches, with the share of its basin, and the number "
+        "of returns taken. Marks are states of the attractors.",
+        (data.BASINS,),
+    ),
+    Row(
+        "longrun.noise",
+        "Impacts under noise against the parameter, and shares and rates of the motions against the size of the noise.",
+        "Noise: impacts over the parameter, if it is swept (fig. comp_stoch), and, for the parameters of the study, the shares "
+        "of motions and the rates of transitions between them, with standard errors, over the size of the noise.",
+        (data.NOISE,),
+    ),
+    Row(
+        "domains.auxiliary",
+        "Families of curves of the map between their upper and lower envelopes.",
+        "The image of each coordinate for values of the other (grey), between the lower and the upper auxiliary map, with the "
+        "worst-case steps from the box (dotted). If the box is forward invariant, the interval of the first step is green.",
+        (data.ENVELOPED,),
+    ),
+    Row(
+        "domains.envelopes",
+        "The upper and lower auxiliary maps with the cobwebs between them.",
+        "The lower and upper auxiliary map of each coordinate, with the worst-case steps from the box (dotted). If the box is "
+        "forward invariant, they converge to the yellow interval from p to q, which bounds the attracting domain. The thin line "
+        "is a generic cobweb, which is omitted if it converges to no cycle.",
+        (data.ENVELOPED,),
+    ),
+    Row(
+        "domains.domain_size",
+        "The width of the attracting domain after each update, one coordinate a panel.",
+        "The width of the box after each update of the auxiliary maps, for each domain; only the start box is shown of a domain "
+        "that is not forward invariant.",
+        (data.DOMAINS,),
+    ),
+    Row(
+        "domains.second_iterate",
+        "The second iterates of the auxiliary maps with their fixed points.",
+        "Second iterates of the auxiliary maps: the lower map of the upper map and the upper map of the lower map, or the worst "
+        "case of both. If the box is forward invariant, p and q bound the coordinate.",
+        (data.SECOND_ITERATE, data.DOMAINS),
+    ),
+    Row(
+        "cells.morse",
+        "The cells of the window coloured by recurrent component, with states of orbits.",
+        "Cells that contain every orbit which stays in the window, by recurrent component (Morse set), and states of orbits. "
+        "From a minimal component no other component can be reached.",
+        (data.MORSE,),
+    ),
+    Row(
+        "cells.transient",
+        "The cells of the regions coloured by the number of returns after which they have been left.",
+        "The number of returns after which all states of a cell have left its region, by enclosure, with the cells for which "
+        "this is not shown and the periodic points found there.",
+        (data.TRANSIENT,),
+    ),
+)
+CATALOGUE: Mapping[str, Row] = {row.name: row for row in _ROWS}
+
+if TYPE_CHECKING:
+    FigureName = str
+else:
+    FigureName = Literal[tuple(CATALOGUE)]

@@ -1,0 +1,1 @@
+"""Figures of cells: Morse sets and exit times."""

@@ -1,0 +1,62 @@
+"""What a map does for ever within a window: the cells of its recurrent components, and orbits that came to them."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from nsmaps.cells.grid import Cells
+from nsmaps.figures.data import MORSE
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, YELLOW, dress, tint
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+_COLOURS = (BLUE, RED, GREEN, MAGENTA, ORANGE, SKY, YELLOW)
+_GREY = (0.8, 0.8, 0.8)
+LAST = 0.5  #: the share of an orbit, from its end, that is drawn
+NAMED = 4  #: components with a line in the legend
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet with one panel."""
+    return (Sheet("morse", (partial(morse, result),), 1, (6.5, 5.2)),)
+
+
+def morse(result: "StudyResult", ax: Axes) -> Axes:
+    """The cells of each component in a colour of its own, those between components grey, the exact orbits' last half as dots."""
+    cover = MORSE.of(result, "morse")
+    count = len(cover.hulls)
+    shades = [_GREY, *(tint(_COLOURS[k % len(_COLOURS)], 0.45) for k in range(count))]
+    number = np.full(cover.cells.size, -1)
+    number[cover.numbers] = cover.component + 1
+    show(ax, cover.cells, number, shades)
+    handles: list[Artist] = [Patch(color=shades[k + 1], label=_label(k, k in cover.minimal)) for k in range(min(count, NAMED))]
+    if (cover.component < 0).any():
+        handles.append(Patch(color=shades[0], label="between"))
+    tails = [pair.exact.states[int(LAST * len(pair.exact.states)) :] for pair in result.orbits]
+    if tails:
+        handles += ax.plot(*np.concatenate(tails).T, ".", ms=3, color="k", mec="none", label="exact orbits")
+    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
+    ax.set(xlim=cover.cells.window[0], ylim=cover.cells.window[1])
+    return dress(ax, (cover.cells.coordinates[0], "k"), (cover.cells.coordinates[1], "k"))
+
+
+def _label(number: int, minimal: bool) -> str:
+    return f"set {number}{', minimal' if minimal else ''}"
+
+
+def show(ax: Axes, cells: Cells, number: NDArray[np.integer], colours: Sequence[tuple[float, ...]]) -> None:
+    """All cells in the colour of their number, shape (size,); negative ones are left white."""
+    shown = np.ma.masked_less(number.reshape(cells.shape).T, 0)
+    ends = (*cells.window[0], *cells.window[1])
+    top = len(colours) - 0.5
+    shades = ListedColormap(colours)
+    ax.imshow(shown, shades, extent=ends, origin="lower", aspect="auto", vmin=-0.5, vmax=top, interpolation="nearest")

@@ -1,0 +1,191 @@
+"""Cobwebs of the composite map, a picture a coordinate: fig. glosmallic."""
+
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.figures.composite.areas import colours_of, pieces_on
+from nsmaps.figures.data import COMPOSITE, ORBITS, SURFACES
+from nsmaps.figures.data import position as place
+from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import MAGENTA, REST, dress, piece_label, tint
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.study.result import StudyResult
+
+_FINER = 10  #: parts of a cell of the grid in which the edges and the extremes of pieces are looked for
+_REACH = 0.3  #: of the picture, beyond which images are cut off
+_MOST = (10, 90)  #: per cent of the outline of an area that the picture holds, for fits may run away at an end
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet: a row an orbit, a column a coordinate."""
+    coordinates = COMPOSITE.of(result, "cobweb").coordinates
+    count = len(ORBITS.of(result, "cobweb"))
+    panels = tuple(partial(cobweb, result, coordinate=c, number=k) for k in range(count) for c in coordinates)
+    return (Sheet("cobweb", panels, len(coordinates), (5.4, 4.9)),)
+
+
+def cobweb(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
+    """The cobweb of one coordinate of a composite orbit, with its last tenth in magenta; of one that ends, a cross at its end.
+
+    A piece whose map is separable in this coordinate is a curve; of any other the area of its images is shaded.
+    The picture holds the grid, the orbit and the curves as far as they stay near; what lies farther out is cut off.
+    """
+    composite = COMPOSITE.of(result, "cobweb")
+    i = place(composite.coordinates, coordinate or composite.coordinates[0])
+    values = composite_states(result, number)[:, i]
+    draw_pieces(result, ax, i)
+    ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="composite orbit")
+    dots: dict[str, Any] = {"mfc": MAGENTA, "mec": "black", "mew": 0.5, "zorder": 6}
+    low, high = ax.get_xlim()
+    if not ended(_orbit(result, number)):
+        ends = last_tenth(values)
+        ax.plot(*staircase(ends), "-", color=MAGENTA, lw=1.3, zorder=5)
+        ax.plot(ends[:-1], ends[1:], "o", ms=5.5, label="last 10 %", **dots)
+    elif low <= values[-1] <= high:
+        ax.plot(values[-1:], values[-1:], "X", ms=9, label="end", **dots)
+    ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
+    return look(ax, values, composite.coordinates[i])
+
+
+def composite_states(result: "StudyResult", number: int = 0) -> Floats:
+    """The states (m, n) of one orbit of the composite map, by position, before it ends."""
+    return finite_states(_orbit(result, number))
+
+
+def _orbit(result: "StudyResult", number: int) -> "Orbit":
+    """One orbit of the composite map, by position, or the error that says what to name."""
+    pairs = ORBITS.of(result, "cobweb")
+    if not 0 <= number < len(pairs):
+        raise NsmapsError(f"there is no orbit {number + 1}; the result has {len(pairs)}")
+    orbit = pairs[number].composite
+    if orbit is None:
+        raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; name 'composite' in the study")
+    return orbit
+
+
+def look(ax: Axes, values: Floats, name: str) -> Axes:
+    """Limits, legend and labels; the limits hold the grid's interval of the coordinate and the orbit, and images near it."""
+    angle = isinstance(name, Angle)
+    interval = ax.get_xlim()
+    lines = [np.ravel(line.get_ydata()) for line in ax.lines if line.get_label() != "_"]
+    low, high = window(*interval, values, 1.0 if angle else _REACH)
+    diagonal(ax, low, high)
+    bottom, top = window(low, high, np.concatenate(lines), _REACH)
+    for area in ax.collections:
+        if area.get_label() != "_" and area.get_paths():
+            ends = np.nanpercentile(np.concatenate([np.asarray(path.vertices)[:, 1] for path in area.get_paths()]), _MOST)
+            bottom, top = window(bottom, top, ends, _REACH)
+    whole = angle and interval[1] - interval[0] >= TWO_PI * (1 - 1e-9)
+    margin = 0.0 if whole else 0.03 * (top - bottom)
+    ax.set(xlim=(low, high), ylim=interval if whole else (bottom - margin, top + margin))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    return dress(ax, (name, "k"), (name, "k+1"))
+
+
+def draw_pieces(result: "StudyResult", ax: Axes, i: int) -> dict[int, list[Line2D | PolyCollection]]:
+    """The images of every piece over the grid of the surfaces, against coordinate i; what was drawn, by the piece's number.
+
+    An angle is not wrapped, so that an area across the seam is not the whole circle: it is drawn on each turn.
+    """
+    composite, colours = COMPOSITE.of(result, "cobweb"), colours_of(result, "cobweb")
+    axes = tuple(next(iter(SURFACES.of(result, "cobweb").values())).grid.axes.values())
+    x = axes[i].values()
+    ax.set_xlim(x[0], x[-1])
+    angle = isinstance(composite.coordinates[i], Angle)
+    drawn: dict[int, list[Line2D | PolyCollection]] = {}
+    for k, (low, high, share) in _images(composite, axes, i).items():
+        piece = composite.pieces[k]
+        middle = TWO_PI * np.round((np.nanmedian(low + high) - x[0] - x[-1]) / 2 / TWO_PI) if angle else 0.0
+        text = "_" if colours[k] == REST else piece_label(piece.name)
+        flat, above = _separable(piece, i), 2 - share  # a small area on top of a large one hides it not
+        drawn[k] = [_draw(ax, x, low - middle, high - middle, flat, colours[k], text, above)]
+        if angle:
+            drawn[k] += [
+                _draw(ax, x, low - middle + t, high - middle + t, flat, colours[k], "_", above) for t in (-TWO_PI, TWO_PI)
+            ]
+    if rest := [k for k in drawn if colours[k] == REST]:
+        ax.fill_between([], [], color=REST, lw=0, label=f"{len(rest)} more pieces")
+    return drawn
+
+
+def _draw(
+    ax: Axes, x: Floats, low: Floats, high: Floats, flat: bool, colour: str, text: str, above: float
+) -> Line2D | PolyCollection:
+    """The images of one piece: a line if they are those of one coordinate, else the area between them."""
+    if flat:
+        return ax.plot(x, low, color=colour, lw=2.2, label=text, zorder=3)[0]
+    return ax.fill_between(x, low, high, color=tint(colour, 0.0 if colour == REST else 0.55), lw=0, label=text, zorder=above)
+
+
+@lru_cache(maxsize=8)  # the panels of all orbits show the same
+def _images(composite: CompositeMap, axes: tuple[Axis, ...], i: int) -> dict[int, tuple[Floats, Floats, float]]:
+    """Of each piece that has states over the axes, by number: the extremes of its images, and its share of the states.
+
+    The least and the largest at each point of coordinate i over all others, NaN where it has none, each of shape (m,).
+    """
+    grid = Grid(axes={str(k): axis for k, axis in enumerate(axes)})
+    states, number, row = grid.states(), pieces_on(composite, grid), np.indices(grid.shape)[i].ravel()
+    share = np.bincount(number + 1, minlength=len(composite.pieces) + 1)[1:] / len(number)
+    shown = [int(k) for k in np.flatnonzero(share)]
+    images = _of_pieces(composite, states, number, i)
+    between, of = _between(grid, number, _extreme(grid.shape, number, images, shown, i), i)
+    inner = composite.piece_once(between)
+    images = np.concatenate([images, _of_pieces(composite, between, inner, i)])
+    number, row = np.concatenate([number, inner]), np.concatenate([row, row[of]])
+    made = {}
+    for k in shown:
+        own, (low, high) = number == k, np.full((2, grid.shape[i]), np.nan)
+        np.fmin.at(low, row[own], images[own])
+        np.fmax.at(high, row[own], images[own])
+        made[k] = low, high, float(share[k])
+    return made
+
+
+def _of_pieces(composite: CompositeMap, states: Floats, number: Ints, i: int) -> Floats:
+    """Coordinate i of the images of states (N, n) by their pieces, not wrapped, NaN where there is none, shape (N,)."""
+    images = np.full(len(states), np.nan)
+    for k in np.unique(number[number >= 0]):
+        images[number == k] = composite.pieces[k].map(states[number == k])[:, i]
+    return images
+
+
+def _extreme(shape: tuple[int, ...], number: Ints, images: Floats, pieces: list[int], i: int) -> NDArray[np.bool_]:
+    """Which grid points have the least or the largest image of their piece at their value of coordinate i, shape (N,)."""
+    place = np.moveaxis(np.arange(len(number)).reshape(shape), i, 0).reshape(shape[i], -1)
+    chosen = np.zeros(len(number), bool)
+    for k in pieces:
+        for rows in (np.where(number == k, sign * images, np.inf)[place] for sign in (1, -1)):
+            chosen[np.take_along_axis(place, rows.argmin(axis=1)[:, np.newaxis], axis=1)] = True
+    return chosen
+
+
+def _between(grid: Grid, number: Ints, extreme: NDArray[np.bool_], i: int) -> tuple[Floats, Ints]:
+    """States between the grid points beside which a piece ends or is extreme, not along coordinate i; the point before each."""
+    place, states = np.arange(grid.size).reshape(grid.shape), grid.states()
+    shares = np.arange(1, _FINER)[:, np.newaxis, np.newaxis] / _FINER
+    parts = []
+    for k in np.delete(np.arange(place.ndim), i):
+        before, after = (np.delete(place, end, axis=k).ravel() for end in (-1, 0))
+        asked = (number[before] != number[after]) | extreme[before] | extreme[after]
+        before, after = before[asked], after[asked]
+        parts.append((states[before] + shares * (states[after] - states[before]), np.tile(before, _FINER - 1)))
+    return np.concatenate([each.reshape(-1, place.ndim) for each, _ in parts]), np.concatenate([of for _, of in parts])
+
+
+def _separable(piece: Piece, i: int) -> bool:
+    """Whether the image of coordinate i depends on coordinate i alone."""
+    return not np.delete(piece.map.exponents[i], i, axis=1).any()

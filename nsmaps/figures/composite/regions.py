@@ -1,0 +1,55 @@
+"""The pieces of the composite map by name, as areas of the state space: fig. regions, panel (b)."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.figures.composite.areas import colours_of, outline, paint_pieces, pieces_on
+from nsmaps.figures.data import COMPOSITE, SURFACES
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import REST, dress, piece_label, tint
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+POINTS = 601  #: an axis, so that edges that are no grid lines are drawn straight
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet with one panel."""
+    return (Sheet("regions", (partial(regions, result),), 1, (6.8, 5.0)),)
+
+
+def regions(result: "StudyResult", ax: Axes) -> Axes:
+    """Each state in the colour of the first piece that holds it (eq. compositemapM), lines between pieces.
+
+    The window is that of the grid. The legend has their words and shares of the window, and that of what is in no piece.
+    """
+    composite = COMPOSITE.of(result, "regions")
+    window = next(iter(SURFACES.of(result, "regions").values())).grid.axes
+    grid = Grid(axes={name: Axis(low=axis.low, high=axis.high, points=POINTS) for name, axis in window.items()})
+    paint_pieces(ax, result, "regions", grid)
+    number = pieces_on(composite, grid)
+    colours = colours_of(result, "regions")
+    handles = []
+    for k, (piece, colour) in enumerate(zip(composite.pieces, colours, strict=True)):
+        own = number == k
+        if not own.any():
+            continue
+        outline(ax, grid, own.reshape(grid.shape), color="0.25", lw=0.9)
+        if colour == REST:
+            continue
+        text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"
+        handles.append(Patch(fc=tint(colour, 0.65), ec="0.25", lw=0.9, label=text))
+    rest = np.isin(number, [k for k, colour in enumerate(colours) if colour == REST])
+    if rest.any():
+        text = f"{len(np.unique(number[rest]))} more: {100 * rest.mean():.3g} %"
+        handles.append(Patch(fc=REST, ec="0.25", lw=0.9, label=text))
+    if np.any(number < 0):
+        handles.append(Patch(fc="none", ec="0.6", hatch="////", lw=0, label=f"in no piece: {100 * np.mean(number < 0):.3g} %"))
+    ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))

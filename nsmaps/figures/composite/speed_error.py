@@ -1,0 +1,59 @@
+"""Error against time of the map that a partition made, beside the time of the exact map."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullLocator
+
+from nsmaps.figures.data import SPEED, section
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, GREY, ORANGE, RED
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet with one panel."""
+    return (Sheet("speed_error", (partial(speed_error, result),), 1, (6.4, 4.2)),)
+
+
+def speed_error(result: "StudyResult", ax: Axes) -> Axes:
+    """The largest errors at held-out states against the time a state, with the tolerance and the exact map's time as lines.
+
+    Errors of closed forms are told apart by the role of their pieces, those of strips by how near to an edge the states lie.
+    Left of the exact map's time a map is worth its error. The exact map has none here: it is what the others are held against.
+    """
+    speed = SPEED.of(result, "speed_error")
+    errors = {label: error for label, error in _errors(result).items() if np.isfinite(error) and error > 0}
+    looks = ((BLUE, "o"), (RED, "s"))
+    for (label, error), (colour, marker) in zip(errors.items(), looks, strict=False):
+        ax.plot([speed.composite], [error], marker, color=colour, ms=9, ls="none", label=label, zorder=3)
+    ax.axvline(speed.exact, color=ORANGE, lw=2, label="time of the exact map")
+    tolerance = _tolerance(result)
+    ax.axhline(tolerance, color=GREY, ls="--", label="tolerance")
+    times, levels = (speed.composite, speed.exact), (tolerance, *errors.values())
+    ax.set(xscale="log", yscale="log", xlim=(min(times) / 3, 3 * max(times)), ylim=(min(levels) / 5, 5 * max(levels)))
+    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.grid(color="0.9", zorder=0)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, ncols=2)
+    ax.set(xlabel="processor time per state (ns)", ylabel="largest error (of a speed, or rad)")
+    return ax
+
+
+def _errors(result: "StudyResult") -> dict[str, float]:
+    """The largest errors by where they were found."""
+    if result.accurate is not None:
+        return {"over the box": result.accurate.uniform.largest, "beside edges": result.accurate.beside.largest}
+    if result.partition is None:
+        return {}
+    transient = [max(row.max_error) for row in result.partition.table() if row.role == "transient"]
+    return {"attracting pieces": result.partition.max_error, "transient pieces": max(transient, default=np.nan)}
+
+
+def _tolerance(result: "StudyResult") -> float:
+    return section(result.study.partition, "partition").tolerance

@@ -1,0 +1,248 @@
+"""What figures read of a study's result, and the errors that say what a study must name for a result to have it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
+
+from nsmaps.errors import NsmapsError
+from nsmaps.plugins import sketch_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.cells.exit_times import Transient
+    from nsmaps.cells.morse_sets import MorseCover
+    from nsmaps.dynamics.attractors.basins import Basins
+    from nsmaps.dynamics.continuation.branch import Branch
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.stability import StabilityDiagram
+    from nsmaps.dynamics.lyapunov import LyapunovSweep
+    from nsmaps.exact.surfaces.slice import Slice
+    from nsmaps.exact.surfaces.surface import Surface
+    from nsmaps.exact.trajectory import Track
+    from nsmaps.reduced.adaptive.accurate import AccurateResult
+    from nsmaps.reduced.composite.composite import CompositeMap
+    from nsmaps.reduced.fit.filter import DiagonalRegion
+    from nsmaps.reduced.fit.filter_errors import NearDiagonals
+    from nsmaps.reduced.partition.partition import PartitionResult
+    from nsmaps.reduced.validation.speed import Speed
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.composite import PieceSection
+    from nsmaps.study.sections.noise import NoiseResult
+    from nsmaps.study.sections.orbits import OrbitPair
+    from nsmaps.study.study import Study
+    from nsmaps.symbolic.curve_iterates import SecondIterate
+
+T = TypeVar("T")
+
+COLOURED = 8  #: families that have a colour of their own
+
+
+@dataclass(frozen=True, slots=True)
+class Need(Generic[T]):
+    """A part of a result that a figure shows, and what a study says to have it computed."""
+
+    what: str  #: the part in words, such as "return surfaces"
+    sections: tuple[str, ...]  #: the sections of a study from which it is computed
+    part: "Callable[[StudyResult], T | None]"  #: raises NsmapsError where it is there and has nothing that can be shown
+    entry: str = ""  #: what a study must say, where that is more than to name the sections
+    asked: "Callable[[Study], bool]" = lambda study: True  #: whether a study which names the sections says that, too
+    planar: bool = False  #: whether it is shown in a plane of states, so that the system must have two coordinates
+
+    def of(self, result: "StudyResult", figure: str) -> T:
+        """The part of a result; NsmapsError, which names the figure, where the result has none that can be shown."""
+        try:
+            part = self.part(result)
+        except NsmapsError as error:
+            raise NsmapsError(f"the figure {figure!r} has nothing to show: {error}") from error
+        if not part:
+            raise NsmapsError(
+                f"the figure {figure!r} shows {self.what}, and the result has none; name {self.wanted} in the study, "
+                f"go on with a run that was stopped (--resume), or leave {figure!r} out of its figures"
+            )
+        if self.planar:
+            _check_plane(result.system.coordinates, figure)
+        return part
+
+    def check(self, study: "Study", figure: str) -> None:
+        """NsmapsError if a study names the sections and yet does not ask for the part."""
+        if not self.asked(study):
+            raise NsmapsError(f"the figure {figure!r} shows {self.what}; expected in the study: {self.wanted}")
+
+    @property
+    def wanted(self) -> str:
+        """What a study must say."""
+        return self.entry or " and ".join(map(repr, self.sections))
+
+
+def _check_plane(coordinates: Sequence[str], figure: str) -> None:
+    """An error unless there are two coordinates."""
+    if len(coordinates) != 2:
+        raise NsmapsError(
+            f"the figure {figure!r} is a picture of a plane and needs a system of 2 coordinates; this one has "
+            f"{len(coordinates)} ({', '.join(coordinates)}); envelopes and domain_size take any number"
+        )
+
+
+def section(made: T | None, name: str) -> T:
+    """A section of the study that a result was computed from; NsmapsError where the study lacks it."""
+    if made is None:
+        raise NsmapsError(f"the study of this result has no section {name!r}; expected: the study from which it was computed")
+    return made
+
+
+def position(coordinates: Sequence[str], coordinate: str) -> int:
+    """The index of a coordinate's name among those of the system, or an error that lists them."""
+    if coordinate not in coordinates:
+        raise NsmapsError(f"there is no coordinate {coordinate!r}; expected: {', '.join(coordinates)}")
+    return list(coordinates).index(coordinate)
+
+
+def _surfaces(result: "StudyResult") -> "Mapping[str, Surface]":
+    """The families with states on the grid; the most frequent ones first where they are more than there are colours."""
+    surfaces = {name: surface for name, surface in result.surfaces.items() if len(surface.start)}
+    if result.surfaces and not surfaces:
+        raise NsmapsError(
+            f"no state of the grid is in {' or '.join(map(repr, result.surfaces))}; expected: families of words that occur on "
+            "the grid"
+        )
+    if len(surfaces) > COLOURED:
+        return dict(sorted(surfaces.items(), key=lambda pair: -len(pair[1].start)))
+    return surfaces
+
+
+def _diagonal(result: "StudyResult") -> "DiagonalRegion | None":
+    """The region with the images of its states."""
+    region = result.diagonal
+    if region is None or not region.images:
+        return None
+    _check_some(len(region.start))
+    return region
+
+
+def _near(result: "StudyResult") -> "Sequence[NearDiagonals]":
+    """The states for each delta."""
+    if result.near:
+        _check_some(len(result.near[0].surface.start))
+    return result.near
+
+
+def _check_some(states: int) -> None:
+    """An error where no state is near the diagonals."""
+    if not states:
+        raise NsmapsError("no state is near the diagonals; expected: a larger 'delta', or a wider 'within'")
+
+
+def _orders(result: "StudyResult") -> "Sequence[NearDiagonals]":
+    """The states for each delta, if polynomials were fitted to them."""
+    near = _near(result)
+    return near if near and near[0].maps else ()
+
+
+def _enveloped(result: "StudyResult") -> "Mapping[str, AttractingDomain]":
+    """The domains whose auxiliary maps have values, by name."""
+    found = {name: domain for name, domain in result.domains.items() if _has_values(domain)}
+    if result.domains and not found:
+        why = "; ".join(f"domain {name!r}: {domain.reason}" for name, domain in result.domains.items())
+        raise NsmapsError(f"no auxiliary map has a value ({why}); expected: a domain in whose start box the map has images")
+    return found
+
+
+def _has_values(domain: "AttractingDomain") -> bool:
+    """Whether both auxiliary maps of a coordinate are finite somewhere."""
+    curves = [(each.lower, each.upper) for update in domain.updates for each in update.envelopes]
+    return any(bool(np.isfinite(pair).all(axis=0).any()) for pair in curves)
+
+
+def _separable(pieces: "Sequence[PieceSection]") -> "Mapping[str, PieceSection]":
+    """What a study says of each piece with a separable fit, by name."""
+    return {piece.name: piece for piece in pieces if piece.fit and piece.fit.separable}
+
+
+def _is_accurate(study: "Study") -> bool:
+    return study.partition is not None and study.partition.kind == "accurate"
+
+
+def _tracks(result: "StudyResult") -> "Sequence[Track]":
+    return [pair.track for pair in result.orbits if pair.track is not None]
+
+
+SKETCH: "Need[Callable[[Axes], Axes]]" = Need(
+    "a drawing of the system",
+    (),
+    lambda result: sketch_of(result.study.system),
+    "a system whose package offers one",
+    lambda study: bool(sketch_of(study.system)),
+)
+SURFACES: "Need[Mapping[str, Surface]]" = Need("return surfaces", ("grid", "families"), _surfaces, planar=True)
+SLICES: "Need[Sequence[Slice]]" = Need("first returns along one coordinate", ("slices",), lambda result: result.slices)
+DIAGONAL: "Need[DiagonalRegion]" = Need("the region near the diagonals with its images", ("diagonal",), _diagonal)
+NEAR: "Need[Sequence[NearDiagonals]]" = Need("the states near the diagonals", ("diagonal",), _near, planar=True)
+ORDERS: "Need[Sequence[NearDiagonals]]" = Need(
+    "fits near the diagonals",
+    ("diagonal",),
+    _orders,
+    "'orders' in 'diagonal'",
+    lambda study: not study.diagonal or bool(study.diagonal.orders),
+    planar=True,
+)
+COMPOSITE: "Need[CompositeMap]" = Need(
+    "a composite map of pieces in closed form",
+    ("composite",),
+    lambda result: result.composite,
+    "'composite' or a 'partition' of kind closed_form",
+    lambda study: not _is_accurate(study),
+)
+SEPARABLE: "Need[Mapping[str, PieceSection]]" = Need(
+    "pieces with a separable fit",
+    ("composite",),
+    lambda result: _separable(result.study.composite),
+    "a piece of 'composite' with a 'separable' fit",
+    lambda study: not (study.composite or study.partition) or bool(_separable(study.composite)),
+    planar=True,
+)
+PARTITION: "Need[PartitionResult]" = Need(
+    "a partition into pieces in closed form",
+    ("grid", "partition"),
+    lambda result: result.partition,
+    "a 'partition' of kind closed_form",
+    lambda study: not _is_accurate(study),
+)
+ACCURATE: "Need[AccurateResult]" = Need(
+    "strips between grazing curves",
+    ("grid", "partition"),
+    lambda result: result.accurate,
+    "a 'partition' of kind accurate",
+    lambda study: not study.partition or _is_accurate(study),
+)
+SPEED: "Need[Speed]" = Need("the speed of a reduced map", ("grid", "partition"), lambda result: result.speed, "a 'partition'")
+ORBITS: "Need[Sequence[OrbitPair]]" = Need("orbits", ("orbits",), lambda result: result.orbits)
+TRACKS: "Need[Sequence[Track]]" = Need(
+    "the motion between impacts",
+    ("orbits",),
+    _tracks,
+    "'track' in an entry of 'orbits'",
+    lambda study: not study.orbits or any(orbit.track for orbit in study.orbits),
+)
+BIFURCATION: "Need[Mapping[str, Bifurcation]]" = Need("bifurcation diagrams", ("bifurcation",), lambda result: result.bifurcation)
+BRANCHES: "Need[Mapping[str, Sequence[Branch]]]" = Need(
+    "branches of periodic orbits", ("branches",), lambda result: result.branches
+)
+STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",), lambda result: result.stability)
+LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
+BASINS: "Need[Basins]" = Need(
+    "basins over a grid",
+    ("basins",),
+    lambda result: result.basins if result.basins and result.basins.grid else None,
+    planar=True,
+)
+NOISE: "Need[NoiseResult]" = Need("orbits under noise", ("noise",), lambda result: result.noise)
+DOMAINS: "Need[Mapping[str, AttractingDomain]]" = Need("attracting domains", ("domains",), lambda result: result.domains)
+ENVELOPED: "Need[Mapping[str, AttractingDomain]]" = Need("auxiliary maps", ("domains",), _enveloped)
+SECOND_ITERATE: "Need[SecondIterate]" = Need("a second-iterate map", ("second_iterate",), lambda result: result.second_iterate)
+MORSE: "Need[MorseCover]" = Need("a cover by Morse sets", ("morse",), lambda result: result.morse, planar=True)
+TRANSIENT: "Need[Transient]" = Need("transient regions", ("exit_times",), lambda result: result.transient, planar=True)
+PLANE: "Need[Any]" = Need("the plane of states", (), lambda result: result.system, planar=True)

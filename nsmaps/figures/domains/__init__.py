@@ -1,0 +1,1 @@
+"""Figures of auxiliary maps and attracting domains."""

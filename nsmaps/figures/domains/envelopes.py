@@ -1,0 +1,149 @@
+"""Upper and lower maps of each coordinate and the cobwebs between them: fig. cobweb12d35, Auximapsd30, Auximapsd26."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+from scipy.ndimage import grey_closing, grey_opening, maximum_filter1d, uniform_filter1d
+
+from nsmaps.arrays import Floats
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.data import ENVELOPED, position
+from nsmaps.figures.lines import diagonal, last_tenth, staircase
+from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.auxiliary.worst_case import Update
+    from nsmaps.study.result import StudyResult
+
+
+_MOVED = 0.01  #: of a box's width, below which its picture is the same
+_TEETH = 9  #: samples of a curve, up to which a notch in it is a tooth
+_LEVEL = (grey_opening, grey_closing)  #: what levels teeth of a lower and of an upper map outwards
+_GENERIC = {True: "generic", False: "generic: no cycle"}  #: by whether it comes to rest; one that does not fills the picture
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, as far as they differ."""
+    made = []
+    for k, (name, domain) in enumerate(ENVELOPED.of(result, "envelopes").items()):
+        file = file_of("envelopes", name if k else "")
+        pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
+        panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
+        made.append(Sheet(file, panels, len(domain.coordinates), (5.8, 4.4)))
+    return tuple(made)
+
+
+def shown(domain: "AttractingDomain") -> list[int]:
+    """The positions of the first, the second and the last update; one whose box is that of an earlier one is left out."""
+    last = len(domain.updates) - 1
+    kept = [0]
+    for number in sorted({min(1, last), last} - {0}):
+        before, box = (domain.updates[k].box for k in (kept[-1], number))
+        if (np.abs(box - before) > _MOVED * np.ptp(before, axis=1, keepdims=True)).any():
+            kept.append(number)
+    return kept
+
+
+def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1, domain: str = "") -> Axes:
+    """The upper and lower map of one coordinate at one update, by position (eq. auxv, auxphi).
+
+    Dotted: the worst-case steps from the update's box (eq. WCScobweb-v, -phi); thin: the generic cobweb, its last tenth
+    red, if it comes to rest; pale yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
+    box is trapped.
+    """
+    named = ENVELOPED.of(result, "envelopes")
+    chosen = named[domain or next(iter(named))]
+    i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
+    step = _update(chosen, update)
+    envelope, worst = step.envelopes[i], step.worst[:, i]
+    name = chosen.coordinates[i]
+    if step.trapped:
+        held = rf"$\mathcal{{A}}^{{({step.number + 1})}}$, {np.ptp(worst[-1]):.3g} wide"
+        ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.88), ec=OLIVE, lw=1.0, ls="--", zorder=0, label=held)
+        text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
+        ax.plot(worst[-1], worst[-1], "*", color="black", mec="white", mew=0.6, ms=13, zorder=7, label=text)
+        generic = step.generic[:, i]
+        rests = abs(generic[-1] - generic[-3]) <= 1e-6 * np.ptp(step.box[i])
+        ax.plot(*staircase(generic if rests else generic[:1]), color="0.4", lw=0.7, zorder=4, label=_GENERIC[rests])
+        if rests:
+            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=2.2, zorder=6, label="its last 10 %")
+    lower, upper = outer(chosen, step, i)
+    ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
+    ax.plot(envelope.x, upper, color=BLUE, lw=2.2, zorder=3, label=bounding(i, "U", chosen))
+    ax.plot(envelope.x, lower, color=ORANGE, lw=2.2, zorder=3, label=bounding(i, "L", chosen))
+    ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label=worst_case(chosen))
+    frame(ax, envelope.x, np.concatenate([lower, upper, worst.ravel()]))
+    ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.trapped else ", not trapped"))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    return dress(ax, (name, "k"), (name, "k+1"))
+
+
+def _update(domain: "AttractingDomain", number: int) -> "Update":
+    """The update at this position, from the end if negative."""
+    if not -len(domain.updates) <= number < len(domain.updates):
+        raise NsmapsError(f"there is no update at position {number}; the domain has {len(domain.updates)} updates")
+    return domain.updates[number]
+
+
+def worst_case(domain: "AttractingDomain") -> str:
+    """What the legend calls the worst case: of a map that encloses images it is itself enclosed, and passes the samples."""
+    return "worst case,\nenclosed" if domain.status == "enclosed" else "worst case"
+
+
+def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
+    """The staircase of one coordinate's intervals: from where a curve is extreme up to its extreme, across to the diagonal."""
+    x: list[float] = []
+    y: list[float] = []
+    for places, (lowest, highest) in zip(step.at[:, index].mean(axis=2), step.worst[1:, index], strict=True):
+        for at, end in ((places[1], highest), (places[0], lowest)):
+            x += [at, at, end, np.nan]
+            y += [at, end, end, np.nan]
+    return np.array(x), np.array(y)
+
+
+def frame(ax: Axes, x: Floats, values: Floats) -> None:
+    """Limits that hold the box along the one axis and the finite values along the other, and the diagonal within them."""
+    held = np.append(x, values[np.isfinite(values)])
+    for low, high, limits in ((x[0], x[-1], ax.set_xlim), (held.min(), held.max(), ax.set_ylim)):
+        margin = 0.03 * (high - low)
+        limits(low - margin, high + margin)
+    diagonal(ax, *ax.get_xlim())
+
+
+def outer(domain: "AttractingDomain", step: "Update", index: int) -> tuple[Floats, Floats]:
+    """The lower and upper map of one coordinate, each of shape (m,), for a line that has no teeth.
+
+    Samples of the exact map miss its extremes beside a graze, now more and now less, and overshoot there between samples: teeth
+    narrower than some samples are levelled outwards, and what passes the enclosed worst case, which holds, is cut off at it.
+    """
+    envelope = step.envelopes[index]
+    if domain.status != "enclosed":
+        return envelope.lower, envelope.upper
+    low, high = step.worst[1, index] if step.number == 1 or not step.trapped else (-np.inf, np.inf)
+    rough = [_toothed(curve) for curve in (envelope.lower, envelope.upper)]
+    made = np.clip(envelope.lower, low, None), np.clip(envelope.upper, None, high)
+    lower, upper = (np.where(at, level(curve, _TEETH), curve) for at, curve, level in zip(rough, made, _LEVEL, strict=True))
+    return lower, upper
+
+
+def _toothed(curve: Floats) -> NDArray[np.bool_]:
+    """Where a curve (m,) goes up and down more than once within so few samples."""
+    turns = np.pad(np.diff(curve)[1:] * np.diff(curve)[:-1] < 0, 1).astype(int)
+    many = uniform_filter1d(turns * float(_TEETH), _TEETH) > 1.5
+    return np.asarray(maximum_filter1d(many, _TEETH))
+
+
+def bounding(index: int, letter: str, domain: "AttractingDomain | None" = None) -> str:
+    r"""The upper or lower map as the paper writes it: xi of the first coordinate, eta of the second, and that it is of samples.
+
+    >>> bounding(1, "U"), bounding(2, "L")
+    ('$\\eta_U$', 'lower map')
+    """
+    greek = (r"\xi", r"\eta")
+    name = f"${greek[index]}_{letter}$" if index < 2 else f"{'upper' if letter == 'U' else 'lower'} map"
+    return name + (", samples" if domain is not None and domain.status == "enclosed" else "")

@@ -1,0 +1,94 @@
+"""Second-iterate maps against the diagonal, whose fixed points bound the domain: fig. highorderiterate."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.arrays import Floats
+from nsmaps.figures.data import DOMAINS, SECOND_ITERATE, position, section
+from nsmaps.figures.lines import diagonal, window
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, ORANGE, bare, dress, symbol
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.study.result import StudyResult
+
+_OUT = {True: "", False: ",\nleads out"}  #: by whether the curve stays in the box anywhere
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet: the second and the last update as rows, coordinates as columns."""
+    domain = _domain(result)
+    last = len(domain.updates) - 1
+    rows = sorted({min(1, last), last})
+    panels = tuple(partial(second_iterate, result, coordinate=c, update=u) for u in rows for c in domain.coordinates)
+    return (Sheet("second_iterate", panels, len(domain.coordinates), (6.3, 4.3)),)
+
+
+def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1) -> Axes:
+    """One coordinate two steps on, at one update of the auxiliary maps, by position (eq. auxv2nd, auxphi2nd).
+
+    The lower map of the upper one has the fixed point p, the upper of the lower one q; where part 2 of the Statement
+    applies, the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). At the last
+    update, where the coordinate's maps are closed forms, the polynomial of eq. seconditerativev is dashed over them.
+    """
+    polynomial, domain = SECOND_ITERATE.of(result, "second_iterate"), _domain(result)
+    i = position(domain.coordinates, coordinate or domain.coordinates[0])
+    name, step = domain.coordinates[i], domain.updates[update]
+    x, lower, upper = (getattr(step.envelopes[i], part) for part in ("x", "lower", "upper"))
+    worst = step.part[i] == 2
+    first = _worst(x, lower, upper) if worst else _after(x, lower, upper)
+    second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
+    ax.plot(x, first, color=BLUE, lw=2.2, label="lower of upper map" + ", worst" * worst + _OUT[bool(np.isfinite(first).any())])
+    ax.plot(
+        x, second, color=ORANGE, lw=2.2, label="upper of lower map" + ", worst" * worst + _OUT[bool(np.isfinite(second).any())]
+    )
+    closed = step.envelopes[i].kind == "closed form"
+    if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
+        values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
+        ax.plot(x, values, color="black", lw=1.6, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
+    if not any(_meets(x, curve) for curve in (first, second)):
+        ax.text(1.03, 0.05, "no fixed point\nin the box", transform=ax.transAxes, va="bottom")
+    if step.trapped:
+        text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
+        ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.6, ms=13, zorder=5, label=text)
+    diagonal(ax, x[0], x[-1])
+    bottom, top = window(x[0], x[-1], np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines]), 1.0)
+    margin = 0.03 * (top - bottom)
+    ax.set_ylim(bottom - margin, top + margin)
+    ax.set_title(f"{domain.of}, update {step.number}" + ("" if step.trapped else ", not trapped"))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.8)
+    return dress(ax, (name, "k"), (name, "k+2"))
+
+
+def _domain(result: "StudyResult") -> "AttractingDomain":
+    """The domain between whose bounds the study takes the second iterate."""
+    return DOMAINS.of(result, "second_iterate")[section(result.study.second_iterate, "second_iterate").domain]
+
+
+def _meets(x: Floats, curve: Floats) -> bool:
+    """Whether a curve given at x, NaN where it leads out, touches the diagonal."""
+    apart = curve - x
+    near = np.abs(apart) <= 1e-9 * np.ptp(x)
+    return bool((near | np.append(apart[1:] * apart[:-1] < 0, False)).any())
+
+
+def _after(x: Floats, second: Floats, first: Floats) -> Floats:
+    """The second curve of the first, both given at x, shape (m,); NaN where the first leads out of x."""
+    return np.asarray(np.interp(first, x, second, left=np.nan, right=np.nan))
+
+
+def _worst(x: Floats, second: Floats, first: Floats, sign: int = 1) -> Floats:
+    """The worst case of the second curve between x and the worst case of the first over [x, its end]; with sign -1 downwards.
+
+    Upwards the interval of x ends at the box's upper end, the first curve is taken at its largest and the second at its least.
+    """
+    turned, least, largest = sign * x[::sign], sign * second[::sign], sign * first[::sign]
+    values = []
+    for k, end in enumerate(np.maximum.accumulate(largest[::-1])[::-1]):  # the largest first image from each x on
+        between = least[k : max(k + 1, int(np.searchsorted(turned, end)))]
+        values.append(min(between.min(), np.interp(max(end, turned[k]), turned, least)))
+    return sign * np.array(values)[::sign]

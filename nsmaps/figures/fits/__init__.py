@@ -1,0 +1,1 @@
+"""Figures of fits near the diagonals and of separable maps."""

@@ -1,0 +1,68 @@
+"""Where polynomials fitted near the diagonals are off, and by how much, for several delta: fig. comparert."""
+
+from functools import partial
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from nsmaps.arrays import Floats
+from nsmaps.figures.data import ORDERS, position
+from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.style import dress, symbol, with_unit
+from nsmaps.reduced.fit.polyfit import unwrapped
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.fit.filter_errors import NearDiagonals
+    from nsmaps.study.result import StudyResult
+
+_DECADES = 4.0  #: of the colours, below the largest error
+_MARGIN = 0.06  #: of the picture around the states of the largest delta, in their widths
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """A sheet an order, the first's named `fit_error`: a row a delta, a column a coordinate."""
+    near = ORDERS.of(result, "fit_error")
+    coordinates = near[0].surface.coordinates
+    made = []
+    for k, order in enumerate(near[0].maps):
+        file = file_of("fit_error", order if k else "")
+        rows = range(len(near))
+        panels = tuple(partial(fit_error, result, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
+        made.append(Sheet(file, panels, len(coordinates), (5.6, 3.6), title=order))
+    return tuple(made)
+
+
+def fit_error(result: "StudyResult", ax: Axes, coordinate: str = "", delta: int = 0, order: str = "") -> Axes:
+    """The error of one coordinate at every state near the diagonals, each as its cell of the grid, for a delta by position.
+
+    Lighter is a larger error. One logarithmic scale serves all delta, and ends at their largest error.
+    """
+    near = ORDERS.of(result, "fit_error")
+    order = order or next(iter(near[0].maps))
+    one, names = near[delta], near[0].surface.coordinates
+    i = position(names, coordinate or names[0])
+    largest = max(1e-300, *(_errors(each, order)[:, i].max() for each in near))  # positive also of a fit without any error
+    least = largest / 10**_DECADES
+    widest = max(near, key=lambda each: each.delta).surface.start
+    margin = _MARGIN * np.ptp(widest, axis=0)
+    ends = np.stack([widest.min(axis=0) - margin, widest.max(axis=0) + margin], axis=1)
+    values = [axis.values() for axis in one.surface.grid.axes.values()]
+    seen = [(x >= low) & (x <= high) for x, (low, high) in zip(values, ends, strict=True)]
+    shown = one.surface.on_grid(np.maximum(_errors(one, order)[:, i], least))[np.ix_(*seen)].T
+    x, y = (x[inside] for x, inside in zip(values, seen, strict=True))
+    norm = LogNorm(least, largest)
+    mesh = ax.pcolormesh(x, y, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True)
+    ax.set(xlim=ends[0], ylim=ends[1])
+    bar = cast(Figure, ax.get_figure(root=True)).colorbar(mesh, cax=ax.inset_axes((1.03, 0, 0.035, 1)), extend="min")
+    bar.set_label(with_unit(rf"$|$error of {symbol(names[i], 'k+1')}$|$", names[i]))
+    ax.set_title(rf"$\delta = {one.delta:g}$, {len(one.surface.start)} states", loc="right")
+    return dress(ax, (names[0], "k"), (names[1], "k"))
+
+
+def _errors(near: "NearDiagonals", order: str) -> Floats:
+    """How far the fit of an order is off at each state, shape (M, n)."""
+    start, target = unwrapped(near.surface)
+    return np.abs(near.maps[order](start) - target)

@@ -1,0 +1,123 @@
+"""A separable map beside the exact one, along the lines that represent a surface: fig. r2approx and r5approx."""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import angle_mask, wrap
+from nsmaps.figures.data import COMPOSITE, SEPARABLE, position, section
+from nsmaps.figures.lines import diagonal
+from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.returns.surfaces import raised
+from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol, tint
+from nsmaps.reduced.fit.polyfit import Separable, unwrapped
+
+if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.surface import Surface
+    from nsmaps.reduced.fit.polymap import PolyMap
+    from nsmaps.study.result import StudyResult
+
+_POINTS = 200  #: of a curve of the separable map
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """A sheet a piece, the first's named `separable`: the phase planes above the surfaces, coordinates as columns."""
+    made = []
+    for k, piece in enumerate(SEPARABLE.of(result, "separable")):
+        names = COMPOSITE.of(result, "separable").coordinates
+        file = file_of("separable", piece if k else "")
+        panels = [partial(of, result, coordinate=name, piece=piece) for of in (separable, separable_surface) for name in names]
+        kinds = (*(None for _ in names), *("3d" for _ in names))
+        made.append(Sheet(file, tuple(panels), len(names), (5.4, 4.5), kinds, piece_label(piece)))
+    return tuple(made)
+
+
+def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str = "") -> Axes:
+    """The phase plane of one coordinate: the exact map along one line of the grid, and the separable map.
+
+    The line is the one that the fit is made `along`, or else through the median of the states. Grey: all other states of the
+    region, of which a separable map knows nothing.
+    """
+    part = _part(result, piece)
+    i = position(part.names, coordinate or part.names[0])
+    exact, fitted = part.exact(i), part.fitted(i)
+    ax.plot(part.start[:, i], part.target[:, i], "o", ms=1.1, mew=0, color="0.8", zorder=1, rasterized=True)
+    ax.plot([], [], "s", color="0.8", mew=0, label=f"{part.surface.name} in {piece_label(part.name)}")
+    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=2.6, label=f"exact, {part.held(i)}", zorder=3)
+    ax.plot(fitted[:, i], fitted[:, -1], color=ORANGE, lw=1.8, ls=(0, (4, 1.5)), label="separable", zorder=4)
+    ends = part.start[:, i].min(), part.start[:, i].max()
+    diagonal(ax, *ends).set_label("_")
+    ax.set_xlim(*ends)
+    ax.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=3, frameon=False, handlelength=1.5, columnspacing=0.9)
+    return dress(ax, (part.names[i], "k"), (part.names[i], "k+1"))
+
+
+def separable_surface(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str = "") -> Axes:
+    """The surface of one coordinate over the region of a piece, with the curves of `separable` on it.
+
+    The axes must be three-dimensional (`projection="3d"`).
+    """
+    part = _part(result, piece)
+    i = position(part.names, coordinate or part.names[0])
+    colour = tint(family_colours(list(result.surfaces))[part.surface.name], 0.3)
+    raised(ax, "separable", [(part.surface, part.target[:, i], colour)], part.names[i])
+    space = cast(Any, ax)
+    space.set_box_aspect((1, 1, 0.8), zoom=0.95)
+    space.computed_zorder = False  # curves on a surface are hidden by it otherwise
+    for curve, shade, dashes in ((part.exact(i), GREEN, "-"), (part.fitted(i), ORANGE, (0, (4, 1.5)))):
+        space.plot(*curve.T, color=shade, lw=2.4, ls=dashes, zorder=5)
+    return ax
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """A piece with a separable fit, and what the exact map says in its region."""
+
+    name: str
+    map: "PolyMap"
+    fit: Separable  #: with the values that each coordinate's line is held at
+    surface: "Surface"  #: M states of its family, in its region
+    start: Floats  #: (M, n), angles on one stretch
+    target: Floats  #: (M, n), as the polynomials have them
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.surface.coordinates
+
+    def exact(self, i: int) -> Floats:
+        """The line of coordinate i: states and then that coordinate's image, shape (m, n + 1), NaN where the line has a gap."""
+        rows = self.fit.data(self.surface, self.names[i])
+        line = np.column_stack([self.start[rows], self.target[rows, i]])
+        axis = list(self.surface.grid.axes.values())[i]
+        gaps = np.flatnonzero(np.diff(line[:, i]) > 1.5 * (axis.high - axis.low) / (axis.points - 1))
+        return np.insert(line, gaps + 1, np.nan, axis=0)
+
+    def fitted(self, i: int) -> Floats:
+        """The same of the separable map, between the ends of that line."""
+        line = self.exact(i)[:, :-1]
+        states = np.tile(line[0], (_POINTS, 1))
+        states[:, i] = np.linspace(np.nanmin(line[:, i]), np.nanmax(line[:, i]), _POINTS)
+        return np.column_stack([states, self.map(states)[:, i]])
+
+    def held(self, i: int) -> str:
+        """What the line of coordinate i is held at, such as `phi_k = 0.35`."""
+        line = self.exact(i)[0]
+        return ", ".join(f"{symbol(name, 'k')} = {line[j]:.4g}" for j, name in enumerate(self.names) if j != i)
+
+
+def _part(result: "StudyResult", piece: str) -> _Part:
+    """A piece by name, the first if it is empty."""
+    specs, composite = SEPARABLE.of(result, "separable"), COMPOSITE.of(result, "separable")
+    spec = specs[piece or next(iter(specs))]
+    asked, family = section(spec.fit, "fit"), section(spec.family, "family")
+    whole, region = result.surfaces[family], composite.piece(spec.name).region
+    seen = np.where(angle_mask(whole.coordinates), wrap(whole.start), whole.start)
+    surface = whole.restricted(region.contains(seen))
+    start, target = unwrapped(surface)
+    medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))
+    fit = Separable(degrees=section(asked.separable, "separable"), along=asked.along or medians, absolute=())
+    return _Part(spec.name, composite.piece(spec.name).map, fit, surface, start, target)

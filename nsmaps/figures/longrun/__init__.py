@@ -1,0 +1,1 @@
+"""Figures of the long run: bifurcations, branches, stability, exponents, basins, noise."""

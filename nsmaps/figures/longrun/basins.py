@@ -1,0 +1,78 @@
+"""Basins of attraction over a grid: where each start ends up, and after how many returns."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
+
+from nsmaps.arrays import Floats
+from nsmaps.figures.data import BASINS
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress, tint
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.attractors.attractor import Attractor
+    from nsmaps.study.result import StudyResult
+
+_COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)
+_MARKS = "oDs^vP"
+_KINDS = {-1: ("unresolved", "0.6"), -2: ("ended", "0.15")}
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet of two panels."""
+    return (Sheet("basins", (lambda ax: basins(result, ax), lambda ax: arrival(result, ax)), 2, (5.4, 4.4)),)
+
+
+def basins(result: "StudyResult", ax: Axes) -> Axes:
+    """A colour for each basin, its attractor marked on it; what came to none is grey, what ended is black."""
+    made = BASINS.of(result, "basins")
+    present = [k for k in (*range(len(made.attractors)), *_KINDS) if (made.label == k).any()]
+    colours = [_KINDS[k][1] if k < 0 else tint(_COLOURS[k % len(_COLOURS)], 0.35) for k in present]
+    numbers = np.select([made.label == k for k in present], range(len(present)), 0)
+    _paint(ax, result, numbers, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(present) - 0.5)
+    handles = []
+    for k, colour in zip(present, colours, strict=True):
+        name = _KINDS[k][0] if k < 0 else f"{_motion(made.attractors[k])}"
+        handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * made.fractions[k]:.3g} %"))
+        if k >= 0:
+            states, many = made.attractors[k].states, made.attractors[k].period == 0
+            look = {"mfc": _COLOURS[k % len(_COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
+            ax.plot(*states[:, :2].T, _MARKS[k % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
+    ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=2, fontsize=8.5)
+    return _dressed(ax, result)
+
+
+def _motion(attractor: "Attractor") -> str:
+    """What an attractor is called: its motion and its period in returns."""
+    period = f", period {attractor.period}" if attractor.period else ", no period"
+    return attractor.label.removesuffix(period) + period
+
+
+def arrival(result: "StudyResult", ax: Axes) -> Axes:
+    """Returns to arrive at the attractor; white where a start did not."""
+    made = BASINS.of(result, "basins")
+    shown = np.where(made.label >= 0, made.arrival, np.nan).astype(float)
+    mesh = _paint(ax, result, shown, cmap="cividis")
+    figure = ax.get_figure()
+    assert figure is not None
+    figure.colorbar(mesh, ax=ax, label="returns to arrive")
+    return _dressed(ax, result)
+
+
+def _paint(ax: Axes, result: "StudyResult", values: Floats, **look: Any) -> Any:
+    """The values at the states of the grid as coloured cells."""
+    grid = BASINS.of(result, "basins").grid
+    assert grid is not None
+    x, y = (axis.values() for axis in grid.axes.values())
+    return ax.pcolormesh(x, y, values.reshape(grid.shape).T, shading="nearest", rasterized=True, **look)
+
+
+def _dressed(ax: Axes, result: "StudyResult") -> Axes:
+    made = BASINS.of(result, "basins")
+    assert made.grid is not None
+    first, second = made.grid.axes.values()
+    ax.set(xlim=(first.low, first.high), ylim=(second.low, second.high))
+    return dress(ax, (made.coordinates[0], ""), (made.coordinates[1], ""))

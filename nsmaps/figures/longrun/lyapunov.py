@@ -1,0 +1,43 @@
+"""Lyapunov exponents over a parameter, with their errors."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.figures.data import LYAPUNOV, section
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, ORANGE, label
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+_COLOURS = (BLUE, ORANGE, "0.45")
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet of two panels: per return and per unit of time."""
+    panels = tuple(partial(lyapunov, result, per_time=per_time) for per_time in (False, True))
+    return (Sheet("lyapunov", panels, 2),)
+
+
+def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
+    """The exponents with bands of two standard errors, a colour each; above the line at zero nearby orbits part."""
+    made = LYAPUNOV.of(result, "lyapunov")
+    exponents, error = (made.at.per_time, made.at.per_time_error) if per_time else (made.at.exponents, made.at.error)
+    order = np.argsort(made.values)
+    x = made.values[order]
+    for i in range(exponents.shape[-1]):
+        y, spread = (np.where(np.isfinite(table), table, np.nan)[order, ..., i] for table in (exponents, error))
+        colour = _COLOURS[i % len(_COLOURS)]
+        ax.plot(x, y.reshape(len(x), -1), color=colour, lw=1.1, marker=".", ms=3, mew=0)
+        ax.plot([], [], color=colour, label=rf"$\lambda_{{{i + 1}}}$")
+        for column, wide in zip(y.reshape(len(x), -1).T, spread.reshape(len(x), -1).T, strict=True):
+            ax.fill_between(x, column - 2 * wide, column + 2 * wide, color=colour, alpha=0.25, lw=0)
+    ax.axhline(0, color="black", lw=0.8, zorder=0)
+    ax.set_xlim(x[0], x[-1])
+    ax.set_xlabel(label(section(result.study.lyapunov, "lyapunov").parameter))
+    ax.set_ylabel(f"Lyapunov exponents per {'unit of time' if per_time else 'return'}")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=4)
+    return ax

@@ -1,0 +1,96 @@
+"""What noise does: fig. comp_stoch redrawn, and how long orbits stay in which motion."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.figures.data import NOISE, section
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, symbol, with_unit
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.study.result import StudyResult
+
+_COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY)
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet of panels: impacts with falling and growing parameter, if the study has them, shares and rates."""
+    made = NOISE.of(result, "noise")
+    diagrams = [partial(impacts, result, follow=follow) for follow in ("down", "up")] if made.impacts else []
+    return (Sheet("noise", (*diagrams, partial(shares, result), partial(rates, result)), 2),)
+
+
+def impacts(result: "StudyResult", ax: Axes, follow: str = "down") -> Axes:
+    """Velocities of impacts over a parameter, those on other walls than the base wall below zero.
+
+    Open circles without noise, blue on the base wall and black on the other; dots with noise, green and red.
+    """
+    made = [diagram for diagram in NOISE.of(result, "noise").impacts if diagram.follow == follow]
+    for diagram in sorted(made, key=lambda each: -each.noise.sigma):
+        noisy = diagram.noise.sigma > 0
+        for wall, name in enumerate(diagram.walls):
+            colour = (GREEN, RED)[wall] if noisy else (BLUE, BLACK)[wall]
+            label = f"{name}, " + (rf"$\sigma = {diagram.noise.sigma:.3g}$" if noisy else "no noise")
+            look = {"ms": 2.2, "mew": 0, "alpha": 0.7} if noisy else {"ms": 3.4, "mew": 0.5, "mfc": "none"}
+            ax.plot(*_points(diagram, wall), "." if noisy else "o", color=colour, label=label, rasterized=True, **look)
+    values = made[0].values
+    ax.set_xlim(values.min(), values.max())
+    ax.axhline(0, color="0.8", lw=0.6, zorder=0)
+    parameter = section(section(result.study.noise, "noise").impacts, "impacts").parameter
+    ax.set_title(f"{symbol(parameter)} {'falling' if follow == 'down' else 'growing'}", loc="right")
+    ax.set_xlabel(with_unit(symbol(parameter)))
+    ax.set_ylabel(with_unit("impact velocity"))
+    legend = ax.legend(loc="center", bbox_to_anchor=(0.5, 0.68), fontsize=8, ncols=2, handletextpad=0.1, columnspacing=0.8)
+    for handle in legend.get_lines():
+        handle.set_markersize(5)
+        handle.set_alpha(1)
+    return ax
+
+
+def _points(diagram: "ImpactDiagram", wall: int) -> tuple[list[float], list[float]]:
+    """Values of the parameter and velocities of the impacts on one wall, each circle of a periodic motion once."""
+    x, y = [], []
+    for value, walls, speeds in zip(diagram.values.tolist(), diagram.wall, diagram.speed, strict=True):
+        own = np.unique(np.round(speeds[walls == wall], 9))
+        x += [value] * len(own)
+        y += (own if wall == 0 else -own).tolist()
+    return x, y
+
+
+def shares(result: "StudyResult", ax: Axes) -> Axes:
+    """The share of the time that is spent in each motion against the size of the noise."""
+    made = NOISE.of(result, "noise")
+    for k, name in enumerate(made.stays[0].modes):
+        ax.plot(made.sigma, [stay.share[k] for stay in made.stays], "o-", ms=4, color=_COLOURS[k % len(_COLOURS)], label=name)
+    ax.set_ylim(-0.03, 1.03)
+    ax.set_ylabel("share of the time")
+    return _over_sizes(ax)
+
+
+def rates(result: "StudyResult", ax: Axes) -> Axes:
+    """Changes from motion to motion per unit of time in the first, with standard errors; sizes without a change are left out."""
+    made = NOISE.of(result, "noise")
+    modes = made.stays[0].modes
+    pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
+    for number, (i, j) in enumerate(pairs):
+        kept = [(sigma, stay) for sigma, stay in zip(made.sigma, made.stays, strict=True) if stay.switches[i, j] > 0]
+        x, y = [sigma for sigma, _ in kept], [stay.rates[i, j] for _, stay in kept]
+        wide = [min(stay.rates_error[i, j], 0.99 * stay.rates[i, j]) for _, stay in kept]
+        look = {"color": _COLOURS[number % len(_COLOURS)], "capsize": 2, "ms": 4, "label": f"{modes[i]} to {modes[j]}"}
+        ax.errorbar(x, y, wide, fmt="o-", **look)  # type: ignore[arg-type]
+    ax.set_yscale("log")
+    ax.set_ylabel("changes per unit of time spent")
+    return _over_sizes(ax)
+
+
+def _over_sizes(ax: Axes) -> Axes:
+    ax.set_xlabel(with_unit(r"size of the noise $\sigma$"))
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="best")
+    else:
+        ax.text(0.5, 0.5, "no changes", transform=ax.transAxes, ha="center")
+    return ax

@@ -1,0 +1,78 @@
+"""Stability diagrams: the period or the motion that attracts over two parameters, with the curves on which it changes."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.data import STABILITY, section
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLACK, BLUE, GREEN, GREY, MAGENTA, ORANGE, RED, SKY, YELLOW, dress
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
+    from nsmaps.study.result import StudyResult
+
+_COLOURS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, RED, BLUE)
+_CHAOS, _OTHER, _NONE = "no period found", "other", "no attractor"
+_LAST = {_OTHER: GREY, _CHAOS: "#333333", _NONE: "#FFFFFF"}
+_LINES = ("-", "--", ":", "-.")
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet: the motions, with the curves of events."""
+    made, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
+    names, curves = (asked.along.parameter, asked.across.parameter), result.curves
+    return (Sheet("stability", (lambda ax: stability(made, ax, names, "motion", curves),), 1, (7.2, 4.8)),)
+
+
+def stability(
+    diagram: "StabilityDiagram",
+    ax: Axes,
+    parameters: Sequence[str] = ("", ""),
+    by: str = "period",
+    curves: Mapping[str, "EventCurve"] | None = None,
+) -> Axes:
+    """What attracts over two parameters: a colour for each of the seven most frequent periods in returns, or motions n:m/pT.
+
+    Args:
+        diagram: from `stability_diagram`.
+        parameters: names of the one along and of the one across, for the axes.
+        by: `period` or `motion`.
+        curves: events in the same parameters by name, drawn over it.
+
+    Raises:
+        NsmapsError: `by` is neither.
+    """
+    names = _names(diagram, by)
+    kinds, counts = np.unique(names, return_counts=True)
+    motions = [kind for _, kind in sorted(zip(-counts, kinds.tolist(), strict=True)) if kind not in _LAST][: len(_COLOURS)]
+    motions.sort(key=lambda name: (len(name), name))
+    table = dict(zip(motions, _COLOURS, strict=False)) | _LAST
+    shown = [name for name in table if name in kinds or (name == _OTHER and set(kinds) - set(table))]
+    index = {name: shown.index(name) for name in shown}
+    cells = np.vectorize(lambda name: index.get(name, index.get(_OTHER)))(names)
+    colours = [table[name] for name in shown]
+    norm = BoundaryNorm(np.arange(len(shown) + 1) - 0.5, len(shown))
+    ax.pcolormesh(diagram.along, diagram.across, cells, cmap=ListedColormap(colours), norm=norm, rasterized=True)
+    named = curves or {}
+    for (name, curve), line in zip(named.items(), _LINES * len(named), strict=False):
+        ax.plot(curve.values, curve.across, color="#FFFFFF", lw=3.2)
+        ax.plot(curve.values, curve.across, line, color=BLACK, lw=1.4, label=name)
+    patches = [Patch(facecolor=table[name], edgecolor="0.5", label=name) for name in shown]
+    lines = ax.get_legend_handles_labels()[0]
+    ax.legend(handles=[*patches, *lines], loc="center left", bbox_to_anchor=(1.0, 0.5), title=by, frameon=False)
+    return dress(ax, (parameters[0], ""), (parameters[1], ""))
+
+
+def _names(diagram: "StabilityDiagram", by: str) -> NDArray[np.str_]:
+    """What each point is called, shape (W, V)."""
+    if by not in ("period", "motion"):
+        raise NsmapsError(f"the colours are by {by!r}; expected: 'period' or 'motion'")
+    told = diagram.period.astype(str) if by == "period" else diagram.labels
+    return np.where(diagram.period > 0, told, np.where(diagram.period == 0, _CHAOS, _NONE))

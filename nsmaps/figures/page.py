@@ -1,0 +1,160 @@
+"""A sheet: panels that are laid out on one page and saved as one file, without pyplot and so without global state."""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import fill
+from typing import Any, cast
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
+from matplotlib.cbook import is_math_text
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
+
+from nsmaps.figures.png import write_png
+from nsmaps.figures.style import STYLE
+
+_PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
+_TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend
+LONG = 40  #: letters of a panel's title in a line, beside its letter
+Panel = Callable[[Axes], Axes]
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """Panels of one figure in rows, each drawn by a function on an Axes of its own."""
+
+    name: str  #: of the file, without suffix
+    panels: tuple[Panel, ...]
+    columns: int
+    panel: tuple[float, float] = (5.0, 4.0)  #: width and height of a panel, inches
+    projection: str | tuple[str | None, ...] | None = None  #: "3d" for surfaces; a tuple gives one a panel
+    title: str = ""
+
+    def figure(self, dpi: float | None = None) -> Figure:
+        """The figure with every panel drawn and lettered (a), (b), ... where there are several."""
+        rows = -(-len(self.panels) // self.columns)
+        size = self.panel[0] * self.columns, self.panel[1] * rows
+        figure = Figure(figsize=size, dpi=dpi, layout="constrained")
+        FigureCanvasAgg(figure)
+        for number, panel in enumerate(self.panels):
+            projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
+            ax = figure.add_subplot(rows, self.columns, number + 1, projection=projection)
+            panel(ax)
+            ax.set_title(fill(ax.get_title(), LONG))
+            if len(self.panels) > 1:
+                ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
+        if self.title:
+            figure.suptitle(self.title, fontsize=12)
+        _as_it_stands(figure)
+        return figure
+
+    def save(self, folder: Path, formats: Sequence[str], dpi: float) -> list[Path]:
+        """The files written, one a format; the figure is drawn in the style of the package, laid out once for all, and let go."""
+        paths = [folder / f"{self.name}.{suffix}" for suffix in formats]
+        with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+            figure = self.figure(dpi)
+            lay_out(figure)
+            for path in paths:
+                if path.suffix == ".png":
+                    write_png(path, _pixels(figure), dpi)
+                else:
+                    figure.savefig(path, dpi=dpi)
+        return paths
+
+
+def _pixels(figure: Figure) -> NDArray[np.uint8]:
+    """The figure drawn, shape (height, width, 4)."""
+    canvas = cast(Any, figure.canvas)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
+
+
+def lay_out(figure: Figure) -> None:
+    """Place the panels, once: with an engine in it every save would measure, place and draw all of the figure before it draws."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        with _measured_once(figure):
+            engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
+@contextmanager
+def _measured_once(figure: Figure) -> Iterator[None]:
+    """While the panels are placed, in two rounds, those are measured in the first alone whose surroundings keep their size.
+
+    Outside of a panel only the marks of ticks pass its frame, and they end before the names of the ticks.
+    """
+    free = [ax for ax in figure.axes if ax.name == "rectilinear" and ax.get_aspect() == "auto" and not ax.child_axes]
+    for ax in free:
+        for spine in ax.spines.values():
+            spine.set_in_layout(False)
+        vars(ax)["get_tightbbox"] = _remembered(ax)
+    try:
+        yield
+    finally:
+        for ax in free:
+            del vars(ax)["get_tightbbox"]
+
+
+def _remembered(ax: Axes) -> Callable[..., Bbox | None]:
+    """The function that measures an Axes with all around it, which later adds what it found around it to where it is then."""
+    measure, around = ax.get_tightbbox, list[NDArray[np.float64]]()
+
+    def measured(renderer: Any, **options: Any) -> Bbox | None:
+        """The box of the panel and of all around it, pixels."""
+        place = ax.get_position(original=True).transformed(cast(Figure, ax.figure).transFigure).extents
+        if not around:
+            whole = measure(renderer, **options)
+            if whole is None or whole.height > _TALL * ax.bbox.height:
+                return whole
+            around.append(np.subtract(whole.extents, place))
+        return Bbox.from_extents(*(place + around[0]))
+
+    return measured
+
+
+def _as_it_stands(figure: Figure) -> None:
+    """Draw a name such as `$\\frac{`, which is no mathematics, as it stands.
+
+    What is parsed here is what will be drawn, by one parser for all figures, which remembers it.
+    """
+    cast(Any, figure.canvas).get_renderer().mathtext_parser = _PARSER
+    for text in figure.findobj(Text):
+        font = text.get_fontproperties()
+        if not all(_is_readable(line, figure.dpi, font) for line in text.get_text().splitlines()):
+            text.set_parse_math(False)
+
+
+def _is_readable(line: str, dpi: float, font: FontProperties) -> bool:
+    """Whether a line of text can be set."""
+    if not is_math_text(line):
+        return True
+    try:
+        _PARSER.parse(line, dpi, font)
+    except (ValueError, RuntimeError):  # too deep, too
+        return False
+    return True
+
+
+def file_of(figure: str, part: str = "") -> str:
+    """The name of a sheet that shows one part of a result: of the figure alone, or with a part that is not the first.
+
+    >>> file_of("envelopes"), file_of("envelopes", "exact from R1+")
+    ('envelopes', 'envelopes-exact-from-R1+')
+    """
+    return f"{figure}-" + re.sub(r"[^\w.+]+", "-", part) if part else figure
+
+
+def _letter(number: int) -> str:
+    """a ... z, then aa, ab, ..."""
+    high, low = divmod(number, 26)
+    return (_letter(high - 1) if high else "") + chr(ord("a") + low)

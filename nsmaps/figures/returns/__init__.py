@@ -1,0 +1,1 @@
+"""Figures of first returns: surfaces, projections, slices, words."""

@@ -1,0 +1,58 @@
+"""First returns along one coordinate while the others are held, coloured by word: fig. 2d-1phi."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.coordinates import Angle
+from nsmaps.exact.words import LONGER
+from nsmaps.figures.data import SLICES, position
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import GREY, dress, family_colours, symbol
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+_ABOVE = 3  #: entries of a legend above the picture; one of more stands beside it
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet: a row a slice, a column a coordinate of the image."""
+    made = SLICES.of(result, "slices")
+    coordinates = made[0].returns.coordinates
+    panels = tuple(partial(slices, result, coordinate=name, number=k) for k in range(len(made)) for name in coordinates)
+    return (Sheet("slices", panels, len(coordinates), (5.6, 4.0)),)
+
+
+def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
+    """One coordinate of the image along the coordinate that runs, in the colour of its word, with gaps where the map jumps."""
+    made = SLICES.of(result, "slices")[number]
+    returns = made.returns
+    names = returns.coordinates
+    i, along = position(names, coordinate or names[0]), position(names, made.along)
+    words = returns.words
+    colours = family_colours(sorted((word for word in np.unique(words).tolist() if word and LONGER not in word), key=len))
+    x, y = returns.start[:, along], returns.image[:, i]
+    pieces = np.split(np.arange(len(x)), np.flatnonzero(made.jump | (words[1:] != words[:-1])) + 1)
+    named = set()
+    for rows in pieces:
+        word = str(words[rows[0]])
+        mark = "." if len(rows) == 1 else ""  # a piece of one state is a point, for it has no line
+        colour = colours.get(word, GREY)
+        known = word in named or (colour == GREY and word in colours)  # which are counted
+        ax.plot(x[rows], y[rows], color=colour, lw=2.2, marker=mark, label="_" if known else word)
+        named.add(word)
+    ax.set_xlim(x[0], x[-1])
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not isinstance(names[i], Angle) else 0.0)
+    angles = {name for name in names if isinstance(name, Angle)}
+    held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in made.at.items()]
+    ax.set_title(", ".join(held))
+    if more := sum(colour == GREY for colour in colours.values()):
+        ax.plot([], [], color=GREY, lw=2.2, label=f"{more} more words")
+    many = len(ax.get_legend_handles_labels()[0]) > _ABOVE
+    beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    above = {"loc": "lower right", "bbox_to_anchor": (1.02, 1.0), "ncols": _ABOVE}
+    ax.legend(frameon=False, handlelength=1.4, columnspacing=1.0, **(beside if many else above))
+    return dress(ax, (names[along], "k"), (names[i], "k+1"))

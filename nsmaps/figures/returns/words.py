@@ -1,0 +1,64 @@
+"""The state space by word and by piece: fig. regions, panels (a) and (b)."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch, Rectangle
+
+from nsmaps.figures.composite.areas import paint, paint_pieces, pieces_on
+from nsmaps.figures.data import COMPOSITE, SURFACES
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+_ABOVE = 3  #: entries of a legend above the picture; one of more stands beside it
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet: the words, and beside them the pieces where there is a composite map."""
+    panels = [partial(words, result)] + ([partial(pieces, result)] if result.composite else [])
+    return (Sheet("words", tuple(panels), len(panels), (5.0 if len(result.surfaces) <= _ABOVE else 6.0, 4.0)),)
+
+
+def words(result: "StudyResult", ax: Axes) -> Axes:
+    """The state space by the family of each start's return, grey from the ninth on; starts in no family stay white.
+
+    The hull of the states near the diagonals, over all values of the swept parameter, is outlined (eq. r1uniond).
+    """
+    surfaces = SURFACES.of(result, "words")
+    first = next(iter(surfaces.values()))
+    grid = first.grid
+    number = np.full(grid.size, -1)
+    for k, surface in enumerate(surfaces.values()):
+        number[surface.member] = k
+    colours = family_colours(list(surfaces))
+    paint(ax, grid, number, [tint(colour, 0.25) for colour in colours.values()])
+    handles: list[Patch] = [Patch(color=tint(c, 0.25), label=name) for name, c in colours.items() if c != GREY]
+    if more := len(colours) - len(handles):
+        handles.append(Patch(color=tint(GREY, 0.25), label=f"{more} more words"))
+    if result.diagonal is not None and len(result.diagonal.start):
+        (left, right), (low, high) = result.diagonal.box
+        outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=2.2, label="near diagonals")
+        ax.add_patch(outline)
+        handles.append(outline)
+    if (number < 0).any():
+        handles.append(Patch(fc="white", ec="0.7", lw=0.8, label="other"))
+    beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": len(handles)}
+    ax.legend(handles=handles, frameon=False, **(beside if len(handles) > _ABOVE else above))
+    return dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))
+
+
+def pieces(result: "StudyResult", ax: Axes) -> Axes:
+    """The state space by the first piece of the composite map that holds each state (eq. compositemapM)."""
+    composite = COMPOSITE.of(result, "words")
+    first = next(iter(SURFACES.of(result, "words").values()))
+    paint_pieces(ax, result, "words", first.grid)
+    if np.any(pieces_on(composite, first.grid) < 0):
+        handle = Patch(fc="none", ec="0.6", hatch="////", lw=0, label="in no piece")
+        ax.legend(handles=[handle], loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    return dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))

@@ -1,0 +1,1 @@
+"""Figures of the system itself: its sketch, its motion, its impacts, and the algorithm."""

@@ -1,0 +1,42 @@
+"""Velocity and phase at all impacts of an orbit, in their order: fig. impact-time."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from nsmaps.figures.data import TRACKS
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import ORANGE, angle_ticks, with_unit
+from nsmaps.figures.system.motion import legend, mark_impacts, marks_of
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet with a panel for every tracked orbit."""
+    count = len(TRACKS.of(result, "impacts"))
+    return (Sheet("impacts", tuple(partial(impacts, result, number=k) for k in range(count)), min(count, 2), (7.0, 4.6)),)
+
+
+def impacts(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
+    """Phase over velocity just before each impact, marked by wall: the velocity has the sign of its wall's side.
+
+    Dotted lines lead from each impact to the next; phases are in [0, 2 pi).
+    """
+    track = TRACKS.of(result, "impacts")[number]
+    phase = track.impacts.phase
+    ax.axvline(0, color="0.75", lw=0.8, zorder=0)
+    ax.plot(track.rates, phase, color="0.35", ls=":", lw=1.1)
+    mark_impacts(ax, track, track.rates, phase)
+    ax.plot(track.rates[:1], phase[:1], "o", mfc="none", mec=ORANGE, mew=1.6, ms=13)
+    ax.margins(0.06)
+    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1.6, ms=11, label="start")
+    legend(ax, [*marks_of(track), start])
+    angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
+    ax.set_xlabel(with_unit(r"relative velocity $\dot{Z}_j$"))
+    ax.set_ylabel(r"phase $\psi_j$ (rad)")
+    return ax

@@ -1,0 +1,90 @@
+"""The exact motion at and between impacts: fig. model:abc, panels (b) and (c)."""
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.trajectory import Track
+from nsmaps.figures.data import TRACKS
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED, with_unit
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+MARKS = ((GREEN, "*", 11.0), (BLUE, "o", 6.0))  #: colour, shape and size of impacts, by wall: a star for the base wall
+_ARROWS = 14  #: flights with an arrow of time, at most: the first, before they lie over each other
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet: a row a tracked orbit, its places over time and its phase plane."""
+    count = len(TRACKS.of(result, "motion"))
+    panels = [partial(draw, result, number=k) for k in range(count) for draw in (motion, phase_plane)]
+    return (Sheet("motion", tuple(panels), 2, (6.2, 4.2)),)
+
+
+def motion(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
+    """The ball between the walls over time, solid, with its impacts marked by wall; dashed the walls.
+
+    Places are at rest where the system says how its walls move; else they are displacements, and walls do not move.
+    """
+    track = TRACKS.of(result, "motion")[number]
+    time = track.time.ravel()
+    for wall in track.walls:
+        ax.plot(time, wall.ravel(), color="black", ls=(0, (4, 2)), lw=1.0)
+    ax.plot(time, track.ball.ravel(), color=RED, lw=1.5)
+    places = np.concatenate([track.ball[:1, 0], track.ball[:, -1]])
+    mark_impacts(ax, track, track.impacts.time, places)
+    ax.set_xlim(time[0], time[-1])
+    ax.margins(y=0.05)
+    handles = [Line2D([], [], color="black", ls=(0, (4, 2)), label="walls"), Line2D([], [], color=RED, label="ball")]
+    legend(ax, [*handles, *marks_of(track)])
+    ax.set_xlabel(with_unit("time $t$"))
+    ax.set_ylabel(with_unit(f"{'absolute' if track.moving else 'relative'} displacement"))
+    return ax
+
+
+def phase_plane(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
+    """Relative velocity over relative displacement with arrows of time; upright where an impact turns it, grey the walls."""
+    track = TRACKS.of(result, "motion")[number]
+    for at in track.at:
+        ax.axvline(at, color="0.87", lw=6.0, zorder=0)
+    for k, (place, rate) in enumerate(zip(track.displacement, track.velocity, strict=True)):
+        ax.plot(place, rate, color=RED, lw=1.1)
+        ax.plot([place[0]] * 2, [track.rates[k], rate[0]], color="0.25", lw=0.9)
+        middle = len(place) // 2
+        if k < _ARROWS and np.ptp(place) > 0:
+            tip, tail = ((place[j], rate[j]) for j in (middle + 1, middle))
+            ax.annotate("", tip, tail, arrowprops={"arrowstyle": "-|>", "color": RED, "lw": 0, "mutation_scale": 13})
+    mark_impacts(ax, track, track.at[track.impacts.wall], track.rates)
+    ax.plot(track.at[track.impacts.wall[:1]], track.rates[:1], "o", mfc="none", mec=ORANGE, mew=1.6, ms=13)
+    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1.6, ms=11, label="start")
+    legend(ax, [Line2D([], [], color="0.87", lw=6.0, label="walls"), *marks_of(track), start])
+    ax.set_xlabel(with_unit("relative displacement $Z$"))
+    ax.set_ylabel(with_unit(r"relative velocity $\dot{Z}$"))
+    return ax
+
+
+def mark_impacts(ax: Axes, track: Track, x: Floats, y: Floats) -> None:
+    """The impacts at given points, each in the mark of its wall."""
+    for wall, (colour, shape, size) in zip(range(len(track.at)), MARKS, strict=False):
+        own = track.impacts.wall == wall
+        ax.plot(x[own], y[own], shape, color=colour, mec="white", mew=0.5, ms=size, zorder=5, clip_on=False)
+
+
+def marks_of(track: Track) -> list[Line2D]:
+    """What the marks of the walls mean, for a legend."""
+    return [
+        Line2D([], [], color=colour, marker=shape, ls="", ms=size, mec="white", mew=0.5, label=f"impact on {name}")
+        for name, (colour, shape, size) in zip(track.impacts.walls, MARKS, strict=False)
+    ]
+
+
+def legend(ax: Axes, handles: list[Line2D]) -> None:
+    """A line of names above the axes."""
+    look: dict[str, Any] = {"ncols": 4, "frameon": False, "columnspacing": 1.1, "handletextpad": 0.4}
+    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)

@@ -1,0 +1,199 @@
+"""Long computations in parts that do not need each other: here, in any executor, kept in a folder and taken up again."""
+
+import hashlib
+import json
+import pickle
+import warnings
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, fields, is_dataclass
+from functools import singledispatch
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.coordinates import Angle, angle_mask
+from nsmaps.errors import NsmapsError
+from nsmaps.progress import beat
+from nsmaps.storage import replace_file, sweep
+
+Arrays = dict[str, NDArray[Any]]
+NOTE, OF = "parts.json", "part_of"  #: of a folder of parts: the file that says of what, and the key in each that does
+LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: errors of dask for a worker that is lost permanently
+
+
+def names_as_arrays(coordinates: Sequence[str], walls: Sequence[str] = ()) -> Arrays:
+    """Names among the arrays of a part; see `names_among`."""
+    return {"coordinates": np.array(coordinates, str), "angles": angle_mask(coordinates), "walls": np.array(walls, str)}
+
+
+def names_among(arrays: Arrays) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The coordinates, with their angles, and the walls that `names_as_arrays` has put there."""
+    named = zip(arrays["coordinates"].tolist(), arrays["angles"], strict=True)
+    return tuple(Angle(name) if angle else name for name, angle in named), tuple(arrays["walls"].tolist())
+
+
+def in_parts(
+    work: Callable[..., Arrays],
+    parts: Sequence[tuple[Any, ...]],
+    executor: Executor | None = None,
+    keep: str | Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[Arrays]:
+    """The arrays `work(*part)` of every part, in their order; the same numbers wherever they are computed.
+
+    Args:
+        work: a function of a module, that every process can import.
+        executor: any `concurrent.futures.Executor`, such as a ProcessPoolExecutor or `client.get_executor()` of dask; None is
+            this process. Parts whose worker was lost for good are computed here, with a warning.
+        keep: a folder for finished parts. Called again with the same work, what it holds is read and the rest computed.
+        progress: called with the number of parts done, after each.
+
+    Raises:
+        NsmapsError: the folder has parts of other work, or the parts cannot be sent to another process or recognised later.
+    """
+    folder = None if keep is None else _Folder.of(Path(keep), work, parts)
+    found = {} if folder is None else folder.read(len(parts))
+    if progress is not None and found:
+        progress(len(found))
+    for number, arrays in _computed(work, parts, [k for k in range(len(parts)) if k not in found], executor):
+        found[number] = arrays
+        if folder is not None:
+            folder.write(number, arrays)
+        beat(len(found) / len(parts), f"{len(found)} of {len(parts)} parts")
+        if progress is not None:
+            progress(len(found))
+    return [found[number] for number in range(len(parts))]
+
+
+def _computed(
+    work: Callable[..., Arrays], parts: Sequence[tuple[Any, ...]], todo: list[int], executor: Executor | None
+) -> Iterator[tuple[int, Arrays]]:
+    """The numbers and arrays of the parts to do, as they are finished."""
+    left = set(todo)
+    if executor is not None and todo:
+        _check_sent(work, parts[todo[0]], executor)
+        futures: dict[Future[Arrays], int] = {}
+        why = ""
+        try:
+            try:
+                for k in todo:
+                    futures[executor.submit(work, *parts[k])] = k
+            except Exception as error:  # a worker was lost before all were sent
+                why = _lost(error)
+            for future in as_completed(futures):
+                try:
+                    arrays = future.result()
+                except Exception as error:  # of this part alone: others may be finished elsewhere
+                    why = _lost(error)
+                    continue
+                yield futures[future], arrays
+                left.discard(futures[future])
+        finally:
+            for future in futures:
+                future.cancel()
+        if left:
+            text = f"workers were lost ({why}); {len(left)} of {len(parts)} parts are computed here"
+            warnings.warn(text, RuntimeWarning, stacklevel=4)
+    for number in sorted(left):
+        yield number, work(*parts[number])
+
+
+def _lost(error: Exception) -> str:
+    """The message of the error of a worker that was lost permanently; any other error is raised."""
+    if not isinstance(error, BrokenExecutor) and type(error).__name__ not in LOST:
+        raise error
+    return str(error) or type(error).__name__
+
+
+def _check_sent(work: object, part: tuple[Any, ...], executor: Executor) -> None:
+    """Whether another process can be sent a part. Threads need not, and dask has ways of its own."""
+    if isinstance(executor, ProcessPoolExecutor):
+        try:
+            pickle.dumps((work, part))
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise NsmapsError(
+                f"a part cannot be sent to another process: {error}; expected: functions and classes of modules, "
+                "such as nsmaps.Along(system, 'd') for a map_of"
+            ) from error
+
+
+@dataclass(frozen=True, slots=True)
+class _Folder:
+    """Finished parts as files, beside a note of what they are parts of."""
+
+    path: Path
+    work: str  #: a digest of what they are parts of, which each of them holds
+
+    @classmethod
+    def of(cls, path: Path, work: Callable[..., Arrays], parts: Sequence[tuple[Any, ...]]) -> "_Folder":
+        """The folder for these parts; made, or found to be of the same."""
+        text = fingerprint((f"{work.__module__}.{work.__qualname__}", tuple(parts)))
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        note = {"work": work.__qualname__, "parts": len(parts), "of": digest}
+        path.mkdir(parents=True, exist_ok=True)
+        sweep(path)
+        found = _note(path / NOTE)
+        if found is not None and found != note:
+            raise NsmapsError(f"the folder {path} holds parts of other work; expected: the same again, or another folder")
+        if found is None:
+            replace_file(path / NOTE, json.dumps(note).encode())
+        return cls(path, digest)
+
+    def read(self, count: int) -> dict[int, Arrays]:
+        """The finished parts among the first `count`; one that is broken, or of other work, is not among them."""
+        files = {k: self._file(k) for k in range(count)}
+        found = {k: read_arrays(file) for k, file in files.items()}
+        return {k: arrays for k, arrays in found.items() if arrays is not None and str(arrays.pop(OF, "")) == self.work}
+
+    def write(self, number: int, arrays: Arrays) -> None:
+        """Keep a part: its file appears whole or not at all."""
+        replace_file(self._file(number), packed({**arrays, OF: np.array(self.work)}))
+
+    def _file(self, number: int) -> Path:
+        return self.path / f"part-{number:06d}.npz"
+
+
+def packed(arrays: Arrays) -> bytes:
+    """Arrays as the content of an npz file, without Python objects."""
+    stream = BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def read_arrays(file: Path) -> Arrays | None:
+    """The arrays of an npz file; None where it is not there, or not whole."""
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            return dict(arrays)
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error):
+        return None
+
+
+def _note(file: Path) -> Any:
+    """What is noted of the work whose parts are in a folder; None where nothing is, or where it cannot be read."""
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+@singledispatch
+def fingerprint(value: Any) -> str:
+    """A text that is the same for the same value in every process, and another for another; types may register their own."""
+    if is_dataclass(value) and not isinstance(value, type):
+        compared = [fingerprint(getattr(value, field.name)) for field in fields(value) if field.compare]
+        return f"{type(value).__qualname__}({', '.join(compared)})"
+    if isinstance(value, tuple | list):
+        return f"({', '.join(map(fingerprint, value))})"
+    if isinstance(value, np.ndarray):
+        return f"array({value.dtype}, {value.shape}, {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
+    text = repr(value)
+    if " at 0x" in text:
+        raise NsmapsError(f"{text} cannot be recognised in another run; expected with `keep`: such as nsmaps.Along(system, 'd')")
+    return text

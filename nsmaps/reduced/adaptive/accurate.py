@@ -1,0 +1,47 @@
+"""The accurate face of the general algorithm: a map of strips over a grid's box, judged at states that it never saw."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from nsmaps.coordinates import angle_mask
+from nsmaps.errors import FitError
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.reduced.adaptive.surrogate import StripMap, Strips, strip_map
+from nsmaps.reduced.adaptive.validate import HeldOut, held_out
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AccurateResult:
+    """A map of strips with its errors at held-out states."""
+
+    strips: Strips
+    uniform: HeldOut  #: at states drawn uniformly over the box
+    beside: HeldOut  #: at states drawn ever nearer to edges, down to 1e-11 radians
+
+    @property
+    def met(self) -> bool:
+        """Whether no held-out state misses the tolerance or makes another word."""
+        return not any(errors.over or errors.wrong_words for errors in (self.uniform, self.beside))
+
+    def map(self, system: "ImpactSystem") -> StripMap:
+        """The map, whose system answers where the strips do not."""
+        return StripMap(system, self.strips)
+
+
+def accurate(
+    system: "ImpactSystem", grid: Grid, tolerance: float, progress: Callable[[int, int], None] | None = None
+) -> AccurateResult:
+    """The map of strips of a system over a grid's box; `progress` as of `strip_map`.
+
+    Raises:
+        FitError: the box or the tolerance are none, or the coordinates are not an impact speed and a phase.
+    """
+    if angle_mask(system.coordinates).tolist() != [False, True]:
+        raise FitError(f"the coordinates are {', '.join(system.coordinates)}; expected: an impact speed and a phase")
+    speeds, phases = ((axis.low, axis.high) for axis in (grid.axes[name] for name in system.coordinates))
+    made = strip_map(system, speeds, phases, tolerance, progress=progress)
+    return AccurateResult(made.strips, *held_out(made))

@@ -1,0 +1,176 @@
+"""The edges of a return map on lines of constant impact speed: where a flight grazes a wall.
+
+On one side of an edge the flight just misses the wall, and the gap at its turning point falls to zero; on the other it just
+meets it, and the map is a square root of the distance. A pair of turning points that is born on the way is no edge.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.exact.words import longer_than
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+LONGEST = 12  #: impacts and turning points of a return: longer ones, as of long chatter, are not distinguished
+MANY_IMPACTS = -1  #: instead of the code of a word that is longer
+SCAN = 600  #: phases of a line that are looked at first
+ZOOM = 24  #: phases into which a place that may hide two edges is divided, three times
+NEAR = 10.0 ** -np.arange(3, 11)  #: how far beside an edge another is looked for, in radians
+GRAZE = 1e-8  #: of the largest gap met, a gap below which at an edge known to rounding is a graze; of a speed its root
+STENCIL = 1e-10  #: radians between the three places from which the gap is continued to zero
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """The edges met by one line of constant speed, in order of phase; K edges, K + 1 intervals."""
+
+    v: float
+    phi: Floats  #: shape (K,), radians
+    hit: tuple[int, ...]  #: the side on which the wall is met: 1 above the edge, -1 below, 0 where that cannot be decided
+    words: tuple[int, ...]  #: codes of the words in the intervals
+    outcomes: tuple[int, ...]  #: values of `Outcome` in the intervals
+
+    @property
+    def kind(self) -> tuple[tuple[int, ...], ...]:
+        """What two lines have in common between which every edge can be followed."""
+        return self.hit, self.words, self.outcomes
+
+
+@dataclass(slots=True, eq=False)
+class _Points:
+    """States on lines, with what is known of their returns."""
+
+    line: Ints
+    phi: Floats
+    code: Ints
+    outcome: NDArray[np.int8]
+    gap: Floats
+    slow: Floats
+
+    def take(self, index: Any) -> "_Points":
+        return _Points(*(getattr(self, name)[index] for name in self.__slots__))
+
+    def also(self, more: "_Points") -> "_Points":
+        return _Points(*(np.concatenate([getattr(self, name), getattr(more, name)]) for name in self.__slots__))
+
+    def sorted(self) -> "_Points":
+        return self.take(np.lexsort((self.phi, self.line)))
+
+    def differs(self, other: "_Points") -> NDArray[np.bool_]:
+        return (self.code != other.code) | (self.outcome != other.outcome)
+
+
+def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, high: float) -> list[Line]:
+    """The edges on lines of constant speed, over phases from low to high (radians), each right to rounding.
+
+    Two edges nearer to each other than about 1e-7 of the range, or a sliver that no scanned phase comes near, are missed.
+    """
+    v = np.asarray(speeds, float)
+    grid = np.linspace(low, high, SCAN)
+    points = _look(system, v, np.repeat(np.arange(len(v)), SCAN), np.tile(grid, len(v)))
+    for spacing in (high - low) / SCAN / ZOOM ** np.arange(3.0):
+        hidden = _hidden(points, spacing)
+        if not len(hidden.phi):
+            break
+        offsets = np.linspace(-1, 1, 2 * ZOOM + 1)[1:-1] * spacing
+        phi = np.clip(hidden.phi[:, None] + offsets, low, high)
+        points = points.also(_look(system, v, np.repeat(hidden.line, len(offsets)), phi.ravel())).sorted()
+    below, above = _bisected(system, v, points)
+    beside = np.concatenate([-NEAR, NEAR])
+    phi = below.phi[:, None] + beside
+    line = np.repeat(below.line, len(beside))
+    inside = (phi.ravel() > low) & (phi.ravel() < high)
+    points = points.also(_look(system, v, line[inside], phi.ravel()[inside])).sorted()
+    below, above = _bisected(system, v, points)
+    return _lines(system, v, below, above, points)
+
+
+def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
+    legs = system.legs(np.column_stack([v[line], phi]))
+    long = longer_than(LONGEST, legs.codes, system.wall_names, turns=True)
+    return _Points(
+        line,
+        phi,
+        np.where(long, MANY_IMPACTS, legs.codes),
+        legs.outcome,
+        np.where(long | np.isnan(legs.clearance), np.inf, legs.clearance),
+        np.where(long | np.isnan(legs.slowest), np.inf, legs.slowest),
+    )
+
+
+def _hidden(points: _Points, spacing: float) -> _Points:
+    """The points beside which two edges may hide: where gap or impact speed nearly touch zero between equal neighbours."""
+    left, mid, right = points.take(slice(0, -2)), points.take(slice(1, -1)), points.take(slice(2, None))
+    alike = (left.line == right.line) & ~left.differs(right) & ~left.differs(mid)
+    alike &= (mid.phi - left.phi < 1.01 * spacing) & (right.phi - mid.phi < 1.01 * spacing)
+    found = np.zeros(len(mid.phi), bool)
+    with np.errstate(invalid="ignore"):
+        for a, b, c in ((left.gap, mid.gap, right.gap), (left.slow**2, mid.slow**2, right.slow**2)):
+            found |= (b <= a) & (b <= c) & (b < 2 * (a - 2 * b + c))
+    return mid.take(alike & found)
+
+
+def _bisected(system: "ImpactSystem", v: Floats, points: _Points) -> tuple[_Points, _Points]:
+    """Every change between neighbouring points, brought to rounding: the points below and above it."""
+    change = (points.line[1:] == points.line[:-1]) & points.take(slice(1, None)).differs(points.take(slice(0, -1)))
+    below, above = points.take(slice(0, -1)).take(change), points.take(slice(1, None)).take(change)
+    done: list[tuple[_Points, _Points]] = []
+    for _ in range(60):
+        wide = above.phi - below.phi > 4e-16 * np.maximum(1.0, np.abs(below.phi))
+        done.append((below.take(~wide), above.take(~wide)))
+        below, above = below.take(wide), above.take(wide)
+        if not len(below.phi):
+            break
+        mid = _look(system, v, below.line, (below.phi + above.phi) / 2)
+        lower, upper = mid.differs(below), mid.differs(above)
+        below, above = below.take(lower).also(mid.take(upper)), mid.take(lower).also(above.take(upper))
+    below, above = (reduce(_Points.also, side) for side in zip(*done, (below, above), strict=True))
+    order = np.lexsort((below.phi, below.line))
+    return below.take(order), above.take(order)
+
+
+def _lines(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, points: _Points) -> list[Line]:
+    """The edges among the changes, sharpened, by line."""
+    lowest = points.take(np.searchsorted(points.line, np.arange(len(v))))
+    codes = [system.first_return(np.column_stack([v[side.line], side.phi])).codes for side in (lowest, below, above)]
+    codes = [
+        np.where(side.code == MANY_IMPACTS, MANY_IMPACTS, each) for side, each in zip((lowest, below, above), codes, strict=True)
+    ]
+    gap, slow = (GRAZE * _largest(points.gap), np.sqrt(GRAZE) * _largest(points.slow))
+    misses_below = (below.gap < gap) & (above.slow < slow)
+    misses_above = (above.gap < gap) & (below.slow < slow)
+    edge = misses_below | misses_above | (codes[1] != codes[2]) | (below.outcome != above.outcome)
+    hit = np.where(misses_below == misses_above, 0, np.where(misses_below, 1, -1))
+    phi = _sharpened(system, v, below, above, hit)
+    result = []
+    for k, speed in enumerate(v):
+        mine = np.flatnonzero(edge & (below.line == k))
+        words = [int(codes[0][k]), *codes[2][mine].tolist()]
+        outcomes = [int(lowest.outcome[k]), *above.outcome[mine].tolist()]
+        result.append(Line(float(speed), phi[mine], tuple(hit[mine].tolist()), tuple(words), tuple(outcomes)))
+    return result
+
+
+def _largest(margins: Floats) -> float:
+    """Of margins that are finite; what is small is small beside it. Zero of none."""
+    return float(margins.max(initial=0.0, where=np.isfinite(margins)))
+
+
+def _sharpened(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, hit: Ints) -> Floats:
+    """The edges' phases, where the gap on the side that misses, continued by a parabola from three places, is zero."""
+    phi = np.where(hit > 0, below.phi, above.phi)
+    away = -hit[:, None] * STENCIL * np.arange(1, 4)
+    seen = _look(system, v, np.repeat(below.line, 3), (phi[:, None] + away).ravel())
+    g1, g2, g3 = seen.gap.reshape(-1, 3).T
+    with np.errstate(all="ignore"):
+        g0, slope = 3 * g1 - 3 * g2 + g3, (-5 * g1 + 8 * g2 - 3 * g3) / 2  # at the place itself, by steps of the stencil
+        better = phi - hit * STENCIL * (-g0 / slope)
+    usable = (hit != 0) & (np.abs(better - phi) < 1e-11)
+    return np.where(usable, better, (below.phi + above.phi) / 2)

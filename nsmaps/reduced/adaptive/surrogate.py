@@ -1,0 +1,226 @@
+"""A return map to any tolerance: polynomials in strips between the edges of the exact map, which itself answers for the rest."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats, Ints, brief
+from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.errors import FitError
+from nsmaps.exact.returns import Returns
+from nsmaps.progress import Work, working
+from nsmaps.reduced.adaptive.slabs import Slab, clear_phase, slabs
+from nsmaps.reduced.adaptive.tree import Node, cell_area, grow, roots_of, terms
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.adaptive.kernel import Tables
+
+#: total degrees that are tried, by the tolerance down to which they are the best choice
+DEGREES = ((3e-3, (2, 3, 4, 6)), (3e-4, (3, 4, 6, 8)), (3e-5, (4, 6, 8, 10)), (3e-7, (6, 8, 10, 14)), (0.0, (8, 10, 14, 18)))
+LEAST_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StripReport:
+    """What a map of strips is made of and what it cost."""
+
+    tolerance: float  #: of speed, and of phase in radians, at the points that decided; see `held_out` for others
+    slabs: int
+    cells: int
+    leaves: int
+    coefficients: int
+    degrees: dict[int, int]  #: leaves by total degree
+    exact_share: float  #: of the box's area that is left to the exact map, to a few digits
+    returns: int  #: exact returns used for the fits
+    seconds: dict[str, float]  #: to build, by part
+    stopped: bool = False  #: by `max_seconds`, before all was within the tolerance
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strips:
+    """What a map of strips is made of; with the exact map of its system it is a `StripMap`."""
+
+    bounds: Floats  #: shape (2, 2), speeds and phases (radians) covered
+    slabs: tuple[Slab, ...]
+    report: StripReport
+    words: Ints  #: shape (L, 2), the code of the word and the `Outcome` of each leaf
+    tables: "Tables"  #: what it is evaluated from
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class StripMap:
+    """A ReturnMap over a box of states: polynomials between the exact map's edges, and the exact map where they cannot be.
+
+    States outside the box are `uncovered`.
+    """
+
+    __repr__ = brief
+
+    system: "ImpactSystem"
+    strips: Strips
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the coordinates."""
+        return self.system.coordinates
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """The letters of the walls, the base wall first."""
+        return self.system.wall_names
+
+    def leaf_of(self, states: ArrayLike) -> Ints:
+        """The number of the leaf of each state (N, 2): -1 where the exact map answers, -2 outside the box; shape (N,)."""
+        return self._evaluated(as_states(states, self.coordinates))[3]
+
+    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+        """The first returns of states (N, 2); those in no leaf, such as next to an edge, are the exact map's own."""
+        from nsmaps.reduced.adaptive.kernel import EXACT, finish
+        from nsmaps.reduced.adaptive.slopes import slopes
+
+        start = as_states(states, self.coordinates)
+        n = len(start)
+        phi, speed, advance, leaf = self._evaluated(start)
+        image, turns, codes = np.empty((n, 2)), np.empty((n, 2), np.int32), np.empty(n, np.int64)
+        outcome, time = np.empty(n, np.int8), np.empty(n)
+        rate = self.system.phase_rate()
+        finish(start, phi, speed, advance, leaf, self.strips.words, rate, image, turns, codes, outcome, time)
+        slope = np.full((n, 2, 2), np.nan) if derivative else None
+        if slope is not None:
+            slopes(self.strips.tables, start[:, 0], phi, leaf, slope)
+            slope[:, 1, 1] += 1
+        returns = Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, derivative=slope, fitted=True)
+        rest = np.flatnonzero(leaf == EXACT)
+        if len(rest):
+            _put(returns, rest, self.system.first_return(start[rest], derivative=derivative))
+        return returns
+
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
+        """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
+        from nsmaps.reduced.adaptive.compiled import orbits
+
+        returns = orbits(self, as_states(states, self.coordinates), n)
+        return (
+            replace(returns, derivative=self.first_return(returns.start, derivative=True).derivative) if derivative else returns
+        )
+
+    def _evaluated(self, start: Floats) -> tuple[Floats, Floats, Floats, Ints]:
+        """Phases in the box's turn, speeds and advances of the phase after the return, and leaves, each (N,)."""
+        from nsmaps.reduced.adaptive.kernel import evaluate, turned_into
+
+        v, phi, speed, advance = (np.empty(len(start)) for _ in range(4))
+        leaf = np.empty(len(start), np.int64)
+        turned_into(self.strips.bounds[1], start, v, phi)
+        evaluate(self.strips.tables, v, phi, speed, advance, leaf)
+        return phi, speed, advance, leaf
+
+
+def _put(returns: Returns, rows: Ints, given: Returns) -> None:
+    """Write returns into some rows of others."""
+    for name in ("image", "turns", "codes", "outcome", "time", "derivative"):
+        if getattr(returns, name) is not None:
+            getattr(returns, name)[rows] = getattr(given, name)
+
+
+def strip_map(
+    system: "ImpactSystem",
+    speeds: tuple[float, float],
+    phases: tuple[float, float],
+    tolerance: float,
+    progress: Callable[[int, int], None] | None = None,
+    max_seconds: float = inf,
+) -> StripMap:
+    """The map of strips of a system over a box of speeds and phases, to a tolerance.
+
+    It takes seconds over a box with few edges, and many minutes where there are many, as over speeds so large that a flight spans
+    many periods of the forcing: on a terminal a line shows how far it is.
+
+    Args:
+        speeds: lowest and highest, both above zero: at zero the ball does not leave the wall, and the map is not smooth.
+        phases: lowest and highest, radians; a whole turn is taken as a circle, cut where that is best.
+        tolerance: of the speed, and of the phase in radians, over the whole box but within 1e-11 of an edge.
+        progress: called with the leaves that are done and those that wait, before each round of fits.
+        max_seconds: after so many seconds no round is begun, nor after half as many one that seeks edges: where it was not
+            finished the exact map answers. `report.exact_share` says where how much, `report.stopped` that it was so.
+
+    Raises:
+        FitError: a box that is none, or a tolerance that rounding does not allow.
+    """
+    _check_box(speeds, phases, tolerance)
+    with working("strip map", progress, max_seconds) as work:
+        return _strip_map(system, speeds, phases, tolerance, progress, work)
+
+
+def _strip_map(
+    system: "ImpactSystem",
+    speeds: tuple[float, float],
+    phases: tuple[float, float],
+    tolerance: float,
+    progress: Callable[[int, int], None] | None,
+    work: Work,
+) -> StripMap:
+    from nsmaps.reduced.adaptive.layout import build_tables
+
+    begun = perf_counter()
+    if phases[1] - phases[0] >= TWO_PI * (1 - 1e-12):
+        cut = clear_phase(system, speeds)
+        cut -= TWO_PI * (cut > np.pi)
+        phases = cut, cut + TWO_PI
+    bands, found = slabs(system, speeds, phases, replace(work, max_seconds=work.max_seconds / 2))
+    cut_at = perf_counter()
+    box = np.array([speeds, phases], float)
+    trees = roots_of(bands, box[:, 1] - box[:, 0])
+    degrees = next(each for least, each in DEGREES if tolerance >= least)
+    roots = [leaf for cells in trees for cell in cells for leaf in cell]
+    returns, fitted = grow(system, bands, roots, tolerance, degrees, progress, work)
+    leaves = [leaf for root in roots for leaf in _ends(root)]
+    report = _report(tolerance, box, bands, leaves, returns, {"edges": cut_at - begun, "fits": perf_counter() - cut_at})
+    cells = [(bands[leaf.slab], leaf.cell) for leaf in leaves if leaf.degree >= 0]
+    words = np.array([(band.words[cell], band.outcomes[cell]) for band, cell in cells], np.int64).reshape(-1, 2)
+    report = replace(report, stopped=not (found and fitted))
+    return StripMap(system, Strips(box, tuple(bands), report, words, build_tables(box, bands, trees)))
+
+
+def _check_box(speeds: tuple[float, float], phases: tuple[float, float], tolerance: float) -> None:
+    if not LEAST_TOLERANCE <= tolerance < np.inf:
+        raise FitError(f"the tolerance is {tolerance!r}; expected: at least {LEAST_TOLERANCE:g}")
+    if not 0 < speeds[0] < speeds[1] < np.inf:
+        raise FitError(f"speeds from {speeds[0]!r} to {speeds[1]!r}; expected: a lower one above zero and a higher, finite")
+    if not (np.isfinite(phases).all() and phases[0] < phases[1] <= phases[0] + TWO_PI * (1 + 1e-12)):
+        raise FitError(f"phases from {phases[0]!r} to {phases[1]!r}; expected: a lower and a higher, at most a turn apart")
+
+
+def _report(
+    tolerance: float, box: Floats, bands: Sequence[Slab], leaves: Sequence[Node], returns: int, seconds: dict[str, float]
+) -> StripReport:
+    fitted = [leaf for leaf in leaves if leaf.degree >= 0]
+    degrees = [leaf.degree for leaf in fitted]
+    grown = {(leaf.slab, leaf.cell) for leaf in leaves}
+    cells = [(k, cell) for k, band in enumerate(bands) for cell in range(len(band.words))]
+    left = sum(cell_area(bands[k], cell) for k, cell in cells if (k, cell) not in grown)
+    left += float((box[0, 1] - box[0, 0] - sum(band.high - band.low for band in bands)) * np.ptp(box[1]))
+    return StripReport(
+        tolerance=tolerance,
+        slabs=len(bands),
+        cells=len(cells),
+        leaves=len(fitted),
+        coefficients=sum(2 * len(terms(degree)) for degree in degrees),
+        degrees={degree: degrees.count(degree) for degree in sorted(set(degrees))},
+        exact_share=max(left / float(np.prod(np.ptp(box, axis=1))), 0.0) + sum(leaf.area for leaf in leaves if leaf.degree < 0),
+        returns=returns,
+        seconds=seconds,
+    )
+
+
+def _ends(leaf: Node) -> Iterator[Node]:
+    """The undivided leaves under a leaf, in order."""
+    if leaf.children is None:
+        yield leaf
+    else:
+        for child in leaf.children[1:]:
+            yield from _ends(child)

@@ -1,0 +1,58 @@
+"""How far a map of strips is from the exact map, at states that its making never saw."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.reduced.adaptive.slabs import Slab
+from nsmaps.reduced.adaptive.surrogate import StripMap
+
+BESIDE = (1e-11, 1e-2)  #: radians from an edge between which states are drawn, evenly in their logarithm
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOut:
+    """Errors of speed and of phase (radians), the larger of the two, over states that a leaf answers."""
+
+    points: int
+    largest: float
+    most: float  #: 99 % of them are below
+    over: int  #: beyond the tolerance
+    wrong_words: int
+    by_exact_map: int  #: states beside these, in no leaf
+
+
+def held_out(map: StripMap, points: int = 100_000, seed: int = 0) -> tuple[HeldOut, HeldOut]:
+    """The errors at states drawn uniformly over the box, and at states drawn ever nearer to the edges."""
+    rng = np.random.default_rng(seed)
+    low, high = map.strips.bounds.T
+    uniform = low + (high - low) * rng.random((points, 2))
+    edges = [(slab, k) for slab in map.strips.slabs for k in range(1, len(slab.curves) - 1)]
+    return _errors(map, uniform), _errors(map, _beside(edges, points, rng))
+
+
+def _beside(edges: list[tuple[Slab, int]], points: int, rng: np.random.Generator) -> Floats:
+    if not edges:
+        return np.empty((0, 2))
+    each = -(-points // len(edges))
+    states = []
+    for slab, k in edges:
+        s = rng.uniform(-1, 1, each)
+        away = np.exp(rng.uniform(np.log(BESIDE[0]), np.log(BESIDE[1]), each)) * rng.choice([-1, 1], each)
+        states.append(np.column_stack([slab.speeds(s), slab.phases(s)[k] + away]))
+    return np.concatenate(states)
+
+
+def _errors(map: StripMap, states: Floats) -> HeldOut:
+    mine = states[map.leaf_of(states) >= 0]
+    ours, exact = map.first_return(mine), map.system.first_return(mine)
+    error = np.abs(ours.lifted - exact.lifted).max(axis=1) if len(mine) else np.zeros(1)
+    return HeldOut(
+        points=len(states),
+        largest=float(error.max()),
+        most=float(np.quantile(error, 0.99)),
+        over=int(np.sum(~(error <= map.strips.report.tolerance))),
+        wrong_words=int(np.sum(ours.codes != exact.codes)),
+        by_exact_map=len(states) - len(mine),
+    )

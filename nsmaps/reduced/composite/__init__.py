@@ -1,0 +1,1 @@
+"""The composite map: pieces in order, compiled, with coefficients that may be polynomials of a parameter."""

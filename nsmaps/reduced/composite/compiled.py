@@ -1,0 +1,152 @@
+"""The compiled form of a composite map."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import ArrayLike, Floats, Ints
+from nsmaps.coordinates import angle_mask, as_states
+from nsmaps.exact.kernel import in_chunks
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.words import LONGER, encode
+from nsmaps.reduced.composite.kernel import BLOCK, CompositeTables, Work, orbits, pieces_of
+from nsmaps.reduced.conditions.bytecode import Code, code_of, depth_of
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.composite.composite import CompositeMap
+    from nsmaps.reduced.fit.polymap import PolyMap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CompiledComposite:
+    """A composite map as arrays, with the loops that run it; whose numbers do not depend on the batch."""
+
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    tables: CompositeTables
+
+    @classmethod
+    def of(cls, map: "CompositeMap") -> Self:
+        """The compiled form of a map."""
+        return cls(map.coordinates, map.walls, _tables(map, [code_of(piece.region) for piece in map.pieces]))
+
+    @property
+    def given(self) -> bool:
+        """True if the pieces of states are to be given, since a region is of a class of its own."""
+        return self.tables.given
+
+    def pieces_of(self, states: Floats) -> Ints:
+        """The number of the first piece that holds each state (N, n), shape (N,): -1 for none, -2 if it is NaN or infinite."""
+        piece = np.empty(len(states), np.int64)
+        in_chunks(len(states), lambda k: pieces_of(self.tables, self._work(), states[k], piece[k]))
+        return piece
+
+    def first_returns(self, start: Floats, piece: Ints) -> Returns:
+        """The first returns of states (N, n). Their pieces, shape (N,), are read if they are `given`, and else written."""
+        room = self._room(1, start)
+
+        def run(k: slice) -> None:
+            orbits(self.tables, self._work(), start[k], piece[None, k], *(each[:, k] for each in room))
+
+        in_chunks(len(start), run)
+        return self._returns(start, *room)
+
+    def orbits(self, states: ArrayLike, n: int) -> Returns:
+        """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
+        start = as_states(states, self.coordinates)
+        room, piece = self._room(n, start), np.empty((n, len(start)), np.int64)
+        orbits(self.tables, self._work(), start, piece, *room)
+        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(start.shape[0] * n, -1), *room)
+
+    def _room(self, n: int, start: Floats) -> tuple[Floats, NDArray[np.int32], NDArray[np.int64], NDArray[np.int8]]:
+        """Memory for the images, turns, codes and outcomes of n returns of M states."""
+        m, dim = start.shape
+        return np.empty((n, m, dim)), np.empty((n, m, dim), np.int32), np.empty((n, m), np.int64), np.empty((n, m), np.int8)
+
+    def _returns(self, start: Floats, image: Floats, turns: NDArray[np.int32], codes: Ints, outcome: NDArray[np.int8]) -> Returns:
+        """Returns of arrays of shape (n, M, ...)."""
+        dim = len(self.coordinates)
+        each = image.reshape(-1, dim), turns.reshape(-1, dim), codes.ravel(), outcome.ravel(), np.full(len(start), np.nan)
+        return Returns(self.coordinates, self.walls, start, *each, fitted=True)
+
+    def _work(self) -> Work:
+        """Memory for a block of states."""
+        n, tables = len(self.coordinates), self.tables
+        basis = np.empty((n, int(tables.degree.max(initial=1)) + 1, BLOCK))
+        return Work(
+            x=np.empty((n, BLOCK)),
+            left=np.empty(BLOCK, np.int64),
+            stack=np.empty((tables.depth, BLOCK)),
+            held=np.empty(BLOCK, np.int64),
+            turn=np.empty((n, BLOCK)),
+            basis=basis,
+            group=np.empty(BLOCK),
+            total=np.empty((n, BLOCK)),
+        )
+
+
+@lru_cache(maxsize=16)
+def compiled(map: "CompositeMap") -> CompiledComposite:
+    """The compiled form of a map, kept for the maps that were used last."""
+    return CompiledComposite.of(map)
+
+
+def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> CompositeTables:
+    codes = [code for code in conditions if code is not None]
+    given = len(codes) < len(conditions)
+    codes = [[] for _ in conditions] if given else codes
+    maps, names = [piece.map for piece in map.pieces], map.coordinates
+    n, angles = len(names), angle_mask(names)
+    operations = np.array([each for code in codes for each in code], float).reshape(-1, 2)
+    terms = np.array([[len(each) for each in polymap.exponents] for polymap in maps], np.int64).reshape(-1, n)
+    ends = terms.cumsum().reshape(terms.shape)
+    outputs = [_in_order(*pair) for polymap in maps for pair in zip(polymap.exponents, polymap.coefficients, strict=True)]
+    degrees = [np.max([each.max(axis=0) for each in polymap.exponents], axis=0) for polymap in maps]
+    begins = (ends - terms).ravel().tolist()
+    runs = [first + end for (exponents, _), first in zip(outputs, begins, strict=True) for end in _runs(exponents)]
+    words = [_code(piece.word, map.walls) for piece in map.pieces]
+    return CompositeTables(
+        angle=angles,
+        given=given,
+        operation=operations[:, 0].astype(np.int64),
+        number=np.ascontiguousarray(operations[:, 1]),
+        first_operation=np.cumsum([0, *(len(code) for code in codes)]),
+        depth=max((depth_of(code) for code in codes), default=0),
+        middle=np.array([_middle(polymap, angles) for polymap in maps]).reshape(-1, n),
+        centre=np.array([polymap.centre for polymap in maps], float).reshape(-1, n),
+        scale=np.array([polymap.scale for polymap in maps], float).reshape(-1, n),
+        absolute=np.array([[name in polymap.absolute for name in names] for polymap in maps], bool).reshape(-1, n),
+        degree=np.array(degrees, np.int64).reshape(-1, n),
+        first_term=np.column_stack([ends - terms, ends[:, -1:]]),
+        exponent=np.array([each for exponents, _ in outputs for each in exponents], np.int64).reshape(-1, n),
+        coefficient=np.array([each for _, coefficients in outputs for each in coefficients], float),
+        until=np.array(runs, np.int64),
+        word=np.array(words, np.int64),
+    )
+
+
+def _code(word: str, walls: tuple[str, ...]) -> int:
+    """The code of a word, 0 of one that is longer than a code holds."""
+    code = 0 if LONGER in word else encode(word, walls)
+    return code if code < 2**63 else 0
+
+
+def _in_order(exponents: Ints, coefficients: Floats) -> tuple[Ints, Floats]:
+    """Terms in the order of the first coordinate, then of the next."""
+    order = np.lexsort(exponents.T[::-1])
+    return exponents[order], coefficients[order]
+
+
+def _runs(exponents: Ints) -> Ints:
+    """Of each term in order, the number of the first that differs from it in more than the last coordinate."""
+    changes = np.flatnonzero((np.diff(exponents[:, :-1], axis=0) != 0).any(axis=1)) + 1
+    return np.append(changes, len(exponents))[np.searchsorted(changes, np.arange(len(exponents)), side="right")]
+
+
+def _middle(polymap: "PolyMap", angles: NDArray[np.bool_]) -> Floats:
+    """Where the map was fitted, of angles; NaN of other coordinates, and where it was not."""
+    return np.where(angles & np.isfinite(polymap.domain).all(axis=1), polymap.centre, np.nan)

@@ -1,0 +1,268 @@
+"""The composite map: pieces in order, of which the first that holds a state wins (eq. compositemapM, the pseudocode)."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+
+from nsmaps.arrays import ArrayLike, Floats, Ints, brief
+from nsmaps.coordinates import angle_mask, as_states, nearest_turn, wrap
+from nsmaps.dynamics.returnmap import single_returns
+from nsmaps.errors import FitError, NsmapsError, near_match
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Grid, Surface
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Region
+from nsmaps.reduced.fit.polyfit import PolyFit
+from nsmaps.reduced.fit.polymap import PolyMap
+
+ONCE = 10_000_000  #: regions times states, which NumPy handles in the time that the compiled loop takes to be loaded
+SAMPLE = 100  #: uncovered states that a coverage keeps as examples
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """One piece of a composite map: where it holds and what it maps to."""
+
+    name: str
+    region: Region
+    map: PolyMap
+    word: str = ""  #: the word of the returns it stands for, the commonest of its data; "" for a reset or where none is known
+
+
+def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
+    """The piece of a name among some."""
+    for piece in pieces:
+        if piece.name == name:
+            return piece
+    names = [piece.name for piece in pieces]
+    raise NsmapsError(f"no piece {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coverage:
+    """How much of a set of states the pieces of a composite map hold."""
+
+    names: tuple[str, ...]
+    points: int
+    fraction: float  #: of the states that lie in a piece; NaN of no states
+    fractions: Floats  #: shape (pieces,), of the states that each piece decides
+    uncovered: Floats  #: shape (S, n), at most a hundred of the states in no piece, spread over all of them
+    boxes: Floats  #: shape (B, n, 2), the hull of the states in no piece: one box, or none
+
+    @property
+    def covered(self) -> bool:
+        """Whether every state lies in a piece."""
+        return self.fraction == 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class CompositeMap:
+    """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
+
+    __repr__ = brief
+
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    pieces: tuple[Piece, ...]
+
+    def piece_of(self, states: ArrayLike) -> Ints:
+        """The number of the first piece that holds each state (N, n), -1 where there is none; shape (N,)."""
+        return np.maximum(self._pieces_of(as_states(states, self.coordinates)), -1)
+
+    def piece_once(self, states: ArrayLike) -> Ints:
+        """As `piece_of`, for states that are looked up once: by the regions where that is faster than loading compiled code."""
+        x = as_states(states, self.coordinates)
+        few = len(self.pieces) * len(x) <= ONCE
+        return np.maximum(self._pieces_by_region(x), -1) if few else self.piece_of(x)
+
+    def piece(self, name: str) -> Piece:
+        """The piece of a name."""
+        return piece_named(self.pieces, name)
+
+    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+        """The first returns of states (N, n) by the map of their piece.
+
+        A state in no piece is `uncovered`, one that is NaN or infinite `invalid`. Images are as the polynomials have
+        them, even where no state could be, as at a negative speed: no piece holds them unless its region says so. Times
+        are NaN, and no image is `certified`.
+        """
+        from nsmaps.reduced.composite.compiled import compiled
+
+        start, made = as_states(states, self.coordinates), compiled(self)
+        number = self._pieces_by_region(start) if made.given else np.empty(len(start), np.int64)
+        returns = made.first_returns(start, number)
+        return replace(returns, derivative=self._derivative(start, number)) if derivative else returns
+
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
+        """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first.
+
+        In one compiled loop, unless a region is of a class of its own. How an orbit ended is repeated.
+        """
+        from nsmaps.reduced.composite.compiled import compiled
+
+        start, made = as_states(states, self.coordinates), compiled(self)
+        single = made.given and n > 0
+        returns = Returns.concatenated([*single_returns(self, start, n)]) if single else made.orbits(start, n)
+        return replace(returns, derivative=self._slopes(returns.start)) if derivative else returns
+
+    def _slopes(self, states: Floats) -> Floats:
+        """The derivatives at states (N, n), shape (N, n, n)."""
+        return self._derivative(states, self._pieces_of(states))
+
+    def coverage(self, states: Grid | ArrayLike) -> Coverage:
+        """How much of a grid or of states (N, n) the pieces hold, and where they do not."""
+        x = as_states(states.states() if isinstance(states, Grid) else states, self.coordinates)
+        number = self.piece_of(x)
+        missed = x[number < 0]
+        finite = missed[np.isfinite(missed).all(axis=1)]
+        hull = [np.stack([finite.min(axis=0), finite.max(axis=0)], axis=1)] if len(finite) else []
+        counts = np.bincount(number + 1, minlength=len(self.pieces) + 1)
+        sample = np.unique(np.linspace(0, max(0, len(missed) - 1), SAMPLE).astype(int))[: len(missed)]
+        return Coverage(
+            names=tuple(piece.name for piece in self.pieces),
+            points=len(x),
+            fraction=1.0 - len(missed) / len(x) if len(x) else math.nan,
+            fractions=counts[1:] / (len(x) or math.nan),
+            uncovered=missed[sample],
+            boxes=np.array(hull).reshape(-1, len(self.coordinates), 2),
+        )
+
+    def _pieces_of(self, states: Floats) -> Ints:
+        """As `piece_of`, -2 of what is no state: by compiled conditions, or by regions where one is of a class of one's own."""
+        from nsmaps.reduced.composite.compiled import compiled
+
+        made = compiled(self)
+        return self._pieces_by_region(states) if made.given else made.pieces_of(states)
+
+    def _pieces_by_region(self, states: Floats) -> Ints:
+        """As `_pieces_of`, by the regions themselves."""
+        x = _wrapped(states, self.coordinates)
+        number = np.where(np.isfinite(x).all(axis=1), -1, -2)
+        left = np.flatnonzero(number == -1)
+        for k, piece in enumerate(self.pieces):
+            if not len(left):
+                break
+            holds = piece.region.contains(x[left])
+            number[left[holds]] = k
+            left = left[~holds]
+        return number
+
+    def _derivative(self, states: Floats, number: Ints) -> Floats:
+        """The derivatives of the pieces' maps at states (N, n), shape (N, n, n); NaN where no piece holds."""
+        slopes = np.full((*states.shape, states.shape[1]), np.nan)
+        for k, piece in enumerate(self.pieces):
+            rows = np.flatnonzero(number == k)
+            if len(rows):
+                slopes[rows] = piece.map.derivative(self._near(piece.map, states[rows]))
+        return slopes
+
+    def _near(self, polymap: PolyMap, states: Floats) -> Floats:
+        """The states with angles on the turn nearest to where the map was fitted."""
+        bounded = angle_mask(self.coordinates) & np.isfinite(polymap.domain).all(axis=1)
+        middle = np.where(bounded, polymap.centre, 0.0)
+        return np.where(bounded, nearest_turn(states, middle), states)
+
+
+class PieceLike(Protocol):
+    """What says how a piece is made: its region, and either a family and a fit or a reset."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def region(self) -> Region: ...
+    @property
+    def family(self) -> str | None: ...
+    @property
+    def fit(self) -> PolyFit | None: ...
+    @property
+    def reset(self) -> Mapping[str, float] | None: ...
+
+
+class PieceSpec(BaseModel):
+    """How a piece is made: fitted to a family's surface in its region, or a reset of some coordinates to constants."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    region: Region
+    family: str | None = None
+    fit: PolyFit | None = None
+    reset: dict[str, Number] | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        _one_way(self)
+        return self
+
+
+def build_composite(
+    coordinates: Sequence[str], walls: Sequence[str], surfaces: Mapping[str, Surface], pieces: Sequence[PieceLike]
+) -> CompositeMap:
+    """The composite map of some pieces, each fitted to what its family's surface has in its region.
+
+    A piece is fitted to all its region, also to what earlier pieces decide: the paper's representative curves of R2
+    run through R1 (remark R1R2overlap).
+
+    Raises:
+        FitError: names the piece, and says what is wrong with its family, its data, its region or its fit.
+    """
+    made: list[Piece] = []
+    for piece in pieces:
+        if piece.name in {other.name for other in made}:
+            raise FitError(f"piece {piece.name!r}: there are two of this name; expected: a name each")
+        try:
+            made.append(_piece(tuple(coordinates), surfaces, piece))
+        except ValidationError as error:
+            raise FitError(f"piece {piece.name!r}: {error.errors()[0]['msg']}") from error
+        except NsmapsError as error:
+            raise FitError(f"piece {piece.name!r}: {error}") from error
+    return CompositeMap(tuple(coordinates), tuple(walls), tuple(made))
+
+
+def _piece(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece: PieceLike) -> Piece:
+    _one_way(piece)
+    region = piece.region.over(coordinates)
+    if piece.reset is not None:
+        return Piece(piece.name, region, PolyMap.reset(coordinates, piece.reset))
+    assert piece.fit is not None
+    data = data_of(coordinates, surfaces, piece)
+    values, counts = np.unique(data.returns.words, return_counts=True)
+    return Piece(piece.name, region, piece.fit.fit(data), str(values[np.argmax(counts)]))
+
+
+def data_of(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:
+    """What a piece is fitted to: its family's surface within its region. FitError where there is nothing."""
+    family, region = piece.family or "", piece.region.over(coordinates)
+    if family not in surfaces:
+        raise FitError(f"no surface of a family {family!r}{near_match(family, surfaces)}; expected: {', '.join(surfaces)}")
+    surface = surfaces[family]
+    if surface.coordinates != coordinates:
+        raise FitError(f"the surface has coordinates {', '.join(surface.coordinates)}, not {', '.join(coordinates)}")
+    inside = surface.restricted(region.contains(_wrapped(surface.start, coordinates)))
+    if not len(inside.start):
+        raise FitError(f"no data of family {family!r} where {region.condition()}; {_whereabouts(surface)}")
+    return inside
+
+
+def _one_way(piece: PieceLike) -> None:
+    """A FitError unless a piece is either fitted or a reset."""
+    if (piece.fit is None) == (piece.reset is None) or (piece.fit is None) != (piece.family is None):
+        given = [key for key in ("family", "fit", "reset") if getattr(piece, key) is not None]
+        raise FitError(f"it has {' and '.join(given) or 'no map'}; expected: a family and a fit, or a reset alone")
+
+
+def _whereabouts(surface: Surface) -> str:
+    if not len(surface.start):
+        return "the family has no data at all: accepted are a family whose words occur on the grid, or another grid"
+    ends = zip(surface.coordinates, surface.start.min(axis=0), surface.start.max(axis=0), strict=True)
+    hull = ", ".join(f"{name} in [{low:.6g}, {high:.6g}]" for name, low, high in ends)
+    return f"the family's {len(surface.start)} states lie within {hull}, and regions see angles in [0, 2 pi)"
+
+
+def _wrapped(states: Floats, coordinates: Sequence[str]) -> Floats:
+    with np.errstate(invalid="ignore"):
+        return np.where(angle_mask(coordinates), wrap(states), states)

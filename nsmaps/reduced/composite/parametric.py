@@ -1,0 +1,166 @@
+"""Composite maps whose coefficients are polynomials of a parameter, in well-conditioned form (appendix, coefficients in d)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.coordinates import angle_mask, nearest_turn
+from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
+from nsmaps.reduced.fit.polyfit import unwrapped
+from nsmaps.reduced.fit.polymap import PolyMap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ParametricReport:
+    """How well a parametric map does at values of the parameter that it was not made from; P fitted pieces, H values."""
+
+    names: tuple[str, ...]
+    values: Floats  #: shape (H,)
+    refit: Floats  #: shape (P, H, n), largest error of a map fitted at the value itself, at its data
+    error: Floats  #: shape (P, H, n), largest error of the parametric map at the same data of the exact map
+    apart: Floats  #: shape (P, H, n), largest difference between both maps there
+
+    @property
+    def follows(self) -> bool:
+        """Whether the parametric map is everywhere nearer to the map fitted there than that is to the exact map."""
+        return bool((self.apart <= self.refit).all())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ParametricMap:
+    """A composite map for every value of a parameter from `low` to `high`.
+
+    The map of a piece is a PolyMap in the coordinates and the parameter, which it leaves as it is; all values share one
+    scaling. So `piece("R1").map.symbolic("v")` is the polynomial in (v, phi, d), and `monomial_error` its rounding error.
+    """
+
+    parameter: str
+    low: float
+    high: float
+    coordinates: tuple[str, ...]
+    walls: tuple[str, ...]
+    pieces: tuple[Piece, ...]
+    nodes: Floats  #: shape (K,), the values it is made from
+    condition: float  #: of the least squares problem of the coefficients over the parameter
+    report: ParametricReport | None = None  #: None if no piece is fitted, as of printed maps
+
+    def at(self, value: float) -> CompositeMap:
+        """The composite map at one value. NsmapsError outside [low, high]: beyond the data polynomials mean nothing."""
+        if not self.low <= value <= self.high:
+            ends = f"{self.parameter} from {self.low!r} to {self.high!r}, where the map was fitted"
+            raise NsmapsError(f"{self.parameter} is {value!r}; expected: {ends}")
+        pieces = tuple(replace(piece, map=_at(piece.map, self.coordinates, value)) for piece in self.pieces)
+        return CompositeMap(self.coordinates, self.walls, pieces)
+
+    def piece(self, name: str) -> Piece:
+        """The piece of a name; its map is one of the coordinates and the parameter."""
+        return piece_named(self.pieces, name)
+
+
+def chebyshev_nodes(low: float, high: float, count: int) -> Floats:
+    """The zeros of the Chebyshev polynomial of degree `count` between two ends, rising, shape (count,)."""
+    return np.asarray((low + high) / 2 - (high - low) / 2 * np.cos(np.pi * (np.arange(count) + 0.5) / count), float)
+
+
+def parametric_map(
+    composites: Mapping[float, CompositeMap], parameter: str, low: float, high: float, order: int
+) -> ParametricMap:
+    """The parametric map of composite maps of the same pieces at K values of a parameter, by least squares of some order.
+
+    Coefficients are first put into one scaling a piece, exactly, and angles onto one turn.
+
+    Raises:
+        FitError: fewer values than the order needs, or composites of different pieces.
+    """
+    composites = dict(sorted(composites.items()))  # so that angles can be followed from value to value
+    nodes = np.array(list(composites), float)
+    first, *rest = composites.values()
+    if len(np.unique(nodes)) <= order:
+        raise FitError(f"order {order} of {parameter!r} from {len(nodes)} values; expected: at least {order + 1} values")
+    if any([piece.name for piece in other.pieces] != [piece.name for piece in first.pieces] for other in rest):
+        raise FitError("composite maps of different pieces; expected: the same pieces at every value")
+    powers = np.asarray(chebvander((nodes - (low + high) / 2) / ((high - low) / 2), order), float)
+    pieces = []
+    for k, piece in enumerate(composites[nodes[len(nodes) // 2]].pieces):
+        maps = [composite.pieces[k].map for composite in composites.values()]
+        pieces.append(replace(piece, map=_joined(maps, parameter, np.array([low, high]), powers)))
+    condition = float(np.linalg.cond(powers))
+    return ParametricMap(parameter, low, high, first.coordinates, first.walls, tuple(pieces), nodes, condition)
+
+
+def report_on(parametric: ParametricMap, held: Sequence[tuple[float, CompositeMap, Mapping[str, Surface]]]) -> ParametricReport:
+    """The errors at values held out: each with the map fitted there and the exact data that each piece was fitted to."""
+    names = tuple(held[0][2])
+    errors = [[_errors(parametric.at(value), refit, name, data[name]) for value, refit, data in held] for name in names]
+    refit, error, apart = np.moveaxis(np.array(errors).reshape(len(names), len(held), 3, -1), 2, 0)
+    return ParametricReport(names, np.array([value for value, _, _ in held]), refit, error, apart)
+
+
+def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -> Floats:
+    """Largest errors of the refit and of ours, and the largest difference between both, shape (3, n)."""
+    start, target = unwrapped(data)
+    a, b = (map(composite._near(map, start)) for composite in (ours, refit) for map in (composite.piece(name).map,))
+    differences = np.array([b - target, a - target, a - b])
+    short = np.where(angle_mask(data.coordinates), nearest_turn(differences, 0.0), differences)
+    return np.asarray(np.abs(short).max(axis=1), float)
+
+
+def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Floats) -> PolyMap:
+    """One map of the coordinates and the parameter from the maps at its values; powers (K, order + 1)."""
+    first, maps = maps[0], _on_one_turn(maps)
+    domains = np.array([each.domain for each in maps])
+    box = np.stack([domains[:, :, 0].min(axis=0), domains[:, :, 1].max(axis=0)], axis=1)
+    flat = np.ptp(box, axis=1, keepdims=True) == 0  # data on one line of the grid at every value
+    sides = np.where(flat, box + np.array([-1.0, 1.0]), box)
+    alike = maps if np.isinf(box).any() else [each.over(sides) for each in maps]  # a reset has no box and needs none
+    whole = [_joined_output(alike, i, powers) for i in range(len(first.coordinates))]
+    n, middle, half = len(first.coordinates), ends.mean(), np.ptp(ends) / 2
+    identity = np.array([[0] * n + [0], [0] * n + [1]]), np.array([middle, half])
+    exponents, coefficients = zip(*whole, identity, strict=True)
+    centre, scale = np.append(alike[0].centre, middle), np.append(alike[0].scale, half)
+    names, domain = (*first.coordinates, parameter), np.vstack([box, ends])
+    return PolyMap(names, exponents, coefficients, centre, scale, domain, first.absolute)
+
+
+def _on_one_turn(maps: Sequence[PolyMap]) -> list[PolyMap]:
+    """The maps at rising values of a parameter with the angles that they are of on turns that follow one another."""
+    centres = np.array([each.centre for each in maps])
+    shifts = np.where(angle_mask(maps[0].coordinates), np.unwrap(centres, axis=0) - centres, 0.0)
+    moved = [(each.centre + shift, each.domain + shift[:, None]) for each, shift in zip(maps, shifts, strict=True)]
+    return [replace(each, centre=centre, domain=domain) for each, (centre, domain) in zip(maps, moved, strict=True)]
+
+
+def _joined_output(maps: Sequence[PolyMap], i: int, powers: Floats) -> tuple[Ints, Floats]:
+    """Exponents and coefficients of one output with the parameter as its last coordinate."""
+    names = maps[0].coordinates
+    constant = (0,) * len(names)
+    terms = [dict(zip(map(tuple, each.exponents[i].tolist()), each.coefficients[i], strict=True)) for each in maps]
+    if angle_mask(names)[i]:
+        middles = np.array([each(each.centre[None])[0, i] for each in maps])
+        for own, shift in zip(terms, np.unwrap(middles) - middles, strict=True):
+            own[constant] = own.get(constant, 0.0) + shift
+    keys = list(dict.fromkeys(key for own in terms for key in own))
+    table = np.array([[own.get(key, 0.0) for key in keys] for own in terms])
+    fitted = np.linalg.lstsq(powers, table, rcond=None)[0]
+    exponents = [[*key, power] for power in range(len(fitted)) for key in keys]
+    return np.array(exponents, int), np.asarray(fitted.ravel(), float)
+
+
+def _at(polymap: PolyMap, coordinates: tuple[str, ...], value: float) -> PolyMap:
+    """The map of the coordinates alone, at one value of the parameter that is its last."""
+    n = len(coordinates)
+    exponents: list[Ints] = []
+    coefficients: list[Floats] = []
+    for each, c in zip(polymap.exponents[:n], polymap.coefficients[:n], strict=True):
+        scaled = np.array([(value - polymap.centre[n]) / polymap.scale[n]])
+        weighted = c * chebvander(scaled, int(each[:, n].max()))[0, each[:, n]]
+        keys, which = np.unique(each[:, :n], axis=0, return_inverse=True)
+        exponents.append(keys)
+        coefficients.append(np.asarray(np.bincount(which.ravel(), weights=weighted), float))
+    centre, scale, domain = polymap.centre[:n], polymap.scale[:n], polymap.domain[:n]
+    return PolyMap(coordinates, tuple(exponents), tuple(coefficients), centre, scale, domain, polymap.absolute)

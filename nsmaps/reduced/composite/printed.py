@@ -1,0 +1,116 @@
+"""Polynomials as they are printed: plain monomials with decimal coefficients, which may be polynomials of a parameter."""
+
+import re
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
+
+from nsmaps.errors import FitError, near_match
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.polymap import PolyMap
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+HIGHEST = 40  #: power of a coordinate, as of fits
+FACTOR = re.compile(r"\s*([^\W\d]\w*)\s*(?:\*\*\s*(\d{1,2})\s*)?")
+
+
+def _kind(value: object) -> str:
+    return "[powers]" if isinstance(value, list | tuple) else "[number]"
+
+
+def _monomial(text: str) -> str:
+    _powers(text)
+    return text
+
+
+Monomial = Annotated[str, AfterValidator(_monomial)]  #: as `phi**2*v`, or `1`
+Coefficient = Annotated[
+    Annotated[float, Tag("[number]")] | Annotated[tuple[float, ...], Field(max_length=100), Tag("[powers]")], Discriminator(_kind)
+]  #: a number, or a polynomial of the parameter, its coefficients from power 0 on
+
+
+class PrintedMap(BaseModel):
+    """A map of printed coefficients, made exactly into one that is evaluated without cancellation.
+
+    Decimals are taken for the rational numbers that they print, and so is the parameter's value: they are collapsed and
+    carried over to Chebyshev products of `over` in rational arithmetic, each rounded once.
+
+    >>> line = PrintedMap(parameter="d", images={"v": {"1": (1, -2), "v": 3}}, over={"v": (0, 1)})
+    >>> line.at(("v",), 0.35)([[0.5]])
+    array([[1.8]])
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    images: dict[str, dict[Monomial, Coefficient]]  #: by output
+    over: dict[str, tuple[Number, Number]]  #: the box on which the map is meant, by coordinate
+    parameter: str | None = None
+    absolute: tuple[str, ...] = ()
+
+    def at(self, coordinates: Sequence[str], value: float | None = None) -> PolyMap:
+        """The map at one value of its parameter. FitError for names that are no coordinates or an output that is missing."""
+        names = tuple(coordinates)
+        for name in (*self.images, *self.absolute):
+            if name not in names:
+                raise FitError(f"the image of {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
+        if missing := [name for name in names if name not in self.images]:
+            raise FitError(f"the image of {missing[0]!r} is missing; expected: those of all of {', '.join(names)}")
+        point = None if value is None else _decimal(value)
+        monomials = {name: self._collapsed(self.images[name], names, point) for name in names}
+        return PolyMap.of_monomials(names, monomials, Box(coordinates=names, bounds=self.over).array, self.absolute)
+
+    def of(self, system: "ImpactSystem") -> PolyMap:
+        """The map at a system's own value of its parameter. FitError if the system has no such parameter."""
+        if self.parameter is None:
+            return self.at(system.coordinates)
+        if self.parameter not in system.parameters:
+            known = ", ".join(system.parameters)
+            raise FitError(f"parameter: no parameter {self.parameter!r} of the system; expected: {known}")
+        return self.at(system.coordinates, system.parameters[self.parameter])
+
+    def _collapsed(
+        self, terms: Mapping[str, Coefficient], names: Sequence[str], value: Fraction | None
+    ) -> dict[tuple[int, ...], Fraction]:
+        """The coefficients at a value of the parameter, by their exponents."""
+        found: dict[tuple[int, ...], Fraction] = {}
+        for text, coefficient in terms.items():
+            powers = _powers(text)
+            for name in powers:
+                if name not in names:
+                    raise FitError(f"the monomial {text!r}: no coordinate {name!r}{near_match(name, names)}")
+            key = tuple(powers.get(str(name), 0) for name in names)
+            if key in found:
+                raise FitError(f"the monomial {text!r} is given twice")
+            found[key] = _at(coefficient, value)
+        return found
+
+
+def _at(coefficient: Coefficient, value: Fraction | None) -> Fraction:
+    if isinstance(coefficient, float):
+        return _decimal(coefficient)
+    if value is None:
+        raise FitError("a coefficient is a polynomial of a parameter that has no value; expected: 'parameter' with its name")
+    return sum((_decimal(c) * value**power for power, c in enumerate(coefficient)), Fraction(0))
+
+
+def _decimal(value: float) -> Fraction:
+    """The decimal number that a float was written as, exactly."""
+    return Fraction(repr(value))
+
+
+def _powers(text: str) -> dict[str, int]:
+    """The powers of a monomial in text, by name: none of "1", and {"phi": 2, "v": 1} of "phi**2*v"."""
+    found: dict[str, int] = {}
+    for factor in [] if text.strip() == "1" else re.split(r"(?<!\*)\*(?!\*)", text):
+        match = FACTOR.fullmatch(factor)
+        if not match or match[1] in found:
+            raise FitError(f"the monomial {text!r} is not read; expected: '1', 'v', 'phi**2*v' and the like, each name once")
+        if int(match[2] or 1) > HIGHEST:
+            raise FitError(f"the monomial {text!r} has the power {match[2]}; expected: at most {HIGHEST}")
+        found[match[1]] = int(match[2] or 1)
+    return found

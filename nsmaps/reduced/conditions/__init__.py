@@ -1,0 +1,1 @@
+"""Regions of the state space and the conditions that define them: read from text, evaluated, compiled."""

@@ -1,0 +1,114 @@
+"""Regions as code for a small stack machine, which compiled loops run: see `nsmaps.reduced.conditions.interpreter`."""
+
+import math
+from collections.abc import Sequence
+
+from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.reduced.conditions.fold import Algebra, fold
+from nsmaps.reduced.conditions.region import Box, Region, Where
+
+PUSH, LOAD, AND, OR = range(4)  #: a number, a coordinate; jumps where what is on top decides for all states, false or true
+NEAR, RAISE, NOT, NEG, SQRT, SIN, COS, EXP, LOG = range(4, 13)  #: of one: the turn of an angle nearest to, a power of, a number
+ADD, SUB, MUL, DIV, POW = range(13, 18)
+LT, LE, GT, GE, EQ, NE, BOTH, EITHER = range(18, 26)
+HIGHEST = 16  #: power that is multiplied out
+
+OPERATIONS = {
+    **{"+": ADD, "-": SUB, "*": MUL, "/": DIV, "**": POW},
+    **{"<": LT, "<=": LE, ">": GT, ">=": GE, "==": EQ, "!=": NE},
+}
+FUNCTIONS = {"sqrt": SQRT, "sin": SIN, "cos": COS, "exp": EXP, "log": LOG}
+
+JOINS = {AND: BOTH, OR: EITHER}
+TURNED = {ADD: ADD, MUL: MUL, LT: GT, LE: GE, GT: LT, GE: LE, EQ: EQ, NE: NE}  #: what serves with its operands exchanged
+
+#: Operations, each with a number: what is pushed, which coordinate, how far to jump; of two numbers the second, NaN where it is
+#: on the stack.
+Code = list[tuple[int, float]]
+
+
+def code_of(region: Region) -> Code | None:
+    """The code that leaves 1.0 on the stack where a region holds a finite state, else 0.0; None of a region of another class.
+
+    Angles are to be in [0, 2 pi). On a curve of third degree and above rounding may decide otherwise than in `contains`.
+    """
+    if type(region) is Box:
+        return _box(region)
+    if type(region) is Where:
+        return fold(region.text, region.coordinates, _Codes())
+    return None
+
+
+def depth_of(code: Code) -> int:
+    """How many places on the stack a code needs."""
+    deepest = depth = 0
+    for operation, number in code:
+        depth += 1 if operation in (PUSH, LOAD) else -1 if operation >= ADD and math.isnan(number) else 0
+        deepest = max(deepest, depth)
+    return deepest + 1  # for a second number that is not pushed
+
+
+def _box(box: Box) -> Code:
+    """As `Box.contains`, of angles in [0, 2 pi): these have no nearer turn in sides within it."""
+    tests: list[Code] = []
+    for j, (name, (lower, upper)) in enumerate(zip(box.coordinates, box.array.tolist(), strict=True)):
+        turns = isinstance(name, Angle) and not 0 <= lower < upper < TWO_PI
+        place: Code = [(LOAD, j), (NEAR, (lower + upper) / 2)] if turns else [(LOAD, j)]
+        tests += [[*place, (GE, lower)], [*place, (LE, upper)]]
+    return _joined(AND, tests)
+
+
+def _joined(how: int, tests: Sequence[Code]) -> Code:
+    """The tests in order, of which the first that is false (AND) or true (OR) decides."""
+    code = tests[-1]
+    for test in reversed(tests[:-1]):
+        code = [*test, (how, len(code) + 1), *code, (JOINS[how], math.nan)]
+    return code
+
+
+def _of_two(operation: int, left: Code, right: Code) -> Code:
+    """An operation on two terms, of which one that is a number need not be pushed."""
+    if len(right) == 1 and right[0][0] == PUSH:
+        number = right[0][1]
+        return [*left, _power(number) if operation == POW else (operation, number)]
+    if len(left) == 1 and left[0][0] == PUSH and operation in TURNED:
+        return [*right, (TURNED[operation], left[0][1])]
+    return [*left, *right, (operation, math.nan)]
+
+
+def _power(power: float) -> tuple[int, float]:
+    """What raises a number to a constant power: whole ones are multiplied out, and NumPy has the same root and inverse."""
+    if power in range(1, HIGHEST + 1):
+        return RAISE, power
+    return (SQRT, 0) if power == 0.5 else (POW, power)
+
+
+class _Codes(Algebra[Code, Code]):
+    """Code that leaves a term, or 1.0 or 0.0 of a test, on the stack."""
+
+    def number(self, value: float) -> Code:
+        return [(PUSH, value)]
+
+    def coordinate(self, column: int) -> Code:
+        return [(LOAD, column)]
+
+    def signed(self, sign: str, term: Code) -> Code:
+        return [*term, (NEG, 0)] if sign == "-" else term
+
+    def arithmetic(self, operator: str, left: Code, right: Code) -> Code:
+        return _of_two(OPERATIONS[operator], left, right)
+
+    def function(self, name: str, argument: Code) -> Code:
+        return [*argument, (FUNCTIONS[name], 0)]
+
+    def relation(self, operator: str, left: Code, right: Code) -> Code:
+        return _of_two(OPERATIONS[operator], left, right)
+
+    def conjunction(self, tests: Sequence[Code]) -> Code:
+        return _joined(AND, tests)
+
+    def disjunction(self, tests: Sequence[Code]) -> Code:
+        return _joined(OR, tests)
+
+    def negation(self, test: Code) -> Code:
+        return [*test, (NOT, 0)]

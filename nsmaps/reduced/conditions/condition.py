@@ -1,0 +1,89 @@
+"""Safe readers of the numbers and conditions in a study's text: `pi/3`, `v > 0.63 - 0.53*phi and v > 0.55`."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator
+
+from nsmaps.arrays import ArrayLike, Bools
+from nsmaps.coordinates import as_states
+from nsmaps.errors import ConditionError
+from nsmaps.reduced.conditions.algebras import Evaluate, Numbers, Symbols
+from nsmaps.reduced.conditions.fold import fold
+from nsmaps.reduced.conditions.reader import Reader
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Condition:
+    """A condition on a state that was read from text; see `read_condition`."""
+
+    text: str
+    names: tuple[str, ...]
+    holds: Evaluate
+
+    def __call__(self, states: ArrayLike) -> Bools:
+        """Where the condition holds, states (N, n) -> shape (N,).
+
+        It holds at no state that is NaN or infinite; a comparison with what is not real, as sqrt(-1), is false, != true.
+        """
+        array = as_states(states, self.names)
+        with np.errstate(all="ignore"):
+            return np.logical_and(self.holds(array.T), np.isfinite(array).all(axis=1))
+
+    def sympy(self) -> "sp.Basic":
+        """The same condition as a sympy Boolean in real symbols of the names; `pi/3` stays exact, 0.63 a float."""
+        found: sp.Basic = fold(self.text, self.names, Symbols(self.names))
+        return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return read_condition, (self.text, self.names)
+
+
+def read_condition(text: str, names: Sequence[str]) -> Condition:
+    """The condition that a text states of the named coordinates, or a ConditionError that names the column.
+
+    Accepted are comparisons, chained too, `and`, `or`, `not`, and in them what `read_number` accepts and the names.
+
+    >>> read_condition("0 < v <= 1 and phi < pi/2", ("v", "phi"))([[0.5, 1.0], [0.5, 2.0], [1.5, 1.0]])
+    array([ True, False, False])
+    """
+    return Condition(text, tuple(names), fold(text, names, Numbers()))
+
+
+def read_number(text: str) -> float:
+    """The finite number that a text states, or a ConditionError that names the column.
+
+    Accepted are numbers, + - * / **, parentheses, pi, e, sqrt, sin, cos, exp and log.
+
+    >>> read_number("2*pi/3") == 2 * math.pi / 3
+    True
+    """
+    reader = Reader("number", text, ())
+    value = reader.value(reader.tree())
+    return reader.fail(1, "is not a number") if value is None else value
+
+
+def as_number(value: object) -> float:
+    """A number given as such or as text, finite; otherwise a ConditionError."""
+    if isinstance(value, str):
+        return read_number(value)
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ConditionError(f"{value!r} is a {type(value).__name__}; expected: a number, or text as 'pi/3'")
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        number = math.inf
+    if not math.isfinite(number):
+        shown = repr(value) if len(repr(value)) <= 40 else f"a number of {len(repr(value))} digits"
+        raise ConditionError(f"{shown} is not finite; expected: a finite number, or text as 'pi/3'")
+    return number
+
+
+#: A field that holds a finite float and accepts text as `pi/3` for it.
+Number = Annotated[float, BeforeValidator(as_number, json_schema_input_type=float | str)]

@@ -1,0 +1,180 @@
+"""From text to a checked syntax tree: Python parses a condition or a number, then every node is checked against a short list.
+
+Text is never evaluated: whatever is not on the list is a ConditionError that names its column.
+"""
+
+import ast
+import math
+import operator
+from collections.abc import Callable
+from typing import NoReturn
+from unicodedata import normalize
+
+from nsmaps.errors import ConditionError, near_match
+
+LONGEST, DEEPEST, HIGHEST = 1000, 100, 10_000  #: characters of a text, levels of nesting, powers written out
+
+CONSTANTS = {"pi": math.pi, "e": math.e}
+FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "sqrt": math.sqrt,
+    "sin": math.sin,
+    "cos": math.cos,
+    "exp": math.exp,
+    "log": math.log,
+}
+ARITHMETIC: dict[type[ast.AST], Callable[..., float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+}
+COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
+HINTS = {"^": "a power is written **", "&": "write and", "|": "write or", "!": "write not", "=": "equality is =="}
+
+
+class Reader:
+    """One text, of a `kind` that its errors name, on its way from characters to a checked tree over named columns."""
+
+    def __init__(self, kind: str, text: str, names: tuple[str, ...]) -> None:
+        self.kind, self.names = kind, names
+        if not isinstance(text, str):
+            raise ConditionError(f"{text!r} is a {type(text).__name__}; expected: a {kind} as text")
+        self.text = "".join(" " if character.isspace() else character for character in text)
+        self.column = {normalize("NFKC", name): k for k, name in enumerate(names)}  # as python normalizes names
+
+    def fail(self, at: ast.expr | int, what: str) -> NoReturn:
+        """Raise the ConditionError for a node, or for a column that counts from one."""
+        if not isinstance(at, int):
+            lead = len(self.text) - len(self.text.lstrip())
+            before = self.text.lstrip().encode()[: at.col_offset]
+            at = lead + len(before.decode(errors="replace")) + 1
+        start = max(0, at - 40)
+        shown = ("..." if start else "") + self.text[start : at + 40] + ("..." if len(self.text) > at + 40 else "")
+        number = f"numbers, pi, e, + - * / **, parentheses, {', '.join(FUNCTIONS)}"
+        condition = f"the coordinates {', '.join(self.names)}; < <= > >= == !=; and, or, not; {number}"
+        accepted = condition if self.names else number
+        error = ConditionError(f"{self.kind} {shown!r}, column {at}: {what}; expected: {accepted}")
+        error.column = at - 1  # from zero, for who knows where in a file the text stands
+        raise error
+
+    def tree(self) -> ast.expr:
+        """The parsed text, of which nothing is trusted yet."""
+        text = self.text.strip()
+        if not text or len(self.text) > LONGEST:
+            self.fail(1, f"{len(self.text)} characters; at most {LONGEST} are read" if text else "is empty")
+        if "#" in self.text or "\\" in self.text:  # python would drop a comment in silence
+            self.fail(min(k for k, c in enumerate(self.text, 1) if c in "#\\"), "this character is not read")
+        try:
+            return ast.parse(text, mode="eval").body
+        except SyntaxError as error:
+            at = max(1, min(error.offset or len(text), len(text)))  # zero: the text ended too early
+            hint = HINTS.get(text[at - 1], "")
+            lead = len(self.text) - len(self.text.lstrip())
+            self.fail(lead + at, f"cannot be read ({error.msg})" + (f", {hint}" if hint else ""))
+        except (ValueError, RecursionError, MemoryError, OverflowError):
+            self.fail(1, "cannot be read (too deeply nested, or no text)")
+
+    def check(self, node: ast.expr, depth: int = 0) -> None:
+        """A ConditionError unless a tree is a condition."""
+        self.guard(node, depth)
+        match node:
+            case ast.Compare():
+                self.check_comparison(node, depth)
+            case ast.BoolOp(values=parts) | ast.UnaryOp(op=ast.Not(), operand=ast.expr() as parts):
+                for part in parts if isinstance(parts, list) else [parts]:
+                    self.check(part, depth + 1)
+            case _:
+                self.value(node, depth)  # what is no number either says so first
+                self.fail(node, f"{self.source(node)} is a number where a condition is needed")
+
+    def check_comparison(self, node: ast.Compare, depth: int) -> None:
+        """A ConditionError unless every operand of a chain of comparisons is a number."""
+        for op, right in zip(node.ops, node.comparators, strict=True):
+            if not isinstance(op, COMPARISONS):
+                self.fail(right, "only < <= > >= == != compare")
+        for part in (node.left, *node.comparators):
+            self.value(part, depth + 1)
+        for part in (node.left, *node.comparators):
+            if self.weight(part) > HIGHEST:
+                self.fail(part, f"{self.source(part)} is too high a power; at most {HIGHEST} is written out")
+
+    def value(self, node: ast.expr, depth: int = 0) -> float | None:
+        """The value of an arithmetic expression, in floats; None if it depends on a coordinate."""
+        self.guard(node, depth)
+        match node:
+            case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+                return self.constant(node, float, value)
+            case ast.Name(id=name):
+                return self.name(node, name)
+            case ast.UnaryOp(op=op, operand=operand) if type(op) in ARITHMETIC:
+                return self.apply(node, ARITHMETIC[type(op)], [operand], depth)
+            case ast.BinOp(op=op) if type(op) in ARITHMETIC:
+                return self.apply(node, ARITHMETIC[type(op)], [node.left, node.right], depth)
+            case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
+                if name not in FUNCTIONS:
+                    self.fail(node, f"there is no function {name!r}{near_match(name, FUNCTIONS)}")
+                if len(args) != 1 or keywords:
+                    self.fail(node, f"{name} takes one number")
+                return self.apply(node, FUNCTIONS[name], args, depth)
+            case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
+                self.fail(node, f"{self.source(node)} is a condition where a number is needed")
+            case ast.BinOp(op=ast.BitXor()):
+                self.fail(node, f"{self.source(node)} is not read: {HINTS['^']}")
+            case ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
+                self.fail(node, f"{self.source(node)} is not read: write and, or")
+        self.fail(node, f"{self.source(node)} is not read")
+
+    def name(self, node: ast.Name, name: str) -> float | None:
+        """A coordinate, which goes before a constant of the same name, or a constant."""
+        if name in self.column:
+            return None
+        if name in CONSTANTS:
+            return CONSTANTS[name]
+        if name in FUNCTIONS:
+            self.fail(node, f"{name} needs a number in parentheses")
+        self.fail(node, f"unknown name {name!r}{near_match(name, [*self.names, *CONSTANTS, *FUNCTIONS])}")
+
+    def apply(self, node: ast.expr, function: Callable[..., float], parts: list[ast.expr], depth: int) -> float | None:
+        """An operation on its parts: its value if they are all constant, in floats, so 9**9**9 costs nothing."""
+        values = [self.value(part, depth + 1) for part in parts]
+        numbers = [value for value in values if value is not None]
+        if len(numbers) == len(values):
+            return self.constant(node, function, *numbers)
+        if function is operator.truediv and values[1] == 0.0:
+            self.fail(parts[1], "divides by zero")
+        return None
+
+    def constant(self, node: ast.expr, function: Callable[..., float], *values: float) -> float:
+        """The value of a constant expression, which must be real and finite."""
+        try:
+            value = function(*values)
+        except (ArithmeticError, ValueError):
+            value = math.nan
+        if not isinstance(value, float) or not math.isfinite(value):
+            self.fail(node, f"{self.source(node)} has no finite real value")
+        return value
+
+    def weight(self, node: ast.expr) -> float:
+        """How large the exact form of an expression may grow: powers multiply, all else adds up."""
+        if self.value(node) is not None:
+            return 1.0
+        if isinstance(node, ast.Call):
+            return self.weight(node.args[0])
+        weights = [self.weight(part) for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+            power = self.value(node.right)
+            return sum(weights) if power is None else weights[0] * max(1.0, abs(power))
+        return sum(weights) or 1.0
+
+    def guard(self, node: ast.expr, depth: int) -> None:
+        """Refuse what is nested too deeply for a reader, man or machine."""
+        if depth > DEEPEST:
+            self.fail(node, f"nested deeper than {DEEPEST} levels")
+
+    def source(self, node: ast.expr) -> str:
+        """The text of a node, shortened."""
+        text = ast.get_source_segment(self.text.strip(), node) or ""
+        return repr(text if len(text) <= 40 else text[:37] + "...")

@@ -1,0 +1,157 @@
+"""Regions of the state space: the `Region` that a piece of the composite map holds on, a `Box` and a `Where`."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, InstanceOf, ValidationInfo, field_validator, model_validator
+
+from nsmaps.arrays import ArrayLike, Bools, Floats
+from nsmaps.coordinates import TWO_PI, Angle, angle_mask, as_states, nearest_turn
+from nsmaps.errors import ConditionError, near_match
+from nsmaps.reduced.conditions.condition import Condition, Number, read_condition
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+
+class Region(BaseModel, ABC):
+    """A set of states, once in numbers (`contains`) and once in symbols (`condition`).
+
+    An `Angle` among the coordinates lives on a circle, a plain name on a line: give the names as the system has them.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    coordinates: tuple[InstanceOf[str], ...] = Field(min_length=1)
+
+    @abstractmethod
+    def contains(self, states: ArrayLike) -> Bools:
+        """Which states lie in the region, states (N, n) -> shape (N,); none that is NaN or infinite."""
+
+    @abstractmethod
+    def condition(self) -> "sp.Basic":
+        """The region as a sympy Boolean in real symbols of the coordinates, for angles in [0, 2 pi)."""
+
+    def over(self, coordinates: Sequence[str]) -> Self:
+        """The same region over the coordinates of a system, which say which of them are angles and their order."""
+        return type(self).model_validate({**dict(self), "coordinates": tuple(coordinates)})
+
+
+class Box(Region):
+    """Closed intervals of every coordinate: lower <= x <= upper.
+
+    An angle is taken on the turn nearest to the interval's middle, so that [-0.2, 0.2] also holds 6.2 radians.
+
+    >>> Box(bounds={"v": (0.63, 0.94), "phi": ("pi/6", "pi/3")}).contains([[0.7, 1.0], [0.7, 0.5]])
+    array([ True, False])
+    """
+
+    bounds: dict[str, tuple[Number, Number]]  #: by coordinate
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named_by_bounds(cls, data: Any) -> Any:
+        if isinstance(data, dict) and isinstance(data.get("bounds"), dict) and "coordinates" not in data:
+            return {**data, "coordinates": tuple(data["bounds"])}
+        return data
+
+    @field_validator("bounds")
+    @classmethod
+    def _bounded(cls, bounds: dict[str, tuple[float, float]], info: ValidationInfo) -> dict[str, tuple[float, float]]:
+        names = info.data.get("coordinates", tuple(bounds))
+        for name in [*bounds, *names]:
+            if name not in bounds or name not in names:
+                text = "is no coordinate" + near_match(name, names) if name in bounds else "has no bounds"
+                raise ConditionError(f"a box: {name!r} {text}; expected: bounds of each of {', '.join(names)}")
+        for name, (lower, upper) in bounds.items():
+            if not lower < upper:
+                raise ConditionError(f"a box: {name} from {lower!r} to {upper!r} is empty; expected: lower < upper")
+        return {str(name): bounds[name] for name in names}
+
+    @classmethod
+    def of(cls, coordinates: Sequence[str], array: ArrayLike) -> Self:
+        """The box of an array of lower and upper bounds, shape (n, 2)."""
+        rows = np.asarray(array, float)
+        if rows.shape != (len(coordinates), 2):
+            shape = f"({len(coordinates)}, 2)"
+            raise ConditionError(f"a box: an array of shape {rows.shape}; expected: {shape}, rows (lower, upper)")
+        bounds = dict(zip(coordinates, map(tuple, rows.tolist()), strict=True))
+        return cls.model_validate({"coordinates": tuple(coordinates), "bounds": bounds})
+
+    @property
+    def array(self) -> Floats:
+        """Lower and upper bounds, shape (n, 2)."""
+        return np.array(list(self.bounds.values()), float)
+
+    @property
+    def lower(self) -> Floats:
+        """Shape (n,)."""
+        return self.array[:, 0]
+
+    @property
+    def upper(self) -> Floats:
+        """Shape (n,)."""
+        return self.array[:, 1]
+
+    def contains(self, states: ArrayLike) -> Bools:
+        """Which states lie in the box, its boundary included, states (N, n) -> shape (N,)."""
+        x = as_states(states, self.coordinates)
+        lower, upper = self.array.T
+        with np.errstate(invalid="ignore"):
+            x = np.where(angle_mask(self.coordinates), nearest_turn(x, (lower + upper) / 2), x)
+        return np.asarray(np.logical_and(lower <= x, x <= upper).all(axis=1))
+
+    def condition(self) -> "sp.Basic":
+        """The box as inequalities; an interval of an angle that leaves [0, 2 pi) is stated on each turn that meets it."""
+        import sympy as sp
+
+        return sp.And(*(_interval(name, *self.bounds[name]) for name in self.coordinates))
+
+
+def _interval(name: str, lower: float, upper: float) -> "sp.Basic":
+    import sympy as sp
+
+    x = sp.Symbol(str(name), real=True)
+    if not isinstance(name, Angle):
+        return sp.And(sp.Float(lower) <= x, x <= sp.Float(upper))
+    if upper - lower >= TWO_PI:
+        return sp.true
+    turns = {0} | {k for k in range(-round(upper / TWO_PI) - 1, 2 - round(lower / TWO_PI)) if _meets(k, lower, upper)}
+    shifts = [2 * sp.pi * k for k in sorted(turns)]
+    return sp.Or(*(sp.And(sp.Float(lower) + s <= x, x <= sp.Float(upper) + s) for s in shifts))
+
+
+def _meets(turn: int, lower: float, upper: float) -> bool:
+    """Whether the interval, moved by some turns, meets [0, 2 pi)."""
+    return lower + TWO_PI * turn < TWO_PI and upper + TWO_PI * turn >= 0
+
+
+class Where(Region):
+    """The states of which a condition in text holds, such as `v > 0.63 - 0.53*phi and v > 0.55`.
+
+    The condition is taken as it is written: of an angle it sees the number it is given.
+    """
+
+    text: str
+
+    @field_validator("text")
+    @classmethod
+    def _read(cls, text: str, info: ValidationInfo) -> str:
+        if "coordinates" in info.data:
+            read_condition(text, info.data["coordinates"])
+        return text
+
+    @cached_property
+    def _condition(self) -> Condition:
+        return read_condition(self.text, self.coordinates)
+
+    def contains(self, states: ArrayLike) -> Bools:
+        """Which states meet the condition, states (N, n) -> shape (N,)."""
+        return self._condition(states)
+
+    def condition(self) -> "sp.Basic":
+        """The condition as a sympy Boolean."""
+        return self._condition.sympy()

@@ -1,0 +1,1 @@
+"""Polynomials fitted to return surfaces: fits, filters near the diagonals, least squares."""

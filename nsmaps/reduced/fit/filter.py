@@ -1,0 +1,95 @@
+"""States near the diagonals: the ratio filter of eq. r1uniond, the slopes there, their union over a parameter."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import angle_mask, wrap
+from nsmaps.errors import FitError
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Region
+
+
+class Diagonal(BaseModel):
+    """Which states count as potentially attracting: near all diagonals, and not on steep parts of the surfaces."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    delta: Number = Field(gt=1, description="largest ratio between a state's coordinate and its image's, either way")
+    slope: Number | None = Field(None, gt=0, description="largest slope of a coordinate's image in that coordinate")
+    within: Region | None = Field(None, description="the region that is looked at; everywhere if omitted")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DiagonalRegion:
+    """The states near the diagonals for at least one value of a parameter (eq. r1uniond)."""
+
+    coordinates: tuple[str, ...]
+    delta: float
+    start: Floats  #: shape (M, n), the union over the parameter, each state once
+    box: Floats  #: shape (n, 2), the hull of `start`; NaN if it is empty
+    values: tuple[tuple[float, Floats], ...]  #: for each value of the parameter its own states, shape (m, n)
+    images: tuple[Floats, ...] = ()  #: theirs, each of shape (m, n), angles in [0, 2 pi); older runs kept none
+    slope: float | None = None  #: largest slope that was allowed; None if any was
+
+
+def near_diagonal(returns: Returns, delta: float) -> Bools:
+    """Which returns have 1/delta < |image/start| < delta in every coordinate, shape (N,); eq. r1uniond.
+
+    Angles are compared in [0, 2 pi), as the paper does.
+    """
+    start, image = np.abs(_wrapped(returns.start, returns)), np.abs(_wrapped(returns.image, returns))
+    return np.asarray(np.logical_and(start < delta * image, image < delta * start).all(axis=1))
+
+
+def own_slopes(surface: Surface) -> Floats:
+    """The slope of each coordinate's image in that same coordinate at the surface's states, shape (M, n).
+
+    Central differences on the surface's grid; NaN next to the grid's or the surface's edge. Angles are unwrapped.
+    """
+    slopes = np.empty((len(surface.returns), len(surface.coordinates)))
+    for i, axis in enumerate(surface.grid.axes.values()):
+        image = np.moveaxis(surface.on_grid(surface.lifted[:, i]), i, 0)
+        step = (axis.high - axis.low) / (axis.points - 1)
+        slope = np.full(image.shape, np.nan)
+        slope[1:-1] = (image[2:] - image[:-2]) / (2 * step)
+        slopes[:, i] = np.moveaxis(slope, 0, i).ravel()[surface.member]
+    return slopes
+
+
+def attracting(diagonal: Diagonal, surface: Surface) -> Bools:
+    """Which of the surface's states pass the filter, shape (M,)."""
+    keep = near_diagonal(surface.returns, diagonal.delta)
+    if diagonal.within is not None:
+        keep &= diagonal.within.over(surface.coordinates).contains(surface.start)
+    if diagonal.slope is not None:
+        keep &= (np.abs(own_slopes(surface)) <= diagonal.slope).all(axis=1)
+    return keep
+
+
+def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]]) -> DiagonalRegion:
+    """The states that pass the filter on one of the surfaces, one for each value of a parameter; eq. r1uniond.
+
+    Raises:
+        FitError: there is no surface, or they have different coordinates.
+    """
+    names = {surface.coordinates for _, surface in sweeps}
+    if len(names) != 1:
+        given = " and ".join(f"({', '.join(each)})" for each in sorted(names)) or "none"
+        raise FitError(f"the surfaces near the diagonals have coordinates {given}; expected: one or more, of the same")
+    near = [(float(value), surface.restricted(attracting(diagonal, surface))) for value, surface in sweeps]
+    values = tuple((value, surface.start) for value, surface in near)
+    start = np.unique(np.concatenate([states for _, states in values]), axis=0)
+    hull = np.stack([start.min(axis=0), start.max(axis=0)], axis=1) if len(start) else np.full((start.shape[1], 2), np.nan)
+    images = tuple(surface.image for _, surface in near)
+    return DiagonalRegion(names.pop(), diagonal.delta, start, hull, values, images, diagonal.slope)
+
+
+def _wrapped(states: Floats, returns: Returns) -> Floats:
+    with np.errstate(invalid="ignore"):
+        return np.where(angle_mask(returns.coordinates), wrap(states), states)

@@ -1,0 +1,37 @@
+"""How well polynomials of several orders fit the states near the diagonals, for several delta: table TableDeltaErr."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from nsmaps.errors import FitError
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.reduced.fit.filter import Diagonal, attracting
+from nsmaps.reduced.fit.polyfit import PolyFit, fit_orders
+from nsmaps.reduced.fit.polymap import PolyMap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearDiagonals:
+    """What of one surface lies near the diagonals for one delta (eq. r1uniond), and what was fitted to it."""
+
+    delta: float
+    surface: Surface
+    maps: dict[str, PolyMap]  #: by the name of the order; each with its report
+
+
+def compare_deltas(
+    diagonal: Diagonal, surface: Surface, deltas: Sequence[float], fits: Mapping[str, PolyFit]
+) -> tuple[NearDiagonals, ...]:
+    """The fits to what of a surface is near the diagonals, for the filter's own delta and then each other one, once.
+
+    Raises:
+        FitError: names the delta and the fit.
+    """
+    made = []
+    for delta in dict.fromkeys((diagonal.delta, *deltas)):
+        near = surface.restricted(attracting(diagonal.model_copy(update={"delta": delta}), surface))
+        try:
+            made.append(NearDiagonals(delta, near, fit_orders(near, fits)))
+        except FitError as error:
+            raise FitError(f"delta {delta:g}: {error}") from error
+    return tuple(made)

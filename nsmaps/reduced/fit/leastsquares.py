@@ -1,0 +1,85 @@
+"""Least squares in products of Chebyshev polynomials, by way of polynomials orthogonal on the data where that is needed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.errors import FitError
+from nsmaps.reduced.fit.polymap import design
+
+WELL_CONDITIONED = 1e4  #: up to here Chebyshev products are solved for as they are
+ALIKE = 1e-8  #: a monomial of which a smaller share is independent of those before it, on the data, cannot be fitted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solved:
+    """One output's least squares problem, solved."""
+
+    coefficients: Floats  #: (m,), of the Chebyshev products
+    condition: float  #: of the problem that was solved
+    leverage: Floats  #: (N,), how much of each datum its own value makes of the fit there, 0 to 1
+    loss: float = 0.0  #: largest change at the data by going back to Chebyshev products
+
+
+def solve(what: str, exponents: Ints, scaled: Floats, y: Floats) -> Solved:
+    """The least squares solution of data y (N,) at scaled states (N, n) in the Chebyshev products of exponents (m, n).
+
+    Raises FitError, which begins with `what`, for data that do not tell the products apart.
+    """
+    columns = design(exponents, scaled)
+    q, r = np.linalg.qr(columns)
+    cut = len(columns) * np.finfo(float).eps
+    coefficients, _, rank, singular = np.linalg.lstsq(r, q.T @ y, rcond=cut)
+    condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny))
+    plain = Solved(np.asarray(coefficients, float), condition, _leverage(q))
+    if condition <= WELL_CONDITIONED:
+        return plain
+    basis, new = orthonormal(exponents, scaled, columns)
+    if new > ALIKE:
+        fitted = basis @ (basis.T @ y)
+        coefficients = np.asarray(np.linalg.lstsq(columns, fitted, rcond=cut)[0], float)
+        loss = float(np.abs(columns @ coefficients - fitted).max())
+        return Solved(coefficients, float(np.linalg.cond(basis)), _leverage(basis), loss)
+    if rank < len(exponents):
+        raise FitError(
+            f"{what}: {len(y)} data points tell only {rank} of {len(exponents)} monomials apart (they may lie on a curve); "
+            "expected: data that fill an area, or lower degrees"
+        )
+    return plain
+
+
+def orthonormal(exponents: Ints, scaled: Floats, columns: Floats) -> tuple[Floats, float]:
+    """Polynomials orthonormal on scaled data (N, n) that span the Chebyshev products `columns` of exponents (m, n): shape (N, m).
+
+    Each is a coordinate times an earlier one, less its part in those before it (Arnoldi's process, twice for rounding:
+    Brubeck, Nakatsukasa and Trefethen, Vandermonde with Arnoldi, SIAM Rev. 63, 2021); so no monomial of high degree is ever
+    formed. Also returns the least share that was independent; where it is not above ALIKE the data do not determine the
+    coefficients, and the process stops.
+    """
+    order = np.argsort(exponents.sum(axis=1), kind="stable")
+    place = {tuple(exponents[k].tolist()): at for at, k in enumerate(order)}
+    basis, least = np.zeros(columns.shape), 1.0
+    for at, k in enumerate(order):
+        j = int(np.argmax(exponents[k]))
+        parent = place.get(tuple((exponents[k] - (np.arange(exponents.shape[1]) == j)).tolist()))
+        column = columns[:, k] if parent is None else scaled[:, j] * basis[:, parent]
+        size = np.linalg.norm(column)
+        for _ in range(2):
+            column = column - basis[:, :at] @ (basis[:, :at].T @ column)
+        least = min(least, float(np.linalg.norm(column) / size)) if size else 0.0
+        if least <= ALIKE:
+            break
+        basis[:, at] = column / np.linalg.norm(column)
+    return basis, least
+
+
+def left_out(error: Floats, leverage: Floats) -> float:
+    """The largest error at a point that is left out, e / (1 - leverage); infinite where a point alone decides its fit."""
+    free = 1 - leverage
+    return float(np.max(np.divide(error, free, out=np.full(len(error), np.inf), where=free > ALIKE)))
+
+
+def _leverage(basis: Floats) -> Floats:
+    """How much of each datum its own value makes of the fit there, of an orthonormal basis (N, m): shape (N,)."""
+    return np.asarray((basis**2).sum(axis=1), float)

@@ -1,0 +1,128 @@
+"""Step iii by itself: where the map may attract, from the diagonals of the phase planes and from where orbits stay."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import TWO_PI, angle_mask, nearest_turn
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Grid, Surface
+from nsmaps.reduced.fit.filter import Diagonal, attracting
+from nsmaps.reduced.fit.polyfit import stretch_of
+from nsmaps.reduced.partition.cell import rounded
+
+STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis, returns of their orbits, states at their ends that count
+RASTER = 40  #: cells of the raster that groups states
+MARGIN = 0.01  #: of the grid's sides, around a group
+MOST_GROUPS = 4  #: beyond this one hull is taken around all
+
+
+def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float, slope: float) -> tuple[Floats, Floats]:
+    """Boxes around what may attract, shape (B, n, 2), and the states in them that say so, shape (M, n).
+
+    Candidates are the states near both diagonals where the surfaces are gentle (eq. r1uniond). Those are kept that lie
+    together with states in which orbits stay: ends of orbits of the map from all over the grid. Where the grid goes all around
+    an angle's circle a box may lie across its ends: then its upper bound is beyond them.
+
+    Args:
+        returns: of the whole grid, in its order.
+    """
+    box = box_of(grid)
+    circles = angle_mask(returns.coordinates) & (box[:, 1] - box[:, 0] >= TWO_PI)
+    stay = ends_of_orbits(map, grid)
+    if not len(stay):
+        return np.empty((0, *box.shape)), stay
+    states = np.concatenate([stay, near_diagonals(returns, grid, delta, slope)])
+    group = _groups(states, box, circles)
+    margin = MARGIN * (box[:, 1] - box[:, 0])
+    kept = [states[group == k] for k in np.unique(group[: len(stay)])]
+    if len(kept) > MOST_GROUPS:
+        kept = [np.concatenate(kept)]
+    boxes = np.array(_united([_around(part, box, margin, circles) for part in kept], box, circles))
+    return boxes, np.concatenate([*kept, _beside_cuts(boxes, circles)])
+
+
+def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> Floats:
+    """The grid's states near both diagonals on gentle parts of the surface of their word, shape (M, n)."""
+    found = [np.empty((0, len(returns.coordinates)))]
+    for code in np.unique(returns.codes[returns.valid]):
+        member = returns.valid & (returns.codes == code)
+        surface = Surface("word", grid, member, returns.select(member))
+        found.append(surface.start[attracting(Diagonal(delta=delta, slope=slope, within=None), surface)])
+    return np.concatenate(found)
+
+
+def ends_of_orbits(map: ReturnMap, grid: Grid) -> Floats:
+    """States of the grid's box in which orbits from all over it end, shape (M, n)."""
+    box = box_of(grid)
+    starts = np.stack(np.meshgrid(*(np.linspace(low, high, STARTS) for low, high in box)), axis=-1).reshape(-1, len(box))
+    tail = orbit(map, starts, RETURNS).states[-TAIL:].reshape(-1, len(box))
+    return np.unique(tail[inside(tail, box)].round(9), axis=0)
+
+
+def box_of(grid: Grid) -> Floats:
+    """The grid's box, shape (n, 2)."""
+    return np.array([[axis.low, axis.high] for axis in grid.axes.values()])
+
+
+def inside(states: Floats, box: Floats) -> Bools:
+    """Which states lie in a box, shape (N,); none that is NaN."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(((states >= box[:, 0]) & (states <= box[:, 1])).all(axis=1))
+
+
+def _around(states: Floats, box: Floats, margin: Floats, circles: Bools) -> Floats:
+    """The hull of states (M, n) with a margin, in few digits and no larger than the box, shape (n, 2)."""
+    x = np.column_stack([stretch_of(column) if circle else column for column, circle in zip(states.T, circles, strict=True)])
+    ends = np.column_stack([x.min(axis=0) - margin, x.max(axis=0) + margin])
+    short = np.array([[rounded(end, 100 * width) for end in pair] for pair, width in zip(ends, margin, strict=True)])
+    return _within(short, box, circles)
+
+
+def _beside_cuts(boxes: Floats, circles: Bools) -> Floats:
+    """The middles of boxes (B, n, 2) on both ends of each circle that they lie across: the parts on either side may attract."""
+    found = [np.empty((0, boxes.shape[1]))]
+    for i in np.flatnonzero(circles):
+        turn = np.floor(boxes[:, i] / TWO_PI)
+        across = boxes[(turn[:, 0] < turn[:, 1]) & (np.ptp(boxes[:, i], axis=1) < TWO_PI)].mean(axis=2)
+        for end in (0.0, np.nextafter(TWO_PI, 0)):
+            found.append(np.where(np.arange(boxes.shape[1]) == i, end, across))
+    return np.concatenate(found)
+
+
+def _within(hull: Floats, box: Floats, circles: Bools) -> Floats:
+    """The part of a hull (n, 2) in the box; on a circle all of it, up to one turn."""
+    inner = np.column_stack([np.maximum(hull[:, 0], box[:, 0]), np.minimum(hull[:, 1], box[:, 1])])
+    whole = hull[:, 1] - hull[:, 0] >= TWO_PI
+    return np.where((circles & ~whole)[:, None], hull, np.where((circles & whole)[:, None], box, inner))
+
+
+def _groups(states: Floats, box: Floats, circles: Bools) -> np.ndarray:
+    """A number for each state, the same for those whose cells of a raster touch, around circles too."""
+    from scipy.ndimage import label
+
+    place = np.clip(((states - box[:, 0]) / (box[:, 1] - box[:, 0]) * RASTER).astype(int), 0, RASTER - 1)
+    raster = np.zeros((RASTER,) * len(box), bool)
+    raster[tuple(place.T)] = True
+    numbers = label(np.pad(raster, [(0, int(circle)) for circle in circles], mode="wrap"), np.ones((3,) * len(box)))[0]
+    for i in np.flatnonzero(circles):  # the first cells stand once more behind the last ones
+        cells = np.moveaxis(numbers, i, 0)
+        for k in map(tuple, np.argwhere(cells[0])):
+            numbers[numbers == cells[RASTER][k]] = cells[0][k]
+    return numbers[tuple(place.T)]
+
+
+def _united(boxes: Sequence[Floats], box: Floats, circles: Bools) -> list[Floats]:
+    """The boxes, with those that overlap replaced by their hull until none do."""
+    boxes = list(boxes)
+    for i, a in enumerate(boxes):
+        for j in range(i + 1, len(boxes)):
+            middle = boxes[j].mean(axis=1)
+            b = boxes[j] + np.where(circles, nearest_turn(middle, a.mean(axis=1)) - middle, 0.0)[:, None]
+            if ((a[:, 0] <= b[:, 1]) & (b[:, 0] <= a[:, 1])).all():
+                hull = _within(np.column_stack([np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 1], b[:, 1])]), box, circles)
+                return _united([hull, *(other for k, other in enumerate(boxes) if k not in (i, j))], box, circles)
+    return boxes

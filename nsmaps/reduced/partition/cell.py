@@ -1,0 +1,168 @@
+"""Cells of a partition of the plane: rectangles cut by low-order curves, written as conditions, with samples of the exact map."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.reduced.conditions.region import Region, Where
+
+SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid, and random points that no fit sees
+FEW = 20  #: if a cell holds less than one in so many of the points around it, its grid is drawn around those
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """The curve x_dependent = q(x_other), and the side of it that is kept; of no other coordinate it is a plain bound."""
+
+    dependent: int
+    coefficients: tuple[float, ...]  #: of rising powers of the other coordinate
+    above: bool
+
+    @property
+    def order(self) -> int:
+        """The degree of q."""
+        return len(self.coefficients) - 1
+
+    def text(self, coordinates: Sequence[str]) -> str:
+        """The side as a condition, such as `v > 0.63 - 0.53*phi`."""
+        other = coordinates[1 - self.dependent]
+        powers = ["", f"*{other}", *(f"*{other}**{k}" for k in range(2, self.order + 1))][: self.order + 1]
+        terms = [f"{value!r}{power}" for value, power in zip(self.coefficients, powers, strict=True)]
+        curve = " + ".join(terms).replace("+ -", "- ")
+        return f"{coordinates[self.dependent]} {'>' if self.above else '<='} {curve}"
+
+    def beyond(self, states: Floats) -> Bools:
+        """Which states lie above the curve, shape (N,)."""
+        return states[:, self.dependent] > Polynomial(self.coefficients)(states[:, 1 - self.dependent])
+
+    def replaces(self, other: "Cut") -> bool:
+        """Whether this cut, made later, is the other one moved inwards."""
+        same = (self.dependent, self.above, self.coefficients[1:]) == (other.dependent, other.above, other.coefficients[1:])
+        return same and (self.coefficients[0] >= other.coefficients[0]) == self.above
+
+    def sides(self) -> "tuple[Cut, Cut]":
+        """The part below the curve and that above it."""
+        return replace(self, above=False), replace(self, above=True)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A box cut by curves: the states of one region of a partition."""
+
+    coordinates: tuple[str, ...]
+    bounds: tuple[tuple[float, float], ...]  #: of the box, one pair a coordinate
+    closed: tuple[bool, ...] = (True, True)  #: whether the lower bound belongs to the cell
+    cuts: tuple[Cut, ...] = ()  #: curves; plain bounds are put into `bounds`
+    hull: tuple[tuple[float, float], ...] = ()  #: a box around what the curves leave; the bounds without them
+
+    def cut(self, cut: Cut) -> "Cell":
+        """The part of the cell on one side of a curve."""
+        if cut.order:
+            others = tuple(other for other in self.cuts if not cut.replaces(other))
+            return replace(self, cuts=(*others, cut))._shrunk()
+        i, value = cut.dependent, cut.coefficients[0]
+        bounds, closed = list(self.bounds), list(self.closed)
+        bounds[i] = (value, bounds[i][1]) if cut.above else (bounds[i][0], value)
+        closed[i] = closed[i] and not cut.above
+        return replace(self, bounds=tuple(bounds), closed=tuple(closed))._shrunk()
+
+    @cached_property
+    def text(self) -> str:
+        """The cell as a condition."""
+        texts = []
+        for name, (low, high), closed in zip(self.coordinates, self.bounds, self.closed, strict=True):
+            around = isinstance(name, Angle)
+            below = "" if around and closed and low == 0 else f"{low!r} {'<=' if closed else '<'} "
+            above = "" if around and high == TWO_PI else f" <= {high!r}"
+            texts += [f"{below}{name}{above}"] if below or above else []
+        texts += [cut.text(self.coordinates) for cut in self.cuts]
+        return " and ".join(texts) or f"{self.coordinates[0]} == {self.coordinates[0]}"
+
+    @cached_property
+    def region(self) -> Where:
+        """The cell as a region that a composite map can hold."""
+        return Where(text=self.text, coordinates=self.coordinates)
+
+    @cached_property
+    def around(self) -> Floats:
+        """The box that samples are taken in, shape (n, 2)."""
+        return np.array(self.hull or self.bounds, float)
+
+    def _shrunk(self) -> "Cell":
+        """The cell with a hull around what its curves leave of its box, found on grids."""
+        box = np.array(self.bounds, float)
+        if self.cuts:
+            for _ in range(3):
+                states = _grid(self.coordinates, box, 4 * SIDE).states()
+                inside = states[self.region.contains(states)]
+                if not len(inside):
+                    break
+                margin = (box[:, 1] - box[:, 0]) / (4 * SIDE - 1)
+                low, high = inside.min(axis=0) - margin, inside.max(axis=0) + margin
+                box = np.column_stack([np.maximum(low, box[:, 0]), np.minimum(high, box[:, 1])])
+        hull = tuple((float(low), float(high)) for low, high in box)
+        return replace(self, hull=hull)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sample:
+    """Exact returns in a cell: on a grid for the fits, and at random places for their errors."""
+
+    grid: Grid
+    inside: Bools  #: shape (grid.size,), which grid points lie in the cell
+    returns: Returns  #: of the whole grid
+    held_out: Returns  #: of random states in the cell
+    area: float  #: of the cell
+
+    def restricted(self, cut: Cut) -> "Sample":
+        """The part of the sample on one side of a curve."""
+        inside = self.inside & (cut.beyond(self.returns.start) == cut.above)
+        keep = cut.beyond(self.held_out.start) == cut.above
+        share = float(keep.mean()) if len(keep) else 0.0
+        return replace(self, inside=inside, held_out=self.held_out.select(keep), area=self.area * share)
+
+    def surface(self, keep: Bools) -> Surface:
+        """The returns of those grid points in the cell that have an image and are kept, as data for a fit."""
+        member = self.inside & self.returns.valid & keep
+        return Surface("cell", self.grid, member, self.returns.select(member))
+
+
+def sample(map: ReturnMap, cell: Cell, taken: Sequence[Region] = (), side: int = SIDE, held_out: int = HELD_OUT) -> Sample:
+    """The exact returns in a cell, without the states that other regions have taken."""
+    low, high = cell.around.T
+    random = np.random.default_rng(0).uniform(low, high, (held_out, len(low)))
+    free = _free(random, cell, taken)
+    area = float(np.prod(high - low) * free.mean())
+    if free.any():  # as many in a thin cell as in a box
+        more = np.random.default_rng(1).uniform(low, high, (int(held_out * min(20.0, 1 / free.mean() - 1)), len(low)))
+        random = np.concatenate([random[free], more[_free(more, cell, taken)]])
+    else:
+        random = random[:0]
+    few = 0 < len(random) < held_out / FEW
+    grid = _grid(cell.coordinates, np.column_stack([random.min(axis=0), random.max(axis=0)]) if few else cell.around, side)
+    states = grid.states()
+    return Sample(grid, _free(states, cell, taken), map.first_return(states), map.first_return(random), area)
+
+
+def rounded(value: float, width: float) -> float:
+    """The value with as many digits behind the point as tell a thousandth of the width apart."""
+    return round(float(value), max(0, 3 - int(np.floor(np.log10(width)))) if width > 0 else 17)
+
+
+def _free(states: Floats, cell: Cell, taken: Sequence[Region]) -> Bools:
+    inside = cell.region.contains(states)
+    for region in taken:
+        inside &= ~region.contains(states)
+    return inside
+
+
+def _grid(coordinates: Sequence[str], box: Floats, side: int) -> Grid:
+    return Grid(axes={name: Axis(low=low, high=high, points=side) for name, (low, high) in zip(coordinates, box, strict=True)})

@@ -1,0 +1,122 @@
+"""Step iv: the lowest order of polynomial in two coordinates that meets a tolerance at points that the fit has not seen."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import angle_mask, nearest_turn
+from nsmaps.errors import FitError
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.reduced.partition.cell import Sample
+
+SURE = 0.8  #: of a demand that no state may miss, used up at the held-out states: others may lie a little farther off
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demand:
+    """What a fit must meet: an error of each coordinate that at most a share of the states may exceed."""
+
+    errors: Floats  #: shape (n,)
+    share: float  #: of the held-out states that may be farther off; 0 for none
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chosen:
+    """The fit that was chosen for a cell, and how it does at the held-out states."""
+
+    map: PolyMap
+    order: str  #: such as `full v:3 phi:2` or `separable v:5 phi:5`; `constant` for a reset
+    word: str  #: the commonest of the cell
+    max_error: Floats  #: shape (n,), largest error at the held-out states of any word
+    missed: float  #: the share of the held-out states that are farther off than is demanded
+    met: bool  #: whether the demand is met
+    states: int  #: held-out states
+
+
+def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterator[tuple[str, PolyFit, int]]:
+    """The orders that are compared, by their number of terms: constant, separable if asked for, and full ones.
+
+    Degrees of full ones differ by at most one, as in the paper's poly23.
+    """
+    first, second = coordinates
+    found: list[tuple[str, PolyFit, int]] = [("constant", Full(degrees={first: 0, second: 0}, absolute=()), 2)]
+    for a in range(highest + 1):
+        if separable and a:
+            alone = Separable(degrees={first: a, second: a}, along=None, absolute=())
+            found.append(
+                (
+                    f"separable {first}:{a} {second}:{a}",
+                    alone,
+                    2 * a + 2,
+                )
+            )
+        for b in range(max(0, a - 1), min(highest, a + 1) + 1):
+            if a or b:
+                fit = Full(degrees={first: a, second: b}, absolute=())
+                found.append((f"full {first}:{a} {second}:{b}", fit, 2 * len(fit.exponents(coordinates, first))))
+    yield from sorted(found, key=lambda each: each[2])
+
+
+def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool = False) -> Chosen | None:
+    """The order with the fewest terms that meets a demand, or else the one that comes nearest; None without data.
+
+    Each is fitted to the commonest word's returns on the cell's grid, and judged at the held-out states, which no fit sees
+    and among which are those of other words. Where no state may miss the demand, no point of the grid may either.
+    """
+    data = commonest(sample)
+    if data is None:
+        return None
+    word, surface = data
+    best: Chosen | None = None
+    for order, fit, _ in orders(surface.coordinates, highest, separable):
+        try:
+            polymap = fit.fit(surface)
+        except FitError:
+            continue
+        error, missed = held_out_error(polymap, sample.held_out, demand)
+        count = int(sample.held_out.valid.sum())
+        assert polymap.report is not None
+        at_most = np.fmax(error, polymap.report.max_error)
+        met = missed <= demand.share and bool(demand.share or (at_most <= SURE * demand.errors).all())
+        chosen = Chosen(polymap, order, word, error, missed, met, count)
+        if chosen.met:
+            return chosen
+        if best is None or _worse(best, chosen, demand):
+            best = chosen
+    return best
+
+
+def commonest(sample: Sample) -> tuple[str, Surface] | None:
+    """The commonest word of a cell and its returns on the cell's grid; None if nothing returns."""
+    codes, counts = np.unique(sample.returns.codes[sample.inside & sample.returns.valid], return_counts=True)
+    if not len(codes):
+        return None
+    surface = sample.surface(sample.returns.codes == codes[np.argmax(counts)])
+    return str(surface.returns.words[0]), surface
+
+
+def held_out_error(polymap: PolyMap, held_out: Returns, demand: Demand) -> tuple[Floats, float]:
+    """The largest error of each coordinate at the held-out states that have an image, and the share that misses the demand."""
+    exact = held_out.select(held_out.valid)
+    if not len(exact):
+        return np.zeros(len(held_out.coordinates)), 0.0
+    start = np.where(angle_mask(exact.coordinates), nearest_turn(exact.start, polymap.centre), exact.start)
+    error = errors(polymap(start), exact)
+    return error.max(axis=0), float((error > demand.errors).any(axis=1).mean())
+
+
+def errors(image: Floats, exact: Returns) -> Floats:
+    """How far images are from the exact ones in each coordinate, angles the short way round, shape (N, n)."""
+    near = np.where(angle_mask(exact.coordinates), nearest_turn(image, exact.image), image)
+    return np.abs(near - exact.image)
+
+
+def _worse(best: Chosen, other: Chosen, demand: Demand) -> bool:
+    """Whether the other fit comes nearer to a demand: fewer states miss it, then by a smaller largest error."""
+    one, two = ((each.missed, (each.max_error / demand.errors).max()) for each in (best, other))
+    return two < one

@@ -1,0 +1,287 @@
+"""Steps iii to vi in turn: regions are fitted, and split where the fit is unsatisfactory, until all meet their demand."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import TWO_PI, angle_mask
+from nsmaps.errors import FitError
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box, Region
+from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.partition.candidates import attracting_boxes, box_of
+from nsmaps.reduced.partition.cell import HELD_OUT, Cell, Cut, Sample, rounded, sample
+from nsmaps.reduced.partition.finalize import ends, random_states
+from nsmaps.reduced.partition.orders import Chosen, Demand, choose_order, commonest, errors
+from nsmaps.reduced.partition.resets import resets
+from nsmaps.reduced.partition.separators import best_separator, bound, sheets
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.partition.partition import Partition, Progress, Role
+
+LOOSE = 0.1  #: error demanded of transient pieces, as a share of the grid's side
+STRAY = 0.05  #: share of the transient states that may be farther off
+SPECK = 0.005  #: share of the grid's box that is worth a transient piece of its own
+STRAY_EVERYWHERE = 0.01  #: the same where one tolerance holds everywhere
+FRACTIONS = (0.25, 0.5, 0.75)  #: of a cell, where it may be split
+SHIFTS = (0.05, 0.15, 0.3)  #: of a cell, by which a strip along its curved edge is split off
+NARROWEST = 1e-12  #: of a coordinate, that is split no further
+FINE, STRICT = 80, 8000  #: points along a cell's grid to find edges on; held-out states where none may miss the demand
+TIGHTER = 2.0  #: by which the demand on such a piece is divided, round by round
+ROUNDS = 8  #: of tightening transient pieces that hold part of an attractor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leaf:
+    """A region R_{n.m} with its fit."""
+
+    number: int
+    iteration: int
+    role: "Role"
+    cell: Cell
+    sample: Sample
+    demand: Demand
+    chosen: Chosen | None  #: None if nothing in it returns
+    states: Floats  #: shape (M, n), those that say that it may attract
+    became: str = ""
+
+    @property
+    def name(self) -> str:
+        """As the paper writes it."""
+        return f"R{self.number}.{self.iteration}"
+
+    @property
+    def missed(self) -> float:
+        """The area of the states that miss the demand."""
+        return self.sample.area * self.chosen.missed if self.chosen else 0.0
+
+    @property
+    def weight(self) -> float:
+        """What may be gained by a split."""
+        return 0.0 if self.chosen is None or self.chosen.met else self.missed
+
+    def piece(self) -> Piece:
+        """The piece of a composite map; the image of a speed that a polynomial makes negative is its absolute value."""
+        assert self.chosen is not None
+        polymap = self.chosen.map
+        held_out = self.sample.held_out
+        negative = (polymap(held_out.start) < 0).any(axis=0) & ~angle_mask(held_out.coordinates)
+        names = tuple(name for name, each in zip(held_out.coordinates, negative, strict=True) if each)
+        return Piece(f"R{self.number}", self.cell.region, replace(polymap, absolute=names), self.chosen.word)
+
+
+@dataclass(slots=True, eq=False)
+class Refinement:
+    """The regions while they are refined."""
+
+    system: "ImpactSystem"
+    grid: Grid
+    spec: "Partition"
+    progress: "Progress"
+    log: list[Leaf] = field(default_factory=list)
+    leaves: list[Leaf] = field(default_factory=list)
+    taken: tuple[Region, ...] = ()  #: what the attracting pieces hold
+    resets: tuple[Piece, ...] = ()  #: what stands for the states outside of the grid's box
+    count: int = 0  #: regions that have a number
+
+    def run(self) -> "Refinement":
+        """Attracting regions first, the transient rest behind them, and that tightened where attractors pass it."""
+        returns = self.system.first_return(self.grid.states())
+        self.resets = tuple(resets(self.system, returns, self.grid))
+        boxes, states = self.attracting(returns)
+        cells = [cell for box in boxes for cell in roots(self.system.coordinates, box)]
+        self.refine(self.divided(cells, "attracting", states), max(1, 2 * self.spec.max_pieces // 3))
+        self.taken = tuple(leaf.cell.region for leaf in self.leaves)
+        rest = roots(self.system.coordinates, box_of(self.grid))
+        self.refine(self.divided(rest, "transient", states), self.spec.max_pieces)
+        for _ in range(ROUNDS if self.taken else 0):
+            stuck = self.stuck()
+            if not stuck or len(self.leaves) >= self.spec.max_pieces:
+                break
+            self.leaves = [leaf for leaf in self.leaves if leaf not in stuck]
+            why = "tightened: attractors of the composite map pass it"
+            self.log = [replace(leaf, became=why) if leaf in stuck else leaf for leaf in self.log]
+            self.refine([self.tightened(leaf) for leaf in stuck], self.spec.max_pieces)
+        return self
+
+    def attracting(self, returns: Returns) -> tuple[Floats, Floats]:
+        """Step iii: boxes around what may attract and states that say so, or the boxes given by hand and states all over."""
+        if not self.spec.attracting:
+            return attracting_boxes(self.system, returns, self.grid, self.spec.delta, self.spec.slope)
+        names = self.system.coordinates
+        boxes: Floats = np.array(
+            [Box.model_validate({"coordinates": names, "bounds": each}).array for each in self.spec.attracting]
+        )
+        return boxes, np.concatenate([random_states(box, STRICT) for box in boxes])
+
+    def demand(self, role: "Role") -> Demand:
+        """What is demanded of a role: the tolerance, or a tenth of the grid's sides where the map is transient."""
+        tolerance = np.full(len(self.system.coordinates), self.spec.tolerance)
+        if role == "attracting":
+            return Demand(tolerance, 0.0)
+        if self.spec.everywhere:
+            return Demand(tolerance, STRAY_EVERYWHERE)
+        box = box_of(self.grid)
+        return Demand(np.maximum(tolerance, LOOSE * (box[:, 1] - box[:, 0])), STRAY)
+
+    def divided(self, cells: Sequence[Cell], role: "Role", states: Floats) -> list[Leaf]:
+        """Step ii: the regions R_{n.1}, cells cut along the edges between words as long as a curve separates them."""
+        found: list[Leaf] = []
+        todo = list(cells)
+        while todo:
+            cell = todo.pop(0)
+            drawn = sample(self.system, cell, self.taken, FINE)
+            cut = self.separator(drawn, role)
+            if cut is not None and len(self.leaves) + len(found) + len(todo) + 2 <= self.spec.max_pieces:
+                todo += [cell.cut(side) for side in cut.sides()]
+            elif (leaf := self.leaf(cell, role, self.demand(role), states)) is not None:
+                found.append(leaf)
+        return found
+
+    def leaf(self, cell: Cell, role: "Role", demand: Demand, states: Floats, number: int = 0, iteration: int = 1) -> Leaf | None:
+        """Step iv: a region with the lowest order that meets its demand; None if it holds nothing, or nothing that attracts."""
+        drawn = sample(self.system, cell, self.taken, held_out=HELD_OUT if demand.share else STRICT)
+        if role == "attracting":
+            states = states[cell.region.contains(states)]
+        if not len(drawn.held_out) or (role == "attracting" and not len(states)):
+            return None
+        if not number:
+            self.count += 1
+            number = self.count
+        separable = role == "transient" and self.spec.separable
+        chosen = choose_order(drawn, demand, self.spec.max_order, separable)
+        return Leaf(number, iteration, role, cell, drawn, demand, chosen, states)
+
+    def separator(self, drawn: Sample, role: "Role") -> Cut | None:
+        """The curve that best separates the sheets of the map; what it cuts off must be worth a piece."""
+        if not drawn.inside.any():
+            return None
+        return best_separator(drawn, sheets(self.system, drawn, self.spec.tolerance), self.least(role))
+
+    def least(self, role: "Role") -> float:
+        """The area that is worth a piece of its own."""
+        loose = role == "transient" and not self.spec.everywhere
+        return SPECK * float(np.prod(np.ptp(box_of(self.grid), axis=1))) if loose else 0.0
+
+    def refine(self, found: Sequence[Leaf], most: int) -> None:
+        """Step v: the region with most to gain is split, until all meet their demand together or there are so many pieces."""
+        todo, done = list(found), len(self.leaves)
+        allowed = sum(leaf.sample.area * leaf.demand.share for leaf in found)
+        while todo:
+            todo.sort(key=lambda leaf: leaf.weight)
+            missed = sum(leaf.missed for leaf in (*todo, *self.leaves[done:]))
+            leaf = todo.pop()
+            became, parts = self.step(leaf, missed <= allowed, most - len(self.leaves) - len(todo) - 1)
+            self.log.append(replace(leaf, became=became))
+            if parts:
+                todo += parts
+            elif leaf.chosen is not None:
+                self.leaves.append(self.log[-1])
+            self.progress(len(self.leaves), self.spec.max_pieces)
+
+    def step(self, leaf: Leaf, enough: bool, room: int) -> tuple[str, list[Leaf]]:
+        """What becomes of a region, and its parts if it is split."""
+        if leaf.chosen is None:
+            outcomes = [Outcome(value).name for value in np.unique(leaf.sample.held_out.outcome)]
+            return f"left uncovered: nothing returns ({', '.join(outcomes)})", []
+        if leaf.chosen.met:
+            return "accepted", []
+        if enough and leaf.demand.share:
+            return f"accepted: no more than {100 * leaf.demand.share:g} % of the states of its role are farther off", []
+        if room < 1:
+            return f"given up: max_pieces = {self.spec.max_pieces}", []
+        cut = self.cut(leaf)
+        if cut is None:
+            return "given up: no part of it is worth a piece", []
+        parts, number = [], leaf.number
+        for side in cut.sides():
+            part = self.leaf(leaf.cell.cut(side), leaf.role, leaf.demand, leaf.states, number, leaf.iteration + 1)
+            if part is not None:
+                parts.append(part)
+                number = 0
+        return f"split at {cut.text(self.system.coordinates).replace('<=', '=')}", parts
+
+    def cut(self, leaf: Leaf) -> Cut | None:
+        """Where to split a region: along an edge between sheets of the map if there is one, else where the fits gain most."""
+        separator = self.separator(leaf.sample, leaf.role)
+        if separator is not None:
+            return separator
+        scored = [(self.excess(leaf, cut), k, cut) for k, cut in enumerate(splits(leaf.cell)) if self.worth(leaf, cut)]
+        return min(scored)[2] if scored else None
+
+    def worth(self, leaf: Leaf, cut: Cut) -> bool:
+        """Whether both parts of a split are worth a piece."""
+        share = cut.beyond(leaf.sample.held_out.start).mean()
+        return bool(leaf.sample.area * min(share, 1 - share) >= self.least(leaf.role)) and 0 < share < 1
+
+    def excess(self, leaf: Leaf, cut: Cut) -> float:
+        """How many decades the errors exceed the demand by after a split, on average and at most."""
+        total, most, count = 0.0, 0.0, len(leaf.sample.held_out)
+        for side in cut.sides():
+            part = leaf.sample.restricted(side)
+            data = commonest(part)
+            exact = part.held_out.select(part.held_out.valid)
+            if data is None or not len(exact):
+                continue
+            try:
+                polymap = Full(degrees=dict.fromkeys(self.system.coordinates, self.spec.max_order), absolute=()).fit(data[1])
+            except FitError:
+                continue
+            ratio = (errors(polymap(exact.start), exact) / leaf.demand.errors).max(axis=1)
+            decades = np.log10(np.maximum(1.0, ratio))
+            total += float(decades.sum()) / count
+            most = max(most, float(decades.max()))
+        return total + (0.1 * most if leaf.demand.share == 0 else 0.0)
+
+    def composite(self) -> CompositeMap:
+        """The pieces so far, the attracting ones first and the resets last."""
+        pieces = tuple(leaf.piece() for leaf in sorted(self.leaves, key=lambda leaf: leaf.role != "attracting"))
+        return CompositeMap(self.system.coordinates, self.system.wall_names, pieces + self.resets)
+
+    def stuck(self) -> list[Leaf]:
+        """The transient regions in which orbits of the composite map are at their end, that hold parts of its attractors."""
+        composite = self.composite()
+        names = {composite.pieces[k].name for k in np.unique(ends(composite, composite, self.grid)) if k >= 0}
+        loose = [leaf for leaf in self.leaves if leaf.role == "transient" and (leaf.demand.errors > self.spec.tolerance).any()]
+        return [leaf for leaf in loose if f"R{leaf.number}" in names]
+
+    def tightened(self, leaf: Leaf) -> Leaf:
+        """The region with a demand twice as tight, because it holds part of an attractor."""
+        demand = replace(
+            leaf.demand, errors=np.maximum(self.spec.tolerance, leaf.demand.errors / TIGHTER), share=leaf.demand.share
+        )
+        again = self.leaf(leaf.cell, leaf.role, demand, leaf.states, leaf.number, leaf.iteration + 1)
+        assert again is not None
+        return again
+
+
+def roots(coordinates: Sequence[str], box: Floats) -> list[Cell]:
+    """The cells that make up a box, with angles on the stretch [0, 2 pi] that conditions see."""
+    spans = [[(float(low), float(high))] for low, high in box]
+    for i in np.flatnonzero(angle_mask(coordinates)):
+        low, high = box[i] - TWO_PI * np.floor(box[i, 0] / TWO_PI)
+        spans[i] = (
+            [(float(low), float(high))] if high <= TWO_PI else [(float(low), TWO_PI), (0.0, float(min(high - TWO_PI, low)))]
+        )
+    return [Cell(tuple(coordinates), (first, second)) for first in spans[0] for second in spans[1] if second[0] < second[1]]
+
+
+def splits(cell: Cell) -> Iterator[Cut]:
+    """Where a cell may be split: across each coordinate, and along its own curved edges."""
+    low, high = cell.around.T
+    width = high - low
+    for i in range(len(low)):
+        if width[i] > NARROWEST * max(1.0, abs(low[i])):
+            yield from (bound(i, low[i] + share * width[i], width[i]) for share in FRACTIONS)
+    for cut in cell.cuts:
+        for share in SHIFTS:
+            reach = width[cut.dependent] * (share if cut.above else -share)
+            start = rounded(cut.coefficients[0] + reach, width[cut.dependent])
+            yield replace(cut, coefficients=(start, *cut.coefficients[1:]), above=False)

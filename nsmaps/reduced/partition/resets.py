@@ -1,0 +1,80 @@
+"""Step vi by itself: states outside of the grid's box are reset to where the exact map brings them back into it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import TWO_PI, Angle, angle_mask, nearest_turn
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.reduced.composite.composite import Piece
+from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.reduced.partition.candidates import box_of, inside
+from nsmaps.reduced.partition.cell import rounded
+
+STARTS, RETURNS = 400, 100  #: states that are followed back into the box, and for how many returns
+
+
+def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
+    """Pieces that set states below, above and beside the grid's box to one state each, that to which most of them come back.
+
+    The paper resets phi > pi to phi = 1.2 (appendix algo_code); here the constants are those of the exact map: of the states
+    where orbits enter the box to stay, or for the first time if none stays, the one nearest to their median. There is no
+    reset where no orbit comes back.
+
+    Args:
+        returns: of the whole grid; those that leave its box are the states that are followed.
+    """
+    names, box = returns.coordinates, box_of(grid)
+    left = returns.image[returns.valid & ~inside(returns.image, box)]
+    for i, name in enumerate(names):
+        for side, text in _outside(name, *box[i].tolist()):
+            region = Where(text=text, coordinates=names)
+            states = left[region.contains(left)] if len(left) else left
+            if not len(states):
+                states = _beyond(box, i, side, isinstance(name, Angle))
+            state = _entrance(map, states[:: -(-len(states) // STARTS)], box)
+            if state is not None:
+                values = {each: rounded(x, width) for each, x, width in zip(names, state, np.ptp(box, axis=1), strict=True)}
+                yield Piece(f"reset {name} {side}", region, PolyMap.reset(names, values))
+
+
+def _outside(name: str, low: float, high: float) -> Iterator[tuple[str, str]]:
+    """The sides on which a coordinate may leave its interval, and the conditions that say so; a speed is never negative."""
+    if not isinstance(name, Angle):
+        yield from [("below", f"{name} < {low!r}")] if low > 0 else []
+        yield "above", f"{name} > {high!r}"
+    elif high - low < TWO_PI:
+        low, high = low % TWO_PI, high % TWO_PI
+        yield "beside", f"{name} < {low!r} or {name} > {high!r}" if low < high else f"{high!r} < {name} < {low!r}"
+
+
+def _beyond(box: Floats, i: int, side: str, around: bool) -> Floats:
+    """Random states outside of the box in coordinate i, shape (STARTS, n)."""
+    bounds = box.copy()
+    low, high = box[i]
+    bounds[i] = (high, low + TWO_PI) if around else (0, low) if side == "below" else (high, high + (high - low) / 4)
+    return np.random.default_rng(5).uniform(bounds[:, 0], bounds[:, 1], (STARTS, len(box)))
+
+
+def _entrance(map: ReturnMap, states: Floats, box: Floats) -> Floats | None:
+    """Where most orbits from states (N, n) enter the box to stay, or enter it first if none stays; None if none enters."""
+    path = orbit(map, states, RETURNS).states[1:]
+    shifted = np.where(angle_mask(map.coordinates), nearest_turn(path, box.mean(axis=1)), path)
+    within = inside(shifted.reshape(-1, len(box)), box).reshape(path.shape[:2])
+    if within[-1].any():
+        rows = np.flatnonzero(within[-1])
+        last_outside = len(within) - 1 - (~within[::-1]).argmax(axis=0)
+        begin = np.where(within.all(axis=0), 0, last_outside + 1)[rows]
+    else:
+        rows = np.flatnonzero(within.any(axis=0))
+        begin = within.argmax(axis=0)[rows]
+    if not len(rows):
+        return None
+    first = path[begin, rows]
+    away = np.abs(first - np.median(first, axis=0)) / (box[:, 1] - box[:, 0])
+    return np.asarray(first[np.argmin(away.sum(axis=1))])

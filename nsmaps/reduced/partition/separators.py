@@ -1,0 +1,168 @@
+"""The edges of a planar return map inside a cell, found by bisection, and the curves that separate the words or sheets there."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
+from nsmaps.continuation.bisection import bisect_change
+from nsmaps.coordinates import angle_mask, nearest_turn
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Legs, Returns
+from nsmaps.reduced.partition.cell import Cut, Sample, rounded
+
+BISECTIONS = 40
+MOST_EDGES = 400  #: pairs of neighbours between which borders are looked for
+MOST_BORDERS = 4  #: between two neighbours on a grid that are looked at
+SEPARATOR_ORDER = 4  #: highest degree of a curve between words
+SMALLEST = 0.02  #: share of a cell's states that a curve must leave on each side
+FEWEST = 6  #: points of an edge that a curve is put through
+WORTH = 0.004  #: misplaced states, as a share, that a further degree of a curve must save
+
+
+class Branched(ReturnMap, Protocol):
+    """A return map that knows the turning points of its flights, as exact systems do."""
+
+    def legs(self, states: ArrayLike) -> Legs:
+        """The itineraries of states (N, n)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sheets:
+    """The smooth sheets of a map in a cell: a number for each grid point, and points on the edges between them."""
+
+    number: Ints  #: shape (grid.size,), -1 outside of the cell
+    points: Floats  #: shape (K, n), places on edges
+    pair: Ints  #: shape (K, 2), the sheets on both sides
+
+
+def sheets(map: Branched, sample: Sample, jump: float) -> Sheets:
+    """The sheets of a map over a cell's grid: the word changes from one to the next, or the image jumps.
+
+    Neighbours on the grid whose itineraries differ have a border between them, which bisection finds. It is an edge if the
+    words on its sides differ or their images are more than `jump` apart (a graze of the base wall); the birth of a pair of
+    turning points is none. Two sides that are joined around the end of an edge are one sheet.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    first, second = _neighbours(sample)
+    codes = _codes(map.legs(sample.returns.start))
+    words = np.where(sample.returns.valid, sample.returns.codes, -1)
+    joined = words[first] == words[second]
+    crossed = np.flatnonzero(codes[first] != codes[second])
+    crossed = crossed[:: -(-len(crossed) // MOST_EDGES) or 1]
+    edge, points = _edges(map, sample.returns.start[first[crossed]], sample.returns.start[second[crossed]], jump)
+    joined[crossed[edge]] = False
+    size = sample.grid.size
+    graph = coo_array((np.ones(joined.sum()), (first[joined], second[joined])), shape=(size, size))
+    number = connected_components(graph, directed=False)[1]
+    number = np.where(sample.inside, np.unique(np.where(sample.inside, number, -1), return_inverse=True)[1], -1)
+    if not sample.inside.all():  # the outside is the first of the numbers
+        number = np.where(sample.inside, number - 1, -1)
+    there = crossed[edge]
+    return Sheets(number, points[edge], np.sort(np.column_stack([number[first[there]], number[second[there]]])))
+
+
+def separators(sample: Sample, sheets: Sheets) -> Iterator[Cut]:
+    """Curves that may separate the sheets of a cell: through the edges of two sheets or of one, along the ends of each."""
+    pairs = [(sheets.pair == pair).all(axis=1) for pair in np.unique(sheets.pair, axis=0)]
+    for edge in [*pairs, *((sheets.pair == k).any(axis=1) for k in range(sheets.number.max() + 1))]:
+        points = sheets.points[edge]
+        if len(points) < FEWEST:
+            continue
+        for dependent in (0, 1):
+            width = np.ptp(sample.returns.start[:, dependent])
+            if np.ptp(points[:, 1 - dependent]) < 1e-3 * np.ptp(sample.returns.start[:, 1 - dependent]):
+                continue
+            for order in range(1, SEPARATOR_ORDER + 1):
+                if len(points) >= 2 * (order + 1):
+                    yield _through(points, dependent, order, width)
+    for number in range(sheets.number.max() + 1):
+        states = sample.returns.start[sheets.number == number]
+        for i in range(states.shape[1]):
+            step = np.ptp(sample.returns.start[:, i]) / (sample.grid.shape[i] - 1)
+            for end in (states[:, i].min() - step / 2, states[:, i].max() + step / 2):
+                yield bound(i, end, step)
+
+
+def best_separator(sample: Sample, sheets: Sheets, least_area: float = 0.0) -> Cut | None:
+    """The curve that leaves the fewest states beside the largest sheet of their side, by lowest degree; None if none helps.
+
+    A curve must leave at least `least_area` on both sides.
+    """
+    inside = sheets.number >= 0
+    if not inside.any():
+        return None
+    states, number = sample.returns.start[inside], sheets.number[inside]
+    count = number.max() + 1
+    before = len(number) - np.bincount(number).max()
+    smallest = max(SMALLEST, least_area / sample.area) * len(states)
+    best, least = None, before - WORTH * len(number)
+    for cut in separators(sample, sheets):
+        above = cut.beyond(states)
+        if not smallest <= above.sum() <= len(states) - smallest:
+            continue
+        table = np.bincount(number + count * above, minlength=2 * count).reshape(2, count)
+        misplaced = len(number) - table.max(axis=1).sum() + WORTH * len(number) * cut.order
+        if misplaced < least:
+            best, least = cut, misplaced
+    return best
+
+
+def bound(i: int, value: float, width: float) -> Cut:
+    """A plain bound of coordinate i, written with the digits that a cell of this width needs."""
+    return Cut(i, (rounded(value, width),), above=False)
+
+
+def _through(points: Floats, dependent: int, order: int, width: float) -> Cut:
+    """The curve of an order through points, by least squares."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", np.exceptions.RankWarning)  # such a curve separates nothing, and is not chosen
+        curve = Polynomial.fit(points[:, 1 - dependent], points[:, dependent], order).convert()
+    reach = max(1.0, float(np.abs(points[:, 1 - dependent]).max()))
+    coefficients = [rounded(float(value), width / 10 / reach**k) for k, value in enumerate(curve.coef)]
+    return Cut(dependent, tuple(coefficients), above=False)
+
+
+def _neighbours(sample: Sample) -> tuple[Ints, Ints]:
+    """The pairs of grid points in the cell that are next to each other."""
+    places = np.arange(sample.grid.size).reshape(sample.grid.shape)
+    pairs = [(places[1:], places[:-1]), (places[:, 1:], places[:, :-1])]
+    first, second = (np.concatenate([pair[k].ravel() for pair in pairs]) for k in (0, 1))
+    both = sample.inside[first] & sample.inside[second]
+    return first[both], second[both]
+
+
+def _edges(map: Branched, start: Floats, end: Floats, jump: float) -> tuple[Bools, Floats]:
+    """Whether an edge lies between states (K, n) and others, and where: the first of the borders between them that is one."""
+    edge, points = np.zeros(len(start), bool), (start + end) / 2
+    rows, low = np.arange(len(start)), start
+    for _ in range(MOST_BORDERS):
+        if not len(rows):
+            break
+        codes, high = _codes(map.legs(low)), end[rows]
+        label = lambda states: _codes(map.legs(states))  # noqa: E731
+        low, high, codes = bisect_change(label, low, high, codes, _codes(map.legs(high)), halvings=BISECTIONS)
+        a, b = map.first_return(low), map.first_return(high)
+        found = (a.codes != b.codes) | (a.valid != b.valid) | (_apart(a, b) > jump)
+        edge[rows], points[rows[found]] = found, high[found]
+        more = ~found & (codes != _codes(map.legs(end[rows])))
+        rows, low = rows[more], high[more]
+    return edge, points
+
+
+def _codes(legs: Legs) -> Ints:
+    """The itineraries as numbers, one number for all without an image."""
+    return np.where(np.isin(legs.outcome, (Outcome.rests, Outcome.escaped, Outcome.invalid)), -(2**62), legs.codes)
+
+
+def _apart(a: Returns, b: Returns) -> Floats:
+    """The largest difference of the images in any coordinate, shape (N,)."""
+    image = np.where(angle_mask(a.coordinates), nearest_turn(a.image, b.image), a.image)
+    return np.asarray(np.abs(image - b.image).max(axis=1))

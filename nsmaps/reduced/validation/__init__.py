@@ -1,0 +1,1 @@
+"""How a composite map compares with the exact one: its words, its speed."""

@@ -1,0 +1,47 @@
+"""Whether a map put in the place of the exact one is faster: both timed alternately on one core."""
+
+from dataclasses import dataclass
+from time import thread_time_ns
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.returnmap import ReturnMap
+
+STATES, ROUNDS = 20_000, 7  #: of a batch, small enough that the exact map keeps to one core
+CLEARLY = 0.8  #: a map is clearly faster below this share of the exact map's time
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """Nanoseconds of processor time a state, the best of some rounds, in batches of 20,000."""
+
+    exact: float
+    composite: float
+
+    @property
+    def faster(self) -> bool:
+        """Whether the composite map is clearly faster than the exact one."""
+        return self.composite < CLEARLY * self.exact
+
+    @property
+    def text(self) -> str:
+        """The comparison as a sentence."""
+        times = f"{self.composite:.0f} ns per state, the exact map {self.exact:.0f} ns"
+        return times if self.faster else f"{times}: pointless for speed"
+
+
+def speeds(exact: "ReturnMap", composite: "ReturnMap", box: Floats) -> Speed:
+    """The speeds of two maps at random states of a box, shape (n, 2)."""
+    low, high = box.T
+    states = low + (high - low) * np.random.default_rng(5).random((STATES, len(low)))
+    best = [np.inf, np.inf]
+    for _ in range(ROUNDS):
+        for k, map in enumerate((exact, composite)):
+            begun = thread_time_ns()
+            map.first_return(states)
+            best[k] = min(best[k], (thread_time_ns() - begun) / STATES)
+    return Speed(*best)

@@ -1,0 +1,59 @@
+"""Where a composite map misleads: states to which it gives another word than the exact map, and how far from an edge they lie."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.reduced.composite.composite import CompositeMap
+
+
+@dataclass(frozen=True, slots=True)
+class Misleads:
+    """States of a grid at which the composite map and the exact one part; shares of the states that have both images."""
+
+    states: int  #: with both images
+    wrong_words: float  #: share whose word is another
+    typical: float  #: median distance of these from the edge of a piece, in sides of the grid's box; NaN without any
+    farthest: float  #: the largest
+    leaves: float  #: share whose image lies in no piece, where an orbit ends
+
+    @property
+    def text(self) -> str:
+        """The numbers as a sentence."""
+        word = f"{100 * self.wrong_words:.3g} % of {self.states} states of the grid get another word than the exact map's"
+        near = f"half of them within {self.typical:.2g} of an edge between pieces, all within {self.farthest:.2g}"
+        far = f", {near} (grid scaled to unit sides)"
+        gone = f"; the images of {100 * self.leaves:.3g} % lie in no piece"
+        return f"{word}{far if self.wrong_words else ''}{gone if self.leaves else ''}"
+
+
+def misleads(composite: CompositeMap, grid: Grid, exact: Returns) -> Misleads:
+    """How the words of a composite map differ from those of exact returns from all states of a grid.
+
+    Distances are those between states of the grid, so right to its spacing. A piece without a word, as a reset, is left out.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    ours = composite.first_return(exact.start)
+    number = composite.piece_of(exact.start)
+    worded = np.array([bool(piece.word) for piece in composite.pieces] + [False])[number]
+    both = ours.valid & exact.valid & worded
+    wrong = both & (ours.codes != exact.codes)
+    away = np.full(len(number), np.inf)
+    spacing = [1 / (points - 1) for points in grid.shape]
+    for k in np.unique(number[wrong]):
+        mine = number == k
+        if mine.all():
+            continue  # no edge anywhere
+        away[mine] = distance_transform_edt(mine.reshape(grid.shape), sampling=spacing).ravel()[mine]
+    far = away[wrong & np.isfinite(away)]
+    gone = composite.piece_of(ours.image[both]) < 0
+    return Misleads(
+        states=int(both.sum()),
+        wrong_words=float(wrong.sum() / max(both.sum(), 1)),
+        typical=float(np.median(far)) if len(far) else float("nan"),
+        farthest=float(far.max()) if len(far) else float("nan"),
+        leaves=float(gone.mean()) if len(gone) else float("nan"),
+    )

@@ -1,0 +1,149 @@
+"""A study made ready: its system, grid, regions and fits as objects, or an error at the line that is wrong."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.errors import SystemDefinitionError, UnknownSystemError
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.plugins import system_class
+from nsmaps.reduced.conditions.condition import as_number
+from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.study.reading.locations import Loc
+from nsmaps.study.reading.references import check_references
+from nsmaps.study.reading.values import Bounds, Range, Span
+from nsmaps.study.sections import SECTIONS
+from nsmaps.study.study import Study
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """The objects that a study describes, checked against its system; nothing is computed yet."""
+
+    study: Study
+    system: "ImpactSystem"
+    bound: dict[str, Any]  #: what each section that the study names made ready, by key
+    told: Callable[[float], None] = field(default=lambda share: None, compare=False)  #: called with the share of a step done
+    keep: Path | None = field(default=None, compare=False)  #: a folder for finished parts of a step; None without a run folder
+
+    @property
+    def grid(self) -> Grid | None:
+        """The study's grid."""
+        return self.bound.get("grid")
+
+    @property
+    def families(self) -> dict[str, WordFamily]:
+        """The study's families by name."""
+        return self.bound.get("families", {})
+
+    def kept(self, *names: str) -> Path | None:
+        """The folder for the parts of one of some computations of a step."""
+        return self.keep and self.keep.joinpath(*names)
+
+    def part(self, number: int, of: int, units: int) -> Callable[[int], None]:
+        """A `progress` for one of some equal parts of a step, to be called with how many of its units are done."""
+        return lambda done: self.told((number + done / units) / of)
+
+    def levels(self, number: int, of: int, depth: int) -> Callable[..., None]:
+        """As `part`, for cells that are divided `depth` times, to be called with the level; each takes about twice the last."""
+        return lambda level, *_: self.told((number + 2.0 ** (level - depth)) / of)
+
+
+def prepare(study: Study) -> Plan:
+    """The study's objects, or a StudyError at the first line that does not fit the system or the rest of the study."""
+    binding = Binding(study, _system(study))
+    check_references(study)
+    named = [section for section in SECTIONS if study.names(section.key)]
+    return Plan(study, binding.system, {each.key: each.bind(getattr(study, each.key), binding) for each in named})
+
+
+def _system(study: Study) -> "ImpactSystem":
+    source = study.source
+    try:
+        cls = system_class(study.system)
+    except (UnknownSystemError, SystemDefinitionError) as error:
+        raise source.error(("system",), str(error)) from error
+    texts = set(cls.model_fields) - set(cls.parameter_names())  # fields that are no numbers: a choice, a switch
+    for name in [name for name in study.parameters if name not in texts]:
+        with source.located(("parameters", name)):
+            as_number(study.parameters[name])
+    with source.located(("parameters",) if study.parameters else ("system",), cls):
+        return study.system_object()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Binding:
+    """What turns sections into objects for one system; a StudyError at its place for what does not fit that."""
+
+    study: Study
+    system: "ImpactSystem"
+
+    def grid(self, loc: Loc, spans: Mapping[str, Span]) -> Grid:
+        """A grid with an axis for every coordinate."""
+        return Grid(axes={name: self.axis((*loc, name), span) for name, span in self.every_coordinate(loc, spans).items()})
+
+    def axis(self, loc: Loc, span: Span) -> Axis:
+        """One axis of a grid."""
+        with self.study.source.located(loc, Span, low="from", high="to"):
+            return Axis(low=span.low, high=span.high, points=span.points)
+
+    def swept_values(self, loc: Loc, parameter: str, ends: tuple[float, float]) -> None:
+        """Both ends of a sweep must be values that the system accepts."""
+        source = self.study.source
+        source.known((*loc, "parameter"), parameter, self.system.parameters, "parameter")
+        for key, value in zip(("from", "to"), ends, strict=True):
+            self.accepted(loc, parameter, value, key)
+
+    def accepted(self, loc: Loc, parameter: str, value: float, key: str) -> None:
+        """A StudyError at the key of a section unless the system accepts the value of the parameter that it says."""
+        with self.study.source.located(loc, type(self.system), **{parameter: key}):
+            type(self.system)(**{**self.system.model_dump(), parameter: value})
+
+    def some_values(self, loc: Loc, range: Range) -> None:
+        """One value of a sweep at least must be one that the system accepts; its result says which are not."""
+        self.study.source.known((*loc, "parameter"), range.parameter, self.system.parameters, "parameter")
+        along = Along(self.system, range.parameter)
+        if all(map_or_reason(along, value)[1] for value in np.linspace(range.low, range.high, range.points).tolist()):
+            self.swept_values(loc, range.parameter, (range.low, range.high))
+
+    def start(self, loc: Loc, start: Mapping[str, float]) -> Floats:
+        """A state, shape (n,)."""
+        return np.array(list(self.every_coordinate(loc, start).values()), float)
+
+    def box(self, loc: Loc, bounds: Bounds) -> Box:
+        """A box with a side for every coordinate."""
+        ordered = self.every_coordinate(loc, bounds)
+        with self.study.source.located(loc, Box, bounds=""):
+            return Box(coordinates=self.system.coordinates, bounds=ordered)
+
+    def where(self, loc: Loc, text: str) -> Where:
+        """The states at which a condition holds."""
+        with self.study.source.located(loc, Where, text=""):
+            return Where(text=text, coordinates=self.system.coordinates)
+
+    def every_coordinate(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
+        """The values in the order of the system's coordinates, each of which must be there."""
+        self.some_coordinates(loc, values)
+        missing = [name for name in self.system.coordinates if name not in values]
+        if missing:
+            accepted = ", ".join(self.system.coordinates)
+            raise self.study.source.error(loc, f"the coordinate {missing[0]!r} is missing; expected: all of {accepted}")
+        return {name: values[name] for name in self.system.coordinates}
+
+    def some_coordinates(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
+        """The values, if every key is a coordinate of the system."""
+        for name in values:
+            self.study.source.known((*loc, name), name, self.system.coordinates, "coordinate", key=True)
+        return dict(values)

@@ -1,0 +1,92 @@
+"""Where in a file a study says what: every error about a study begins with file, line and column."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.scalarstring import DoubleQuotedScalarString, ScalarString, SingleQuotedScalarString
+
+from nsmaps.complaints import MOST, explained
+from nsmaps.errors import ConditionError, NsmapsError, StudyError, near_match
+
+Loc = tuple[str | int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The text a study was read from. Two studies that say the same are equal wherever they stand, so this is not
+    compared."""
+
+    name: str = field(default="study", compare=False)  #: the file as it was named, or "study" for one made in Python
+    root: Any = field(default=None, compare=False, repr=False)  #: what ruamel read, with a line and column per key
+    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict, compare=False)  #: parameters set otherwise: before, now
+
+    def position(self, loc: Loc, key: bool = False) -> tuple[int, int]:
+        """Line and column, from one, of the value at `loc` or of its key; of what holds it where there is no such."""
+        node, place = self.root, (0, 0)
+        for depth, step in enumerate(loc, 1):
+            if not isinstance(node, CommentedMap | CommentedSeq) or step not in (node.lc.data or {}):
+                break
+            line, column, *value = node.lc.data[step]
+            place = (line, column) if key and depth == len(loc) else (value[0], value[1]) if value else (line, column)
+            node = node[step]
+        return place[0] + 1, place[1] + 1
+
+    def error(self, loc: Loc, text: str, key: bool = False, offset: int = 0) -> StudyError:
+        """A StudyError at `loc`, `offset` characters into its text."""
+        if self.root is None:
+            return StudyError(f"{self.name}: {'.'.join(map(str, loc))}: {text}")
+        line, column = self.position(loc, key)
+        return StudyError(f"{self.name}:{line}:{column + offset}: {text}")
+
+    def known(self, loc: Loc, name: str, expected: Iterable[str], what: str, key: bool = False) -> str:
+        """The name, if it is expected; else a StudyError with a near match."""
+        expected = list(expected)
+        if name in expected:
+            return name
+        listed = ", ".join(expected) or "none"
+        raise self.error(loc, f"unknown {what} {name!r}; expected: {listed}{near_match(name, expected)}", key)
+
+    @contextmanager
+    def located(self, loc: Loc, model: type[BaseModel] | None = None, **renamed: str) -> Iterator[None]:
+        """Errors raised inside become StudyErrors at `loc`, one line each.
+
+        `model` is the class whose fields are the expected keys there; `renamed` gives the study's word for a field, or
+        "" where the study writes the field's value in its place.
+        """
+        try:
+            yield
+        except ValidationError as error:
+            raise self.translate(error, loc, model, renamed) from error
+        except StudyError:
+            raise
+        except NsmapsError as error:
+            raise self.error(loc, str(error), offset=self.offset(loc, error)) from error
+
+    def translate(self, error: ValidationError, base: Loc, model: type[BaseModel] | None, renamed: dict[str, str]) -> StudyError:
+        """Every complaint of pydantic as one line at its place, one complaint a place."""
+        lines: dict[tuple[int, int] | str, str] = {}
+        for told in explained(error, model):
+            field = tuple(renamed.get(str(step), step) for step in told.loc[:1])
+            loc = base + tuple(step for step in field if step != "") + told.loc[1:]
+            offset = self.offset(loc, told.cause)
+            place = str(loc) if self.root is None else self.position(loc, told.at_key)
+            lines.setdefault(place, str(self.error(loc, told.text, told.at_key, offset)))
+        more = [f"{self.name}: and {error.error_count() - MOST} more"] if error.error_count() > MOST else []
+        return StudyError("\n".join([*lines.values(), *more]))
+
+    def offset(self, loc: Loc, error: object) -> int:
+        """How far into the text at `loc` a condition stopped being readable, counting an opening quote."""
+        column = error.column if isinstance(error, ConditionError) else None
+        node = self.root
+        with suppress(KeyError, IndexError):
+            for step in loc:
+                node = node[step] if isinstance(node, CommentedMap | CommentedSeq) else None
+        if column is None or not isinstance(node, str):
+            return 0
+        if isinstance(node, DoubleQuotedScalarString | SingleQuotedScalarString):
+            return column + 1
+        return 0 if isinstance(node, ScalarString) else column

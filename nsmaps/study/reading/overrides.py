@@ -1,0 +1,76 @@
+"""A study with other parameters than its own: its name and title say so."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from nsmaps.complaints import accepted_keys
+from nsmaps.errors import StudyError, near_match
+from nsmaps.exact.system import with_parameters
+from nsmaps.plugins import system_class
+from nsmaps.study.study import Study, scalar
+
+
+def assignments(texts: Sequence[str]) -> dict[str, str]:
+    """Parameters by name from texts such as `r=0.45`. StudyError for a text that is none, or a name that is given twice."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise StudyError(f"{text!r} sets nothing; expected: NAME=VALUE, such as r=0.45 or beta=pi/3")
+        if name in found:
+            raise StudyError(f"the parameter {name!r} is set twice; expected: each once")
+        found[name] = value
+    return found
+
+
+def changed(study: Study, parameters: Mapping[str, Any]) -> Study:
+    """The study with some parameters set, as `vi_pair/pd-r=0.45`.
+
+    Raises:
+        StudyError: a parameter that the system does not have, or a value that it does not accept.
+    """
+    try:
+        cls = system_class(study.system)
+        known = accepted_keys(cls, ())
+        for name in parameters:
+            if name not in known:
+                raise StudyError(f"unknown parameter {name!r}; expected: {', '.join(known)}{near_match(name, known)}")
+        values = {name: scalar(value) for name, value in parameters.items()}
+        with_parameters(cls, {**study.parameters, **values})
+    except ValueError as error:
+        raise StudyError(f"{study.name} with {_listed(parameters)}: {error}") from error
+    others = {name: (study.parameters.get(name), value) for name, value in values.items() if value != study.parameters.get(name)}
+    before = [_in_place(value, own) for own, value in others.values()]
+    told = ", ".join(f"{name} = {text}" for name, text in zip(others, before, strict=True))
+    made = study.model_copy(
+        update={
+            "name": "-".join([study.name, *(f"{name}={_plain(value)}" for name, value in values.items())]),
+            "title": f"{study.title}; with {told}" if study.title and told else study.title,
+            "parameters": {**study.parameters, **values},
+        }
+    )
+    made._source = replace(study.source, changed=others)
+    return made
+
+
+def _listed(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items())
+
+
+def _in_place(value: Any, own: Any) -> str:
+    """A value and that of the study, to six digits or as many as tell them apart."""
+    if own is None:
+        return _text(value, 6)
+    pairs = [(_text(value, digits), _text(own, digits)) for digits in (6, 15)]
+    return "{} in place of {}".format(*(pairs[0] if len(set(pairs[0])) > 1 else pairs[1]))
+
+
+def _text(value: Any, digits: int = 15) -> str:
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
+def _plain(value: Any) -> str:
+    """A value as a folder's name can hold it."""
+    return re.sub(r"[^\w.+-]+", "_", _text(value))

@@ -1,0 +1,109 @@
+"""A file of YAML as ruamel's tree, weighed before it is built: what would grow beyond all measure is an error with its place."""
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, NodeEvent, ScalarEvent
+
+from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.reading import odd_character, text_of
+
+LARGEST, MOST, DEEPEST = 500_000, 100_000, 40  #: bytes of a file, values in it with every alias written out, levels of nesting
+LONG = re.compile(r"[-+]?([0-9_]{100,}|0[xob][0-9a-fA-F_]{100,})")  #: a number of so many digits that nothing holds it
+
+
+def parsed(path: Path) -> Any:
+    """What a file says, as ruamel's tree, which knows the line and column of every key; a StudyError for what is no YAML."""
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    try:
+        text = text_of(path, LARGEST)
+        _weigh(path, text)
+        return yaml.load(text)
+    except StudyError:
+        raise
+    except NsmapsError as error:
+        raise StudyError(f"{path}:1:1: {error}") from error
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        problem = str(error.problem or error.context).splitlines()[0]
+        raise StudyError(f"{path}:{line}:{column}: {_in_words(problem)}") from error
+    except (YAMLError, ValueError, TypeError, AttributeError, LookupError) as error:  # ruamel raises all of these
+        raise StudyError(f"{path}:1:1: not readable as YAML: {(str(error).splitlines() or [type(error).__name__])[0]}") from error
+
+
+def _in_words(problem: str) -> str:
+    """Ruamel's complaint; the one about a key given twice without the values it quotes."""
+    if problem.startswith("found duplicate key"):
+        key = problem.removeprefix("found duplicate key").split(" with value")[0].strip().strip("\"'")
+        return f"the key {key!r} is given twice; expected: each key once"
+    return f"not readable as YAML: {problem}"
+
+
+def plain(node: Any) -> Any:
+    """Ruamel's tree as plain dicts, lists and scalars."""
+    if isinstance(node, CommentedMap):
+        return {key: plain(value) for key, value in node.items()}
+    if isinstance(node, CommentedSeq):
+        return [plain(value) for value in node]
+    for kind in (bool, int, float, str):
+        if isinstance(node, kind):
+            return kind(node)
+    return node
+
+
+@dataclass(slots=True)
+class _Scales:
+    """What has been read so far: how much each anchor stands for, and what is not closed yet."""
+
+    anchored: dict[str, int] = field(default_factory=dict)  #: values, with every alias written out
+    open: list[tuple[str | None, int]] = field(default_factory=list)  #: anchors, and the total where they began
+    total: int = 0
+
+    def add(self, event: Any) -> None:
+        """Count one event of the parser."""
+        if isinstance(event, CollectionEndEvent):
+            anchor, before = self.open.pop()
+            self.anchored[anchor or ""] = self.total - before
+        elif isinstance(event, AliasEvent):
+            self.total += self.anchored.get(event.anchor, 0)
+        elif isinstance(event, NodeEvent):
+            self.total += 1
+            if isinstance(event, CollectionStartEvent):
+                self.open.append((event.anchor, self.total - 1))
+            else:
+                self.anchored[event.anchor or ""] = 1
+
+    def complaints(self, event: Any) -> Iterator[str]:
+        """What is wrong with the text once an event of it is counted."""
+        if len(self.open) > DEEPEST:
+            yield f"nested deeper than {DEEPEST} levels"
+        if self.total > MOST:
+            yield f"more than {MOST:,} values, each alias written out"
+        if isinstance(event, AliasEvent) and event.anchor in [anchor for anchor, _ in self.open]:
+            yield f"the alias *{event.anchor} stands within what it stands for"
+        if getattr(event, "tag", None) is not None:
+            yield f"the tag {event.tag!r}; expected: plain values"
+        if isinstance(event, ScalarEvent):
+            if found := odd_character(event.value):
+                yield f"the character {found} in a text; expected: text without control characters"
+            if LONG.fullmatch(event.value) and not event.style:
+                yield f"a number of {len(event.value)} digits; expected: fewer than 100"
+
+
+def _weigh(path: Path, text: str) -> None:
+    """A StudyError at the first place of a text that would take more than a study can need."""
+    scales = _Scales()
+    for event in YAML().parse(text):
+        scales.add(event)
+        for complaint in scales.complaints(event):
+            mark = event.start_mark
+            raise StudyError(f"{os.fspath(path)}:{mark.line + 1}:{mark.column + 1}: {complaint}")

@@ -1,0 +1,72 @@
+"""Kinds of values in a study's file: names, boxes, spans from, to, points."""
+
+from typing import Annotated, Protocol, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from nsmaps.reading import odd_character
+from nsmaps.reduced.conditions.condition import Number
+
+DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals; a domain's box around them
+ATTRACTING = "attracting"  #: the map of a domain that takes the attracting pieces of a partition
+SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+def _in_a_line(name: str) -> str:
+    if len(name.splitlines()) != 1 or odd_character(name):
+        raise ValueError(f"{name!r} is no name; expected: one line of text")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_in_a_line)]  #: of a part of a study
+Bounds = dict[str, tuple[Number, Number]]  #: a box: low and high by coordinate
+Points = Annotated[int, Field(ge=2, le=100_000)]  #: how many values, equally spaced
+
+
+class _Ends(Protocol):
+    low: float
+    high: float
+
+
+E = TypeVar("E", bound=_Ends)
+
+
+def in_order(span: E) -> E:
+    """The span itself if it is not empty."""
+    if not span.low < span.high:
+        raise ValueError(f"from {span.low:g} to {span.high:g} is empty; expected: 'from' below 'to'")
+    return span
+
+
+class Span(BaseModel):
+    """Equally spaced values of one coordinate or parameter, both ends included."""
+
+    model_config = SPEC
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    points: Points
+    _in_order = model_validator(mode="after")(in_order)
+
+
+class Sweep(BaseModel):
+    """Equally spaced values of a parameter, both ends included, up or down."""
+
+    model_config = SPEC
+    parameter: str
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    points: Points
+
+
+class Range(Sweep):
+    """Equally spaced values of a parameter, both ends included, in order."""
+
+    _in_order = model_validator(mode="after")(in_order)
+
+
+def one_of(given: dict[str, object], where: str) -> None:
+    """A ValueError unless exactly one of the given keys has a value."""
+    named = [name for name, value in given.items() if value is not None]
+    if len(named) != 1:
+        keys = " or ".join(repr(name) for name in given)
+        raise ValueError(f"{where} has {' and '.join(map(repr, named)) or 'neither'}; expected: exactly one of {keys}")

@@ -1,0 +1,139 @@
+"""The section `basins`: basins of attraction of the exact map over a grid."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
+from nsmaps.study.reading.values import SPEC, Span
+from nsmaps.study.sections.base import Need, Section, Table
+from nsmaps.study.texts import grid_text, plain, returns_text
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.attractors.basins import Basins, Boundary
+    from nsmaps.exact.surfaces.surface import Grid
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+LONG = 24  #: letters of words that a row lists
+
+
+class BasinsSection(BaseModel):
+    """Basins of attraction of the exact map over a grid."""
+
+    model_config = SPEC
+    was: ClassVar = {"longest": "max_period"}
+    returns: int = Field(1000, ge=1)
+    tolerance: Number = Field(1e-6, gt=0)
+    max_period: int = Field(32, ge=1)
+    boundary: Number | None = Field(None, gt=0)  #: tolerance of the points between basins; none are looked for if omitted
+    grid: dict[str, Span] | None = None  #: the study's own if omitted
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its basins."""
+
+    basins: "Basins | None" = None  #: of the grid
+    boundary: "Boundary | None" = None  #: between them
+
+
+def _needs(spec: BasinsSection) -> Iterator[Need]:
+    if spec.grid is None:
+        yield ("basins",), "'basins' without a grid of its own", "grid"
+
+
+def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
+    return binding.grid(("basins", "grid") if spec.grid else ("grid",), spec.grid or binding.study.grid)
+
+
+def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Where the states of the grid end up, and the points between basins if the study asks for them."""
+    from nsmaps.dynamics.attractors.basins import basins, boundary
+
+    with plan.study.source.located(("basins",)):
+        how = None, spec.returns, spec.tolerance, spec.max_period
+        made = basins(plan.system, plan.bound["basins"], *how, keep=plan.keep)
+        line = None if spec.boundary is None else boundary(plan.system, made, spec.boundary, spec.returns)
+    return {"basins": made, "boundary": line}
+
+
+def _describe(spec: BasinsSection, study: "Study") -> str:
+    grid = spec.grid or study.grid
+    most = returns_text(int(states(grid)) * spec.returns)
+    return f"{grid_text(grid)}, up to {spec.returns} returns each; at most {most}"
+
+
+def _size(spec: BasinsSection, study: "Study", system: "ImpactSystem") -> Size:
+    one = Size(RETURN * (spec.returns + 2.0 * spec.max_period), COPIES * STATE + STORED * spec.max_period)
+    return one.times(states(spec.grid or study.grid))
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """Each attractor with its share of the grid, its slowest start and its distance from the boundary of its basin."""
+    made, line = result.basins, result.boundary
+    if made is None:
+        return {}
+    rows = []
+    for k, attractor in enumerate(made.attractors):
+        row = {"label": attractor.label, "period": attractor.period, "words": list(attractor.words)}
+        row |= {"fraction": float(made.fractions[k]), "error": float(made.fraction_error[k])}
+        arrival = made.arrival[made.label == k]
+        row |= {"most_returns": int(arrival.max()) if arrival.size else None}
+        rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))
+    kinds = dict(zip(("unresolved", "ended"), made.fractions[-2:].tolist(), strict=True))
+    return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(made.stuck.mean())}}
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """Which attractors the states of the grid come to, and how many of them to each."""
+    made, section = result.basins, result.study.basins
+    if made is None or section is None:
+        return
+    far = "to boundary" if result.boundary is not None else ""
+    note = "within: returns after which every state of the share has come to it"
+    note += "; to boundary: the attractor's least distance from it." if far else "."
+    heads = "attractor", "period", "words", "share", "within", far
+    title = f"Basins of the exact map, of {len(made.label)} states of the grid"
+    yield Table(title, heads, tuple(_rows(made, result.boundary, section.returns)), (note,))
+
+
+def _rows(made: "Basins", line: "Boundary | None", returns: int) -> list[tuple[str, ...]]:
+    """Each attractor: its motion, period, words, share of the starts, most returns to arrive, distance from the boundary.
+
+    Then the starts that came to none in so many returns, and those whose orbit ended, where there are some.
+    """
+    rows: list[tuple[str, ...]] = []
+    for k, (attractor, share) in enumerate(zip(made.attractors, made.fractions, strict=False)):
+        words = " ".join(attractor.words)
+        arrival = made.arrival[made.label == k]
+        within = str(arrival.max()) if arrival.size else ""
+        far = "" if line is None else f"{line.distance(k):.3g}"
+        period = str(attractor.period) if attractor.period else "none"
+        rows.append((attractor.label, period, words if len(words) <= LONG else "several", _percent(share), within, far))
+    rest = {f"none within {returns} returns": made.fractions[-2], "the orbit ends": made.fractions[-1]}
+    return rows + [(name, "", "", _percent(share), "", "") for name, share in rest.items() if share > 0]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
+
+
+BASINS = Section[BasinsSection](
+    key="basins",
+    type=BasinsSection | None,
+    stored=Stored,
+    needs=_needs,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    tables=_tables,
+)

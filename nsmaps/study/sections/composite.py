@@ -1,0 +1,271 @@
+"""The section `composite`: the pieces of the map in place of the exact one, fitted, printed or reset."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Self
+
+from pydantic import BaseModel, model_validator
+
+from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.surfaces.surface import Surface, surfaces
+from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite, data_of
+from nsmaps.reduced.composite.printed import PrintedMap
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Region, Where
+from nsmaps.reduced.fit.polyfit import PolyFit
+from nsmaps.reduced.validation.words import misleads
+from nsmaps.study.diagnostics import pieces_of_others
+from nsmaps.study.estimates import Size, states
+from nsmaps.study.reading.locations import Loc
+from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name, one_of
+from nsmaps.study.sections.base import Need, Section, Verdict
+from nsmaps.study.sections.diagonal import near_diagonals
+from nsmaps.study.sections.fits import FitSection, bind_fit, fit_size, report_numbers
+from nsmaps.study.sections.surfaces import bind_family
+from nsmaps.study.texts import finite, intervals, yes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from nsmaps.arrays import Floats
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.composite.composite import Coverage
+    from nsmaps.reduced.validation.words import Misleads
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+MAP = "composite map"
+
+
+class PieceSection(BaseModel):
+    """One piece of the composite map: where it holds, and what it says there."""
+
+    model_config = SPEC
+    name: Name
+    box: Bounds | None = None
+    where: str | None = None
+    family: str | None = None
+    fit: FitSection | None = None
+    data: str | None = None  #: a condition, or `diagonal`: what the fit is made from instead of the piece's region
+    reset: dict[str, Number] | None = None
+    polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader puts in its place
+
+    @model_validator(mode="after")
+    def _one_region_one_map(self) -> Self:
+        one_of({"box": self.box, "where": self.where}, f"the piece {self.name!r}")
+        one_of({"fit": self.fit, "reset": self.reset, "polynomial": self.polynomial}, f"the piece {self.name!r}")
+        if (self.family is None and self.fit is not None) or (self.family is not None and self.reset is not None):
+            raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
+        if self.data is not None and self.fit is None:
+            raise ValueError(f"the piece {self.name!r}: 'data' says what a fit is made from, and it has none")
+        return self
+
+
+Pieces = tuple[PieceSection, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its composite map."""
+
+    composite: "CompositeMap | None" = None
+    coverage: "Coverage | None" = None  #: of the study's grid
+    misleads: "Misleads | None" = None  #: where the composite map of pieces parts from the exact one, on the study's grid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PiecePlan:
+    """One piece of the composite map to be: its region, and the family and fit of its map, or its reset."""
+
+    name: str
+    region: Region
+    family: str | None
+    fit: PolyFit | None
+    data: Where | None  #: what the fit is made from; None is the region, or the states near the diagonals
+    near_diagonals: bool  #: whether the fit is made from the states near the diagonals
+    reset: dict[str, float] | None
+    polynomial: PrintedMap | None
+
+
+def _needs(spec: Pieces) -> Iterator[Need]:
+    for number, piece in enumerate(spec):
+        if piece.fit:
+            yield ("composite", number), f"the fit of the piece {piece.name!r}", "families"
+        if piece.data == DIAGONAL:
+            yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
+
+
+def _check(spec: Pieces, study: "Study") -> None:
+    study.once("composite", [piece.name for piece in spec])
+    for number, piece in enumerate(spec):
+        if piece.name in ("exact", "composite"):
+            raise study.source.error(("composite", number, "name"), f"a piece cannot be called {piece.name!r}: that is a map")
+        if piece.family is not None:
+            study.source.known(("composite", number, "family"), piece.family, study.families, "family")
+        if piece.data == DIAGONAL and study.diagonal and piece.family != study.diagonal.family:
+            text = f"the section 'diagonal' is of the family {study.diagonal.family!r}, the piece of {piece.family!r}"
+            raise study.source.error(("composite", number, "data"), text)
+
+
+def _bind(spec: Pieces, binding: "Binding") -> tuple[PiecePlan, ...]:
+    return tuple(_bind_piece(("composite", number), piece, binding) for number, piece in enumerate(spec))
+
+
+def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
+    if piece.family is not None and piece.family in binding.study.families:
+        _single(loc, piece.family, binding)
+    region = _region(loc, piece, binding)
+    fit = bind_fit((*loc, "fit"), piece.fit, binding) if piece.fit else None
+    reset = None if piece.reset is None else binding.some_coordinates((*loc, "reset"), piece.reset)
+    near = piece.data == DIAGONAL
+    data = None if piece.data is None or near else binding.where((*loc, "data"), piece.data)
+    if piece.polynomial is not None:
+        with binding.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
+            piece.polynomial.of(binding.system)
+    return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial)
+
+
+def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
+    if piece.box is not None:
+        return binding.box((*loc, "box"), piece.box)
+    return binding.where((*loc, "where"), piece.where or "")
+
+
+def _single(loc: Loc, family: str, binding: "Binding") -> None:
+    if bind_family(family, binding.study.families[family], binding).most > 1:
+        text = f"a piece of the composite map is one return, and {family!r} makes several in a row; expected: words of one"
+        raise binding.study.source.error((*loc, "family"), text)
+
+
+def _compute(spec: Pieces, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Steps iv to vi: every piece fitted, printed or reset."""
+    composite = _made(plan, plan.system, result.surfaces)
+    return {"composite": composite, **judged(plan, result, composite)}
+
+
+def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict[str, Any]:
+    """What of the grid the pieces of a composite map hold, and where it gives another word than the exact map."""
+    if plan.grid is None or result.returns is None:
+        return {}
+    return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, result.returns)}
+
+
+def _made(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
+    """The composite map at the parameters of a system; piece by piece, so that an error finds its line."""
+    pieces: list[Piece] = []
+    for number, piece in enumerate(plan.bound["composite"]):
+        with plan.study.source.located(("composite", number)):
+            pieces.append(_piece(plan, system, surfaces, piece))
+    return CompositeMap(system.coordinates, system.wall_names, tuple(pieces))
+
+
+def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
+    """One piece, fitted to its own data where the study says so and otherwise to all that its region holds."""
+    if piece.polynomial is not None:
+        word = plan.families[piece.family].words[0] if piece.family else ""
+        return Piece(piece.name, piece.region, piece.polynomial.of(system), word)
+    surfaces, spec = _data(plan, surfaces, piece)
+    made = build_composite(system.coordinates, system.wall_names, surfaces, [spec]).pieces[0]
+    return replace(made, region=piece.region)
+
+
+def _data(plan: "Plan", surfaces: dict[str, Surface], piece: PiecePlan) -> tuple[dict[str, Surface], PiecePlan]:
+    """The surfaces that a piece is fitted to, and the piece with the region of its data for its own."""
+    data: Region = piece.data or piece.region
+    if piece.near_diagonals:
+        surfaces, data = near_diagonals(plan, surfaces[piece.family or ""])
+    return surfaces, replace(piece, region=data)
+
+
+def refits(
+    plan: "Plan", parameter: str, values: "Floats", told: "Callable[[int], None]"
+) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
+    """The composite map at each value of a parameter, with the exact data that its fitted pieces were fitted to."""
+    made = []
+    for value in values.tolist():
+        try:
+            made.append((value, *refit(plan, plan.system.at(**{parameter: value}))))
+        except NsmapsError as error:
+            raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
+        told(len(made))
+    return made
+
+
+def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, dict[str, Surface]]:
+    """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
+    found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
+    composite = _made(plan, system, found)
+    fitted = [(piece.name, *_data(plan, found, piece)) for piece in plan.bound["composite"] if piece.fit]
+    return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
+
+
+def _describe(spec: Pieces, study: "Study") -> str:
+    return ", ".join(f"{piece.name} ({_map_of(piece)})" for piece in spec)
+
+
+def _map_of(piece: PieceSection) -> str:
+    """Where the map of a piece comes from."""
+    return f"fit of {piece.family}" if piece.fit else "printed" if piece.polynomial else "reset"
+
+
+def pieces_size(study: "Study") -> Size:
+    """All fits of the pieces, once."""
+    count = states(study.grid)
+    return sum((fit_size(piece.fit, count) for piece in study.composite if piece.fit), Size())
+
+
+def _size(spec: Pieces, study: "Study", system: "ImpactSystem") -> Size:
+    return pieces_size(study)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    sections: dict[str, Any] = {}
+    if result.composite is not None:
+        fits = {piece.name: report_numbers(piece.map.report) for piece in result.composite.pieces if piece.map.report}
+        sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
+    if result.misleads is not None:
+        sections["misleads"] = dict(zip(*_columns(result.misleads), strict=True))
+    return sections
+
+
+def _columns(made: "Misleads") -> tuple[list[str], list[float | None]]:
+    from dataclasses import asdict
+
+    about = asdict(made)
+    return list(about), finite(about.values())
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    cover, words = result.coverage, result.misleads
+    if cover is not None:
+        holds = bool(cover.fraction == 1.0)
+        yield Verdict("covered", MAP, holds, "covered" in result.study.require, _covered(result, cover))
+    if words is not None:
+        right = words.wrong_words == 0
+        yield Verdict("words are the exact map's", MAP, right, False, f"{yes(right)}: {words.text}")
+
+
+def _covered(result: "StudyResult", cover: "Coverage") -> str:
+    if cover.fraction == 1.0:
+        return "yes: every state of the grid lies in a piece"
+    hull = " or ".join(intervals(result.system.coordinates, box) for box in cover.boxes)
+    why = pieces_of_others(result)
+    text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
+    return f"{text}; {why}" if why else text
+
+
+COMPOSITE = Section[Pieces](
+    key="composite",
+    type=Pieces,
+    default=(),
+    stored=Stored,
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)

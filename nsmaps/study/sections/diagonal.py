@@ -1,0 +1,169 @@
+"""The section `diagonal`: the states whose image is near to them, and orders of polynomials compared there."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.errors import FitError
+from nsmaps.exact.surfaces.surface import Grid, Surface, sweep
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
+from nsmaps.reduced.fit.filter_errors import compare_deltas
+from nsmaps.study.estimates import Size, states
+from nsmaps.study.reading.values import SPEC, Name, Span, Sweep
+from nsmaps.study.sections.base import Need, Section
+from nsmaps.study.sections.fits import FitSection, bind_fit, fit_size, report_numbers
+from nsmaps.study.sections.surfaces import surfaces_size
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.reduced.fit.filter import DiagonalRegion
+    from nsmaps.reduced.fit.filter_errors import NearDiagonals
+    from nsmaps.reduced.fit.polyfit import PolyFit
+    from nsmaps.reduced.fit.polymap import FitReport
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+
+class DiagonalSection(BaseModel):
+    """The states whose image is near to them, united over a parameter (eq. r1uniond)."""
+
+    model_config = SPEC
+    family: str
+    delta: Number = Field(gt=1)
+    slope: Number | None = Field(None, gt=0)
+    within: str | None = None
+    sweep: Sweep | None = None
+    orders: dict[Name, FitSection] = {}
+    deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
+    grid: dict[str, Span] | None = None
+
+    @model_validator(mode="after")
+    def _orders_at_deltas(self) -> Self:
+        if self.deltas and not self.orders:
+            raise ValueError("'deltas' says where 'orders' are compared, and there are none; expected: beside 'orders' only")
+        return self
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of the states near the diagonals."""
+
+    diagonal: "DiagonalRegion | None" = None
+    orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
+    near: "tuple[NearDiagonals, ...]" = ()  #: at the study's own parameters, for `delta` and each of `deltas`
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Near:
+    """The filter, the grid that it is taken over, and the fits that are compared."""
+
+    filter: Diagonal
+    grid: Grid
+    own: bool  #: whether the grid is the section's own
+    orders: "dict[str, PolyFit]"
+
+
+def _needs(spec: DiagonalSection) -> Iterator[Need]:
+    yield ("diagonal",), "'diagonal'", "families"
+
+
+def _check(spec: DiagonalSection, study: "Study") -> None:
+    study.source.known(("diagonal", "family"), spec.family, study.families, "family")
+
+
+def _bind(spec: DiagonalSection, binding: "Binding") -> Near:
+    study, source = binding.study, binding.study.source
+    if spec.grid is None and study.grid is None:
+        raise source.error(("diagonal",), "'diagonal' needs a grid: its own, or the section 'grid', which is missing")
+    if spec.sweep:
+        binding.swept_values(("diagonal", "sweep"), spec.sweep.parameter, (spec.sweep.low, spec.sweep.high))
+    within = None if spec.within is None else binding.where(("diagonal", "within"), spec.within)
+    with source.located(("diagonal",), Diagonal):
+        filter = Diagonal(delta=spec.delta, slope=spec.slope, within=within)
+    loc = ("grid",) if spec.grid is None else ("diagonal", "grid")
+    grid = binding.grid(loc, spec.grid or study.grid)
+    orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in spec.orders.items()}
+    return Near(filter, grid, spec.grid is not None, orders)
+
+
+def _compute(spec: DiagonalSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Step ii: the region near the diagonals, united over a parameter, and the orders of polynomials compared.
+
+    Orders are compared on the states near the diagonals at the study's own parameters (fig. comparert, table TableDeltaErr).
+    """
+    bound: Near = plan.bound["diagonal"]
+    with plan.study.source.located(("diagonal",)):
+        region = diagonal_region(bound.filter, _swept(spec, plan, bound.grid))
+    own = plan.families[spec.family].surface(plan.system, bound.grid) if bound.own else result.surfaces[spec.family]
+    with plan.study.source.located(("diagonal", "orders")):
+        near = compare_deltas(bound.filter, own, spec.deltas, bound.orders)
+    orders = tuple((name, made.report) for name, made in near[0].maps.items())
+    return {"diagonal": region, "near": near, "orders": orders}
+
+
+def _swept(spec: DiagonalSection, plan: "Plan", grid: Grid) -> list[tuple[float, Surface]]:
+    """The family's surface for each value of the swept parameter."""
+    family = plan.families[spec.family]
+    if spec.sweep is None:
+        return [(float("nan"), family.surface(plan.system, grid))]
+    values = np.linspace(spec.sweep.low, spec.sweep.high, spec.sweep.points)
+    swept = []
+    for done, (value, found) in enumerate(sweep(plan.system, spec.sweep.parameter, values, grid, [family]), 1):
+        swept.append((value, found[spec.family]))
+        plan.told(done / spec.sweep.points)
+    return swept
+
+
+def near_diagonals(plan: "Plan", surface: Surface) -> tuple[dict[str, Surface], Box]:
+    """The part of a surface that is near the diagonals at the study's own parameters, and its hull."""
+    near = surface.restricted(attracting(plan.bound["diagonal"].filter, surface))
+    if len(near.start) < 2:
+        raise FitError(f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid")
+    hull = np.stack([near.start.min(axis=0), near.start.max(axis=0)], axis=1)
+    return {surface.name: near}, Box.of(surface.coordinates, hull)
+
+
+def _describe(spec: DiagonalSection, study: "Study") -> str:
+    over = f" over {spec.sweep.points} values of {spec.sweep.parameter}" if spec.sweep else ""
+    return f"{spec.family} within a factor {spec.delta:g} of the diagonals{over}"
+
+
+def _size(spec: DiagonalSection, study: "Study", system: "ImpactSystem") -> Size:
+    values, count = spec.sweep.points if spec.sweep else 1, states(spec.grid or study.grid)
+    fits = sum((fit_size(fit, count) for fit in spec.orders.values()), Size())
+    return surfaces_size(study, count, 1).times(values) + fits.times(1 + len(spec.deltas))
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    made = result.diagonal
+    if made is None:
+        return {}
+    return {"diagonal": {"box": made.box.tolist(), "states": len(made.start), "orders": _orders(result)}}
+
+
+def _orders(result: "StudyResult") -> list[dict[str, Any]]:
+    """The fits near the diagonals by delta and order; of a run that kept those of one delta alone, by order."""
+    if not result.near:
+        return [{"name": name} | report_numbers(report) for name, report in result.orders]
+    fits = [(near.delta, name, made.report) for near in result.near for name, made in near.maps.items()]
+    return [{"delta": delta, "name": name} | report_numbers(report) for delta, name, report in fits if report]
+
+
+DIAGONAL = Section[DiagonalSection](
+    key="diagonal",
+    type=DiagonalSection | None,
+    stored=Stored,
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+)

@@ -1,0 +1,215 @@
+"""The section `domains`: attracting domains of one map from one box each."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from nsmaps.arrays import Floats
+from nsmaps.errors import NsmapsError
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.polyfit import unwrapped
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.study.diagnostics import elsewhere, on_domain
+from nsmaps.study.estimates import UPDATE, Size
+from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
+from nsmaps.study.sections.base import Need, Section, Verdict
+from nsmaps.study.sections.diagonal import near_diagonals
+from nsmaps.study.sections.partition import attracting_of, is_of_partition
+from nsmaps.study.texts import finite, intervals
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.auxiliary.worst_case_limits import TwoCycle
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+
+class DomainSection(BaseModel):
+    """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
+
+    model_config = SPEC
+    name: Name
+    map: str
+    box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
+    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the best that the map allows, if omitted
+    updates: int = Field(11, ge=1)
+    grow: bool = False  #: start from the smallest box around this one that the map carries into itself
+    require: tuple[Literal["trapped", "settled"], ...] = ()
+
+
+Domains = tuple[DomainSection, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its domains."""
+
+    domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
+
+
+def _needs(spec: Domains) -> Iterator[Need]:
+    for number, domain in enumerate(spec):
+        if domain.box == DIAGONAL:
+            yield ("domains", number, "box"), f"the start box of the domain {domain.name!r}", "diagonal"
+
+
+def _check(spec: Domains, study: "Study") -> None:
+    study.once("domains", [domain.name for domain in spec])
+    fitted = [piece.name for piece in study.composite if piece.reset is None]
+    made = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
+    for number, domain in enumerate(spec):
+        if not is_of_partition(study, domain.map):
+            study.source.known(("domains", number, "map"), domain.map, ["exact", *made, *fitted], "map")
+
+
+def _bind(spec: Domains, binding: "Binding") -> dict[str, Box]:
+    """The start boxes of the domains that give one, by name."""
+    given = ((k, domain.name, domain.box) for k, domain in enumerate(spec))
+    return {name: binding.box(("domains", k, "box"), box) for k, name, box in given if not isinstance(box, str)}
+
+
+def _compute(spec: Domains, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The attracting domains, each of the map that the study names for it."""
+    domains = {}
+    for number, section in enumerate(spec):
+        with plan.study.source.located(("domains", number)):
+            told = plan.part(number, len(spec), section.updates)
+            domains[section.name] = _domain_of(plan, result, section, told)
+    return {"domains": domains}
+
+
+def _domain_of(
+    plan: "Plan", result: "StudyResult", section: DomainSection, progress: Callable[[int], None]
+) -> "AttractingDomain":
+    """The attracting domain that a section asks for, of the map that it names."""
+    pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
+    maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
+    if plan.study.partition is not None:
+        if result.partition is not None:
+            maps[ATTRACTING] = attracting_of(result.partition)
+        if section.map not in maps:
+            raise NsmapsError(f"the partition made no piece {section.map!r}; expected: {', '.join(maps)}")
+    printed = [piece.name for piece in plan.study.composite if piece.polynomial]
+    kind = "printed" if section.map in printed else "fitted"
+    of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
+    return _bounded(plan, section, maps[section.map], _start_box(plan, result, section), of, progress)
+
+
+def _start_box(plan: "Plan", result: "StudyResult", section: DomainSection) -> tuple[Floats, Floats | None]:
+    """The start box of a domain, shape (n, 2): as given, or around the states near the diagonals, with the nearest of them."""
+    boxes: dict[str, Box] = plan.bound["domains"]
+    if section.name in boxes:
+        return boxes[section.name].array, None
+    near, box = near_diagonals(plan, result.surfaces[plan.study.diagonal.family])
+    (surface,) = near.values()
+    start, image = unwrapped(surface)
+    return box.array, start[np.argmin(np.abs((image - start) / np.ptp(box.array, axis=1)).max(axis=1))]
+
+
+def _bounded(
+    plan: "Plan",
+    section: DomainSection,
+    map: Any,
+    start: tuple[Floats, Floats | None],
+    of: str,
+    progress: Callable[[int], None],
+) -> "AttractingDomain":
+    """The domain; one whose bounds are inflated by the held-out error of its map is an estimate for the exact map."""
+    from nsmaps.auxiliary.attracting_domain import attracting_domain
+    from nsmaps.auxiliary.bounds import held_out_error
+
+    box, around = start
+    how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around, "progress": progress}
+    if section.bounds == "inflated" and isinstance(map, PolyMap):
+        how |= {"error": held_out_error(map, plan.system, box), "of": f"exact map, by {of}"}
+    return attracting_domain(map, box, section.updates, **how)
+
+
+def _describe(spec: Domains, study: "Study") -> str:
+    return ", ".join(f"{each.name} (map {each.map}, {each.updates} updates)" for each in spec)
+
+
+def _size(spec: Domains, study: "Study", system: "ImpactSystem") -> Size:
+    """All updates that are asked for, though most domains come to rest before."""
+    of_pieces = {piece.name for piece in study.composite}
+    each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.updates for d in spec]
+    return Size(sum(each), 1e5 * float(sum(d.updates for d in spec)))
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}} if result.domains else {}
+
+
+def _domain(domain: "AttractingDomain") -> dict[str, Any]:
+    return {
+        "of": domain.of,
+        "boxes": [[finite(side) for side in box] for box in domain.boxes],
+        "trapped": bool(domain.trapped),
+        "settled": bool(domain.settled),
+        "status": domain.status,
+        "reason": domain.reason,
+        "two_cycle": [finite(pair) for pair in domain.two_cycle],
+        "part": list(domain.part),
+        "envelopes": [[envelope.kind for envelope in update.envelopes] for update in domain.updates],
+        "cycles": [_cycle(cycle) for cycle in domain.cycles],
+    }
+
+
+def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
+    """p and q of one coordinate, found twice, the largest difference, and within how much both are known."""
+    apart, within = finite([np.abs(cycle.iterated - cycle.roots).max(), cycle.accuracy])
+    p_and_q = {"iterated": finite(cycle.iterated), "roots": finite(cycle.roots), "slope": finite([cycle.slope])[0]}
+    found = {"stable": cycle.stable, "agree": cycle.agree, "apart": apart, "within": within}
+    return {"coordinate": str(cycle.coordinate), **p_and_q, **found}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    for section in result.study.domains:
+        domain = result.domains.get(section.name)
+        if domain is not None:
+            yield _verdict(section, domain, "trapped", domain.trapped, trapped_text(result, section, domain))
+            yield _verdict(section, domain, "settled", domain.settled, _settled(domain))
+
+
+def _verdict(section: DomainSection, domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
+    return Verdict(f"domain {section.name}: {claim}", domain.of, bool(holds), claim in section.require, text)
+
+
+def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:
+    """Why a domain is trapped, or what is at hand about why it is not."""
+    if domain.trapped:
+        held = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
+        return f"yes: {held}{elsewhere(result, domain)}"
+    return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
+
+
+def _settled(domain: "AttractingDomain") -> str:
+    if not domain.trapped:
+        return f"no: a box that is not trapped cannot settle ({domain.status})"
+    if not domain.settled:
+        return f"no: {domain.reason} ({domain.status})"
+    sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
+    box = intervals(domain.coordinates, domain.boxes[-1])
+    parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
+    return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
+
+
+DOMAINS = Section[Domains](
+    key="domains",
+    type=Domains,
+    default=(),
+    stored=Stored,
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)

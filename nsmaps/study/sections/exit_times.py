@@ -1,0 +1,111 @@
+"""The section `exit_times`: which part of the regions of the composite map the exact map leaves within how many returns."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, Field
+
+from nsmaps.errors import NsmapsError
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.estimates import Size, cover_size
+from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.sections.base import Need, Section, Table
+from nsmaps.study.texts import finite
+
+if TYPE_CHECKING:
+    from nsmaps.cells.exit_times import Transient
+    from nsmaps.cells.periodic_points import CycleSearch
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+
+class ExitTimesSection(BaseModel):
+    """Which part of each piece's region the exact map leaves, and takes to the closed set of `morse`, within how many returns."""
+
+    model_config = SPEC
+    box: Bounds
+    depth: int = Field(3, ge=0, le=12)
+    cells: int = Field(32, ge=1)
+    period: int | None = Field(None, ge=1, le=12)  #: cycles up to it are looked for in the window
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of exit times."""
+
+    cycles: "CycleSearch | None" = None  #: of the window of the transient regions
+    transient: "Transient | None" = None
+
+
+def _needs(spec: ExitTimesSection) -> Iterator[Need]:
+    yield ("exit_times",), "'exit_times'", "composite"
+
+
+def _bind(spec: ExitTimesSection, binding: "Binding") -> Box:
+    return binding.box(("exit_times", "box"), spec.box)
+
+
+def _compute(spec: ExitTimesSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """What of the regions of the composite map is left and arrives, and the cycles up to a period."""
+    from nsmaps.cells.exit_times import transient
+    from nsmaps.cells.periodic_points import find_cycles
+
+    window = plan.bound["exit_times"].array
+    target = result.trap if result.trap is not None and result.trap.trapped else None
+    how = spec.depth, spec.cells
+    with plan.study.source.located(("exit_times",)):
+        if result.composite is None:
+            raise NsmapsError("strips have no regions; expected: a 'composite' map, or a 'partition' of closed forms")
+        searched = plan.levels(0, 2, spec.depth)
+        found = find_cycles(plan.system, window, spec.period, *how, progress=searched) if spec.period else None
+        cycles, told = found.cycles if found else (), plan.levels(1, 2, spec.depth)
+        made = transient(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=told)
+    return {"cycles": found, "transient": made}
+
+
+def _describe(spec: ExitTimesSection, study: "Study") -> str:
+    return f"{spec.cells} cells an axis, halved {spec.depth} times"
+
+
+def _size(spec: ExitTimesSection, study: "Study", system: "ImpactSystem") -> Size:
+    return cover_size(spec.cells, len(system.coordinates), spec.depth)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    sections: dict[str, Any] = {}
+    if result.cycles is not None:
+        states = [[finite(state) for state in cycle.states] for cycle in result.cycles.cycles]
+        sections["cycles"] = {"coverage": result.cycles.coverage, "states": states}
+    if result.transient is not None:
+        sections["transient"] = [
+            {name: finite([value])[0] if isinstance(value, float) else value for name, value in asdict(row).items()}
+            for row in result.transient.rows
+        ]
+    return sections
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """What is left of each region, and how complete the search for cycles is."""
+    if result.transient is not None:
+        title = f"Transient regions of the {result.transient.of}, by enclosure"
+        yield Table(title, (), (), (result.transient.table(),))
+    if result.cycles is not None:
+        yield Table("", (), (), (result.cycles.coverage,))
+
+
+EXIT_TIMES = Section[ExitTimesSection](
+    key="exit_times",
+    was="transient",
+    type=ExitTimesSection | None,
+    stored=Stored,
+    needs=_needs,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    tables=_tables,
+)

@@ -1,0 +1,99 @@
+"""The section `morse`: what the exact map does for ever within a window, by enclosure."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import count
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import BaseModel, Field
+
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.estimates import Size, cover_size
+from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.sections.base import Section, Verdict
+from nsmaps.study.texts import intervals, yes
+
+if TYPE_CHECKING:
+    from nsmaps.cells.morse_sets import MorseCover, Trap
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+
+class MorseSection(BaseModel):
+    """What the exact map does for ever within a window: a cover by cells, halved `depth` times."""
+
+    model_config = SPEC
+    box: Bounds
+    depth: int = Field(4, ge=0, le=12)
+    cells: int = Field(8, ge=1)  #: an axis, of the first level
+    require: tuple[Literal["trapped"], ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its cover."""
+
+    morse: "MorseCover | None" = None  #: what stays in a window, by enclosure of the exact map
+    trap: "Trap | None" = None  #: the closed set about the first minimal component of it
+
+
+def _bind(spec: MorseSection, binding: "Binding") -> Box:
+    return binding.box(("morse", "box"), spec.box)
+
+
+def _compute(spec: MorseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """A cover of what stays in a window, and the closed set about its first minimal component."""
+    from nsmaps.cells.morse_sets import morse_sets, trap
+
+    told = plan.levels(0, 1, spec.depth)
+    with plan.study.source.located(("morse",)):
+        window, levels = plan.bound["morse"].array, count()
+        cover = morse_sets(plan.system, window, spec.depth, spec.cells, progress=lambda _: told(next(levels)))
+    if not cover.finished:  # by Ctrl-C: a run that goes on begins this step anew
+        raise KeyboardInterrupt
+    return {"morse": cover, "trap": trap(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
+
+
+def _describe(spec: MorseSection, study: "Study") -> str:
+    return f"{spec.cells} cells an axis, halved {spec.depth} times"
+
+
+def _size(spec: MorseSection, study: "Study", system: "ImpactSystem") -> Size:
+    return cover_size(spec.cells, len(system.coordinates), spec.depth)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """The hulls of the components, which may be reached from which, and which are minimal."""
+    cover = result.morse
+    if cover is None:
+        return {}
+    cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
+    edges, minimal = cover.edges.tolist(), list(cover.minimal)
+    return {"morse": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    section, cover, held = result.study.morse, result.morse, result.trap
+    if section is None or cover is None:
+        return
+    text = "no orbit stays in the window"
+    if held is not None:
+        hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
+        text = f"{held.reason}; {hull}" if held.trapped else held.reason
+    holds = held is not None and held.trapped
+    yield Verdict("morse: trapped", cover.of, holds, "trapped" in section.require, f"{yes(holds)}: {text}")
+
+
+MORSE = Section[MorseSection](
+    key="morse",
+    type=MorseSection | None,
+    stored=Stored,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)

@@ -1,0 +1,167 @@
+"""The section `noise`: the exact map under Ornstein-Uhlenbeck forcing."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.words import encode
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.estimates import COPIES, NOISY, STORED, Size
+from nsmaps.study.reading.values import SPEC, Name, Range
+from nsmaps.study.sections.base import Section
+from nsmaps.study.texts import each_text, plain, returns_text
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.dynamics.noise.residence import Residence
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
+
+
+class ImpactsSection(Range):
+    """The impacts of the exact map over a parameter, down and up, without noise and with noise of this size."""
+
+    was: ClassVar = {"transient": "discard"}
+    sigma: Number = Field(gt=0)
+    returns: int = Field(40, ge=1)
+    discard: int = Field(300, ge=0)
+
+
+class NoiseSection(BaseModel):
+    """Ornstein-Uhlenbeck forcing: residence in motions for each of its sizes, and impacts over a parameter."""
+
+    model_config = SPEC
+    sigma: tuple[Number, ...] = Field(min_length=1)
+    tau: Number = Field(gt=0)
+    start: dict[str, Number]
+    returns: int = Field(2000, ge=1)
+    realisations: int = Field(16, ge=1)
+    seed: int = Field(0, ge=0)
+    step: Number | None = Field(None, gt=0)
+    modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
+    hold: int = Field(12, ge=1)
+    impacts: ImpactsSection | None = None
+
+    @model_validator(mode="after")
+    def _in_bounds(self) -> Self:
+        if min(self.sigma) < 0:
+            raise ValueError(f"a noise of size {min(self.sigma):g}; expected: zero or more")
+        if self.step is not None and self.step > self.tau:
+            raise ValueError(f"a step of {self.step:g}; expected: at most tau = {self.tau:g}")
+        longest = max(map(len, self.modes.values()))
+        if not all(self.modes.values()) or self.hold < longest:
+            raise ValueError(f"hold is {self.hold}; expected: motions of one or more words, held for {longest} returns or more")
+        return self
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoiseResult:
+    """What noise of each of its sizes does."""
+
+    sigma: tuple[float, ...]
+    stays: "tuple[Residence, ...]"  #: one a size
+    ended: tuple[dict[str, int], ...]  #: one a size: how many realisations ended, by outcome
+    impacts: "tuple[ImpactDiagram, ...]" = ()  #: down without and with noise, up without and with noise
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of noise."""
+
+    noise: NoiseResult | None = None
+
+
+def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
+    """The start, of shape (n,); there must be the words of the motions, and the parameter."""
+    for name, words in spec.modes.items():
+        with binding.study.source.located(("noise", "modes", name)):
+            for word in words:
+                encode(word, binding.system.wall_names)
+    if along := spec.impacts:
+        binding.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
+    return binding.start(("noise", "start"), spec.start)
+
+
+def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The residence in motions for each size of the noise, and the impacts over a parameter."""
+    from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+    from nsmaps.dynamics.noise.residence import residence
+
+    stays, ended = [], []
+    with plan.study.source.located(("noise",)):
+        for number, sigma in enumerate(spec.sigma):
+            noise = Noise(sigma=sigma, tau=spec.tau)
+            how = spec.returns, noise, spec.realisations, spec.seed, spec.step
+            made = noisy_orbits(plan.system, plan.bound["noise"], *how, keep=plan.kept(f"sigma-{number}"))
+            stays.append(residence(made.words, made.time, spec.modes, spec.hold))
+            ended.append(made.ended())
+        impacts = _impacts(spec, spec.impacts, plan) if spec.impacts else ()
+        return {"noise": NoiseResult(spec.sigma, tuple(stays), tuple(ended), impacts)}
+
+
+def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan") -> "tuple[ImpactDiagram, ...]":
+    """Down and up, each without noise and with it."""
+    from nsmaps.dynamics.diagrams.impacts import impact_diagram
+    from nsmaps.dynamics.noise.orbits import Noise
+
+    values = np.linspace(section.low, section.high, section.points)
+    sizes = Noise(sigma=0.0, tau=spec.tau), Noise(sigma=section.sigma, tau=spec.tau)
+    how = section.returns, section.discard, spec.seed, spec.step
+    along, start = Along(plan.system, section.parameter), plan.bound["noise"]
+    return tuple(
+        impact_diagram(along, values, start, size, follow, *how, keep=plan.kept("impacts", follow, str(number)))
+        for follow in DOWN_AND_UP
+        for number, size in enumerate(sizes)
+    )
+
+
+def _describe(spec: NoiseSection, study: "Study") -> str:
+    sizes = f"{len(spec.sigma)} sizes, {spec.realisations} realisations of {spec.returns} returns each"
+    returns = len(spec.sigma) * spec.realisations * spec.returns
+    if (along := spec.impacts) is None:
+        return f"{sizes}; {returns_text(returns)}"
+    more = 4 * along.points * (along.discard + along.returns)
+    return f"{sizes}, and impacts at {each_text(along)}; {returns_text(returns + more)}"
+
+
+def _size(spec: NoiseSection, study: "Study", system: "ImpactSystem") -> Size:
+    usual = min(float(system.period()) / 100, spec.tau / 10)
+    one = Size(NOISY * max(1.0, usual / (spec.step or usual)), COPIES * STORED)
+    found = one.times(float(spec.returns) * spec.realisations * len(spec.sigma))
+    if (along := spec.impacts) is not None:
+        kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.returns)
+        found += kept + Size(one.seconds).times(4.0 * along.points * (along.discard + along.returns))
+    return found
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """A row a size of the noise."""
+    made = result.noise
+    if made is None:
+        return {}
+    rows: list[dict[str, Any]] = []
+    for sigma, stay, ended in zip(made.sigma, made.stays, made.ended, strict=True):
+        row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
+        tables = {name: plain(getattr(stay, name)) for name in ("share", "mean", "rates", "rates_error")}
+        rows.append(row | tables | {"unknown": stay.unknown, "ended": ended})
+    return {"noise": rows}
+
+
+NOISE = Section[NoiseSection](
+    key="noise",
+    type=NoiseSection | None,
+    stored=Stored,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+)

@@ -1,0 +1,119 @@
+"""The section `parametric`: the composite map as a function of a parameter."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.reduced.composite.parametric import ParametricMap, chebyshev_nodes, parametric_map, report_on
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.estimates import Size
+from nsmaps.study.reading.values import SPEC, in_order
+from nsmaps.study.sections.base import Need, Section, Verdict
+from nsmaps.study.sections.composite import pieces_size, refits
+from nsmaps.study.sections.surfaces import grid_size
+from nsmaps.study.texts import finite, yes
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+
+class ParametricSection(BaseModel):
+    """The composite map with coefficients that are polynomials of a parameter, from its values at Chebyshev nodes."""
+
+    model_config = SPEC
+    parameter: str
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    order: int = Field(4, ge=0, le=20)
+    nodes: int | None = Field(None, ge=1, le=100)  #: twice the order and one if omitted
+    require: tuple[Literal["follows"], ...] = ()
+    _in_order = model_validator(mode="after")(in_order)
+
+    @model_validator(mode="after")
+    def _enough(self) -> Self:
+        if self.nodes is not None and self.nodes <= self.order:
+            raise ValueError(f"{self.nodes} nodes for order {self.order}; expected: more nodes than the order")
+        return self
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its parametric map."""
+
+    parametric: "ParametricMap | None" = None
+
+
+def _needs(spec: ParametricSection) -> Iterator[Need]:
+    yield ("parametric",), "'parametric'", "composite"
+
+
+def _bind(spec: ParametricSection, binding: "Binding") -> None:
+    binding.swept_values(("parametric",), spec.parameter, (spec.low, spec.high))
+
+
+def _compute(spec: ParametricSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Made from the maps at its nodes, held against refits half-way between them."""
+    ends = (spec.low, spec.high)
+    nodes = chebyshev_nodes(*ends, spec.nodes or 2 * spec.order + 1)
+    with plan.study.source.located(("parametric",)):
+        first, then = plan.part(0, 2, len(nodes)), plan.part(1, 2, len(nodes) + 1)
+        at_nodes = {value: composite for value, composite, _ in refits(plan, spec.parameter, nodes, first)}
+        made = parametric_map(at_nodes, spec.parameter, *ends, spec.order)
+        held = refits(plan, spec.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), then)
+        return {"parametric": replace(made, report=report_on(made, held) if held[0][2] else None)}
+
+
+def _describe(spec: ParametricSection, study: "Study") -> str:
+    return f"order {spec.order} in {spec.parameter} from {spec.low:g} to {spec.high:g}"
+
+
+def _size(spec: ParametricSection, study: "Study", system: "ImpactSystem") -> Size:
+    nodes, pieces = spec.nodes or 2 * spec.order + 1, pieces_size(study)
+    return (grid_size(study) + Size(seconds=pieces.seconds)).times(2 * nodes + 1) + Size(memory=pieces.memory)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """Its largest errors over all values held out, one of each output, by piece."""
+    made = result.parametric
+    if made is None:
+        return {}
+    report = made.report
+    worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "apart")}
+    names = () if report is None else report.names
+    pieces = {name: {key: finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
+    ends = {"parameter": made.parameter, "from": made.low, "to": made.high, "condition": made.condition}
+    held = [] if report is None else report.values.tolist()
+    return {"parametric": ends | {"nodes": made.nodes.tolist(), "held_out": held, "pieces": pieces}}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    made, section = result.parametric, result.study.parametric
+    if made is None or section is None or made.report is None or not made.report.names:
+        return
+    report = made.report
+    share = report.apart / report.refit
+    k, h, i = np.unravel_index(np.argmax(share), share.shape)
+    apart = f"{report.apart[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
+    where = f"at worst ({made.coordinates[i]} of {report.names[k]} at {made.parameter} = {report.values[h]:.4g})"
+    text = f"{yes(report.follows)}: {where} {apart}; {len(report.values)} values held out"
+    yield Verdict("parametric: follows", "parametric map", report.follows, "follows" in section.require, text)
+
+
+PARAMETRIC = Section[ParametricSection](
+    key="parametric",
+    type=ParametricSection | None,
+    stored=Stored,
+    needs=_needs,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)

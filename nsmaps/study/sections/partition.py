@@ -1,0 +1,163 @@
+"""The section `partition`: the map in place of the exact one, made by itself from a tolerance."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.reduced.partition.partition import Partition, PartitionResult, partition
+from nsmaps.reduced.validation.speed import speeds
+from nsmaps.study.reading.values import ATTRACTING
+from nsmaps.study.sections.base import Need, Section, Table, Verdict
+from nsmaps.study.sections.composite import MAP, judged
+from nsmaps.study.texts import finite, yes
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.adaptive.accurate import AccurateResult
+    from nsmaps.reduced.fit.polymap import PolyMap
+    from nsmaps.reduced.validation.speed import Speed
+    from nsmaps.study.binding import Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+MET = "partition: tolerance met"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its partition, beside the composite map that it makes."""
+
+    partition: "PartitionResult | None" = None  #: how the composite map was found, if the study has a partition
+    accurate: "AccurateResult | None" = None  #: the same of the kind `accurate`, in place of a composite map
+    speed: "Speed | None" = None  #: of the composite map that a partition made, beside the exact one
+
+
+def _stands_for(spec: Partition) -> tuple[str, ...]:
+    return ("families",) if spec.kind == "accurate" else ("families", "composite")
+
+
+def _needs(spec: Partition) -> Iterator[Need]:
+    yield ("partition",), "'partition'", "grid"
+
+
+def _check(spec: Partition, study: "Study") -> None:
+    if study.composite:
+        text = "'partition' makes the pieces of 'composite'; expected: one of the two"
+        raise study.source.error(("partition",), text)
+
+
+def is_of_partition(study: "Study", map: str) -> bool:
+    """Whether the map of a domain is that of pieces which the partition names, as R1; whether there is one, the run shows."""
+    return study.partition is not None and (map == ATTRACTING or bool(re.fullmatch(r"R\d+", map)))
+
+
+def attracting_of(made: PartitionResult) -> "PolyMap | CompositeMap":
+    """The polynomials of the attracting piece, or the composite map of several."""
+    attracting = made.attracting_map
+    return attracting.pieces[0].map if len(attracting.pieces) == 1 else attracting
+
+
+def _compute(spec: Partition, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Steps ii to vii by themselves."""
+    grid = plan.bound["grid"]
+    with plan.study.source.located(("partition",)):
+        box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
+        made = partition(plan.system, grid, spec, lambda done, most: plan.told(done / most))
+    if not isinstance(made, PartitionResult):
+        return {"accurate": made, "speed": speeds(plan.system, made.map(plan.system), box)}
+    speed = speeds(plan.system, made.composite, box)
+    return {"partition": made, "composite": made.composite, "speed": speed, **judged(plan, result, made.composite)}
+
+
+def _describe(spec: Partition, study: "Study") -> str:
+    return f"{spec.kind}, tolerance {spec.tolerance:g}"
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    sections: dict[str, Any] = {}
+    if result.partition is not None:
+        sections["partition"] = _reached(result.partition)
+    if (strips := result.accurate) is not None:
+        errors = {"uniform": asdict(strips.uniform), "beside": asdict(strips.beside)}
+        sections["partition"] = {"met": strips.met, **errors, "report": asdict(strips.strips.report)}
+    if result.speed is not None:
+        sections["speed"] = asdict(result.speed) | {"faster": result.speed.faster}
+    return sections
+
+
+def _reached(made: PartitionResult) -> dict[str, Any]:
+    """What the general algorithm reached, and its log as a table."""
+    rows = [asdict(row) | {key: finite(getattr(row, key)) for key in ("r2", "sse", "max_error")} for row in made.log]
+    error, right_next = finite([made.max_error, made.right_next])
+    return {
+        "tolerance": made.spec.tolerance,
+        "met": made.met,
+        "attracting": list(made.attracting),
+        "unmet": list(made.unmet),
+        "max_error": error,
+        "held_out": made.points,
+        "covered": made.covered,
+        "uncovered": made.uncovered,
+        "right_next": right_next,
+        "arrives": dict(zip(("exact", "composite"), made.arrives, strict=True)),
+        "log": rows,
+    }
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    required = "tolerance" in result.study.require
+    if (made := result.partition) is not None:
+        yield Verdict(f"{MET} in the attracting regions", MAP, made.met, required, f"{yes(made.met)}: {made.reason}")
+        yield Verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(made))
+    if (strips := result.accurate) is not None:
+        yield Verdict(f"{MET} everywhere (held out)", MAP, strips.met, required, _errors(strips))
+    if (speed := result.speed) is not None:
+        text = f"{yes(speed.faster)}: {speed.text}"
+        yield Verdict("partition: clearly faster than the exact map", MAP, speed.faster, False, text)
+
+
+def _arrive(made: PartitionResult) -> tuple[bool, bool, str]:
+    exact, composite = made.arrives
+    holds = bool(made.attracting) and composite >= exact
+    shares = f"{100 * composite:.3g} % of random starts end there, under the exact map {100 * exact:.3g} %"
+    return holds, False, f"{yes(holds)}: {shares}"
+
+
+def _errors(made: "AccurateResult") -> str:
+    where = zip(("over the box", "beside edges"), (made.uniform, made.beside), strict=True)
+    errors = [
+        f"{e.largest:.2g} at {e.points - e.by_exact_map} states {place} ({e.over or 'none'} over the tolerance)"
+        for place, e in where
+    ]
+    share = f"the exact map answers for {made.strips.report.exact_share:.2g} of the area"
+    return f"{yes(made.met)}: largest error {' and '.join(errors)}; {share}"
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The regions that a partition ended with."""
+    if result.partition is None:
+        return
+    error = "largest error of " + ", ".join(f"{name}'" for name in result.system.coordinates)
+    rows = []
+    for row in result.partition.table():
+        largest, share = " ".join(f"{value:.2g}" for value in row.max_error), f"{100 * row.share:.3g} %"
+        rows.append((row.name, row.role, row.word, share, row.order, str(row.terms), largest, row.became.partition(":")[0]))
+    yield Table("Partition", ("region", "role", "word", "share", "order", "terms", error, ""), tuple(rows))
+
+
+PARTITION = Section[Partition](
+    key="partition",
+    type=Partition | None,
+    stored=Stored,
+    stands_for=_stands_for,
+    needs=_needs,
+    check=_check,
+    compute=_compute,
+    describe=_describe,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)

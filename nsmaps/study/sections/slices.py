@@ -1,0 +1,75 @@
+"""The section `slices`: first returns along one coordinate, the others held."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, Field
+
+from nsmaps.exact.surfaces.slice import slice_along
+from nsmaps.exact.surfaces.surface import Axis
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.estimates import COPIES, RETURN, STATE, Size, states
+from nsmaps.study.reading.locations import Loc
+from nsmaps.study.reading.values import SPEC, Span
+from nsmaps.study.sections.base import Section
+
+if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.slice import Slice
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+Cut = tuple[str, Axis, dict[str, float]]  #: which coordinate runs, its values, what the others are held at
+
+
+class SliceSection(BaseModel):
+    """First returns along one coordinate, the others held."""
+
+    model_config = SPEC
+    at: dict[str, Number]
+    along: dict[str, Span] = Field(min_length=1, max_length=1)
+
+
+Slices = tuple[SliceSection, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its slices."""
+
+    slices: "tuple[Slice, ...]" = ()  #: first returns along one coordinate
+
+
+def _bind(spec: Slices, binding: "Binding") -> tuple[Cut, ...]:
+    return tuple(_cut(("slices", number), section, binding) for number, section in enumerate(spec))
+
+
+def _cut(loc: Loc, section: SliceSection, binding: "Binding") -> Cut:
+    """Every coordinate must run or be held, and none both."""
+    ((along, span),) = binding.some_coordinates((*loc, "along"), section.along).items()
+    binding.some_coordinates((*loc, "at"), section.at)
+    coordinates = binding.system.coordinates
+    if {along, *section.at} != set(coordinates) or along in section.at:
+        others = ", ".join(name for name in coordinates if name != along)
+        raise binding.study.source.error((*loc, "at"), f"{along!r} runs along the slice; expected in 'at': all of {others}")
+    return along, binding.axis((*loc, "along", along), span), dict(section.at)
+
+
+def _compute(spec: Slices, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Cuts through the surfaces of step i."""
+    return {"slices": tuple(slice_along(plan.system, *cut) for cut in plan.bound["slices"])}
+
+
+def _describe(spec: Slices, study: "Study") -> str:
+    return f"{len(spec)} of the exact map"
+
+
+def _size(spec: Slices, study: "Study", system: "ImpactSystem") -> Size:
+    points = sum(states(section.along) for section in spec)
+    return Size(RETURN * points, COPIES * STATE * points)
+
+
+SLICES = Section[Slices](
+    key="slices", type=Slices, default=(), stored=Stored, bind=_bind, compute=_compute, describe=_describe, size=_size
+)

@@ -1,0 +1,119 @@
+"""The sections `grid` and `families`: first returns of all states of a grid, and the return surfaces among them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.exact.surfaces.compose import most_returns
+from nsmaps.exact.surfaces.family import LONG, WordFamily, is_pattern, letters_of
+from nsmaps.exact.surfaces.surface import Grid, surfaces_among
+from nsmaps.exact.words import LONGER, encode
+from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
+from nsmaps.study.reading.values import Name, Span
+from nsmaps.study.sections.base import Need, Section
+from nsmaps.study.texts import grid_text
+
+if TYPE_CHECKING:
+    from nsmaps.exact.returns import Returns
+    from nsmaps.exact.surfaces.surface import Surface
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Binding, Plan
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+Spans = dict[str, Span]
+Families = dict[Name, tuple[str, ...]]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """What a run keeps of its grid."""
+
+    returns: "Returns | None" = None  #: the first returns of every state of the grid, of any word and outcome
+    surfaces: "dict[str, Surface]" = field(default_factory=dict)
+
+
+def _grid(spans: Spans, binding: "Binding") -> Grid:
+    return binding.grid(("grid",), spans)
+
+
+def _compute(spans: Spans, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Step i: every state's first return over the grid, and the surfaces of the families among them."""
+    grid: Grid = plan.bound["grid"]
+    returns = plan.system.first_return(grid.states())
+    families = list(plan.families.values())
+    if plan.study.partition and not families:
+        words = [word for word in np.unique(returns.words[returns.valid]).tolist() if LONGER not in word]
+        families = [WordFamily(name=word, words=(word,)) for word in words]
+    return {"returns": returns, "surfaces": surfaces_among(plan.system, returns, grid, families)}
+
+
+def _describe(spans: Spans, study: "Study") -> str:
+    return f"{', '.join(study.families) or 'words'} over {grid_text(spans)}"
+
+
+def surfaces_size(study: "Study", count: float, families: int) -> Size:
+    """The surfaces of some families over so many states."""
+    words = [word for family in study.families.values() for word in family]
+    longest = max((LONG if is_pattern(word) else most_returns(word) for word in words), default=1)
+    return Size(RETURN * count * longest, count * (STATE + COPIES * MEMBER * families))
+
+
+def grid_size(study: "Study") -> Size:
+    """The surfaces of all families of a study over its grid."""
+    return surfaces_size(study, states(study.grid), max(1, len(study.families)))
+
+
+def _size(spans: Spans, study: "Study", system: "ImpactSystem") -> Size:
+    return grid_size(study)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    if result.returns is None:
+        return {}
+    words, counts = np.unique(result.returns.words, return_counts=True)
+    about = {
+        "states": len(result.returns),
+        "outcomes": result.returns.counts(),
+        "words": dict(zip(words.tolist(), counts.tolist(), strict=True)),
+        "families": {name: len(surface.returns) for name, surface in result.surfaces.items()},
+    }
+    return {"returns": about}
+
+
+def bind_family(name: str, words: Sequence[str], binding: "Binding") -> WordFamily:
+    """A family, whose words must be returns of the system."""
+    walls, source = binding.system.wall_names, binding.study.source
+    for number, word in enumerate(words):
+        loc = ("families", name, number)
+        with source.located(loc):
+            encode(letters_of(word), walls)
+        if not (letters_of(word).startswith(walls[0]) and len(word) > 1):
+            accepted = f"expected: words that begin on the base wall {walls[0]!r} and end on it or in its release"
+            raise source.error(loc, f"the word {word!r} is no return; {accepted}")
+    with source.located(("families", name), WordFamily, words=""):
+        return WordFamily(name=name, words=tuple(words))
+
+
+def _families(families: Families, binding: "Binding") -> dict[str, WordFamily]:
+    return {name: bind_family(name, words, binding) for name, words in families.items()}
+
+
+def _needs(families: Families) -> Iterator[Need]:
+    yield ("families",), "'families'", "grid"
+
+
+GRID = Section[Spans](
+    key="grid",
+    type=Spans | None,
+    step="surfaces",
+    stored=Stored,
+    bind=_grid,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+)
+FAMILIES = Section[Families](key="families", type=Families, default={}, needs=_needs, bind=_families)

@@ -1,0 +1,1 @@
+"""Runs on disk: results as plain data, run folders, checkpoints."""

@@ -1,0 +1,142 @@
+"""Results as plain data and back: dataclasses, named tuples and specs of nsmaps as JSON, their arrays apart under readable names.
+
+Only classes of nsmaps are ever made from a file, and a file's text is never evaluated.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from nsmaps.coordinates import Angle
+from nsmaps.errors import NsmapsError
+
+KIND = "$"  #: the key that marks what is not plain JSON
+STORED = {  #: the classes that a file may name, by module; a class may move to another module, its name stays as it is
+    "cells.grid": ("Cells",),
+    "cells.morse_sets": ("Level", "MorseCover", "Trap"),
+    "auxiliary.attracting_domain": ("AttractingDomain",),
+    "auxiliary.envelope": ("Envelope",),
+    "cells.periodic_points": ("CycleSearch",),
+    "cells.exit_times": ("Transient",),
+    "auxiliary.worst_case_limits": ("TwoCycle",),
+    "auxiliary.worst_case": ("Update",),
+    "dynamics.attractors.attractor": ("Attractor",),
+    "dynamics.attractors.basins": ("Basins", "Boundary"),
+    "dynamics.diagrams.bifurcation": ("Bifurcation",),
+    "dynamics.attractors.ending": ("Ending",),
+    "dynamics.continuation.events": ("Event",),
+    "dynamics.diagrams.impacts": ("ImpactDiagram",),
+    "dynamics.lyapunov": ("Lyapunov", "LyapunovSweep"),
+    "dynamics.noise.orbits": ("Noise",),
+    "dynamics.orbit": ("Orbit",),
+    "dynamics.periodic": ("PeriodicOrbit",),
+    "dynamics.noise.residence": ("Residence",),
+    "dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram"),
+    "dynamics.continuation.branch": ("Branch",),
+    "exact.returns": ("Impacts", "Margin", "Returns"),
+    "exact.surfaces.slice": ("Slice",),
+    "exact.surfaces.surface": ("Axis", "Grid", "Surface"),
+    "exact.trajectory": ("Track",),
+    "reduced.adaptive.accurate": ("AccurateResult",),
+    "reduced.composite.composite": ("CompositeMap", "Coverage", "Piece"),
+    "reduced.fit.filter_errors": ("NearDiagonals",),
+    "reduced.fit.filter": ("Diagonal", "DiagonalRegion"),
+    "reduced.adaptive.validate": ("HeldOut",),
+    "reduced.validation.words": ("Misleads",),
+    "reduced.composite.parametric": ("ParametricMap", "ParametricReport"),
+    "reduced.partition.partition": ("LogRow", "Partition", "PartitionResult"),
+    "reduced.fit.polymap": ("FitReport", "PolyMap"),
+    "reduced.composite.printed": ("PrintedMap",),
+    "reduced.conditions.region": ("Box", "Where"),
+    "reduced.adaptive.slabs": ("Slab",),
+    "reduced.validation.speed": ("Speed",),
+    "reduced.adaptive.kernel": ("Tables",),
+    "reduced.adaptive.surrogate": ("StripReport", "Strips"),
+    "study.sections.noise": ("NoiseResult",),
+    "study.sections.orbits": ("OrbitPair",),
+}
+HOME = {name: f"nsmaps.{module}" for module, names in STORED.items() for name in names}
+Arrays = dict[str, NDArray[Any]]
+
+
+def encode(value: Any, path: str, arrays: Arrays) -> Any:
+    """The value as JSON; its arrays are put into `arrays` under their path in it, such as `domains/fitted/boxes`."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or isinstance(value, bool | int) or type(value) is str:
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else {KIND: "float", "value": str(value)}
+    if isinstance(value, Angle):
+        return {KIND: "angle", "value": str(value)}
+    if isinstance(value, np.ndarray):
+        arrays[path] = value
+        return {KIND: "array", "value": path}
+    if isinstance(value, list | tuple) and not is_ours(type(value)):
+        items = [encode(item, f"{path}/{_label(item, number)}", arrays) for number, item in enumerate(value)]
+        return items if isinstance(value, list) else {KIND: "tuple", "value": items}
+    if isinstance(value, Mapping):
+        pairs = [[encode(k, "", arrays), encode(v, f"{path}/{k}", arrays)] for k, v in value.items()]
+        return {KIND: "dict", "value": pairs}
+    return {KIND: _stored_name(value)} | {k: encode(v, f"{path}/{k}", arrays) for k, v in _members(value).items()}
+
+
+def decode(data: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    """The value of an encoded one."""
+    if isinstance(data, list):
+        return [decode(item, arrays) for item in data]
+    if not isinstance(data, dict):
+        return data
+    kind = data[KIND]
+    if kind == "float":
+        return float(data["value"])
+    if kind == "angle":
+        return Angle(data["value"])
+    if kind == "array":
+        return arrays[data["value"]]
+    if kind == "tuple":
+        return tuple(decode(item, arrays) for item in data["value"])
+    if kind == "dict":
+        return {decode(key, arrays): decode(value, arrays) for key, value in data["value"]}
+    return stored_class(kind)(**{key: decode(value, arrays) for key, value in data.items() if key != KIND})
+
+
+def _label(item: Any, number: int) -> str:
+    """An item's own name, where it has one, else its number."""
+    name = _members(item).get("name") if is_dataclass(item) else None
+    return name if isinstance(name, str) else str(number)
+
+
+def _members(value: Any) -> dict[str, Any]:
+    if isinstance(value, BaseModel):
+        return dict(value)
+    if isinstance(value, tuple):  # a named one
+        return dict(zip(type(value).__annotations__, value, strict=True))
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
+def _stored_name(value: Any) -> str:
+    cls = type(value)
+    if HOME.get(cls.__name__) != cls.__module__:
+        name = f"{cls.__module__}.{cls.__name__}"
+        raise NsmapsError(f"{name} cannot be kept in a file; expected: results and specs of nsmaps")
+    return cls.__name__
+
+
+def stored_class(stored: str) -> Any:
+    """The class of a stored name; before it was the name alone, a module and a colon stood before it."""
+    name = stored.rpartition(":")[2]
+    if name not in HOME:
+        raise NsmapsError(f"a result's file names the class {stored!r}; expected: results and specs of nsmaps")
+    return getattr(import_module(HOME[name]), name)
+
+
+def is_ours(cls: type) -> bool:
+    """Whether a class is a dataclass, a pydantic model or a named tuple of nsmaps."""
+    return is_dataclass(cls) or issubclass(cls, BaseModel) or (issubclass(cls, tuple) and cls.__module__.startswith("nsmaps."))

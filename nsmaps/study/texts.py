@@ -1,0 +1,72 @@
+"""Numbers as JSON knows them, and as text: intervals, states, counts of returns."""
+
+from collections.abc import Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from math import floor, log10
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+
+if TYPE_CHECKING:
+    from nsmaps.study.reading.values import Range, Span
+
+EXACT = "exact map"
+
+
+def finite(values: Any) -> list[float | None]:
+    """Numbers that JSON knows, shape (n,): None where there is none."""
+    return [float(x) if np.isfinite(x) else None for x in values]
+
+
+def plain(table: Floats) -> Any:
+    """An array of any shape as lists of numbers that JSON knows: None where there is none."""
+    kept = np.asarray(table, float).astype(object)
+    kept[~np.isfinite(table)] = None
+    return kept.tolist()
+
+
+def yes(holds: object) -> str:
+    """How the text of a verdict begins."""
+    return "yes" if holds else "no"
+
+
+def point(coordinates: Sequence[str], state: Floats) -> str:
+    """One state, shape (n,), as `(v = 0.8, phi = 0.3)`."""
+    return "(" + ", ".join(f"{name} = {x:.5g}" for name, x in zip(coordinates, state, strict=True)) + ")"
+
+
+def intervals(coordinates: Sequence[str], box: Floats, inward: bool = False) -> str:
+    """Intervals, one a coordinate, rounded to a hundredth of their width or finer: a claim that is printed holds.
+
+    Outwards for what orbits stay in, inwards for what they start in.
+    """
+    parts, ways = [], (ROUND_CEILING, ROUND_FLOOR) if inward else (ROUND_FLOOR, ROUND_CEILING)
+    for name, (low, high) in zip(coordinates, box, strict=True):
+        wide, large = high - low, max(abs(low), abs(high))
+        places = 3 - floor(log10(min(wide * 10, large) if wide > 0 else large)) if large > 0 else 0
+        unit = Decimal(1).scaleb(-min(places, 17))
+        ends = (Decimal(str(x)).quantize(unit, way) for x, way in zip((low, high), ways, strict=True))
+        parts.append(f"{name} in [{', '.join(f'{float(end):.15g}' for end in ends)}]")
+    return " x ".join(parts)
+
+
+def grid_text(grid: "Mapping[str, Span] | None") -> str:
+    """How many states a grid has along each coordinate."""
+    return f"{' x '.join(str(span.points) for span in (grid or {}).values())} states"
+
+
+def range_text(values: "Range") -> str:
+    """The values of a parameter."""
+    return f"{values.points} values of {values.parameter} from {values.low:g} to {values.high:g}"
+
+
+def each_text(values: Any) -> str:
+    """The values of a parameter, and the returns at each."""
+    return f"{range_text(values)}, {values.discard} + {values.returns} returns each"
+
+
+def returns_text(returns: int) -> str:
+    """A count of returns."""
+    return f"{returns:,} returns"

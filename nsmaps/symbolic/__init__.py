@@ -1,0 +1,1 @@
+"""Closed forms: exact polynomial formulas, iterates of curves and maps, two-cycles."""

@@ -1,0 +1,71 @@
+"""nsmaps in other ways than `nsmaps bench` has it: returns one by one, and two batches that know nothing of each other."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.bench.ours import OneCore, cores, pair_system, read
+from nsmaps.bench.solver import Contestant
+from nsmaps.bench.task import Answer, Pair
+from nsmaps.exact.engine.layout import WIDE
+from nsmaps.exact.kernel import Kernel
+from nsmaps.exact.returns import Returns
+
+BATCH = 10_000
+
+
+def scalar(kernel: Kernel) -> Kernel:
+    """The same kernel with a table that no batch is taken side by side of: every return by itself, as a single state is."""
+    table = kernel.table.copy()
+    table[WIDE] = 0.0
+    return replace(kernel, table=table)
+
+
+@dataclass(frozen=True)
+class Single(Contestant):
+    """Every start by itself on one core, in one compiled loop."""
+
+    family = "nsmaps"
+    setting = "single states"
+
+    def prepare(self) -> str:
+        """Compile or load the kernel."""
+        return OneCore().prepare()
+
+    def solve(self, pair: Pair, starts: Floats) -> Callable[[], Answer]:
+        """One call for all starts, none side by side with another."""
+        with cores(1):
+            returns = scalar(pair_system(pair)._kernel()).first_returns(starts, False, 1e-12)
+        return lambda: read(returns)
+
+
+@dataclass(frozen=True)
+class TwoBatches(Contestant):
+    """Two threads with half of the starts each, a batch after another: what two cores of this machine give at best."""
+
+    family = "nsmaps"
+    setting = "two batches apart"
+    repeat = 20
+
+    def prepare(self) -> str:
+        """Compile or load the kernel."""
+        return OneCore().prepare()
+
+    def solve(self, pair: Pair, starts: Floats) -> Callable[[], Answer]:
+        """Each thread takes its half, a batch after another."""
+        system = pair_system(pair)
+
+        def half(part: Floats) -> list[Returns]:
+            return [system.first_return(part[k : k + BATCH]) for k in range(0, len(part), BATCH)]
+
+        with ThreadPoolExecutor(2) as pool:
+            returns = [one for made in pool.map(half, np.array_split(starts, 2)) for one in made]
+
+        def told() -> Answer:
+            answers = [read(one) for one in returns]
+            return Answer(*(np.concatenate([getattr(one, name) for one in answers]) for name in ("image", "tops")))
+
+        return told

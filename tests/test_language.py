@@ -1,0 +1,201 @@
+"""Prose, messages and names use the terms of the field: a table of private words, and where each of them still stands."""
+
+import ast
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "nsmaps"
+PAGES = [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("plugins/*/README.md"))]
+STUDIES = sorted(ROOT.glob("plugins/**/*.yaml"))
+SYSTEMS = sorted(ROOT.glob("plugins/**/*.py"))
+
+#: phrase, as a regular expression that ignores case -> what to write in its place
+PHRASES = {
+    r"\b(told|tells?|telling)\b": "report, state, show or distinguish",
+    r"\bastray\b": "leaves the domain of the map",
+    r"\bkeeps? returning\b": "completes all returns",
+    r"\bsettle[sd]?\b": "converged",
+    r"\btrapped\b": "forward invariant",
+    r"\baccepted:|\b(is|are) accepted\b": "expected: ...",
+    r"\bswarms?\b": "Taylor set, or set of states",
+    r"\blegs?\b": "itinerary",
+    r"\btrails?\b": "branch",
+    r"\bnobody\b": "no one, or a sentence that needs no person",
+    r"\bat hand\b": "available",
+    r"\bone's own\b": "user-defined",
+    r"(?<!there )(?<!is there )\b(is|are|was|were) no (?!longer|more|less|other|later|earlier)": "is not a ...",
+    r"(?<!there )\b(is|are) none\b": "is not one, or there is none",
+    r"\b(is|are|was|were|be) said\b": "is stated, or is reported",
+    r"\b(go|goes|going|gone|went) on\b": "continue or resume",
+    r"\bborne\b": "determined by the data",
+    r"\bfor ever\b": "for all times, permanently or indefinitely",
+    r"\b(as it stands|as they stand)\b": "unchanged",
+    r"\ba line each\b|\bin a line\b": "on one line",
+    r"\b(raced|races|contestants?)\b": "benchmark, solver",
+    r"\bstrangers?\b": "third party",
+    r"\bmend(s|ed|ing)?\b": "correct",
+    r"\bnothing of it\b": "a sentence with its subject",
+}
+
+#: name of a function, class, argument, field or variable -> what names it better
+NAMES = {
+    "made": "what it is: result, states, table, ...",
+    "told": "report, error, message, lines or progress",
+    "tell": "report",
+    "swarm": "states, or taylor_set",
+    "legs": "itinerary",
+    "trail": "branch",
+    "ending": "attractor",
+    "most": "max_points, max_length, ...",
+    "longest": "max_period",
+    "apart": "min_distance",
+    "keep": "checkpoint",
+    "within": "bounds or region",
+    "hold": "min_returns",
+    "toward": "direction",
+    "rest": "remainder, others or remaining",
+}
+
+#: rooms and modules of nsmaps that are not yet mended
+TO_DO = ("exact", "dynamics", "reduced", "study", "figures", "continuation", "parallel.py")
+
+#: (file, phrase or name) -> why the word stands there in its ordinary sense
+ORDINARY: dict[tuple[str, str], str] = {
+    ("nsmaps/report/glossary.py", "keeps returning"): "the name of a verdict",
+}
+
+
+@dataclass(frozen=True)
+class Place:
+    """A piece of text of a file, and the line on which it begins."""
+
+    file: Path
+    line: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file.relative_to(ROOT)}:{self.line}"
+
+
+def blank(match: re.Match[str]) -> str:
+    """As many line ends as a match has, so that lines keep their numbers."""
+    return "\n" * match[0].count("\n") or " "
+
+
+def prose(page: str) -> str:
+    """A page without its blocks, inline code, formulas and targets of links."""
+    page = re.sub(r"^```.*?^```[ ]*$", blank, page, flags=re.MULTILINE | re.DOTALL)
+    page = re.sub(r"\]\([^)\s]*\)", blank, page)
+    return re.sub(r"(`+)(?:(?!\1).)+?\1|\$[^$\n]+\$", blank, page, flags=re.DOTALL)
+
+
+def comments(source: str) -> Iterator[tuple[int, str]]:
+    """The comments of a Python file."""
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], token.string
+
+
+def docstrings(tree: ast.Module) -> dict[int, ast.Constant]:
+    """The docstrings of a module, by the identity of their nodes."""
+    bodies = [node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)]
+    firsts = [node.body[0] for node in bodies if node.body and isinstance(node.body[0], ast.Expr)]
+    return {id(one.value): one.value for one in firsts if isinstance(one.value, ast.Constant)}
+
+
+def labels_removed(text: str) -> str:
+    """A docstring without the names of the arguments that it explains."""
+    return re.sub(r"^\s*\w+(, \w+)*: ", "", text, flags=re.MULTILINE)
+
+
+def texts(file: Path) -> Iterator[Place]:
+    """The comments, docstrings and messages (literals of more than one word) of a Python file."""
+    source = file.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    found = docstrings(tree)
+    for line, text in comments(source):
+        yield Place(file, line, prose(text))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and (id(node) in found or " " in node.value.strip()):
+            yield Place(file, node.lineno, prose(labels_removed(node.value)))
+
+
+def names(file: Path) -> Iterator[Place]:
+    """The names that a Python file defines: functions, classes, arguments, fields and variables."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name != "of":  # `of` as the name of a constructor
+            yield Place(file, node.lineno, node.name.strip("_"))
+        elif isinstance(node, ast.arg):
+            yield Place(file, node.lineno, node.arg.strip("_"))
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield Place(file, node.lineno, node.id.strip("_"))
+
+
+def said_by(study: Path) -> Iterator[Place]:
+    """The comments and titles of a study."""
+    for number, line in enumerate(study.read_text(encoding="utf-8").splitlines(), 1):
+        if match := re.search(r"(?:^|\s)#\s(.*)|\b(?:title|shows|reason):\s*(.*)", line):
+            yield Place(study, number, match[1] or match[2])
+
+
+def phrases(places: Iterator[Place]) -> Iterator[str]:
+    """A line for each private phrase in some texts: where it is and what to write."""
+    for place in places:
+        for phrase, instead in PHRASES.items():
+            for match in re.finditer(phrase, place.text, re.IGNORECASE):
+                if (str(place.file.relative_to(ROOT)), match[0].lower()) not in ORDINARY:
+                    line = place.line + place.text.count("\n", 0, match.start())
+                    yield f"{place.file.relative_to(ROOT)}:{line}: {match[0]!r}; write: {instead}"
+
+
+def private_names(places: Iterator[Place]) -> Iterator[str]:
+    """A line for each private name among some: where it is and what names it better."""
+    for place in places:
+        if place.text in NAMES and (str(place.file.relative_to(ROOT)), place.text) not in ORDINARY:
+            yield f"{place}: the name {place.text!r}; better: {NAMES[place.text]}"
+
+
+def modules() -> list[Path]:
+    """The modules of nsmaps in the rooms that are done."""
+    return [file for file in sorted(PACKAGE.rglob("*.py")) if file.relative_to(PACKAGE).parts[0] not in TO_DO]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_pages_use_the_terms_of_the_field(page: Path) -> None:
+    assert list(phrases(iter([Place(page, 1, prose(page.read_text(encoding="utf-8")))]))) == []
+
+
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
+def test_studies_use_the_terms_of_the_field(study: Path) -> None:
+    assert list(phrases(said_by(study))) == []
+
+
+@pytest.mark.parametrize("file", [*modules(), *SYSTEMS], ids=lambda file: str(file.relative_to(ROOT)))
+def test_code_uses_the_terms_of_the_field(file: Path) -> None:
+    assert [*phrases(texts(file)), *private_names(names(file))] == []
+
+
+def test_every_exception_is_in_use() -> None:
+    for (file, word), reason in ORDINARY.items():
+        assert reason
+        assert word in (ROOT / file).read_text(encoding="utf-8").lower(), f"{word!r} no longer stands in {file}"
+
+
+def test_private_words_are_found_where_they_are(tmp_path: Path) -> None:
+    file = ROOT / "tests" / "sample.py"
+    assert prose("a `told` b\n```\ntold\n```\n[x](told.md) told") == "a   b\n\n\n\n[x  told"
+    found = list(phrases(iter([Place(file, 3, "first\nis told; there is no other")])))
+    assert found == ["tests/sample.py:4: 'told'; write: report, state, show or distinguish"]
+    source = tmp_path / "module.py"
+    source.write_text(
+        '"""Nobody."""\n\n\ndef made(most: int) -> str:\n    """It tells."""\n    rest = "told"\n    return rest + "is told so"\n'
+    )
+    assert [(place.line, place.text) for place in names(source)] == [(4, "made"), (4, "most"), (6, "rest")]
+    assert sorted(place.text for place in texts(source)) == ["It tells.", "Nobody.", "is told so"]
