@@ -82,6 +82,8 @@ def lay_out(figure: Figure) -> None:
     """Place the panels, once: with an engine in it every save would measure, place and draw all of the figure before it draws."""
     engine = figure.get_layout_engine()
     if engine is not None:
+        if any(ax.name == "3d" for ax in figure.axes):
+            figure.draw_without_rendering()  # such panels place their names while they are drawn, and only then can measure them
         with _measured_once(figure):
             engine.execute(figure)
         figure.set_layout_engine(None)

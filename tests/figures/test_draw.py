@@ -9,6 +9,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from nsmaps_vi_pair import VIPair
@@ -112,7 +113,7 @@ def image_box(image):
 
 def tick_labels(figure):
     """The texts at the ticks of all axes, of which those beyond the limits are not drawn."""
-    axes = [axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis, *([ax.zaxis] if ax.name == "3d" else []))]
+    axes = [axis for ax in figure.findobj(Axes) for axis in (ax.xaxis, ax.yaxis, *([ax.zaxis] if ax.name == "3d" else []))]
     ticks = [tick for axis in axes for tick in (*axis.majorTicks, *axis.minorTicks)]
     return {label for tick in ticks for label in (tick.label1, tick.label2)}
 
