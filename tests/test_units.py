@@ -150,8 +150,8 @@ def test_grazing_curves_and_jumps(unit):
     one, other = (sorted((c.wall, c.word, c.closed, c.jumps, c.words, float(c.length[-1])) for c in each) for each in made)
     assert one
     assert [each[:-1] for each in one] == [each[:-1] for each in other]
-    # a curve whose curvature grows without bound towards its end is left some 1e-4 of its length before it, by rounding
-    assert [each[-1] for each in one] == pytest.approx([each[-1] for each in other], rel=5e-4)
+    # the curvature grows without bound towards the end of one curve: steps that fail by rounding would end it early
+    assert [each[-1] for each in one] == pytest.approx([each[-1] for each in other], rel=1e-6)
     axis = nsmaps.Axis(low=0, high=6.2, points=40)
     cut = [slice_along(each.of(plain), "phi", axis, {"v": each.states([0.5, 0])[0]}) for each in (Units(1, 1), there)]
     assert np.array_equal(cut[0].jump, cut[1].jump)

@@ -16,6 +16,7 @@ from nsmaps.exact.engine.itinerary import touch
 SHORTEST = 1e-9  # flight to a touch, in periods: below it the ball has not left the wall
 SMALLEST = 1e-13  # step, in sizes of the box, at which a curve is given up
 NEAR = 1e-6  # of the size of the box: what is this near to a curve may be taken to lie on it
+ROUNDED = 1e-14  # of a point: its rounding, by which a wall is met a little before it would be touched
 BEND = 0.995  # least cosine between the directions at both ends of a step
 MAX_POINTS = 20_000
 
@@ -78,7 +79,8 @@ class Touch:
         jacobian = np.array([[by[0], by[1], rate], [by[2], by[3], a]]) * self.frame.scale
         if not (np.isfinite([gap, rate]).all() and np.isfinite(jacobian).all()):
             return None
-        why = "inflection" if a <= 0 else "" if share > 1 - 1e-5 else "graze"
+        early = max(1e-5, np.sqrt(2 * ROUNDED * np.linalg.norm(jacobian[0]) / a) / s) if a > 0 else 0.0
+        why = "inflection" if a <= 0 else "" if share > 1 - early else "graze"
         return TouchPoint(y, np.array([gap, rate]), jacobian, why if slowest > 0 else "graze", float(slowest))
 
     def exists(self, point: TouchPoint) -> bool:
