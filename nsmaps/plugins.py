@@ -63,7 +63,7 @@ def load_system(name: str, **parameters: Any) -> "ImpactSystem":
 
     Errors as `system_class`, and ParameterError for a parameter that is unknown, missing or not accepted.
     """
-    from nsmaps.exact.system import with_parameters
+    from nsmaps.exact.parameters import with_parameters
 
     return with_parameters(system_class(name), parameters)
 

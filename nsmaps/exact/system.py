@@ -1,23 +1,21 @@
 """An impact system, written once: walls, flight and impact law in sympy; everything exact follows from it."""
 
 import sys
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from inspect import isabstract
-from pickle import PicklingError
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, ValidationError
 
 from nsmaps.arrays import ArrayLike
-from nsmaps.complaints import refused
 from nsmaps.coordinates import TWO_PI, Angle, as_states
-from nsmaps.errors import ParameterError, StateError, SystemDefinitionError
-from nsmaps.exact.files import REFUSED, defined_at, received
+from nsmaps.errors import StateError, SystemDefinitionError
+from nsmaps.exact.files import REFUSED, defined_at
+from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.returns import Impacts, Legs, Returns
 from nsmaps.exact.walls import Wall
 from nsmaps.parallel import fingerprint
@@ -28,10 +26,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.kernel import Kernel
 
 
-System = TypeVar("System", bound="ImpactSystem")
-
-
-class ImpactSystem(BaseModel, ABC):
+class ImpactSystem(ParametricSystem):
     """A ball that flies in closed form between impacts with one or two walls under periodic forcing.
 
     Subclass it: the fields are the parameters; `walls`, `period` and `displacement` are formulas in `self` and its fields,
@@ -40,12 +35,8 @@ class ImpactSystem(BaseModel, ABC):
     of the forcing in radians. Fields that are not float (a choice, a switch) are part of the formula rather than symbols in it.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
     coordinates: ClassVar[tuple[str, ...]] = ("v", Angle("phi"))
-    dimensionless: ClassVar[bool] = False  #: whether speeds, places, times and parameters have no unit, which figures then say
     horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
-    instead: ClassVar[Mapping[str, str]] = {}  #: what a validator accepts in place of parameters: names and descriptions
 
     @abstractmethod
     def walls(self) -> Mapping[str, Wall]:
@@ -70,28 +61,10 @@ class ImpactSystem(BaseModel, ABC):
         """
         return displacement
 
-    @classmethod
-    def parameter_names(cls) -> tuple[str, ...]:
-        """The names of the parameters that are numbers, in the order of their fields."""
-        return tuple(name for name, field in cls.model_fields.items() if field.annotation is float)
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """The values of the parameters that are numbers."""
-        return {name: getattr(self, name) for name in self.parameter_names()}
-
     @property
     def wall_names(self) -> tuple[str, ...]:
         """The letters of the walls, the base wall first."""
         return tuple(self.walls())
-
-    def __str__(self) -> str:
-        """The class with all of its fields, as pydantic's `repr`."""
-        return repr(self)
-
-    def at(self, **changes: Any) -> Self:
-        """The same system with some parameters changed, validated. ParameterError for one that is not accepted."""
-        return with_parameters(type(self), {**self.model_dump(), **changes})
 
     def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
         """The first returns to the base wall, eq. exactmap, of a batch of states.
@@ -203,14 +176,6 @@ class ImpactSystem(BaseModel, ABC):
         """Radians of phase a unit of the system's time."""
         return TWO_PI / float(self.period())
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """How other processes are sent a system: by its class, with the class's file, and its values."""
-        cls = type(self)
-        if "<locals>" in cls.__qualname__:
-            raise PicklingError(f"{cls.__qualname__} is made by a function; a class of a module can be sent to other processes")
-        file = getattr(sys.modules.get(cls.__module__), "__file__", None)
-        return received, (cls.__module__, file, cls.__qualname__, self.model_dump())
-
     def _kernel(self) -> "Kernel":
         from nsmaps.exact.kernel import kernel_of
 
@@ -242,14 +207,6 @@ def _check_class(cls: type[ImpactSystem]) -> None:
         from nsmaps.exact.checks import check_definition
 
         check_definition(cls)
-
-
-def with_parameters(cls: type[System], parameters: Mapping[str, Any]) -> System:
-    """The system of a class with these parameters, or a ParameterError in place of pydantic's ValidationError."""
-    try:
-        return cls(**parameters)
-    except ValidationError as error:
-        raise ParameterError(refused(error, cls)) from error
 
 
 def _check_chatter(chatter: float) -> None:

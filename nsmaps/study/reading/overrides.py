@@ -7,7 +7,7 @@ from typing import Any
 
 from nsmaps.complaints import accepted_keys
 from nsmaps.errors import StudyError, near_match
-from nsmaps.exact.system import with_parameters
+from nsmaps.exact.parameters import with_parameters
 from nsmaps.plugins import system_class
 from nsmaps.study.study import Study, scalar
 
