@@ -63,8 +63,8 @@ NAMES = {
     "rest": "remainder, others or remaining",
 }
 
-#: rooms and modules of nsmaps that are not yet mended
-TO_DO = ("exact", "dynamics", "reduced", "study", "figures", "continuation", "parallel.py")
+#: rooms and modules of nsmaps that are not yet checked
+TO_DO = ("exact/surfaces/surface.py", "dynamics", "reduced", "study", "figures", "continuation", "parallel.py")
 
 #: (file, phrase or name) -> why the word stands there in its ordinary sense
 ORDINARY: dict[tuple[str, str], str] = {
@@ -163,8 +163,8 @@ def private_names(places: Iterator[Place]) -> Iterator[str]:
 
 
 def modules() -> list[Path]:
-    """The modules of nsmaps in the rooms that are done."""
-    return [file for file in sorted(PACKAGE.rglob("*.py")) if file.relative_to(PACKAGE).parts[0] not in TO_DO]
+    """The modules of nsmaps that are checked."""
+    return [file for file in sorted(PACKAGE.rglob("*.py")) if not file.relative_to(PACKAGE).as_posix().startswith(TO_DO)]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -32,7 +32,7 @@ class Orbit:
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]
     states: Floats  #: shape (n + 1, ..., dim), the starts first; NaN after an orbit's end
-    turns: NDArray[np.int32]  #: shape (n, ..., dim), whole turns that an angle made on each return, as told: `Returns.told_turns`
+    turns: NDArray[np.int32]  #: shape (n, ..., dim), whole turns of an angle on each return, see `Returns.known_turns`
     codes: NDArray[np.int64]  #: shape (n, ...), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (n, ...), values of `Outcome`; that which ended an orbit is repeated after its end
 
@@ -90,7 +90,7 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
     for part in returns_of(map, flat, n, **how):
         rows = slice(made, made + len(part) // m)
         made, walls = rows.stop, part.walls
-        states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.told_turns.reshape(-1, m, dim)
+        states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.known_turns.reshape(-1, m, dim)
         codes[rows], outcome[rows] = part.codes.reshape(-1, m), part.outcome.reshape(-1, m)
         beat(made / n)
         if progress is not None:

@@ -47,7 +47,7 @@ class PeriodicOrbit:
     @property
     def label(self) -> str:
         """The motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`."""
-        turns = self.returns.told_turns[:, angle_mask(self.returns.coordinates)].sum(axis=1)
+        turns = self.returns.known_turns[:, angle_mask(self.returns.coordinates)].sum(axis=1)
         return label(self.words, turns.tolist(), len(self.states), self.returns.walls)
 
     @property

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.complaints import explained
-from nsmaps.exact.returns import Legs, Returns
+from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.progress import beat
 
 
@@ -60,7 +60,7 @@ class ExactMap(ReturnMap, Protocol):
     def phase_rate(self) -> float:
         """Radians of phase a unit of time."""
 
-    def legs(self, states: ArrayLike) -> Legs:
+    def itineraries(self, states: ArrayLike) -> Itineraries:
         """How near the flights of first returns of states (N, n) come to a graze."""
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:

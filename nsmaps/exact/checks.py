@@ -1,4 +1,4 @@
-"""What of a system's formulas can be refused when its class is defined: their form, without a number being computed."""
+"""Checks of a system's formulas when its class is defined: of their form, without evaluating a number."""
 
 from typing import TYPE_CHECKING
 
@@ -12,17 +12,18 @@ from nsmaps.exact.flows.source import FailsNow, law_of, period_of, walls_of
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-NEAR = 1e-9  # to which the start of a flight is where it should be, with parameters that are floats
+NEAR = 1e-9  # to which a flight must start at its impact, with parameters that are floats
 
 
 def check_definition(cls: "type[ImpactSystem]") -> None:
-    """Refuse a class whose flight has a form from which no bounds can be derived, or whose walls are none.
+    """Refuse a class from whose flight no bounds can be derived, or whose walls are invalid.
 
-    Formulas are tried with symbols for the parameters and the defaults of the other fields. Where such a field has no default
-    (or None), or a formula fails otherwise, as by a name that its module defines further down, the first use will tell.
+    Formulas are evaluated with symbols for the parameters and with the defaults of the other fields. Where such a field has no
+    default (or None), or a formula fails for another reason, such as a name that its module defines further down, errors appear
+    at first use.
 
     Raises:
-        SystemDefinitionError: says what of which formula.
+        SystemDefinitionError: states which formula fails, and how.
     """
     others = {name: field for name, field in cls.model_fields.items() if name not in cls.parameter_names()}
     if any(field.is_required() or field.default is None for field in others.values()):
@@ -38,12 +39,12 @@ def check_definition(cls: "type[ImpactSystem]") -> None:
 
 
 def check_start(system: "ImpactSystem") -> None:
-    """Refuse a displacement that does not start at the place and with the velocity of its impact, at the system's own parameters.
+    """Refuse a displacement that does not start at the place and with the velocity of its impact, for the system's parameters.
 
-    What is not a finite number there, as where a formula divides by the time since the impact, the first use will tell.
+    A value that is not finite there, as where a formula divides by the time since the impact, is reported at first use.
 
     Raises:
-        SystemDefinitionError: says by how much, and where the formula is written.
+        SystemDefinitionError: states the deviation, and where the formula is written.
     """
     name, period = type(system).__name__, period_of(system)
     given = displacement_at(system, period)

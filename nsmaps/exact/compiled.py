@@ -1,9 +1,10 @@
-"""numba's `njit` with a cache whose key holds all that compiled code depends on.
+"""numba's `njit` with a cache whose key holds everything on which compiled code depends.
 
-Numba's own keeps a function under the text of its file alone: functions and constants of other files may have changed since. Two
-processes that fill its index at once may also swap two entries. Here every compiled function is a file of its own, named by
-the code of the function and of all that it calls, by the values of the constants in them, by the types of its arguments and
-by what compiles it: the versions of numba, llvmlite, NumPy and Python, numba's settings and the features of the processor.
+The cache of numba identifies a function by the text of its file alone, although functions and constants of other files may have
+changed, and two processes that fill its index at the same time may exchange two entries. Here every compiled function has a file
+of its own. Its name is a hash of the code of the function and of all functions that it calls, of the values of their constants,
+of the types of the arguments, and of the compiler: versions of numba, llvmlite, NumPy and Python, settings of numba, features of
+the processor.
 """
 
 import pickle
@@ -24,57 +25,57 @@ from numba.core.compiler import CompileResult
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 
-from nsmaps.exact.kept import cache_folder, keep, kept
+from nsmaps.exact.kept import cache_folder, kept, store
 
-SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba, that change what it makes
-PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: what is told by its text
-FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")  #: packages told by their versions
+SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
+PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
+FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")  #: packages that their versions identify
 
 
 def njit(**options: Any) -> Any:
-    """`numba.njit`; what is compiled with `cache=True` is kept in the folder of compiled code."""
+    """`numba.njit`; a function with `cache=True` is stored in the folder of compiled code."""
     cache = options.pop("cache", False)
 
-    def made(function: Any) -> Any:
+    def wrapper(function: Any) -> Any:
         dispatcher = numba.njit(**options)(function)
         if cache and isinstance(dispatcher, CPUDispatcher):
             dispatcher._cache = _Kept(dispatcher)
         return dispatcher
 
-    return made
+    return wrapper
 
 
 def code_of(*functions: Any) -> str:
-    """A digest of functions and of all functions that they call, with the values of the constants that their code refers to."""
-    told: dict[int, str] = {}
+    """A digest of functions and of all functions that they call, with the values of the constants to which their code refers."""
+    texts: dict[int, str] = {}
     waiting = list(functions)
     while waiting:
         function = waiting.pop()
-        if id(function) not in told:
-            told[id(function)], called = _described(function)
+        if id(function) not in texts:
+            texts[id(function)], called = _described(function)
             waiting += called
-    return sha256("\0".join(told.values()).encode()).hexdigest()
+    return sha256("\0".join(texts.values()).encode()).hexdigest()
 
 
 def compilers() -> tuple[str, ...]:
-    """What compiles: versions and settings, but for the processor, which numba tells."""
+    """The versions and settings of the compiler, except for the processor, which numba identifies."""
     settings = [f"{name}={vars(numba.config)[name]}" for name in SETTINGS]
     return (numba.__version__, llvmlite.__version__, np.__version__, sys.version, *settings)
 
 
 @lru_cache(maxsize=4096)
 def _described(function: Any) -> tuple[str, tuple[Any, ...]]:
-    """The text of one function's code, options and constants, and the functions that it refers to."""
+    """The text of one function's code, options and constants, and the functions to which it refers."""
     plain, options = (function.py_func, function.targetoptions) if isinstance(function, CPUDispatcher) else (function, {})
     cells = [cell.cell_contents for cell in plain.__closure__ or ()]
     referred = {name: plain.__globals__[name] for name in _names(plain.__code__) if name in plain.__globals__}
     values = [*referred.values(), *cells, *(plain.__defaults__ or ())]
-    texts = [plain.__qualname__, repr(sorted(options.items())), *_texts(plain.__code__), *referred, *map(_told, values)]
+    texts = [plain.__qualname__, repr(sorted(options.items())), *_texts(plain.__code__), *referred, *map(_identified, values)]
     return "\1".join(texts), tuple(value for value in values if _is_ours(value))
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """The names that code and the code within it look up, in order."""
+    """The names that code and the code nested in it look up, in order."""
     yield from code.co_names
     for value in code.co_consts:
         if isinstance(value, CodeType):
@@ -82,27 +83,27 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _texts(code: CodeType) -> Iterator[str]:
-    """What tells code from other code: instructions, names and constants."""
+    """The texts that identify code: instructions, names and constants."""
     yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars))
     for value in code.co_consts:
-        yield from _texts(value) if isinstance(value, CodeType) else (_told(value),)
+        yield from _texts(value) if isinstance(value, CodeType) else (_identified(value),)
 
 
 def _is_ours(value: Any) -> bool:
-    """Whether a value is a function whose code is to be told too."""
+    """True if a value is a function whose code enters the digest too."""
     if isinstance(value, FunctionType):
         return (value.__module__ or "").split(".")[0] not in {*FOREIGN, *sys.stdlib_module_names} - {"__main__"}
     return isinstance(value, CPUDispatcher)
 
 
-def _told(value: Any) -> str:
-    """A text of a value that is the same in every process, and another for another constant."""
+def _identified(value: Any) -> str:
+    """A text of a value that is the same in every process and differs between constants."""
     if isinstance(value, PLAIN):
         return repr(value)
     if isinstance(value, tuple | list):
-        return f"{type(value).__name__}({', '.join(map(_told, value))})"
+        return f"{type(value).__name__}({', '.join(map(_identified, value))})"
     if isinstance(value, frozenset | set):
-        return f"set({', '.join(sorted(map(_told, value)))})"
+        return f"set({', '.join(sorted(map(_identified, value)))})"
     if isinstance(value, np.ndarray):
         return f"array({value.dtype}, {value.shape}, {sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
     if isinstance(value, np.generic):
@@ -115,7 +116,7 @@ def _told(value: Any) -> str:
 
 
 class _Kept(_Cache):  # type: ignore[misc]
-    """The compiled forms of one function, each a file: in place of numba's cache, which has no other way in."""
+    """The compiled forms of one function, one file each, in place of numba's cache, which has no public extension point."""
 
     def __init__(self, function: Any) -> None:
         self._function = function
@@ -132,31 +133,31 @@ class _Kept(_Cache):  # type: ignore[misc]
         content = kept(self._name(sig, target_context.codegen()))
         if content is None:
             self._began = perf_counter()
-            self._tell()
+            self._report()
         return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the function that was compiled for arguments of these types."""
+        """Store the function that was compiled for arguments of these types."""
         if not data.library.has_dynamic_globals and all(each.can_cache for each in data.lifted):
-            keep(self._name(sig, data.codegen), dumps(data._reduce()))
-            keep(self._last, f"{perf_counter() - self._began:.0f}".encode())
+            store(self._name(sig, data.codegen), dumps(data._reduce()))
+            store(self._last, f"{perf_counter() - self._began:.0f}".encode())
 
     def enable(self) -> None:
-        """It always is."""
+        """The cache is always enabled."""
 
     def disable(self) -> None:
-        """It never is."""
+        """The cache cannot be disabled."""
 
     def flush(self) -> None:
-        """Files of other code are left alone."""
+        """Files of other code are left unchanged."""
 
     @property
     def _last(self) -> str:
-        """The name of the file that says how many seconds it took last to compile the function."""
+        """The name of the file with the seconds that the last compilation of the function took."""
         return f"{self._function.py_func.__module__}.{self._function.py_func.__name__}.seconds"
 
-    def _tell(self) -> None:
-        """Say on a terminal why nothing seems to happen; elsewhere nothing."""
+    def _report(self) -> None:
+        """Report on a terminal that a function is being compiled; without a terminal, write nothing."""
         if sys.stderr is not None and sys.stderr.isatty():
             last, name = kept(self._last), self._function.py_func.__name__
             took = "it takes some seconds" if last is None else f"it took {last.decode()} s last time"

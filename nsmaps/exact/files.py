@@ -1,4 +1,4 @@
-"""Modules that are files: loaded under a name of their own, here and in every process that is sent what they define."""
+"""Modules that are files, loaded under a name of their own, here and in every process to which their objects are sent."""
 
 import sys
 from importlib import import_module
@@ -10,13 +10,13 @@ from typing import Any
 
 from nsmaps.errors import SystemDefinitionError
 
-REFUSED: dict[str, dict[type, SystemDefinitionError]] = {}  #: of each module that is a file, its classes that are no systems
+REFUSED: dict[str, dict[type, SystemDefinitionError]] = {}  #: by module that is a file: its classes that cannot be systems
 
 
 def run_file(name: str, file: str) -> None:
-    """Run a .py file as a module that can be imported again by its name, or leave no trace of it.
+    """Run a .py file as a module that can be imported again by its name; if it fails, the module is removed.
 
-    A class of it that is refused is kept in `REFUSED`, so that its other classes can be used.
+    A class of it that is refused is recorded in `REFUSED`, so that its other classes can be used.
     """
     spec = spec_from_file_location(name, file)
     assert spec is not None, "a .py file always has a spec"
@@ -31,25 +31,25 @@ def run_file(name: str, file: str) -> None:
 
 
 def defined_at(module: str) -> str:
-    """The file and line that a module is at, while it defines a class."""
+    """The file and line in a module at which a class is being defined."""
     lines = (f"{frame.f_code.co_filename}:{line}" for frame, line in walk_stack(None) if frame.f_globals["__name__"] == module)
     return next(lines, module)
 
 
 def place_of(cls: type, formula: str) -> str:
-    """` (FILE:LINE)` of where a formula of a class is written, with the base that it is inherited from, as far as can be told."""
+    """` (FILE:LINE)` where a formula of a class is written, and the base from which it is inherited, if known."""
     owner = next(base for base in cls.__mro__ if formula in vars(base))
-    told = [] if owner is cls else [f"inherited from {owner.__name__}"]
+    parts = [] if owner is cls else [f"inherited from {owner.__name__}"]
     try:
         function = vars(owner)[formula]
-        told.append(f"{getsourcefile(function)}:{getsourcelines(function)[1]}")
+        parts.append(f"{getsourcefile(function)}:{getsourcelines(function)[1]}")
     except (OSError, TypeError):
         pass
-    return f" ({', '.join(told)})" if told else ""
+    return f" ({', '.join(parts)})" if parts else ""
 
 
 def received(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:
-    """An object of a class by its module, in a process where that may not be imported yet, nor be found without its file."""
+    """An object of a class by its module, in a process that may not have imported the module and needs its file."""
     if module not in sys.modules:
         try:
             import_module(module)

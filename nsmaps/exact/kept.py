@@ -1,4 +1,4 @@
-"""The folder of compiled code: what is kept there is known to be whole when it is read, and is made again where it is not."""
+"""The folder of compiled code: files are verified when they are read, and compiled again where they are damaged."""
 
 import os
 import warnings
@@ -8,11 +8,11 @@ from pathlib import Path
 
 from nsmaps.storage import replace_file, sweep
 
-SEAL = 32  #: bytes of a digest, with which every file begins
+SEAL = 32  #: bytes of the digest with which every file begins
 
 
 def cache_folder() -> Path:
-    """Where compiled code is kept: NSMAPS_CACHE_DIR, else `nsmaps` in the user's cache folder. It need not be there."""
+    """The folder of compiled code: NSMAPS_CACHE_DIR, else `nsmaps` in the user's cache folder. It need not exist."""
     if named := os.environ.get("NSMAPS_CACHE_DIR"):
         return Path(named)
     base = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
@@ -20,7 +20,7 @@ def cache_folder() -> Path:
 
 
 def kept(name: str) -> bytes | None:
-    """What is kept under a name; None where nothing is, or where it is not whole."""
+    """The content stored under a name; None if there is none, or if it is damaged."""
     try:
         content = (_folder() / name).read_bytes()
     except OSError:
@@ -28,8 +28,8 @@ def kept(name: str) -> bytes | None:
     return content[SEAL:] if sha256(content[SEAL:]).digest() == content[:SEAL] else None
 
 
-def keep(name: str, content: bytes) -> None:
-    """Keep something under a name, whole or not at all; that it cannot be written is said once and no error."""
+def store(name: str, content: bytes) -> None:
+    """Store content under a name as a whole; a failure is reported once as a warning and raises no error."""
     try:
         _folder().mkdir(parents=True, exist_ok=True)
         replace_file(_folder() / name, sha256(content).digest() + content, sync=False)
@@ -39,7 +39,7 @@ def keep(name: str, content: bytes) -> None:
 
 @lru_cache(maxsize=1)
 def _folder() -> Path:
-    """The folder, asked for once in a process, and cleared of what programs that were killed left unfinished."""
+    """The folder, created once in a process, and cleared of unfinished files of programs that were killed."""
     sweep(folder := cache_folder())
     return folder
 
@@ -48,7 +48,7 @@ def _folder() -> Path:
 def _warn(folder: str, why: str) -> None:
     warnings.warn(
         f"compiled code cannot be kept in {folder} ({why}), and will be compiled again by the next program; expected: a folder "
-        "that can be written to with some 50 MB left, which the environment variable NSMAPS_CACHE_DIR names",
+        "with write permission and about 50 MB free, named by the environment variable NSMAPS_CACHE_DIR names",
         RuntimeWarning,
         stacklevel=2,
     )

@@ -1,4 +1,4 @@
-"""The engine at work for one system: its tables handed to compiled code, what comes back as results."""
+"""The engine applied to one system: its tables passed to compiled code, and the output as results."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -15,19 +15,19 @@ from nsmaps.exact.compiled import code_of, compilers
 from nsmaps.exact.engine import layout
 from nsmaps.exact.engine.batch import first_returns, orbits
 from nsmaps.exact.engine.flow import Flow
-from nsmaps.exact.engine.itinerary import all_legs
+from nsmaps.exact.engine.itinerary import all_itineraries
 from nsmaps.exact.engine.returns import sampled, trajectory
 from nsmaps.exact.engine.sensitivity import sensitivities
 from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of
 from nsmaps.exact.noise import orbit as noisy
-from nsmaps.exact.returns import Impacts, Legs, Returns
+from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-STEPS = 2000  # of a realisation under noise whose random numbers are drawn together
-CHUNK = 25_000  # returns a thread takes at a time: long enough to hide its cost, short enough for Ctrl-C
+STEPS = 2000  # of a realisation under noise, whose random numbers are drawn together
+CHUNK = 25_000  # returns that a thread takes at a time: enough to hide its cost, few enough for Ctrl-C
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,24 +40,24 @@ class Kernel:
 
     @property
     def name(self) -> str:
-        """The class with a digest of its formulas and of the engine: the same where the same returns are computed."""
+        """The class with a digest of its formulas and of the engine: equal names mean equal returns."""
         f = self.formulas
         text = "\0".join([*map(str, (f.displacement.formula, f.numbers, f.laws, f.sides)), code_of(first_returns), *compilers()])
         return f"{type(self.system).__qualname__}-{sha256(text.encode()).hexdigest()[:20]}"
 
     @property
     def base_up(self) -> bool:
-        """Is the base wall the upper one."""
+        """True if the base wall is the upper one."""
         return bool(self.table[layout.BASE_UP])
 
     @property
     def places(self) -> tuple[float, float]:
-        """The places of the lower and of the upper wall; both are the same where there is one."""
+        """The places of the lower and of the upper wall, which are equal where there is one wall."""
         return float(self.table[layout.BOTTOM]), float(self.table[layout.TOP])
 
     @property
     def flow(self) -> Flow:
-        """The table, with room of its own for the coefficients of a flight."""
+        """The table, with its own room for the coefficients of a flight."""
         return flow_of(self.table)
 
     def first_returns(self, start: Floats, derivative: bool, chatter: float) -> Returns:
@@ -100,20 +100,25 @@ class Kernel:
 
     @property
     def law(self) -> tuple[float, float]:
-        """The k and c of flights, z'' = -k z - c z' + f(t): how the acceleration at the start depends on place and velocity."""
+        """The coefficients k and c of flights, z'' = -k z - c z' + f(t): how the acceleration at the start depends on place and
+        velocity.
+        """
         begin = int(self.table[layout.AT_START])
         return 0.0 - float(self.table[begin + 1]), 0.0 - float(self.table[begin + 2])
 
-    def legs(self, start: Floats, chatter: float) -> Legs:
-        """The legs of the first returns of a batch, shape (N, 2)."""
+    def itineraries(self, start: Floats, chatter: float) -> Itineraries:
+        """The itineraries of the first returns of a batch, shape (N, 2)."""
         n = len(start)
         outcome, codes, turns = np.empty(n, np.int8), np.empty(n, np.int64), np.empty(n, np.int32)
         clearance, slowest = np.empty(n), np.empty(n)
         table = self.table
         in_chunks(
-            n, lambda k: all_legs(flow_of(table), start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k])
+            n,
+            lambda k: all_itineraries(
+                flow_of(table), start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k]
+            ),
         )
-        return Legs(self.system.wall_names, codes, turns, clearance, slowest, outcome)
+        return Itineraries(self.system.wall_names, codes, turns, clearance, slowest, outcome)
 
     def sensitivities(self, start: Floats, rates: Floats, chatter: float) -> Floats:
         """The derivatives of the images of a batch, shape (N, 2), by the parameters along a direction."""
@@ -142,7 +147,7 @@ class Kernel:
         for i, time in enumerate(times):
             up = self.base_up == (impacts.wall[i] == 0)
             places[i] = top if up else bottom
-            if not impacts.mark[i + 1]:  # else it chatters or rests here: no flight to follow
+            if not impacts.mark[i + 1]:  # otherwise it chatters or rests here, and there is no flight
                 d = np.empty(samples)
                 sampled(p, up, impacts.phase[i], impacts.speed[i], time - time[0], d, rates[i])
                 places[i] += d
@@ -150,9 +155,9 @@ class Kernel:
 
 
 def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
-    """Run a task over n states: on all cores, in chunks of at most `size`, where that is less than all.
+    """Run a task over n states on all cores, in chunks of at most `size`, if that is less than all.
 
-    Every core takes the next chunk when it is done with one; the last are small, so that none waits long for another.
+    Every core takes the next chunk when it has finished one; the last chunks are small, so that no core waits long for another.
     """
     if 0 < n <= size:
         run(slice(0, n))
@@ -171,13 +176,13 @@ def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
         try:
             wait(workers, return_when=FIRST_EXCEPTION)
         finally:
-            chunks.clear()  # where one fails, or all are interrupted, they stop after their chunk
+            chunks.clear()  # after an error or an interrupt, the threads stop after their chunk
         for worker in workers:
             worker.result()
 
 
 def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
-    """Slices of n states: of at most `size` each, and at least an eighth of that, and else a share of what is left."""
+    """Slices of n states: of at most `size` each, at least an eighth of that, and otherwise a share of the remaining states."""
     begin = 0
     while begin < n:
         end = begin + min(size, max(size // 8, (n - begin) // (2 * cores)), n - begin)
@@ -186,12 +191,12 @@ def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
 
 
 def kernel_of(system: "ImpactSystem") -> Kernel:
-    """The kernel of a system; those used last are remembered."""
+    """The kernel of a system; the kernels used last are cached."""
     return _kernel(formulas_of(system), repr(system), _Quiet(system))
 
 
 class _Quiet:
-    """Carries an argument past the memory of `lru_cache`: all of these are equal."""
+    """An argument that `lru_cache` ignores: all objects of this class are equal."""
 
     def __init__(self, value: Any) -> None:
         self.value = value

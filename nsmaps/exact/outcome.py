@@ -1,10 +1,10 @@
-"""The outcome of a first return: why it ended as it did."""
+"""The outcome of a first return: the reason why it ended."""
 
 from enum import IntEnum
 
 
 class Outcome(IntEnum):
-    """Why a return ended as it did; `Outcome.x.advice` says what to do about it."""
+    """The reason why a return ended; `Outcome.x.advice` states what can be done about it."""
 
     returned = 0
     stuck = 1
@@ -21,14 +21,14 @@ class Outcome(IntEnum):
 
 
 _ADVICE = {
-    Outcome.returned: "Came back to the base wall.",
-    Outcome.stuck: "Came to rest on the base wall; the image is its release, at speed zero.",
-    Outcome.rests: "Rests on a wall for ever: the forcing never lifts it off. There is no image.",
-    Outcome.escaped: "No return within the horizon. Look at the displacement, or raise the system's horizon.",
+    Outcome.returned: "The orbit returned to the base wall.",
+    Outcome.stuck: "The ball came to rest on the base wall; the image is its release, at speed zero.",
+    Outcome.rests: "The ball rests on a wall for all times: the forcing never lifts it off. There is no image.",
+    Outcome.escaped: "There is no return within the horizon. Check the displacement, or raise the system's horizon.",
     Outcome.undecided: "A flight passes a wall within rounding of a graze, or grows from what is rounding; the image is that of "
     "one of the words that it may make, none where it may escape.",
     Outcome.uncovered: "The state lies in no piece of the composite map. Add a piece, or restrict the starts.",
-    Outcome.invalid: "The start is no state: NaN, infinite, with a negative impact speed or a phase beyond 1e10.",
+    Outcome.invalid: "The start is not a state: NaN, infinite, with a negative impact speed or a phase beyond 1e10.",
 }
 
-OUTCOMES = "; ".join(f"{outcome.value} {outcome.name}" for outcome in Outcome)  #: the values by name, as datasets say them
+OUTCOMES = "; ".join(f"{outcome.value} {outcome.name}" for outcome in Outcome)  #: the values by name, as datasets state them

@@ -1,4 +1,4 @@
-"""A system of equations with parameters, as a frozen model: what impact systems and systems with modes have in common."""
+"""A system of equations with parameters as a frozen model: the common base of impact systems and systems with modes."""
 
 import sys
 from abc import ABC
@@ -20,17 +20,17 @@ class ParametricSystem(BaseModel, ABC):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    dimensionless: ClassVar[bool] = False  #: whether states, times and parameters have no unit, which figures then say
-    instead: ClassVar[Mapping[str, str]] = {}  #: what a validator accepts in place of parameters: names and descriptions
+    dimensionless: ClassVar[bool] = False  #: True if states, times and parameters have no unit, which figures then state
+    instead: ClassVar[Mapping[str, str]] = {}  #: alternatives to parameters that a validator accepts: names and descriptions
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
-        """The names of the parameters that are numbers, in the order of their fields."""
+        """The names of the numerical parameters, in the order of their fields."""
         return tuple(name for name, field in cls.model_fields.items() if field.annotation is float)
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The values of the parameters that are numbers."""
+        """The values of the numerical parameters."""
         return {name: getattr(self, name) for name in self.parameter_names()}
 
     def __str__(self) -> str:
@@ -38,14 +38,14 @@ class ParametricSystem(BaseModel, ABC):
         return repr(self)
 
     def at(self, **changes: Any) -> Self:
-        """The same system with some parameters changed, validated. ParameterError for one that is not accepted."""
+        """The same system with some parameters changed, validated. ParameterError for an invalid one."""
         return with_parameters(type(self), {**self.model_dump(), **changes})
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """How other processes are sent a system: by its class, with the class's file, and its values."""
+        """The representation of a system for other processes: its class, with the class's file, and its values."""
         cls = type(self)
         if "<locals>" in cls.__qualname__:
-            raise PicklingError(f"{cls.__qualname__} is made by a function; a class of a module can be sent to other processes")
+            raise PicklingError(f"{cls.__qualname__} is defined in a function; only classes of modules reach other processes")
         file = getattr(sys.modules.get(cls.__module__), "__file__", None)
         return received, (cls.__module__, file, cls.__qualname__, self.model_dump())
 

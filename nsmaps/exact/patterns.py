@@ -1,15 +1,15 @@
-"""Patterns of words, matched by the set of all places that they may reach: in a time that grows with the word alone.
+"""Patterns of words, matched by the set of all reachable places, in a time that grows linearly with the word.
 
-Python's regular expressions try one way after another, of which `(B*)*(B*)*T` has 2^n in a word of n letters.
+Python's regular expressions try one way after another: `(B*)*(B*)*T` has 2^n ways in a word of n letters.
 """
 
 from collections.abc import Callable
 
-Reach = Callable[[str, frozenset[int]], frozenset[int]]  #: a word and where a part of a pattern may begin -> where it may end
+Reach = Callable[[str, frozenset[int]], frozenset[int]]  #: a word, places where a part may begin -> where it may end
 
 
 def matches(pattern: str, word: str) -> bool:
-    """Whether a pattern of letters, `+`, `*`, `?`, `|` and parentheses stands for the whole word.
+    """True if a pattern of letters, `+`, `*`, `?`, `|` and parentheses matches the whole word.
 
     The pattern must be one that `re.compile` accepts.
 
@@ -20,14 +20,14 @@ def matches(pattern: str, word: str) -> bool:
 
 
 def compiled(pattern: str) -> Reach:
-    """What a pattern reaches."""
+    """The function from places to reachable places of a pattern."""
     reach, at = _alternatives(pattern, 0)
     assert at == len(pattern), "parentheses are closed, as `re.compile` demands"
     return reach
 
 
 def _alternatives(pattern: str, at: int) -> tuple[Reach, int]:
-    """The alternatives from a place on, up to the end or to the parenthesis that closes them, and where that is."""
+    """The alternatives from a place on, up to the end or to the closing parenthesis, and the place of that."""
     found: list[list[Reach]] = [[]]
     while at < len(pattern) and pattern[at] != ")":
         if pattern[at] == "|":
@@ -46,7 +46,7 @@ def _one_by_one(parts: list[Reach], word: str, starts: frozenset[int]) -> frozen
 
 
 def _repeated(pattern: str, at: int) -> tuple[Reach, int]:
-    """A letter or what stands in parentheses, with the sign behind it, and where it ends; `+?` and `++` are read as `+`."""
+    """A letter or a group in parentheses, with the sign after it, and where it ends; `+?` and `++` are read as `+`."""
     if pattern[at] == "(":
         one, at = _alternatives(pattern, at + 1)
     else:
@@ -63,7 +63,7 @@ def _letter(letter: str) -> Reach:
 
 
 def _again(one: Reach, sign: str) -> Reach:
-    """A part any number of times, with `+` once or more."""
+    """A part any number of times, with `+` at least once."""
 
     def reach(word: str, starts: frozenset[int]) -> frozenset[int]:
         new = reached = starts if sign == "*" else one(word, starts)

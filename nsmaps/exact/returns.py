@@ -1,6 +1,6 @@
 """First returns, their margins and itineraries, and the impacts of a trajectory: the results of a map.
 
-A point that fails is data: its `Outcome` says why and its image is NaN.
+A point that fails is data: its `Outcome` states why and its image is NaN.
 """
 
 from collections.abc import Sequence
@@ -18,24 +18,24 @@ from nsmaps.exact.words import decoded, encode
 if TYPE_CHECKING:
     from xarray import Dataset
 
-FEW = 8  #: words that are shown of returns
+FEW = 8  #: number of words that are shown of returns
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Margin:
-    """How far each of N returns is from a graze; where either number falls to zero, the word changes."""
+    """The distance of each of N returns from a graze; where either number falls to zero, the word changes."""
 
     __repr__ = brief
 
-    clearance: Floats  #: shape (N,), least gap to a wall at a turning point before it, in displacement; inf without one
-    slowest: Floats  #: shape (N,), least impact speed on the way, the last included; inf without an impact
+    clearance: Floats  #: shape (N,), least gap to the wall ahead at a turning point, in displacement; inf without a turning point
+    slowest: Floats  #: shape (N,), least impact speed of the return, the last impact included; inf without an impact
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Returns:
     """First returns of a batch of N states with n coordinates, by an exact or a composite map.
 
-    Beside what is stored there are `words`, `lifted`, `valid` and `certified`, each an array of N rows like the others.
+    Besides the fields there are `words`, `lifted`, `valid` and `certified`, each an array of N rows like the others.
     """
 
     __repr__ = brief
@@ -44,24 +44,24 @@ class Returns:
     walls: tuple[str, ...]
     start: Floats  #: shape (N, n), as given
     image: Floats  #: shape (N, n), angles in [0, 2 pi); NaN where there is none
-    turns: NDArray[np.int32]  #: shape (N, n), whole turns an angle made from its start to its image; zero elsewhere
+    turns: NDArray[np.int32]  #: shape (N, n), whole turns of an angle from its start to its image; zero elsewhere
     codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
     time: Floats  #: shape (N,), from start to image in the system's time; NaN where unknown
-    derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if asked for
-    margin: Margin | None = None  #: how far from a graze, if asked for
-    fitted: bool = False  #: whether the images are those of fitted polynomials, which nothing certifies
+    derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if requested
+    margin: Margin | None = None  #: distance from a graze, if requested
+    fitted: bool = False  #: True if the images are those of fitted polynomials, which nothing certifies
 
     def __len__(self) -> int:
         return len(self.start)
 
     def __str__(self) -> str:
-        """How many returns there are, how they ended, and which words those with an image made, the commonest first."""
+        """The number of returns, their outcomes, and the words of those with an image, the most frequent first."""
         words, numbers = np.unique(self.words[self.valid], return_counts=True)
         order = np.argsort(-numbers, kind="stable")[:FEW]
-        told = ", ".join(f"{words[k]} {numbers[k]}" for k in order) + ", ..." * (len(words) > FEW)
+        shown = ", ".join(f"{words[k]} {numbers[k]}" for k in order) + ", ..." * (len(words) > FEW)
         ends = ", ".join(f"{number} {outcome}" for outcome, number in self.counts().items())
-        return f"{len(self)} first returns of ({', '.join(self.coordinates)}): {ends or 'none'}; words: {told or 'none'}"
+        return f"{len(self)} first returns of ({', '.join(self.coordinates)}): {ends or 'none'}; words: {shown or 'none'}"
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -70,9 +70,9 @@ class Returns:
 
     @property
     def certified(self) -> NDArray[np.bool_]:
-        """Which images are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding.
+        """The images that are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding.
 
-        None of fitted polynomials.
+        False for fitted polynomials.
         """
         return np.isin(self.outcome, (Outcome.returned, Outcome.stuck)) & (not self.fitted)
 
@@ -82,23 +82,23 @@ class Returns:
         return self.image + TWO_PI * self.turns
 
     @property
-    def told_turns(self) -> NDArray[np.int32]:
-        """The turns, shape (N, n), but 0 where a fit tells no time: its phases are right but for whole turns."""
+    def known_turns(self) -> NDArray[np.int32]:
+        """The turns, shape (N, n), but 0 where a fit states no time: its phases are correct modulo whole turns."""
         return np.where(np.isnan(self.time)[:, None], 0, self.turns).astype(np.int32) if self.fitted else self.turns
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Which returns have an image, shape (N,)."""
+        """The returns that have an image, shape (N,)."""
         return np.asarray(np.isfinite(self.image).all(axis=1))
 
     def has_word(self, word: str) -> NDArray[np.bool_]:
-        """Which returns made this word, shape (N,)."""
+        """The returns with this word, shape (N,)."""
         same: NDArray[np.bool_] = self.codes == encode(word, self.walls)
         return same
 
-    def select(self, keep: ArrayLike) -> "Returns":
-        """The returns that a mask or an index array keeps."""
-        k = np.asarray(keep)
+    def select(self, mask: ArrayLike) -> "Returns":
+        """The returns that a mask or an index array selects."""
+        k = np.asarray(mask)
         rows = {name: getattr(self, name)[k] for name in ("start", "image", "turns", "codes", "outcome", "time")}
         derivative = None if self.derivative is None else self.derivative[k]
         margin = None if self.margin is None else Margin(self.margin.clearance[k], self.margin.slowest[k])
@@ -113,7 +113,7 @@ class Returns:
         return replace(parts[0], **rows, derivative=np.concatenate(slopes) if len(slopes) == len(parts) else None, margin=None)
 
     def counts(self) -> dict[str, int]:
-        """How many returns ended in which outcome, by name."""
+        """The number of returns for each outcome, by name."""
         values, numbers = np.unique(self.outcome, return_counts=True)
         return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
 
@@ -139,26 +139,26 @@ class Returns:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Legs:
-    """The flights of N first returns: which turning points they pass, and how far from a graze they are."""
+class Itineraries:
+    """The itineraries of N first returns: the turning points of their flights, and their distance from a graze."""
 
     __repr__ = brief
 
     walls: tuple[str, ...]
-    codes: NDArray[np.int64]  #: shape (N,), itineraries as numbers; see `itineraries`
-    turns: NDArray[np.int32]  #: shape (N,), turning points passed
-    clearance: Floats  #: shape (N,), as of `Margin`
-    slowest: Floats  #: shape (N,), as of `Margin`
-    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`; a graze within rounding is not told apart here
+    codes: NDArray[np.int64]  #: shape (N,), itineraries as numbers; see `words`
+    turns: NDArray[np.int32]  #: shape (N,), number of turning points
+    clearance: Floats  #: shape (N,), as in `Margin`
+    slowest: Floats  #: shape (N,), as in `Margin`
+    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`; a graze within rounding is not distinguished here
 
     @property
-    def itineraries(self) -> NDArray[np.str_]:
+    def words(self) -> NDArray[np.str_]:
         """The word of each return with its turning points, shape (N,), such as `BvTB`; see `decode`."""
         return decoded(self.codes, self.walls, turns=True)
 
     @property
     def margin(self) -> Margin:
-        """How far the returns are from a graze."""
+        """The distance of the returns from a graze."""
         return Margin(self.clearance, self.slowest)
 
 

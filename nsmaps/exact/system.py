@@ -1,4 +1,4 @@
-"""An impact system, written once: walls, flight and impact law in sympy; everything exact follows from it."""
+"""An impact system, defined once by walls, flight and impact law in sympy, from which the exact map is derived."""
 
 import sys
 from abc import abstractmethod
@@ -16,7 +16,7 @@ from nsmaps.coordinates import TWO_PI, Angle, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
 from nsmaps.exact.files import REFUSED, defined_at
 from nsmaps.exact.parameters import ParametricSystem
-from nsmaps.exact.returns import Impacts, Legs, Returns
+from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.walls import Wall
 from nsmaps.parallel import fingerprint
 
@@ -40,7 +40,7 @@ class ImpactSystem(ParametricSystem):
 
     @abstractmethod
     def walls(self) -> Mapping[str, Wall]:
-        """The walls by their letter in impact words; the first is the base wall. At most one on each side."""
+        """The walls by their letter in impact words; the first is the base wall. There is at most one on each side."""
 
     @abstractmethod
     def period(self) -> Any:
@@ -55,9 +55,10 @@ class ImpactSystem(ParametricSystem):
         return self.r * speed  # type: ignore[attr-defined]
 
     def absolute(self, t: Any, displacement: Any) -> Any:
-        """Place at rest, for pictures of the motion, of what has this displacement at time t of the forcing, in arrays.
+        """Place relative to an observer at rest, for figures of the motion, at this displacement and time t of the forcing, in
+        arrays.
 
-        Displacement itself unless a system says how its walls move.
+        It equals the displacement unless a system defines the motion of its walls.
         """
         return displacement
 
@@ -72,10 +73,10 @@ class ImpactSystem(ParametricSystem):
         Args:
             states: shape (N, 2), impact speeds (the system's units, >= 0) and phases (radians, any turn).
             derivative: also the derivative of the image, shape (N, 2, 2), by the implicit function theorem.
-            chatter: impact speed, as a share of that gained in a radian of the forcing by the acceleration into the wall, at or
-                below which chatter on the base wall is summed up in one return that ends with the release (word `B~`) once
-                that sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
-            margin: also how far each return is from a graze, by a second pass.
+            chatter: impact speed, as a share of that gained in a radian of the forcing by the acceleration into the wall, at
+                or below which chatter on the base wall is summed in one return that ends with the release (word `B~`) once that
+                sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
+            margin: also compute the distance of each return from a graze, by a second pass.
 
         Raises:
             StateError: `states` is not a batch of shape (N, 2), or `chatter` is below zero.
@@ -83,7 +84,7 @@ class ImpactSystem(ParametricSystem):
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
         returns = self._kernel().first_returns(start, derivative, chatter)
-        return replace(returns, margin=self._kernel().legs(start, chatter).margin) if margin else returns
+        return replace(returns, margin=self._kernel().itineraries(start, chatter).margin) if margin else returns
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = 1e-12) -> Returns:
         """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
@@ -95,21 +96,21 @@ class ImpactSystem(ParametricSystem):
         _check_chatter(chatter)
         return self._kernel().orbits(start, n, derivative, chatter)
 
-    def legs(self, states: ArrayLike, chatter: float = 1e-12) -> Legs:
-        """The turning points that the flights of first returns pass, and how near they come to a graze.
+    def itineraries(self, states: ArrayLike, chatter: float = 1e-12) -> Itineraries:
+        """The turning points that the flights of first returns pass, and their distance from a graze.
 
         Two returns with the same itinerary lie on one smooth piece of the map; pieces end where `clearance` or `slowest` is zero.
         Arguments and errors as `first_return`.
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
-        return self._kernel().legs(start, chatter)
+        return self._kernel().itineraries(start, chatter)
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = 1e-12) -> NDArray[np.float64]:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, 2).
 
-        Through every impact by the implicit function theorem, as `derivative` of `first_return`; NaN where a return rests or
-        chatters on its way, or there is none. Other arguments and errors as `first_return`.
+        It is carried through every impact by the implicit function theorem, as `derivative` of `first_return`; NaN where a return
+        rests or chatters, or where there is none. Other arguments and errors as `first_return`.
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
@@ -121,17 +122,17 @@ class ImpactSystem(ParametricSystem):
     ) -> "tuple[GrazingCurve, ...]":
         """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
 
-        Each curve is followed from a seed until it ends: at the `box`, at `rest` (its speed falls to zero), at another `graze`
-        that comes first from there on, at an `inflection` (the flight no longer turns at the wall but crosses it), or where it
-        is `lost` to rounding. Seeds are changes of itinerary between neighbours of a scan: a curve is missed where all of it
-        passes between them, or where the itinerary changes back before the next, or lies behind more impacts and turns than the
-        code of an itinerary holds (22 letters with two walls). Touches behind a rest on a wall do not depend on the state and
-        are no curves.
+        Each curve is followed from a start point until it ends: at the `box`, at `rest` (its speed falls to zero), at another
+        `graze` that comes first from there on, at an `inflection` (the flight no longer turns at the wall but crosses it), or
+        where it is `lost` to rounding. Start points are changes of itinerary between neighbours of a scan: a curve is missed if
+        all of it passes between them, or if the itinerary changes back before the next, or lies behind more impacts and turning
+        points than the code of an itinerary holds (22 letters with two walls). Touches after a rest on a wall do not depend on
+        the state and do not form curves.
 
         Args:
             box: (low, high) of each coordinate, speeds >= 0; phases within one turn, of which a whole one is a circle.
-            lines: of the scan, in each direction.
-            spacing: longest distance between points of a curve, in sizes of the box and periods of the flight's time.
+            lines: number of lines of the scan, in each direction.
+            spacing: largest distance between points of a curve, in sizes of the box and periods of the flight's time.
 
         Raises:
             StateError: the box is not one of finite states, or `lines` or `spacing` are too small.
@@ -141,14 +142,14 @@ class ImpactSystem(ParametricSystem):
         return grazing_curves(self, box, lines, spacing)
 
     def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
-        """Boxes that hold the images of all states of each box, rounding included: an enclosure of the map.
+        """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
 
         Args:
-            boxes: shape (N, 2, 2), lower and upper end of speed and phase (radians, any turn). Speeds below zero are no states.
+            boxes: shape (N, 2, 2), lower and upper end of speed and phase (radians, any turn). Speeds below zero are not states.
 
         Raises:
-            StateError: `boxes` are no batch of finite boxes.
-            ProofError: the system's formulas have a part that nothing is known to enclose.
+            StateError: `boxes` is not a batch of finite boxes.
+            ProofError: the system's formulas have a part for which no enclosure is known.
         """
         from nsmaps.exact.enclosure.images import image_boxes
 
@@ -158,22 +159,22 @@ class ImpactSystem(ParametricSystem):
         """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
         start = as_states(np.asarray(state, float)[None], self.coordinates)
         if not (start[0, 0] >= 0 and np.isfinite(start).all()):
-            raise StateError(f"the state {start[0]} is no start: a finite impact speed >= 0 and a phase are accepted")
+            raise StateError(f"the state {start[0]} is not a start; expected: a finite impact speed >= 0 and a phase")
         if n < 1:
-            raise StateError(f"n is {n}; at least one impact is accepted")
+            raise StateError(f"n is {n}; expected: at least one impact")
         return self._kernel().impacts(start[0], n, chatter)
 
     def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Any, Any]:
-        """Times and displacements along the flights between the first n impacts from `state`, `samples` points a flight.
+        """Times and displacements along the flights between the first n impacts from `state`, with `samples` points per flight.
 
-        Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. With velocities,
-        walls and absolute places: `nsmaps.exact.trajectory.track`.
+        Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. For velocities,
+        walls and absolute places see `nsmaps.exact.trajectory.track`.
         """
         times, places, _ = self._kernel().trajectory(self.impacts(state, n), samples)
         return times.ravel(), places.ravel()
 
     def phase_rate(self) -> float:
-        """Radians of phase a unit of the system's time."""
+        """Radians of phase per unit of the system's time."""
         return TWO_PI / float(self.period())
 
     def _kernel(self) -> "Kernel":
@@ -185,17 +186,18 @@ class ImpactSystem(ParametricSystem):
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         """Refuse a subclass without an impact law, or from whose formulas no bounds can be derived, when it is defined.
 
-        Formulas are looked at where sympy is loaded by then, as by a file that imports it for them: it is not loaded for this.
+        Formulas are checked only if sympy has been loaded by then, as by a file that imports it for them; it is not loaded for
+        this check.
         """
         if isabstract(cls):
             return
         try:
             _check_class(cls)
         except SystemDefinitionError as error:
-            told = SystemDefinitionError(f"{error} (class {cls.__name__}, {defined_at(cls.__module__)})")
+            message = SystemDefinitionError(f"{error} (class {cls.__name__}, {defined_at(cls.__module__)})")
             if cls.__module__ not in REFUSED:
-                raise told from None
-            REFUSED[cls.__module__][cls] = told  # told to whoever loads it: the file's other classes may be used
+                raise message from None
+            REFUSED[cls.__module__][cls] = message  # reported when the system is loaded: other classes of the file may be used
 
 
 def _check_class(cls: type[ImpactSystem]) -> None:
@@ -211,12 +213,12 @@ def _check_class(cls: type[ImpactSystem]) -> None:
 
 def _check_chatter(chatter: float) -> None:
     if not chatter >= 0:
-        raise StateError(f"chatter is {chatter}; a share >= 0 is accepted (inf: always sum up)")
+        raise StateError(f"chatter is {chatter}; expected: a share >= 0 (inf: always sum)")
 
 
 @fingerprint.register
 def _(system: ImpactSystem) -> str:
-    """Of a system its formulas too, which its class may have changed."""
+    """The identity of a system includes its formulas, which its class may have changed."""
     from nsmaps.exact.kernel import kernel_of
 
     return f"{kernel_of(system).name}({system!r})"

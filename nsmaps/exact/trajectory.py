@@ -1,4 +1,4 @@
-"""The exact motion at and between impacts, sampled: what pictures of a trajectory show."""
+"""The exact motion at and between impacts, sampled, for figures of trajectories."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track:
-    """The motion through M impacts, `samples` instants in each of the M - 1 flights between them, on W walls.
+    """The motion through M impacts, `samples` instants in each of the M - 1 flights between them, with W walls.
 
-    A rest or chatter on a wall counts as a flight along it. Displacement is relative to the walls, places are as of
-    `ImpactSystem.absolute`: what stands still is at rest.
+    A rest or chatter on a wall counts as a flight along it. Displacement is relative to the walls; places are those of
+    `ImpactSystem.absolute`, relative to an observer at rest.
     """
 
     __repr__ = brief
 
     impacts: Impacts
-    sides: NDArray[np.int8]  #: shape (W,), +1 of a wall that growing displacement meets, else -1
+    sides: NDArray[np.int8]  #: shape (W,), +1 for a wall that growing displacement meets, else -1
     at: Floats  #: shape (W,), displacement of each wall
     time: Floats  #: shape (M - 1, samples), since the start, in the system's time
     displacement: Floats  #: shape (M - 1, samples)
@@ -40,17 +40,17 @@ class Track:
 
     @property
     def moving(self) -> bool:
-        """Whether the system says how its walls move."""
+        """True if the system defines the motion of its walls."""
         return bool((np.ptp(self.walls.reshape(len(self.at), -1), axis=1) > 0).any())
 
 
 def track(system: "ImpactSystem", state: ArrayLike, n: int, samples: int = 60) -> Track:
-    """The exact motion from the impact `state`, shape (2,), through the first n impacts on all walls, which counts the start.
+    """The exact motion from the impact `state`, shape (2,), through the first n impacts on all walls, the start included.
 
     Between impacts it is the system's own displacement and its rate, by the compiled flow.
 
     Raises:
-        StateError: the state is no start, n is less than 2, or there are fewer than 2 samples.
+        StateError: the state is not a start, n is less than 2, or there are fewer than 2 samples.
     """
     if n < 2 or samples < 2:
         raise StateError(f"{n} impacts of {samples} samples a flight; expected: two or more of each")

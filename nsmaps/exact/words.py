@@ -1,4 +1,4 @@
-"""Impact words and itineraries, and the numbers by which compiled code writes them."""
+"""Impact words and itineraries, and the numbers by which compiled code represents them."""
 
 from collections.abc import Sequence
 
@@ -17,9 +17,9 @@ def _letters(walls: Sequence[str], turns: bool) -> tuple[str, ...]:
 
 
 def decode(code: int, walls: Sequence[str], turns: bool = False) -> str:
-    """The word of a code: a letter for each impact in order, `~` after a wall on which chatter ran its course,
+    """The word of a code: a letter for each impact in order, `~` after a wall on which chatter accumulated,
     `_` after one on which the ball rested, `...` where the word is longer than the code holds. With `turns` the code is that of
-    an itinerary, in which `^` and `v` are turning points passed: maxima and minima of the displacement.
+    an itinerary, in which `^` and `v` are turning points: maxima and minima of the displacement.
 
     >>> decode(1 + 4 * 5 + 3 * 25, ("B", "T")), decode(1 + 2 * 5 + 1 * 25, ("B", "T"))
     ('B_~', 'BTB')
@@ -36,26 +36,26 @@ def decode(code: int, walls: Sequence[str], turns: bool = False) -> str:
 
 
 def encode(word: str, walls: Sequence[str]) -> int:
-    """The code of a word, the inverse of `decode` for words that it holds whole.
+    """The code of a word, the inverse of `decode` for words that it holds completely.
 
     >>> decode(encode("BTTB", ("B", "T")), ("B", "T"))
     'BTTB'
     """
     letters = _letters(walls, turns=False)
-    code, power, rest = 0, 1, word
-    while rest:
-        digit = next((k for k, letter in enumerate(letters, 1) if rest.startswith(letter)), 0)
+    code, power, remaining = 0, 1, word
+    while remaining:
+        digit = next((k for k, letter in enumerate(letters, 1) if remaining.startswith(letter)), 0)
         if not digit:
             raise StateError(
-                f"the word {word!r} has no letter at {rest!r}; expected: the walls {', '.join(walls)}, "
+                f"the word {word!r} has no letter at {remaining!r}; expected: the walls {', '.join(walls)}, "
                 f"{CHATTER!r} (chatter) and {REST!r} (rest)"
             )
-        code, power, rest = code + digit * power, power * (len(letters) + 1), rest[len(letters[digit - 1]) :]
+        code, power, remaining = code + digit * power, power * (len(letters) + 1), remaining[len(letters[digit - 1]) :]
     return code
 
 
 def longer_than(letters: int, codes: Ints, walls: Sequence[str], turns: bool = False) -> Bools:
-    """Which codes are those of words (with `turns`: of itineraries) of more letters, shape as the codes.
+    """A mask of the codes whose words (with `turns`: itineraries) have more letters, shape as the codes.
 
     >>> longer_than(2, np.array([encode("BB", ("B", "T")), encode("BTB", ("B", "T"))]), ("B", "T"))
     array([False,  True])

@@ -50,7 +50,7 @@ def test_a_word_longer_than_its_code_says_so(harvester: nsmaps.ImpactSystem) -> 
 
 def test_the_members_are_the_shortest_rows_that_match(harvester: nsmaps.ImpactSystem) -> None:
     """Against orbits read word by word."""
-    surface = WordFamily(name="2:1", words=("B+TB",), most=4).surface(harvester, GRID)
+    surface = WordFamily(name="2:1", words=("B+TB",), max_returns=4).surface(harvester, GRID)
     states = GRID.states()
     words = nsmaps.orbit(harvester, states, 4).words
     expected = []
@@ -78,13 +78,13 @@ def test_families_of_the_paper(harvester: nsmaps.ImpactSystem) -> None:
     rows = np.array([a + b[1:] if a and b else "" for a, b in words.T.tolist()])
     for word in ("BBTB", "BTBB"):
         family = WordFamily(name=word, words=(word,))
-        assert family.most == 2
+        assert family.max_returns == 2
         surface = family.surface(harvester, GRID)
         assert np.array_equal(surface.member, rows == word)
         assert surface.member.any()
     fast = Grid(axes={"v": Axis(low=1.0, high=3.0, points=60), "phi": Axis(low=0.0, high=6.2, points=50)})
     family = WordFamily(name="BTTB", words=("BTTB",))
-    assert family.most == 1
+    assert family.max_returns == 1
     surface = family.surface(nsmaps.load_system("vi_pair", d=0.35, beta=np.pi / 3, **M), fast)
     assert surface.member.any()
     assert set(surface.returns.words.tolist()) == {"BTTB"}

@@ -57,8 +57,8 @@ def falls(self, t, hit):
 @pytest.mark.parametrize(
     ("body", "why"),
     [
-        (lambda self, t, hit: falls(self, t, hit) + sp.sin((t - hit.t) ** 2), "not linear in time; only A"),
-        (lambda self, t, hit: falls(self, t, hit) + sp.sin(1 / t), "not linear in time; only A"),
+        (lambda self, t, hit: falls(self, t, hit) + sp.sin((t - hit.t) ** 2), "not linear in time; expected: A"),
+        (lambda self, t, hit: falls(self, t, hit) + sp.sin(1 / t), "not linear in time; expected: A"),
         (lambda self, t, hit: falls(self, t, hit) + sp.sqrt(1 + t), "cannot be followed in time"),
         (lambda self, t, hit: falls(self, t, hit) + sp.tan(t), "cannot be followed in time"),
         (lambda self, t, hit: falls(self, t, hit) / (1 + t), "cannot be followed in time"),
@@ -87,7 +87,7 @@ def test_a_form_without_bounds_is_refused_when_defined(body, why):
     [
         ({"walls": lambda self: {"A": Wall(at=0, side=1), "C": Wall(at=1, side=1)}}, "on different sides"),
         ({"walls": lambda self: {"A": Wall(at=0, side=1), "AB": Wall(at=1, side=-1)}}, "different first letters"),
-        ({"walls": lambda self: {}}, "no walls; one is forgotten"),
+        ({"walls": lambda self: {}}, "has no walls; expected: at least the base wall"),
         ({"walls": lambda self: {"A": Wall(at=sp.Symbol("q"), side=1)}}, "unknown symbols: q"),
         ({"period": lambda self: sp.Symbol("q")}, "unknown symbols: q"),
         ({"rebound": lambda self, speed, wall: sp.Symbol("q") * speed}, "unknown symbols: q"),
@@ -181,7 +181,7 @@ def test_a_formula_that_is_inherited_is_told_with_its_base():
 def test_a_period_is_positive():
     base = made(falls)
     odd = types.new_class("Odd", (base,), exec_body=lambda space: space.update(period=lambda self: 0, __module__=__name__))
-    with pytest.raises(SystemDefinitionError, match=r"Odd.period is 0; a positive number is accepted \(.*py:\d+\)$"):
+    with pytest.raises(SystemDefinitionError, match=r"Odd.period is 0; expected: a positive number \(.*py:\d+\)$"):
         odd(h=1).first_return([[1.0, 0.0]])
 
 

@@ -74,7 +74,7 @@ def test_points_against_forty_digits(pair, curves, d):
                 root = touching(system, curve, phi, v * (1 + 1e-7), [t * (1 + 1e-7) for t in times])
                 assert abs(root[0] - v) < 1e-12 * (1 + abs(slopes[k])), (curve.wall, curve.word, v, phi)
                 assert abs(root[len(root) - 1] - times[-1]) < 1e-8
-                sides = system.legs([[v - 1e-9, phi], [v + 1e-9, phi], [v, phi - 1e-9], [v, phi + 1e-9]]).itineraries
+                sides = system.itineraries([[v - 1e-9, phi], [v + 1e-9, phi], [v, phi - 1e-9], [v, phi + 1e-9]]).words
                 assert sides[0] != sides[1] or sides[2] != sides[3]
                 assert curve.hit[k] != curve.missed[k]
 
@@ -171,11 +171,11 @@ def test_births_of_turns_are_no_edges(pair, curves):
     """Where a pair of turns appears away from every wall there is no curve, and the map is smooth."""
     system = pair(0.30)
     low, high = np.array([0.4, 0.6]), np.array([0.7, 0.6])
-    before, behind = system.legs([low, high]).itineraries
+    before, behind = system.itineraries([low, high]).words
     assert (before, behind) == ("Bv^TB", "BTB")
     for _ in range(45):
         middle = (low + high) / 2
-        low, high = (middle, high) if system.legs([middle]).itineraries[0] == before else (low, middle)
+        low, high = (middle, high) if system.itineraries([middle]).words[0] == before else (low, middle)
     assert min(distance(low, curve.points) for curve in curves(0.30, "paper")) > 0.05
     one, other = system.first_return(low + np.array([[-1e-6, 0], [1e-6, 0]])).image
     assert np.abs(one - other).max() < 1e-4

@@ -12,7 +12,7 @@ from nsmaps.coordinates import TWO_PI, Angle, wrap
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.returns import Legs, Returns
+from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.words import encode
 from nsmaps.reduced.adaptive.accurate import AccurateResult
@@ -55,10 +55,10 @@ class Known:
     def codes(self, x):
         return np.where(self.above(x), encode("BTB", WALLS), encode("BB", WALLS))
 
-    def legs(self, states, chatter=0.0):
+    def itineraries(self, states, chatter=0.0):
         x = np.asarray(states, float)
         outcome = np.where(x[:, 0] < self.lost, Outcome.escaped, Outcome.returned).astype(np.int8)
-        return Legs(WALLS, self.codes(x), np.zeros(len(x), np.int32), np.ones(len(x)), np.ones(len(x)), outcome)
+        return Itineraries(WALLS, self.codes(x), np.zeros(len(x), np.int32), np.ones(len(x)), np.ones(len(x)), outcome)
 
 
 def grid(v=(0.0, 1.0), phi=(0.0, 3.0), points=100):
@@ -105,9 +105,16 @@ class Slit(Known):
     def codes(self, x):
         return np.full(len(x), encode("BB", WALLS))
 
-    def legs(self, states, chatter=0.0):
-        legs = super().legs(states)
-        return Legs(WALLS, 1 + self.above(np.asarray(states)), legs.turns, legs.clearance, legs.slowest, legs.outcome)
+    def itineraries(self, states, chatter=0.0):
+        found = super().itineraries(states)
+        return Itineraries(
+            WALLS,
+            1 + self.above(np.asarray(states)),
+            found.turns,
+            found.clearance,
+            found.slowest,
+            found.outcome,
+        )
 
 
 @dataclass(frozen=True)

@@ -213,7 +213,7 @@ class Unwound(BouncingBall):
         (WrongSignOfTheTable(**BALL), "does not start with the velocity that it is given: .* wrong sign, is missing"),
         (WrongSignOfTheVelocity(**BALL), "not start with the velocity that it is given, but with the opposite sign"),
         (NoReversal(**BALL), r"an impact does not reverse the motion: NoReversal.rebound\(.*\) is -"),
-        (NoWall(**BALL, walled=False), "has no walls; one is forgotten"),
+        (NoWall(**BALL, walled=False), "has no walls; expected: at least the base wall"),
         (BottomForgotten(**PAIR), "never return.*or a wall on the other side is forgotten"),
         (TopForgotten(**PAIR), "no return .* depends on its parameter 'd', .* Is a wall forgotten"),
         (CeilingForgotten(height=0.6), "ignore its parameter 'height': .* is a wall or a force forgotten"),

@@ -101,8 +101,8 @@ class OrbitCurve:
         """As of a point: speeds as shares of the speed's scale, gaps of what that flies in a radian of the forcing's phase."""
         if not isinstance(map, ExactMap):
             return np.full(2, np.inf)
-        legs, speed = map.legs(states), self.scale[0]
-        return np.array([legs.clearance.min() * map.phase_rate() / speed, legs.slowest.min() / speed])
+        itineraries, speed = map.itineraries(states), self.scale[0]
+        return np.array([itineraries.clearance.min() * map.phase_rate() / speed, itineraries.slowest.min() / speed])
 
     def _by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
         """The derivative of the images by the parameter, shape (q, n): through impacts where the map is exact."""

@@ -1,8 +1,8 @@
 """Balls: numbers known up to a radius, in an arithmetic that rounds outward.
 
-A ball is a pair (centre, radius). The result of every operation holds the results for all numbers of its operands: to the
-radius is added what the rounding of the centre may be, at least one unit in its last place, and then what the rounding of
-the radius may be (S. M. Rump, Acta Numerica 19, 2010, section 10). An infinite or NaN radius says that nothing is known.
+A ball is a pair (centre, radius). The result of every operation contains the results for all numbers of its operands: a bound on
+the rounding error of the centre, at least one unit in its last place, is added to the radius, and then a bound on the rounding
+error of the radius (S. M. Rump, Acta Numerica 19, 2010, section 10). An infinite or NaN radius states that nothing is known.
 """
 
 import math
@@ -13,7 +13,7 @@ from nsmaps.exact.engine.jit import inlined, inner
 
 UNIT = 2.3e-16  # more than 2^-52: at least one unit in the last place
 GROW = 1.0 + 2e-15  # more than a few roundings of a radius
-TINY = 1e-300  # more than what underflow loses
+TINY = 1e-300  # more than underflow loses
 NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
 PI_REST = 1.3e-16  # more than |pi - fl(pi)|
 
@@ -47,7 +47,7 @@ def bmul(a, b):
 
 @inlined
 def bplus(a, x, y):
-    """The sum a + x y, with one enlargement of the radius for all roundings."""
+    """The sum a + x y, with one enlargement of the radius for all rounding errors."""
     p = x[0] * y[0]
     c = a[0] + p
     r = abs(x[0]) * y[1] + x[1] * (abs(y[0]) + y[1])
@@ -56,7 +56,7 @@ def bplus(a, x, y):
 
 @inlined
 def met(x, y, u, v):
-    """The sum x u + y v, as `bplus`."""
+    """The sum x u + y v, as in `bplus`."""
     p, q = x[0] * u[0], y[0] * v[0]
     c = p + q
     r = (abs(x[0]) * u[1] + x[1] * (abs(u[0]) + u[1])) + (abs(y[0]) * v[1] + y[1] * (abs(v[0]) + v[1]))
@@ -65,11 +65,11 @@ def met(x, y, u, v):
 
 @inlined
 def binv(a):
-    """The reciprocal; nothing is known of that of a ball that holds zero."""
-    least = (abs(a[0]) - a[1]) * (1.0 - 1e-15)
+    """The reciprocal; its radius is infinite where the ball contains zero."""
+    lower = (abs(a[0]) - a[1]) * (1.0 - 1e-15)
     c = 1.0 / a[0]
-    r = (a[1] * abs(c) / least + UNIT * abs(c)) * GROW + TINY
-    return c, r if least > 0.0 else math.inf
+    r = (a[1] * abs(c) / lower + UNIT * abs(c)) * GROW + TINY
+    return c, r if lower > 0.0 else math.inf
 
 
 @inlined
@@ -91,22 +91,22 @@ def size(a):
 
 
 @inlined
-def between(least, most):
-    """The ball of the numbers between two."""
-    c = 0.5 * (least + most)
-    return c, max(c - least, most - c) * GROW
+def between(lower, upper):
+    """The ball of all numbers between two bounds."""
+    c = 0.5 * (lower + upper)
+    return c, max(c - lower, upper - c) * GROW
 
 
 @inlined
 def bmeet(a, b):
-    """A ball that holds what is in both; of the second nothing need be known."""
-    least, most = low(b), high(b)
-    return between(least if least > low(a) else low(a), most if most < high(a) else high(a))
+    """A ball that contains the intersection of two; the second may be unbounded."""
+    lower, upper = low(b), high(b)
+    return between(lower if lower > low(a) else low(a), upper if upper < high(a) else high(a))
 
 
 @inner
 def bsqrt(a):
-    """The square root, of what is not negative."""
+    """The square root of a ball of nonnegative numbers."""
     root = between(math.sqrt(max(low(a), 0.0)) * (1.0 - 1e-15), math.sqrt(high(a)) * (1.0 + 1e-15))
     return root[0], root[1] * GROW + TINY
 
@@ -119,19 +119,19 @@ def babs(a):
 
 @inlined
 def bmax(a, b):
-    """The greater one."""
+    """The maximum."""
     return between(max(low(a), low(b)), max(high(a), high(b)))
 
 
 @inlined
 def bmin(a, b):
-    """The lesser one."""
+    """The minimum."""
     return between(min(low(a), low(b)), min(high(a), high(b)))
 
 
 @inner
 def reduced(phi):
-    """The phase less whole turns, its centre in [0, 2 pi), and these turns."""
+    """The phase reduced modulo 2 pi, its centre in [0, 2 pi), and the number of turns removed."""
     whole = np.floor(phi[0] / (2.0 * math.pi))
     turns = bmul((whole, 0.0), (2.0 * math.pi, 2.0 * PI_REST))
     return bsub(phi, turns), turns
@@ -139,7 +139,7 @@ def reduced(phi):
 
 @inlined
 def rounded(x):
-    """The ball of the numbers that x may be rounded from."""
+    """The ball of all numbers that round to x."""
     return x, UNIT * abs(x)
 
 

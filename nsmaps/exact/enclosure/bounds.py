@@ -1,4 +1,4 @@
-"""Bounds on the rates of sets of flights, at all times."""
+"""Bounds on the time derivatives of sets of flights, for all times."""
 
 import math
 
@@ -9,7 +9,7 @@ from nsmaps.exact.engine.layout import AT_CHAINS, AT_RATES, CHAIN, CHAINED, POWE
 
 @inner
 def ball_bounds(p, c):
-    """Bounds on |jerk| and |snap| of flights, whose coefficients begin at c, at all times; infinite of flights that grow."""
+    """Bounds on |jerk| and |snap| of flights for all times, with coefficients from index c; infinite for flights that grow."""
     t = p.table
     n, plain, k, rates = int(t[POWERS]), int(t[SIMPLE]), c, int(t[AT_RATES])
     jerk, snap = (math.inf, math.inf) if n > 1 else (0.0, 0.0)
@@ -23,15 +23,15 @@ def ball_bounds(p, c):
             alpha = max(alpha, alpha - t[at + 1])
         if power == 0:
             b0, b1, b2, b3 = 0.0, 0.0, 0.0, 0.0
-        most = math.inf if alpha > 0.0 or (power > 0 and alpha == 0.0) else 1.0
-        for m in range(1, power + 1):  # s^n exp(alpha s)/n! is largest at s = -n/alpha
-            most *= power / (math.e * -alpha * m) if alpha < 0.0 else 1.0
+        greatest = math.inf if alpha > 0.0 or (power > 0 and alpha == 0.0) else 1.0
+        for m in range(1, power + 1):  # s^n exp(alpha s)/n! is greatest at s = -n/alpha
+            greatest *= power / (math.e * -alpha * m) if alpha < 0.0 else 1.0
         x, y = size(ball_in(t, k)), size(ball_in(t, k + 2))
         speed, weight = math.sqrt(t[rates + 2 * i] ** 2 + t[rates + 2 * i + 1] ** 2), math.sqrt(x * x + y * y)
-        first = speed * most + b0
+        first = speed * greatest + b0
         second = speed * first + b1
         third = speed * second + b2
         jerk, snap = jerk + weight * third, snap + weight * (speed * third + b3)
-        b0, b1, b2, b3 = most, first, second, third
+        b0, b1, b2, b3 = greatest, first, second, third
         k += 4
     return jerk, snap

@@ -1,7 +1,7 @@
-"""sin, cos, exp and log in balls, from sums, products and powers of two alone: no library is relied on.
+"""sin, cos, exp and log of balls, from sums, products and powers of two alone; no library function is trusted.
 
-How far `wave` and `growth` may be off is derived in `docs/numerics.md` and checked by the tests, in rational arithmetic and in
-intervals of many digits; the numbers here are what is proved there, rounded up.
+Bounds on the errors of `wave` and `growth` are derived in `docs/numerics.md` and checked by the tests, in rational arithmetic and
+in intervals of many digits; the constants here are those bounds, rounded up.
 """
 
 import math
@@ -10,23 +10,23 @@ from nsmaps.exact.enclosure.balls import ONE, TINY, between, bmul, bsub, high, l
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.remainders import FARTHEST, doubled, growth, wave
 
-COSINE_OFF, SINE_OFF, REST_OFF = 2e-15, 1e-15, 5e-15  # of cos - 1, sin and sin - x, relative to their sizes
-GROWTH_OFF, BEND_OFF, EXP_OFF = 1e-15, 4e-15, 1e-15  # of exp - 1, exp - 1 - x and exp itself, relative to their sizes
-PARTS_OFF, MOST_ANGLE = 1e-36, 1e6  # of the reduction to quarters of a turn, by the angle; radians that it is good for
-WIDER = 1.0 + 8e-15  # more than what a radius that is made from these functions and a few roundings is off by
+COSINE_OFF, SINE_OFF, REST_OFF = 2e-15, 1e-15, 5e-15  # relative error of cos - 1, sin and sin - x
+GROWTH_OFF, BEND_OFF, EXP_OFF = 1e-15, 4e-15, 1e-15  # relative error of exp - 1, exp - 1 - x and exp itself
+PARTS_OFF, MOST_ANGLE = 1e-36, 1e6  # error of the reduction to quarter turns, per radian; radians up to which it holds
+WIDER = 1.0 + 8e-15  # more than the error of a radius computed from these functions with a few roundings
 
 
 @inner
 def bwave(a):
     """The remainders cos - 1, sin and sin - x, by angle addition of the radius h: sin h <= h, 1 - cos h <= h^2/2."""
     x, h = a
-    less, sine, rest = wave(x)
+    less, sine, remainder = wave(x)
     lost = PARTS_OFF * abs(x) if abs(x) <= MOST_ANGLE else math.inf
     s, c, q = abs(sine) + lost, abs(1.0 + less) + COSINE_OFF, 0.5 * h * h
     return (
         (less, (min(s * h + c * q, 2.0) + COSINE_OFF * abs(less) + lost) * WIDER + TINY),
         (sine, (min(c * h + s * q, 2.0) + SINE_OFF * s + lost) * WIDER + TINY),
-        (rest, (min(abs(less) * h + s * q + h * q * (1.0 / 3.0), 2.0 + h) + REST_OFF * abs(rest) + lost) * WIDER + TINY),
+        (remainder, (min(abs(less) * h + s * q + h * q / 3.0, 2.0 + h) + REST_OFF * abs(remainder) + lost) * WIDER + TINY),
     )
 
 
@@ -34,18 +34,18 @@ def bwave(a):
 def bgrowth(a):
     """The remainders exp - 1 and exp - 1 - x, by exp(x + h) - exp x = (exp h - 1) exp x."""
     x, h = a
-    plain, rest = growth(x)
+    plain, remainder = growth(x)
     more, bend = growth(h)
     whole = 1.0 + plain + 2.0 * GROWTH_OFF
     return (
         (plain, (whole * more + GROWTH_OFF * abs(plain)) * WIDER + TINY),
-        (rest, (abs(plain) * h + whole * bend + BEND_OFF * abs(rest)) * WIDER + TINY),
+        (remainder, (abs(plain) * h + whole * bend + BEND_OFF * abs(remainder)) * WIDER + TINY),
     )
 
 
 @inner
 def bexp(a):
-    """The exponential; beyond `FARTHEST` nothing is known, and below it is a number from zero on."""
+    """The exponential; beyond `FARTHEST` the bound is infinite, and below -`FARTHEST` the ball reaches from zero."""
     x, h = a
     n, more = doubled(min(max(x, -FARTHEST), FARTHEST))
     c = math.ldexp(1.0 + more, n)
@@ -55,7 +55,7 @@ def bexp(a):
 
 @inner
 def log_of(x):
-    """The logarithm of a number, from a guess c by log x = c + log(1 + w) with w = x exp(-c) - 1."""
+    """The logarithm of a number, from an approximation c by log x = c + log(1 + w) with w = x exp(-c) - 1."""
     c = math.log(x)
     w = size(bsub(bmul((x, 0.0), bexp((-c, 0.0))), ONE))
     return c, w / (1.0 - w) * WIDER if w < 0.5 else math.inf
@@ -63,12 +63,12 @@ def log_of(x):
 
 @inner
 def blog(a):
-    """The logarithm, of what is positive."""
+    """The logarithm of a ball of positive numbers."""
     return between(low(log_of(low(a))), high(log_of(high(a))))
 
 
 @inner
 def bangle(phi):
-    """A phase with its cosine less one and its sine, as `angle`."""
+    """A phase with its cosine minus one and its sine, as in `angle`."""
     less, sine, _ = bwave(phi)
     return phi, less, sine

@@ -1,9 +1,9 @@
-"""All that may be the first impacts of a swarm on its way from a wall.
+"""All possible first impacts of a Taylor set of states on its way from a wall.
 
-A march in time: as long as no state of the swarm can meet a wall, steps are those of `march.py`, for the least gap and the
-least rates of all states. Where all surely meet the wall ahead, once and without a turn, the swarm lands there as a whole.
-Where only some may, as next to a graze, what may is put down in short steps of time, and the swarm flies on as if it had not
-been there, until none of it can be on its way any more.
+The set is followed in time. While no state of it can reach a wall, the steps are those of `march.py`, for the least gap and the
+least derivatives over all states. Where all states certainly reach the wall ahead, once and without a turning point, the set
+lands as a whole. Where only some states may reach it, as next to a grazing state, possible impacts are recorded in short steps of
+time, and the set continues as if the wall were absent, until no state of it can still be in flight.
 """
 
 import math
@@ -11,35 +11,46 @@ import math
 from nsmaps.exact.enclosure.balls import NOTHING, badd, between, bplus, bsub, high, low, size
 from nsmaps.exact.enclosure.flow import at_time, ball_motion, ball_places, ball_rate
 from nsmaps.exact.enclosure.landing import bent, gap_to, landed
-from nsmaps.exact.enclosure.taylor_set import box_of, box_swarm, launched, put_swarm, radii, view
+from nsmaps.exact.enclosure.taylor_set import box_of, box_set, launched, put_set, radii, view
 from nsmaps.exact.engine.flow import Flow, evaluate, horizon, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.march import FAR, INWARD, SIXTH, ahead, closes, first_step, safe_step, settled, stays_clear, taylor_root
+from nsmaps.exact.engine.march import (
+    FAR,
+    INWARD,
+    SIXTH,
+    ahead,
+    closes,
+    converged,
+    first_step,
+    safe_step,
+    stays_clear,
+    taylor_root,
+)
 from nsmaps.exact.engine.returns import NO_SPEED
 
-MOST_LEAPS = 400  # steps of one flight of a swarm
-CLOSER = 0.125  # steps are cut off where they get shorter than this share of the time in which a swarm passes
-CHATTERED = 1.000001e-12  # impacts on the base wall up to this speed, of that gained in a radian, `first_return` sums up
-LANDED, RESTED, GONE, SPENT = 0, 1, 2, 3  # how the flight of a swarm ended; all but the first: perhaps of some states only
+MOST_LEAPS = 400  # steps of one flight of a Taylor set
+CLOSER = 0.125  # steps are abandoned when shorter than this share of the time in which a set passes
+CHATTERED = 1.000001e-12  # of the speed gained in a radian: slower impacts on the base wall are summed
+LANDED, RESTED, GONE, SPENT = 0, 1, 2, 3  # how the flight of a set ended; except for the first, perhaps for some states only
 
 
 @inner
 def clear_for(gap, jerk, snap):
-    """For how long the gap surely stays open, for all states."""
+    """A time for which the gap certainly stays open, for all states."""
     y = low(gap[0])
     return safe_step(y, low(gap[1]), low(gap[2]), low(gap[3]), jerk, snap) * INWARD if y > 0.0 else 0.0
 
 
 @inner
 def passing(gap):
-    """About how long a swarm takes to pass a wall."""
+    """An estimate of the time that a set takes to pass a wall."""
     y, u, b, _ = gap
     return 4.0 * y[1] / (abs(u[0]) + math.sqrt(u[0] * u[0] + 4.0 * y[1] * abs(b[0])) + NO_SPEED)
 
 
 @inner
 def cubic_root(gap, h, x):
-    """About when the gap of the centre closes, near h, within +-x; only the tightness of what follows rests on it."""
+    """An estimate of when the gap of the centre closes, near h, within +-x; only the tightness of the result depends on it."""
     y, u, b, j = gap[0][0], gap[1][0], gap[2][0], gap[3][0]
     start = h
     for _ in range(3):
@@ -49,7 +60,7 @@ def cubic_root(gap, h, x):
 
 @inner
 def passed(p, gap, jerk, s, h, row, upper, table, n):
-    """Put the impacts that there may be between s and s + h into row n of a table; returns how many rows there are then."""
+    """Record the possible impacts between s and s + h in row n of a table; returns the number of rows afterwards."""
     y, u, b, _ = gap
     all_h = between(0.0, h)
     rate = bplus(u, bent(b, jerk, all_h), all_h)
@@ -58,13 +69,13 @@ def passed(p, gap, jerk, s, h, row, upper, table, n):
         return n
     omega = ball_rate(p)
     phi = bplus(box_of(row)[1], omega, badd((s, 0.0), all_h))
-    put_swarm(table[n], upper, box_swarm(between(max(-high(rate), 0.0), max(-low(rate), 0.0)), phi), False)
+    put_set(table[n], upper, box_set(between(max(-high(rate), 0.0), max(-low(rate), 0.0)), phi), False)
     return n + 1
 
 
 @inner
 def aimed(p, upper, room, s, x, gap, pop):
-    """About when the centre meets a wall, a time x after s or so; only the tightness of what follows rests on it."""
+    """An estimate of when the centre reaches a wall, near s + x; only the tightness of the result depends on it."""
     flow, root = Flow(p.table, p.table[p.flight :]), s + cubic_root(gap, x, 1.25 * x)
     for _ in range(3):
         there = ahead(upper, room[0], room[0], evaluate(flow, root))
@@ -72,29 +83,33 @@ def aimed(p, upper, room, s, x, gap, pop):
         if not abs(step) <= 0.25 * x:
             break
         root += step
-        if settled(step, rate, root, pop):
+        if converged(step, rate, root, pop):
             break
     return root
 
 
 @inner
 def touchdown(p, up, flight, row, upper, room, gap, s, x, jerk, snap, out):
-    """Write the impacts of a swarm that surely meets a wall within 1.25 x: (is no rate near zero then, spread by x)."""
-    pop = snap * (snap / jerk) ** 2 if jerk > 0.0 else 0.0  # about
+    """Write the impacts of a Taylor set that certainly reaches a wall within 1.25 x: (True if no rate is near zero then, spread
+    by x).
+    """
+    pop = snap * (snap / jerk) ** 2 if jerk > 0.0 else 0.0  # estimate
     root = aimed(p, upper, room, s, x, gap, pop)
     return landed(p, up, flight, row, upper, room, (s, s + 1.25 * x), root, jerk, out)
 
 
 @inner
 def keeps_off(gap, jerk, s, h):
-    """Does a gap that does not shrink at first surely stay open for a time h after s."""
+    """True if a gap that does not shrink at first certainly stays open for a time h after s."""
     y, u = low(gap[0]) * INWARD, low(gap[1]) * INWARD
     return (y > 0.0 or s == 0.0) and stays_clear(y, u, low(gap[2]), jerk, h)
 
 
 @inner
 def steps(has_up, has_down, to_up, to_down, jerk, snap, away):
-    """For how long the gaps to the upper and to the lower wall surely stay open; `away` is known of them, or negative."""
+    """Times for which the gaps to the upper and to the lower wall certainly stay open, given a bound `away` on them, or a
+    negative number.
+    """
     h_up = (away[0] if away[0] >= 0.0 else clear_for(to_up, jerk, snap)) if has_up else FAR
     h_down = (away[1] if away[1] >= 0.0 else clear_for(to_down, jerk, snap)) if has_down else FAR
     return h_up, h_down
@@ -102,7 +117,9 @@ def steps(has_up, has_down, to_up, to_down, jerk, snap, away):
 
 @inner
 def onward(p, walls, gaps, clear, jerk, s, row, table, n):
-    """A step of time for which walls stay clear, or a short one whose impacts are put down: (the step, rows of the table)."""
+    """A step of time for which the walls stay clear, or a short one whose possible impacts are recorded: (the step, rows of the
+    table).
+    """
     (has_up, has_down), (to_up, to_down), (h_up, h_down) = walls, gaps, clear
     h, pass_by = min(h_up, h_down), passing(to_up if h_up < h_down else to_down)
     if not h > CLOSER * pass_by:
@@ -116,14 +133,14 @@ def onward(p, walls, gaps, clear, jerk, s, row, table, n):
 
 @inlined
 def stays(p, up, base_up, own, row):
-    """May some of a swarm stay on the wall that it just hit, or chatter on it to rest."""
+    """True if some state of a set may stay on the wall that it just hit, or come to rest on it by chatter."""
     slow = up == base_up and low(box_of(row)[0]) * low(ball_rate(p)) <= CHATTERED * -low(own[2])
     return low(own[2]) <= 0.0 and (max(low(own[1]), 0.0) <= NO_SPEED or slow)
 
 
 @inner
 def first_impacts(p, up, row, table):
-    """All that may be the first impacts of the swarm in a row, put into a table: (how its flight ended, rows, spread by x)."""
+    """All possible first impacts of the set in a row, written into a table: (how its flight ended, rows, spread by x)."""
     has_up, has_down, base_up = walls_of(p)
     flight, (a, j), jerk, snap = launched(p, up, row)
     room = bsub(*ball_places(p))

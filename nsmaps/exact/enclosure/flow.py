@@ -1,8 +1,8 @@
-"""A flight by its table, in balls: what `nsmaps.exact.engine.flow` computes, over sets of states and of times.
+"""The flight of a table in balls: what `nsmaps.exact.engine.flow` computes, over sets of states and of times.
 
-Of the numbers of a table it is known that they are rounded once (`table.py` computes them in many digits): they are balls of that
-radius. What a rate's function is at a time is written once, by `at_time`, and then met with the coefficients of as many flights
-as are asked for.
+The numbers of a table are rounded once (`tables.py` computes them in many digits), and are therefore balls of that radius. The
+functions of all rates at a time are written once, by `at_time`, and then combined with the coefficients of as many flights as
+needed.
 """
 
 from typing import Any, NamedTuple
@@ -57,10 +57,10 @@ PLAIN, BY_PHASE, TWICE, BY_SPEED = range(
 
 
 class BallFlow(NamedTuple):
-    """A table, and where in it, behind all else, there is room.
+    """A table, with room behind it for intermediate results.
 
-    It is for the coefficients of a flight in floats, for those of this flight and of a whole set of flights in balls, and for
-    the functions of all rates at one time.
+    The room holds the coefficients of a flight in floats, those of this flight and of a whole set of flights in balls, and the
+    functions of all rates at one time.
     """
 
     table: Any
@@ -78,7 +78,7 @@ def ball_places(p):
 
 @inlined
 def ball_rate(p):
-    """Radians of phase a unit of time."""
+    """Radians of phase per unit of time."""
     return rounded(p.table[PHASE_RATE])
 
 
@@ -90,14 +90,14 @@ def ball_rebound(p, up, v):
         r = rounded(t[RESTITUTION + k])
         return bmul(r, v), r, NOTHING
     values = t.ctypes.data + 8 * int(t[AT_PARAMETERS])
-    out = p.basis  # free to be used: it is written anew for every time
+    out = p.basis  # scratch space: rewritten for every time
     written(int(t[BALL_LAW + k]), v[0], v[1], values, t.ctypes.data + 8 * out)
     return ball_in(t, out), ball_in(t, out + 2), ball_in(t, out + 4)
 
 
 @inlined
 def linear_ball(t, row, at, z, w):
-    """The value of a row that is linear in the features, and its first and second derivative by the phase."""
+    """The value of a row that is linear in the features, and its first and second derivatives by the phase."""
     value, slope, bend = rounded(t[row]), NOTHING, NOTHING
     if t[row + 1] != 0.0:
         value = bplus(value, rounded(t[row + 1]), z)
@@ -121,7 +121,7 @@ def linear_ball(t, row, at, z, w):
 
 @inlined
 def section(t, which):
-    """Where coefficients of a kind begin, each ball two numbers."""
+    """The index at which coefficients of a kind begin; a ball takes two numbers."""
     return which * 2 * (int(t[POWERS]) + 2 * (int(t[SIMPLE]) + int(t[CHAINED])))
 
 
@@ -145,7 +145,7 @@ def ball_begin(p, c, at, z, w):
 
 @inner
 def centre_begin(p, w):
-    """Write the centres of the coefficients of `one` as those of a flight with a velocity w: see `evaluate`."""
+    """Write the centres of the coefficients of `one` as those of a flight with velocity w: see `evaluate`."""
     t, c = p.table, p.flight
     t[c + SPEED] = w
     for i in range(int(t[POWERS]) + 2 * (int(t[SIMPLE]) + int(t[CHAINED]))):
@@ -161,7 +161,7 @@ def ball_start(p, at, z, w):
 
 @inner
 def at_time(p, s):
-    """Write the time s, then of each rate's function what is left without its tangent and its value at zero, as complex balls."""
+    """Write the time s, and for each rate its function without the value and the tangent at zero, as complex balls."""
     t, b = p.table, p.basis
     plain, rates, chains = int(t[SIMPLE]), int(t[AT_RATES]), int(t[AT_CHAINS])
     put_ball(t, b, s)
@@ -170,7 +170,7 @@ def at_time(p, s):
         if i >= plain:
             at = chains + CHAIN * (i - plain)
             power = int(t[at])
-            if power > 0:  # a divided difference is s exp(rate s) of a rate between the two
+            if power > 0:  # a divided difference is s exp(rate s) for a rate between the two
                 alpha = between(
                     min(low(alpha), low(bsub(alpha, rounded(t[at + 1])))), max(high(alpha), high(bsub(alpha, rounded(t[at + 1]))))
                 )
@@ -194,7 +194,7 @@ def at_time(p, s):
 
 @inner
 def applied(p, c, which, orders):
-    """Displacement and its first rates, as many as `orders` and at most three, of coefficients of a kind: see `PLAIN`."""
+    """Displacement and its first `orders` time derivatives, at most three, for coefficients of a kind: see `PLAIN`."""
     t, b = p.table, p.basis
     n, plain = int(t[POWERS]), int(t[SIMPLE])
     k, rates, s = c + section(t, which), int(t[AT_RATES]), ball_in(t, b)
@@ -218,14 +218,14 @@ def applied(p, c, which, orders):
 
 @inlined
 def ball_motion(p, c, w, orders):
-    """Displacement since the start and its first rates at the time of `at_time`, from the velocities w: see `applied`."""
+    """Displacement since the start and its first time derivatives at the time of `at_time`, from velocities w: see `applied`."""
     d, v, a, j = applied(p, c, PLAIN, orders)
     return bplus(d, w, ball_in(p.table, p.basis)), badd(w, v), a, j
 
 
 @inlined
 def by_speed(p, c, orders):
-    """Displacement, velocity and acceleration at the time of `at_time` by the velocity of the start."""
+    """Derivatives of displacement, velocity and acceleration at the time of `at_time` by the velocity of the start."""
     s = ball_in(p.table, p.basis)
     if p.table[DAMPED] == 0.0:
         return s, ONE, NOTHING
@@ -235,7 +235,9 @@ def by_speed(p, c, orders):
 
 @inlined
 def ball_tangent(p, c, orders):
-    """Displacement, velocity and, where `orders` is two, acceleration by the phase and by the velocity of the start."""
+    """Derivatives of displacement, velocity and, where `orders` is two, acceleration by the phase and by the velocity of the
+    start.
+    """
     d, v, a, _ = applied(p, c, BY_PHASE, orders)
     d_w, v_w, a_w = by_speed(p, c, orders)
     return d, d_w, v, v_w, a, a_w
@@ -243,6 +245,6 @@ def ball_tangent(p, c, orders):
 
 @inlined
 def ball_bends(p, c):
-    """Displacement and velocity at the time of `at_time` by the phase twice; by velocity they are linear."""
+    """Second derivatives of displacement and velocity at the time of `at_time` by the phase; they are linear in the velocity."""
     d, v, _, _ = applied(p, c, TWICE, 1)
     return d, v

@@ -1,4 +1,4 @@
-"""Impact laws in balls: from a formula to a compiled function that encloses it, with its derivatives."""
+"""Impact laws in balls: from a formula to a compiled function that encloses it and its derivatives."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -18,15 +18,15 @@ WAVES = {
     sp.log: "blog({0})",
     sp.Abs: "babs({0})",
 }
-LONG = 16  #: parts of a sum or product that are written one within the other
+LONG = 16  #: operations of a sum or product, which are nested
 CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin"}
 
 
 def ball_code(expr: sp.Expr) -> str:
-    """Python that encloses an expression, whose symbols are names of balls.
+    """Python code that encloses an expression, whose symbols are names of balls.
 
     Raises:
-        ProofError: the expression has a part that nothing is known to enclose.
+        ProofError: the expression has a part for which no enclosure is known.
     """
     if expr.is_Symbol:
         return str(expr)
@@ -49,7 +49,7 @@ def ball_code(expr: sp.Expr) -> str:
 
 
 def _chain(name: str, parts: Sequence[str]) -> str:
-    if len(parts) > LONG:  # Python reads at most 200 parentheses within each other
+    if len(parts) > LONG:  # Python reads at most 200 nested parentheses
         return f"{name}({_chain(name, parts[: len(parts) // 2])}, {_chain(name, parts[len(parts) // 2 :])})"
     code = parts[0]
     for part in parts[1:]:
@@ -62,7 +62,7 @@ def _number(expr: sp.Expr) -> str:
         return f"({float(expr)!r}, 0.0)"
     value = sp.N(expr, 40)
     if not value.is_real:
-        raise ProofError(f"{sp.sstr(expr)} is no real number; only real ones can be enclosed")
+        raise ProofError(f"{sp.sstr(expr)} is not a real number; only real numbers can be enclosed")
     return f"({float(value)!r}, {abs(float(value)) * 2.0**-52!r})"
 
 
@@ -81,7 +81,7 @@ def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol
     """The address of a compiled function that encloses an impact law and its two derivatives: see `engine.law.written`.
 
     Raises:
-        ProofError: the law has a part that nothing is known to enclose.
+        ProofError: the law has a part for which no enclosure is known.
     """
     exprs = [law, sp.diff(law, speed), sp.diff(law, speed, 2)]
     shared, results = sp.cse(exprs, symbols=(sp.Symbol(f"_x{i}") for i in count()), order="none")

@@ -1,4 +1,4 @@
-"""Outer images of boxes of states: what an enclosure of a return map gives."""
+"""Outer images of boxes of states: the result of an enclosure of a return map."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from nsmaps.exact.words import decoded
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-CHUNK = 1_000  #: boxes a thread takes at a time
-MOST_PHASE = 1e10  #: radians; beyond, phases have lost their digits
+CHUNK = 1_000  #: boxes that a thread takes at a time
+MOST_PHASE = 1e10  #: radians; larger phases have lost too many digits
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class BoxImages:
-    """Boxes that together hold the images of all states of each source box, one after another for all sources.
+    """Boxes that contain the images of all states of each of N source boxes, M boxes in all, ordered by source.
 
-    A source box that meets several words has an image box for each of them. Angles are on the real line, next to the turn
-    of their flight; a side of a full turn or more is the whole circle. Where nothing is known of the images of a source
-    box, it is not `bounded` and one of its image boxes is infinite.
+    A source box whose states have several words has an image box for each word. Angles are on the real line, next to the turn of
+    their flight; a side of a full turn or more is the whole circle. Where no bound on the images of a source box is known, it is
+    not `bounded` and one of its image boxes is infinite.
     """
 
     __repr__ = brief
@@ -33,8 +33,8 @@ class BoxImages:
     source: NDArray[np.int64]  #: shape (M,), number of the source box, ascending
     images: Floats  #: shape (M, n, 2), lower and upper end of each coordinate
     words: NDArray[np.str_]  #: shape (M,), the word of the states with this image; empty where the map has none or several
-    bounded: NDArray[np.bool_]  #: shape (N,), of each source box: are all images of its states known to be in its image boxes
-    empty: NDArray[np.bool_]  #: shape (N,), of each source box: may some state of it have no image (rests, escapes, uncovered)
+    bounded: NDArray[np.bool_]  #: shape (N,), True if the image boxes contain all images of the source box
+    empty: NDArray[np.bool_]  #: shape (N,), True if some state of the source box may have no image
 
     def hulls(self) -> Floats:
         """The smallest box around all images of each source, shape (N, n, 2); NaN without images, infinite if not bounded."""
@@ -49,7 +49,7 @@ class BoxImages:
 
 @runtime_checkable
 class BoxMap(Protocol):
-    """A map that encloses the images of boxes, rounding included: exact systems, polynomial maps, composite maps."""
+    """A map that encloses the images of boxes, rounding errors included: exact systems, polynomial maps, composite maps."""
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -60,12 +60,16 @@ class BoxMap(Protocol):
 
 
 def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
-    """Boxes as a float array of shape (N, n, 2), or a StateError that says what is accepted."""
+    """Boxes as a float array of shape (N, n, 2).
+
+    Raises:
+        StateError: the boxes have another shape, or an end that is not finite; states what is expected.
+    """
     array = np.ascontiguousarray(boxes, float)
     n = len(coordinates)
     if array.ndim != 3 or array.shape[1:] != (n, 2):
         raise StateError(
-            f"boxes have shape {array.shape}; a batch of shape (N, {n}, 2) is accepted, "
+            f"boxes have shape {array.shape}; expected: a batch of shape (N, {n}, 2), "
             f"the lower and the upper end of each of {', '.join(coordinates)}"
         )
     angles = np.abs(array[:, angle_mask(coordinates)]).max(axis=(1, 2), initial=0.0)
@@ -73,14 +77,14 @@ def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
     if not right.all():
         i = int(np.argmin(right))
         raise StateError(
-            f"box {i} is {array[i].tolist()}; finite ends are accepted, each lower one at most the upper one, "
+            f"box {i} is {array[i].tolist()}; expected: finite ends, each lower one at most the upper one, "
             f"and angles up to {MOST_PHASE:g}"
         )
     return array
 
 
 def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
-    """As `ImpactSystem.image_boxes`, which says what these are."""
+    """The images of boxes as described in `ImpactSystem.image_boxes`."""
     from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, all_box_images
     from nsmaps.exact.enclosure.tables import ball_flow, enclosed_table
     from nsmaps.exact.kernel import in_chunks
@@ -89,7 +93,7 @@ def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
     below = start[:, 0, 0] < 0
     none = start[:, 0, 1] < 0
     start[:, 0] = np.maximum(start[:, 0], 0)
-    circles = np.maximum(np.ceil((start[:, 1, 1] - start[:, 1, 0]) / TWO_PI) - 1, 0)  # beyond the first
+    circles = np.maximum(np.ceil((start[:, 1, 1] - start[:, 1, 0]) / TWO_PI) - 1, 0)  # after the first
     start[:, 1, 1] = np.where(circles > 0, start[:, 1, 0] + TWO_PI * (1 + 1e-15), start[:, 1, 1])
     table = enclosed_table(system)
     n = len(start)
@@ -97,7 +101,7 @@ def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
     parts: dict[int, tuple[NDArray[np.int64], Floats]] = {}
 
     def run(k: slice) -> None:
-        rows = len(start[k]) * MOST_IMAGES  # at most; memory is taken for those that are written
+        rows = len(start[k]) * MOST_IMAGES  # an upper bound; memory is used for the rows that are written
         codes, images = np.empty(rows, np.int64), np.empty((rows, 2, 2))
         rows = all_box_images(ball_flow(table), start[k], codes, images, number[k], empty[k], bounded[k])
         images[:rows, 1, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k])

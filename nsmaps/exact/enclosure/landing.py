@@ -1,16 +1,16 @@
-"""The impacts of a set of states on a wall that all of it meets, with their derivatives: see `taylor_set`."""
+"""The impacts of a set of states on a wall that all of them reach, with their derivatives: see `taylor_set`."""
 
 import math
 
 from nsmaps.exact.enclosure.balls import GROW, badd, between, binv, bmeet, bmul, bneg, bplus, bsub, high, low, met, size
 from nsmaps.exact.enclosure.flow import at_time, ball_bends, ball_motion, ball_rate, ball_tangent
-from nsmaps.exact.enclosure.taylor_set import by_start, get_swarm, launch_of, put_swarm, slopes, spread, view, widened
+from nsmaps.exact.enclosure.taylor_set import by_start, get_set, launch_of, put_set, slopes, spread, view, widened
 from nsmaps.exact.engine.jit import inlined, inner
 
 
 @inlined
 def gap_to(upper, room, motion):
-    """The gap to a wall and its rates, in balls."""
+    """The gap to a wall and its time derivatives, in balls."""
     d, v, a, j = motion
     if upper:
         return bsub(room, d), bneg(v), bneg(a), bneg(j)
@@ -19,26 +19,26 @@ def gap_to(upper, room, motion):
 
 @inlined
 def bent(b, jerk, tau):
-    """The second rate within times tau."""
+    """A bound on the second derivative within times tau."""
     return widened(b, jerk * size(tau))
 
 
 @inlined
 def mean_rate(u, b, tau):
-    """The rate from 0 to tau, on average: by Taylor's theorem with the second rate b of some time between."""
+    """The mean rate from 0 to tau, by Taylor's theorem with the second derivative b at some time between."""
     return bplus(u, b, (0.5 * tau[0], 0.5 * tau[1]))
 
 
 @inlined
 def after(gap, jerk, h):
-    """The gap a time h later or, where that is negative, before."""
+    """The gap a time h later or, for negative h, earlier."""
     y, u, b, _ = gap
     return bplus(y, (h, 0.0), mean_rate(u, bent(b, jerk, (h, 0.0)), (h, 0.0)))
 
 
 @inner
 def crossing(gap, jerk, tau):
-    """When, within tau, gaps close that all do so there, once, and the time zero: (the times, the rates then)."""
+    """For gaps that all close within tau, once, and at the time zero: (the times at which they close, the rates then)."""
     y, u, b, _ = gap
     near = -2.0 * size(y) / high(u)
     if near > 0.0 and low(after(gap, jerk, -near)) > 0.0 and high(after(gap, jerk, near)) < 0.0:
@@ -60,7 +60,7 @@ def middle(p, flight, upper, room, root):
 
 @inlined
 def guessed(y, u, a, d_x, r):
-    """About how long before and after the time of `middle` a swarm meets the wall, with a reserve; endless if unsure."""
+    """Estimate of how long before and after the time of `middle` a set reaches the wall, with a reserve; infinite if unknown."""
     reach = (size(y) + spread(d_x[0], d_x[1], r)) / abs(u[0])
     bend = (spread(d_x[2], d_x[3], r) + abs(a[0]) * reach) / abs(u[0])
     return reach * (1.05 + 2.0 * bend) if bend < 0.5 else math.inf
@@ -68,11 +68,11 @@ def guessed(y, u, a, d_x, r):
 
 @inner
 def moving(p, flight, upper, y, u, root, tau):
-    """A swarm at the times root + tau, zero in tau, from gap and rate of its centre at root: (times of impact, rates, ...).
+    """A set at the times root + tau, zero in tau, from gap and rate of its centre at root: (times of impact, rates, ...).
 
-    By the mean value theorem in x the gaps at root are within those of the centre and the derivatives over the swarm, and by
-    that in time all of them close within -gap/rate: where that is within tau, and no rate is zero, these are all impacts.
-    Besides these the motion over the swarm and its derivatives by the start and by x are returned.
+    By the mean value theorem in x the gaps at root lie within those of the centre plus the derivatives over the set, and by the
+    mean value theorem in time all of them close within -gap/rate: where that lies within tau, and no rate is zero, these are all
+    impacts. The motion over the set and its derivatives by the start and by x are returned besides.
     """
     at_time(p, badd((root, 0.0), tau))
     motion, tangent = ball_motion(p, p.whole, flight[0], 3), ball_tangent(p, p.whole, 2)
@@ -85,24 +85,26 @@ def moving(p, flight, upper, y, u, root, tau):
 
 @inner
 def narrowed(p, flight, upper, room, window, root, jerk):
-    """When, after root, a swarm meets a wall that surely does within the window, from the motion of all at root."""
+    """The times after root at which a set certainly reaches a wall within the window, from the motion of all states at root."""
     motion, _ = view(p, flight, root)
     return crossing(gap_to(upper, room, motion), jerk, bsub(between(window[0], window[1]), (root, 0.0)))
 
 
 @inlined
 def impact_slopes(d_x, slope, a):
-    """Time and velocity at impacts by x, from the derivatives at fixed times and from -1/rate: the implicit function theorem."""
+    """Derivatives of time and velocity at impacts by x, from the derivatives at fixed times and from -1/rate: the implicit
+    function theorem.
+    """
     s_1, s_2 = bmul(d_x[0], slope), bmul(d_x[1], slope)
     return (s_1, s_2), (bplus(d_x[2], a, s_1), bplus(d_x[3], a, s_2))
 
 
 @inner
 def impact_bend(tangent, bends, a, slope, phi_phi, y_xx, cross):
-    """The second derivatives of time and velocity at impacts by two of x.
+    """The second derivatives of time and velocity at impacts by two components of x.
 
-    `phi_phi` is the product of the derivatives of the start's phase by them, `y_xx` the second ones of phase and velocity of the
-    start, and `cross` what the moving time of impact adds to those of displacement and velocity.
+    `phi_phi` is the product of the derivatives of the phase of the start by them, `y_xx` contains the second derivatives of phase
+    and velocity of the start, and `cross` the contribution of the varying time of impact to those of displacement and velocity.
     """
     d_xx = bplus(cross[0], bends[0], phi_phi)
     v_xx = bplus(cross[1], bends[1], phi_phi)
@@ -114,9 +116,9 @@ def impact_bend(tangent, bends, a, slope, phi_phi, y_xx, cross):
 
 
 @inlined
-def started(p, up, swarm):
+def started(p, up, taylor_set):
     """The second derivatives of phase and velocity of the start by x: by x_1 twice, by both, by x_2 twice."""
-    _, _, _, d, h, _, box_v, _ = swarm
+    _, _, _, d, h, _, box_v, _ = taylor_set
     _, law, bend = launch_of(p, up, box_v)
     w = bmul(law, h[0]), bmul(law, h[1]), bmul(law, h[2])
     if bend[0] != 0.0 or bend[1] != 0.0:
@@ -133,18 +135,20 @@ def doubled_ball(a):
 
 @inlined
 def lean(rate, bend, s):
-    """A rate with half of what its own rate adds until an impact: of the product of two sums the terms that both moves give."""
+    """A rate plus half of the contribution of its own rate up to an impact: the terms of the product of two sums that both
+    variations give.
+    """
     return bplus(rate, (0.5 * bend[0], 0.5 * bend[1]), s)
 
 
 @inner
-def bends_over(p, up, upper, flight, swarm, tangent, motion, slope, times, d_x, omega):
+def bends_over(p, up, upper, flight, taylor_set, tangent, motion, slope, times, d_x, omega):
     """The second derivatives of speed and phase at impacts at the times of `at_time`: by x_1 twice, by both, by x_2 twice."""
     y, bends, (_, _, a, j) = flight[2], ball_bends(p, p.whole), motion
     s_1, s_2 = times
     a_1, a_2 = met(tangent[4], tangent[5], y[0], y[2]), met(tangent[4], tangent[5], y[1], y[3])
     d_1, d_2, v_1, v_2 = lean(d_x[2], a, s_1), lean(d_x[3], a, s_2), lean(a_1, j, s_1), lean(a_2, j, s_2)
-    y_11, y_12, y_22 = started(p, up, swarm)
+    y_11, y_12, y_22 = started(p, up, taylor_set)
     both = met(d_1, d_2, s_2, s_1), met(v_1, v_2, s_2, s_1)
     one = doubled_ball(bmul(d_1, s_1)), doubled_ball(bmul(v_1, s_1))
     two = doubled_ball(bmul(d_2, s_2)), doubled_ball(bmul(v_2, s_2))
@@ -153,7 +157,7 @@ def bends_over(p, up, upper, flight, swarm, tangent, motion, slope, times, d_x, 
     s_22, v_22 = impact_bend(tangent, bends, a, slope, bmul(y[1], y[1]), y_22, two)
     if not upper:
         v_11, v_12, v_22 = bneg(v_11), bneg(v_12), bneg(v_22)
-    h = swarm[4]
+    h = taylor_set[4]
     return v_11, v_12, v_22, bplus(h[3], omega, s_11), bplus(h[4], omega, s_12), bplus(h[5], omega, s_22)
 
 
@@ -173,7 +177,7 @@ def impact_derivative(upper, v_x, d, omega, s_x):
 
 @inlined
 def moved(u, a, tangent, late, over, bends):
-    """Rate, acceleration and derivatives of `middle` at the impact, `late` after it, with bounds on their rates meanwhile."""
+    """Rate, acceleration and derivatives of `middle` at the impact, `late` after it, with bounds on their rates in between."""
     t = size(late)
     turned = (
         widened(tangent[0], size(bends[2]) * t),
@@ -185,9 +189,11 @@ def moved(u, a, tangent, late, over, bends):
 
 
 @inlined
-def landing(swarm, centre, whole, root):
-    """A swarm as it meets a wall: from what it was, and rate, time, derivatives by x of its centre and of all of it."""
-    _, phi, _, _, _, r, _, box_phi = swarm
+def landing(taylor_set, centre, whole, root):
+    """A Taylor set at its impact with the wall: from the set at the start, and rate, time, derivatives by x of its centre and of
+    all states.
+    """
+    _, phi, _, _, _, r, _, box_phi = taylor_set
     rate, late, d = centre
     all_rate, tau, all_x, h, omega = whole
     phase, rate = bplus(phi, omega, badd((root, 0.0), late)), bneg(rate)
@@ -198,12 +204,13 @@ def landing(swarm, centre, whole, root):
 
 @inner
 def landed(p, up, flight, row, upper, room, window, root, jerk, out):
-    """Write the impacts of a swarm that surely meets a wall once, without a turn, in a window of time, its centre about at root.
+    """Write the impacts of a set that certainly reaches a wall once, without a turning point, in a window of time, its centre
+    near root.
 
-    Returns (is no rate near zero, its spread by x just before the wall).
+    Returns (True if no rate is near zero, the spread by x just before the wall).
     """
-    swarm = get_swarm(row)
-    v, _, d, all_x, h, r, _, _ = swarm
+    taylor_set = get_set(row)
+    v, _, d, all_x, h, r, _, _ = taylor_set
     _, law, _ = launch_of(p, up, v)
     y_x = d[2], d[3], bmul(law, d[0]), bmul(law, d[1])
     y, u, a, tangent = middle(p, flight, upper, room, root)
@@ -220,7 +227,7 @@ def landed(p, up, flight, row, upper, room, window, root, jerk, out):
     d = impact_derivative(upper, v_x, d, omega, s_x)
     slope = binv(all_rate) if upper else bneg(binv(all_rate))
     s_x, v_x = impact_slopes(d_x, slope, over[2])
-    h = bends_over(p, up, upper, flight, swarm, all_tangent, over, slope, s_x, d_x, omega)
+    h = bends_over(p, up, upper, flight, taylor_set, all_tangent, over, slope, s_x, d_x, omega)
     all_x = slopes(impact_derivative(upper, v_x, all_x, omega, s_x), d, h, r)
-    put_swarm(out, upper, landing(swarm, (rate, late, d), (all_rate, tau, all_x, h, omega), root), True)
+    put_set(out, upper, landing(taylor_set, (rate, late, d), (all_rate, tau, all_x, h, omega), root), True)
     return high(all_rate) < 0.0, (size(d_x[0]) * r[0], size(d_x[1]) * r[1])

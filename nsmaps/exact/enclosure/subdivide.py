@@ -1,4 +1,4 @@
-"""Boxes of states: their images enclosed, cut into cells where that tightens them."""
+"""Images of boxes of states, which are subdivided into cells where that tightens them."""
 
 import math
 
@@ -6,28 +6,28 @@ import numpy as np
 
 from nsmaps.exact.enclosure.balls import badd, between, high, low, reduced, size
 from nsmaps.exact.enclosure.encounters import GONE, LANDED, first_impacts
-from nsmaps.exact.enclosure.taylor_set import ROW, SMOOTH, UPPER, box_of, box_swarm, get_swarm, put_swarm
+from nsmaps.exact.enclosure.taylor_set import ROW, SMOOTH, UPPER, box_of, box_set, get_set, put_set
 from nsmaps.exact.engine.flow import walls_of
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.returns import spell
 
-MOST_IMAGES = 16  #: words of one box told apart
-MOST_CELLS = 16  #: cells of a box and their halves, to narrow its images
+MOST_IMAGES = 16  #: words distinguished in one box
+MOST_CELLS = 16  #: cells of a box and their halves, to tighten its images
 ALL_CELLS = 32  #: the same, to bound them
-MOST_PARTS = 64  #: swarms of one cell that fly on at a time
-MOST_FLIGHTS = 64  #: of the swarms of one cell
-MOST_HITS = 48  #: of one flight of a swarm
-LOOSE, SLACK = 1.1, 1.25  #: how much wider than linear an image may be before corners are looked at, before a cell is cut
-SMALL = 1e-9  #: half sides that are not cut, of a speed and in radians
+MOST_PARTS = 64  #: Taylor sets of one cell in flight at a time
+MOST_FLIGHTS = 64  #: impacts of the sets of one cell
+MOST_HITS = 48  #: impacts of one flight of a set
+LOOSE, SLACK = 1.1, 1.25  #: width of an image over its linear part, above which corners are used, cells cut
+SMALL = 1e-9  #: half sides that are not subdivided, of a speed (relative) and in radians
 
 
 @inner
 def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
-    """Unite an image with those of its word; returns how many there are then."""
+    """Unite an image with those of its word; returns the number of images afterwards."""
     k = 0
     while k < n and codes[k] != code:
         k += 1
-    if k == len(codes):  # too many words: the last holds several
+    if k == len(codes):  # too many words: the last image has several
         k -= 1
         codes[k] = 0
     if k == n:
@@ -41,14 +41,15 @@ def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
 
 @inner
 def cell_images(p, v, phi, tables):
-    """The images of one cell, into the tables: (how many, are all bounded, may some state have none, are all smooth, spread).
+    """The images of one cell, in the tables: (number, True if all are bounded, True if some state may have none, True if all are
+    smooth, spread).
 
-    Smooth is the map where no graze cuts the cell. A cell with one smooth image leaves it in the first row of `hits`.
+    The map is smooth where no grazing curve crosses the cell. A cell with one smooth image has it in the first row of `hits`.
     """
     parts, names, hits, codes, images, _ = tables
     has_up, has_down, base_up = walls_of(p)
-    base = 5 if has_up and has_down else 4  # of codes, as in `first_return`
-    put_swarm(parts[0], base_up, box_swarm(v, phi), True)
+    base = 5 if has_up and has_down else 4  # number of codes, as in `first_return`
+    put_set(parts[0], base_up, box_set(v, phi), True)
     names[0, 0], names[0, 1] = spell(0, 1, base, 1, 1)
     waiting, m = 1, 0
     empty, bounded, smooth, by = False, True, True, (v[1], phi[1])
@@ -81,13 +82,13 @@ def cell_images(p, v, phi, tables):
 
 
 @inner
-def sharpened(p, cell, tables, most):
-    """Make the one image of a cell as narrow as the map is monotone on it: (is it still loose, its spread by each coordinate).
+def sharpened(p, cell, tables, widest):
+    """Tighten the one image of a cell where the map is monotone: (True if it is still loose, its spread by each coordinate).
 
-    A component whose derivatives have no zero in the cell is least and greatest at corners.
+    A component whose derivatives have no zero in the cell takes its extrema at corners.
     """
     _, _, hits, codes, images, _ = tables
-    _, _, one, d, _, r, v, phi = get_swarm(hits[0])
+    _, _, one, d, _, r, v, phi = get_set(hits[0])
     code, ends, loose = codes[0], tables[5], False
     for k in range(4):
         ends[k] = images[0, k]
@@ -95,7 +96,7 @@ def sharpened(p, cell, tables, most):
         a, b = d[2 * row], d[2 * row + 1]
         linear = abs(one[2 * row][0]) * r[0] + abs(one[2 * row + 1][0]) * r[1] + SMALL * SMALL * (1.0 if row else size(v))
         wide = (phi[1] if row else v[1]) / linear
-        if not wide > most:
+        if not wide > widest:
             continue
         if not (abs(a[0]) > a[1] and abs(b[0]) > b[1]):
             loose = loose or wide > SLACK
@@ -116,7 +117,7 @@ def sharpened(p, cell, tables, most):
 
 @inner
 def all_finite(images, n):
-    """Are the first n images boxes."""
+    """True if the first n images are finite boxes."""
     for k in range(n):
         for c in range(0, 4, 2):
             if not (images[k, c] <= images[k, c + 1] and images[k, c] > -math.inf and images[k, c + 1] < math.inf):
@@ -126,7 +127,7 @@ def all_finite(images, n):
 
 @inner
 def cut(cells, k, last, first):
-    """Add the halves of cell k behind the last."""
+    """Add the halves of cell k after the last cell."""
     c = 0 if first else 2
     middle = 0.5 * (cells[k, c] + cells[k, c + 1])
     for i in range(4):
@@ -136,7 +137,9 @@ def cut(cells, k, last, first):
 
 @inner
 def box_images(p, cells, tables, codes, images):
-    """The images of the box in the first cell, cut where that helps: (how many, are all bounded, may some state have none)."""
+    """The images of the box in the first cell, subdivided where that helps: (number, True if all are bounded, True if some state
+    may have none).
+    """
     m, last, empty, k = 0, 1, False, 0
     while k < last:
         v, phi = between(cells[k, 0], cells[k, 1]), between(cells[k, 2], cells[k, 3])
@@ -144,8 +147,8 @@ def box_images(p, cells, tables, codes, images):
         loose = without or not smooth
         if n == 1 and bounded and not loose:
             loose, by = sharpened(p, cells[k], tables, SLACK if k > 0 else LOOSE)
-        most = MOST_CELLS if bounded and not without else len(cells)
-        if loose and last + 2 <= most and (v[1] > SMALL * v[0] or phi[1] > SMALL):
+        max_cells = MOST_CELLS if bounded and not without else len(cells)
+        if loose and last + 2 <= max_cells and (v[1] > SMALL * v[0] or phi[1] > SMALL):
             cut(cells, k, last, (by[0] >= by[1] and v[1] > 0.0) or phi[1] == 0.0)
             last += 2
         elif not bounded:
@@ -161,7 +164,7 @@ def box_images(p, cells, tables, codes, images):
 
 @entry
 def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
-    """The images of boxes of shape (N, 2, 2), one after another into `codes` and `images`: how many these are in all."""
+    """The images of boxes of shape (N, 2, 2), written in order into `codes` and `images`; returns their number."""
     cells, found = np.empty((ALL_CELLS, 4)), np.empty((MOST_IMAGES, 4))
     tables = (
         np.empty((MOST_PARTS, ROW)),

@@ -1,4 +1,4 @@
-"""The tables of systems for enclosures."""
+"""The tables of systems that enclosures use."""
 
 from typing import TYPE_CHECKING
 
@@ -25,7 +25,7 @@ def ball_flow(table: Floats) -> BallFlow:
 
 
 def enclosed_table(system: "ImpactSystem") -> Floats:
-    """The table of a system with the addresses of its impact laws in balls. Raises ProofError as `image_boxes`."""
+    """The table of a system with the addresses of its impact laws in balls. Raises ProofError as `image_boxes` does."""
     kernel = system._kernel()
     table = kernel.table.copy()
     for k, law in enumerate(kernel.formulas.laws):

@@ -1,10 +1,10 @@
-"""Sets of states that fly together.
+"""Second-order Taylor sets: sets of states that are followed together.
 
-A *swarm* is a set of impacts on one wall that depends on x, |x_k| <= r_k, in balls: for x = 0 its centre c and derivative
-d, for all x the derivative D and the second one H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi) is in
-c + D x and in c + d x + H x x/2, and D in d + H x. All that is known is met: next to a graze H grows as the third power of
-1/rate, D as the first, and the box does not grow; elsewhere H is what makes the image narrow. The gap to a wall at time s is
-that of the box and, by the mean value theorem, that of the centre and its derivative over the set times x.
+A *Taylor set* is a set of impacts on one wall that depends on x, |x_k| <= r_k, in balls: for x = 0 its centre c and derivative d,
+for all x the first derivative D and the second derivative H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi)
+is in c + D x and in c + d x + H x x/2, and D in d + H x. All bounds are intersected: next to a grazing state H grows as the third
+power of 1/rate, D as the first, and the box does not grow; elsewhere H makes the image narrow. The gap to a wall at time s is
+that of the box and, by the mean value theorem, that of the centre plus its derivative over the set times x.
 """
 
 from nsmaps.exact.enclosure.balls import GROW, NOTHING, ONE, bmeet, bmul, bneg, met, size
@@ -23,21 +23,21 @@ from nsmaps.exact.enclosure.flow import (
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import OUTWARD
 
-UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of swarms
+UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of Taylor sets
 
 
 @inlined
-def box_swarm(v, phi):
-    """The swarm that fills a box."""
+def box_set(v, phi):
+    """The Taylor set that fills a box."""
     flat = NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING
     unit = ONE, NOTHING, NOTHING, ONE
     return (v[0], 0.0), (phi[0], 0.0), unit, unit, flat, (v[1], phi[1]), v, phi
 
 
 @inlined
-def put_swarm(t, upper, swarm, smooth):
-    """Write a swarm into a row of a table."""
-    v, phi, d, all_x, h, r, box_v, box_phi = swarm
+def put_set(t, upper, taylor_set, smooth):
+    """Write a Taylor set into a row of a table."""
+    v, phi, d, all_x, h, r, box_v, box_phi = taylor_set
     k = 0
     for each in (v, phi, *d, *all_x, *h, r, box_v, box_phi):
         t[k], t[k + 1] = each
@@ -52,21 +52,21 @@ def four(t, k):
 
 
 @inlined
-def get_swarm(t):
-    """The swarm in a row of a table."""
+def get_set(t):
+    """The Taylor set in a row of a table."""
     h = *four(t, 20), (t[28], t[29]), (t[30], t[31])
     return (t[0], t[1]), (t[2], t[3]), four(t, 4), four(t, 12), h, radii(t), (t[34], t[35]), (t[36], t[37])
 
 
 @inlined
 def radii(t):
-    """The radii of x of the swarm in a row."""
+    """The radii of x of the Taylor set in a row."""
     return t[32], t[33]
 
 
 @inlined
 def box_of(t):
-    """The box of the swarm in a row."""
+    """The box of the Taylor set in a row."""
     return (t[34], t[35]), (t[36], t[37])
 
 
@@ -78,13 +78,15 @@ def spread(a, b, r):
 
 @inlined
 def widened(c, r):
-    """A ball with a greater radius."""
+    """A ball with a larger radius."""
     return c[0], (c[1] + r) * GROW
 
 
 @inner
 def slopes(known, d, h, r):
-    """What is known of the first derivative over a swarm, within that of the centre and the second."""
+    """Bounds on the first derivative over a set, intersected with those from the derivative of the centre and the second
+    derivative.
+    """
     return (
         bmeet(known[0], widened(d[0], spread(h[0], h[1], r))),
         bmeet(known[1], widened(d[1], spread(h[1], h[2], r))),
@@ -95,19 +97,20 @@ def slopes(known, d, h, r):
 
 @inner
 def launch_of(p, up, v):
-    """The velocity after impacts of speeds v, and its first and second derivative by v."""
+    """The velocity after impacts of speeds v, and its first and second derivatives by v."""
     u, slope, bend = ball_rebound(p, up, v)
     return (bneg(u), bneg(slope), bneg(bend)) if up else (u, slope, bend)
 
 
 @inner
 def launched(p, up, row):
-    """Write what of the flights of the swarm in a row, and of its centre, does not depend on time; their velocities and bounds.
+    """Write the part of the flights of the set in a row, and of its centre, that does not depend on time; their velocities and
+    bounds.
 
     Returns ((velocities, those of the centre, phase and velocity by x, radii of x), acceleration and jerk at the start, bound on
     |jerk|, on |snap|).
     """
-    v, phi, _, d, _, r, box_v, box_phi = get_swarm(row)
+    v, phi, _, d, _, r, box_v, box_phi = get_set(row)
     top, bottom = ball_places(p)
     z = top if up else bottom
     w, slope, _ = launch_of(p, up, box_v)
@@ -134,7 +137,7 @@ def by_start(tangent, y):
 
 @inner
 def view(p, flight, s):
-    """Displacement and its rates over a swarm at time s, within those of its centre; and its spread by x_1 and by x_2."""
+    """Displacement and its rates over a set at time s, intersected with those from its centre; and its spread by x_1 and x_2."""
     at_time(p, (s, 0.0))
     d, v, _, _ = ball_motion(p, p.one, flight[1], 1)
     all_d, all_v, all_a, all_j = ball_motion(p, p.whole, flight[0], 3)

@@ -1,4 +1,4 @@
-"""What powers of time, rates, and rates that are equal or nearly so give to a motion, in balls: see `engine.layout`."""
+"""Contributions of powers of time, of rates, and of equal or nearly equal rates to a motion, in balls: see `engine.layout`."""
 
 from nsmaps.exact.enclosure.balls import NOTHING, ONE, UNIT, badd, ball_in, bmul, bneg, bplus, met, rounded
 from nsmaps.exact.enclosure.elementary import bgrowth, bwave
@@ -8,7 +8,7 @@ from nsmaps.exact.engine.layout import AT_CHAINS, AT_RATES, CHAIN, CHAINED, SIMP
 
 @inlined
 def polynomial(t, k, n, s):
-    """What of `applied` is polynomial in s."""
+    """The part of `applied` that is polynomial in s."""
     if n == 1:
         x = ball_in(t, k)
         if x[0] == 0.0 and x[1] == 0.0:
@@ -16,7 +16,7 @@ def polynomial(t, k, n, s):
         v = bmul(x, s)
         return bmul(v, (0.5 * s[0], 0.5 * s[1])), v, x, NOTHING
     d, v, a, j = NOTHING, NOTHING, NOTHING, NOTHING
-    power, before, last, first = s, ONE, NOTHING, NOTHING  # s^m/m!, and those before it
+    power, before, last, first = s, ONE, NOTHING, NOTHING  # s^m/m! and the previous ones
     for m in range(2, n + 2):
         x = ball_in(t, k)
         k += 2
@@ -29,26 +29,26 @@ def polynomial(t, k, n, s):
 def ball_remainders(alpha, omega, s):
     """For x = (alpha + i omega) s the real and imaginary parts of exp x - 1 - x and of exp x - 1."""
     if alpha[0] == 0.0 and alpha[1] == 0.0:
-        less, sine, rest = bwave(bmul(omega, s))
-        return less, rest, less, sine
+        less, sine, remainder = bwave(bmul(omega, s))
+        return less, remainder, less, sine
     x, e = bgrowth(bmul(alpha, s))
     if omega[0] == 0.0 and omega[1] == 0.0:
         return e, NOTHING, x, NOTHING
     turn = bmul(omega, s)
-    less, sine, rest = bwave(turn)
+    less, sine, remainder = bwave(turn)
     whole = badd(ONE, x)
-    return bplus(e, whole, less), met(x, whole, turn, rest), bplus(x, whole, less), bmul(whole, sine)
+    return bplus(e, whole, less), met(x, whole, turn, remainder), bplus(x, whole, less), bmul(whole, sine)
 
 
 @inlined
 def turned_by(alpha, omega, x, y):
-    """The coefficients of the rate in time of a function with the coefficients x, y: of x Re + y Im."""
+    """The coefficients of the time derivative of a function with the coefficients x, y: of x Re + y Im."""
     return met(alpha, omega, x, y), met(alpha, omega, y, bneg(x))
 
 
 @inlined
 def add_wave(total, omega, x, y, here, turn, orders):
-    """Add what a rate i omega gives to displacement and its first rates: see `applied`."""
+    """Add the contribution of a rate i omega to displacement and its first rates: see `applied`."""
     d, v, a, j = total
     less, sine = turn
     odd = met(y, bneg(x), less, sine)
@@ -63,7 +63,7 @@ def add_wave(total, omega, x, y, here, turn, orders):
 
 @inlined
 def add_rate(total, alpha, omega, x, y, here, growth, orders):
-    """As `add_wave`, of any rate."""
+    """As `add_wave`, for any rate."""
     d, v, a, j = total
     real, imaginary = growth
     d = badd(d, met(x, y, here[0], here[1]))
@@ -81,14 +81,14 @@ def add_rate(total, alpha, omega, x, y, here, growth, orders):
 
 @inlined
 def next_rate(alpha, omega, of_this, of_last):
-    """The rate in time of a chained function: the rate times it, and the function before it; complex balls."""
+    """The time derivative of a chained function: the rate times it, plus the previous function; complex balls."""
     x, y = of_this
     return badd(met(alpha, omega, x, bneg(y)), of_last[0]), badd(met(alpha, omega, y, x), of_last[1])
 
 
 @inner
 def applied_chains(p, k):
-    """What of `applied` the chained rates give, whose coefficients begin at k."""
+    """The contribution to `applied` of the chained rates, whose coefficients begin at k."""
     t = p.table
     plain, rates = int(t[SIMPLE]), int(t[AT_RATES])
     d, v, a, j = NOTHING, NOTHING, NOTHING, NOTHING

@@ -1,9 +1,10 @@
-"""Many first returns side by side: the flights of `march.py` in loops that a compiler turns into vector instructions.
+"""Many first returns in parallel: the flights of `march.py` in loops that a compiler turns into vector instructions.
 
-A block of returns is a table, one column each, that is taken from impact to impact: launch, march, close in, land. Between the
-loops what is still open is brought to the front, so that each runs over what needs it. All decisions and all arithmetic are those
-of `march.py`, and no compiler may fuse or reorder them: the results are those of `first_return`, bit for bit. What is out of the
-ordinary (rest, chatter, doubt, no wall met) is left to that, from its start; so are flights with bounds that depend on the time.
+A block of returns is a table with a column each, advanced from impact to impact: launch, march, close in, land. Between the loops
+the columns still open are moved to the front, so that each loop covers only the columns that need it. All decisions and all
+arithmetic are those of `march.py`, and no compiler may fuse or reorder them: the results are those of `first_return`, bit for
+bit. Exceptional returns (rest, chatter, doubt, no wall met) are left to `first_return`, from their start; so are flights whose
+bounds depend on the time.
 """
 
 import math
@@ -72,12 +73,12 @@ from nsmaps.exact.engine.march import (
     ROUNDING,
     ahead,
     careful_step,
+    converged,
     doubtful,
     leave,
     look,
     rooms,
     see,
-    settled,
     taylor_root,
 )
 from nsmaps.exact.engine.returns import (
@@ -93,14 +94,14 @@ from nsmaps.exact.engine.returns import (
     turned,
 )
 
-FEW = 16  # returns that are not worth a block
-MOST_FLIGHTS = 16  # of a return in a block, more are rare
-MOST_ROUNDS = 50  # of a flight in a block, more are rare
+FEW = 16  # fewer returns than this are not computed in a block
+MOST_FLIGHTS = 16  # of a return in a block; more are rare
+MOST_ROUNDS = 50  # of a flight in a block; more are rare
 
 
 @inner
 def launch(p, t, n, up, chatter):
-    """From an impact of speed V at phase PHI on to the flight behind it."""
+    """From an impact of speed V at phase PHI to the flight after it."""
     z, room_up, room_down = rooms(p, up)
     has_up, has_down, _ = walls_of(p)
     two, into, rate = has_up and has_down, 1.0 if up else -1.0, phase_rate(p)
@@ -122,13 +123,13 @@ def launch(p, t, n, up, chatter):
 
 @inner
 def march(p, t, n, up):
-    """One step of flights that are not sure yet to meet a wall."""
+    """One step of flights that are not yet certain to reach a wall."""
     _, room_up, room_down = rooms(p, up)
     has_up, has_down, _ = walls_of(p)
-    two, longest = has_up and has_down, horizon(p)
+    two, horizon_time = has_up and has_down, horizon(p)
     for k in range(n):
         s = t[S + k] + t[X + k] * INWARD
-        t[ODD + k] = 0.0 if t[X + k] > ROUNDING * t[S + k] and s < longest else 1.0
+        t[ODD + k] = 0.0 if t[X + k] > ROUNDING * t[S + k] and s < horizon_time else 1.0
         t[S + k] = s
     fly_to(p, t, n)
     for k in range(n):
@@ -142,7 +143,7 @@ def march(p, t, n, up):
 
 @inner
 def measure(p, t, n):
-    """The next step of flights that are not sure yet to meet a wall."""
+    """The next step of flights that are not yet certain to reach a wall."""
     has_up, has_down, _ = walls_of(p)
     two = has_up and has_down
     for k in range(n):
@@ -151,17 +152,17 @@ def measure(p, t, n):
 
 @inner
 def aim(t, n):
-    """Between which times a wall will surely be met, and the first guess when."""
+    """The times between which a wall is certainly reached, and the first approximation of that time."""
     for k in range(n):
         s, x = t[S + k], t[X + k]
         step, rate = taylor_root(read_gap(t, k), x)
         t[LOW + k], t[HIGH + k], t[STEP + k], t[RATE + k] = s, s + 1.5 * x, step, rate
-        t[OPEN + k] = 0.0 if settled(step, rate, s, t[POP + k]) or t[ODD + k] > 0.0 else 1.0
+        t[OPEN + k] = 0.0 if converged(step, rate, s, t[POP + k]) or t[ODD + k] > 0.0 else 1.0
 
 
 @inner
 def near(p, t, n, up):
-    """A step closer to where a wall is met: as `close_in`."""
+    """A step towards the time at which a wall is reached, as in `close_in`."""
     _, room_up, room_down = rooms(p, up)
     for k in range(n):
         s, step, low, high = t[S + k], t[STEP + k], t[LOW + k], t[HIGH + k]
@@ -176,12 +177,12 @@ def near(p, t, n, up):
         step, rate = taylor_root(gap, x)
         write_gap(t, k, gap)
         t[X + k], t[STEP + k], t[LOW + k], t[HIGH + k], t[RATE + k] = x, step, low, high, rate
-        t[OPEN + k] = 0.0 if settled(step, rate, s, t[POP + k]) or t[ODD + k] > 0.0 else 1.0
+        t[OPEN + k] = 0.0 if converged(step, rate, s, t[POP + k]) or t[ODD + k] > 0.0 else 1.0
 
 
 @inner
 def carry(p, t, n, up):
-    """The derivatives, to the impact at S + STEP."""
+    """Carry the derivatives to the impact at S + STEP."""
     rate = phase_rate(p)
     for k in range(n):
         t[S + k], t[STEP + k] = t[S + k] + t[STEP + k], 0.0
@@ -196,14 +197,14 @@ def carry(p, t, n, up):
 
 @inner
 def land(p, t, n, up):
-    """The impact at S + STEP: open are those that are not back on the base wall."""
+    """The impact at S + STEP; columns that are not back on the base wall remain open."""
     _, room_up, room_down = rooms(p, up)
     base_up = walls_of(p)[2]
     for k in range(n):
         s, rate, to_up = t[S + k] + t[STEP + k], t[RATE + k], t[TO_UP + k] > 0.0
-        most = abs(t[STEADY + k]) + t[ACCELERATION + k]
+        bound = abs(t[STEADY + k]) + t[ACCELERATION + k]
         room = 0.0 if to_up == up else room_up + room_down
-        odd = t[ODD + k] > 0.0 or doubtful(rate, size_of(t, k, s), most, room, s * max(abs(t[W + k]), abs(rate)), 0.0)
+        odd = t[ODD + k] > 0.0 or doubtful(rate, size_of(t, k, s), bound, room, s * max(abs(t[W + k]), abs(rate)), 0.0)
         phi, whole = turned(p, t[PHI + k], s)
         t[PHI + k], t[V + k], t[TIME + k], t[TURNS + k] = phi, max(-rate, 0.0), t[TIME + k] + s, t[TURNS + k] + whole
         t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if to_up == base_up or odd else 1.0
@@ -211,7 +212,7 @@ def land(p, t, n, up):
 
 @inner
 def fly(p, t, n, up, chatter, want):
-    """From impacts on a wall to the next impacts; returns how many go on, which stand in front."""
+    """From impacts on a wall to the next impacts; returns the number of returns that continue, which stand in front."""
     first = D00 if want else RETURN
     launch(p, t, n, up, chatter)
     m = to_front(p, t, n, first, MARCHED, TERMS)
@@ -238,13 +239,13 @@ def fly(p, t, n, up, chatter, want):
 
 @allocating
 def side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents):
-    """First returns of a batch, block by block: as long as a return goes on, its impacts are on the other wall."""
+    """First returns of a batch, block by block: while a return continues, its impacts are on the other wall."""
     want = len(tangents) > 0
     has_up, has_down, base_up = walls_of(p)
     rows = harmonic(p, int(p.table[HARMONICS]) + 1)
     t = np.empty(rows)
     d = (0.0, 0.0, 0.0, 0.0)
-    base = 5 if has_up and has_down else 4  # of codes, as in `first_return`
+    base = 5 if has_up and has_down else 4  # number of codes, as in `first_return`
     for first in range(0, len(start), BLOCK):
         n = min(BLOCK, len(start) - first)
         fill(p, t, n, first, start)
@@ -272,7 +273,7 @@ def side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents
 
 @entry
 def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangents):
-    """First returns of a batch, written into the arrays given; derivatives where `tangents` has a row a state."""
+    """First returns of a batch, written into the given arrays; derivatives if `tangents` has a row for each state."""
     if p.table[WIDE] > 0.0 and len(start) >= FEW:
         side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents)
     else:
@@ -281,9 +282,10 @@ def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangent
 
 @entry
 def orbits(p, chatter, states, turns, codes, outcome, time, tangents):
-    """Orbits of M states, written behind them into states (n + 1, M, 2); how one ended is repeated to the last.
+    """Orbits of M states, written after them into states (n + 1, M, 2); the outcome of one that ended is repeated to the last
+    return.
 
-    Derivatives are written where `tangents`, shape (n, M, 2, 2), has any rows.
+    Derivatives are written if `tangents`, shape (n, M, 2, 2), has any rows.
     """
     n, m = codes.shape
     none, slopes = np.empty((0, 2, 2)), len(tangents) > 0

@@ -1,4 +1,4 @@
-"""A block of flights side by side, a column each: its rows, and what `flow.py` computes, in loops over all columns.
+"""A block of flights, a column each: its rows, and the computations of `flow.py` in loops over all columns.
 
 All arithmetic is that of `flow.py`, and no compiler may fuse or reorder it: the results are the same, bit for bit.
 """
@@ -12,12 +12,12 @@ from nsmaps.exact.engine.march import OUTWARD
 from nsmaps.exact.engine.remainders import remainders, wave
 from nsmaps.exact.engine.returns import is_state, turned
 
-BLOCK = 512  # returns side by side: few enough to stay in the processor's cache
-PITCH = BLOCK + 8  # from row to row: no power of two, which would crowd one part of the cache
-# Rows stand at places known in advance, so that a compiler sees that they do not overlap. The motion, its derivatives and the
-# phase are written anew when they are needed; the others are kept as long as what they belong to: the derivative of a return, the
-# return and its last impact; the flight, the gap ahead with its rates, and bounds (see `layout`); two steps; behind them every
-# rate's coefficients.
+BLOCK = 512  # returns in parallel: few enough to stay in the processor's cache
+PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all rows to one part of the cache
+# Rows stand at constant places, so that a compiler sees that they do not overlap. The motion, its derivatives and the
+# phase are rewritten when needed; the other rows are valid as long as their object: the derivative of a return; the
+# return and its last impact; the flight, the gap ahead with its rates, and bounds (see `layout`); two steps; after them the
+# coefficients of every rate.
 D, D1, D2, D3, D4, D5, BY_PHASE, BY_SPEED, BY_PHASE_1, BY_SPEED_1, SPARE, SPARE_1, LESS, SINE = range(0, 14 * PITCH, PITCH)
 D00, D01, D10, D11, RETURN = range(14 * PITCH, 19 * PITCH, PITCH)
 WHICH, TIME, TURNS, V, PHI, ODD, OPEN, FLIGHT = range(18 * PITCH, 26 * PITCH, PITCH)
@@ -29,25 +29,25 @@ STEP, LOW, HIGH, RATE, TERMS = range(43 * PITCH, 48 * PITCH, PITCH)
 
 @inlined
 def write_gap(t, k, gap):
-    """Keep a gap and its rates."""
+    """Write a gap and its time derivatives."""
     t[Y + k], t[U + k], t[B + k], t[J + k], t[K + k], t[Q + k] = gap
 
 
 @inlined
 def read_gap(t, k):
-    """What `write_gap` kept."""
+    """The gap that `write_gap` wrote."""
     return t[Y + k], t[U + k], t[B + k], t[J + k], t[K + k], t[Q + k]
 
 
 @inlined
 def motion_of(t, k):
-    """Displacement, velocity and further rates that `fly_to` wrote."""
+    """Displacement, velocity and further time derivatives that `fly_to` wrote."""
     return t[D + k], t[D1 + k], t[D2 + k], t[D3 + k], t[D4 + k], t[D5 + k]
 
 
 @inlined
 def harmonic(p, m):
-    """The row of the cosine less one of m times the phase, m > 1; its sine is the next. They are not kept."""
+    """The row of the cosine minus one of m times the phase, m > 1; its sine is in the next row. They are not preserved."""
     return TERMS + 2 * (int(p.table[SIMPLE]) + m - 2) * PITCH
 
 
@@ -64,7 +64,7 @@ def phases(p, t, n):
 
 @inner
 def linear_row(p, t, n, row, z, into):
-    """Write what is linear in the features, as `linear` of `flow.py`, a column each."""
+    """Write a row that is linear in the features, as `linear` of `flow.py`, for all columns."""
     f = p.table
     one, c, s = f[row] + f[row + 1] * z, f[row + 3], f[row + 4]
     of_w = f[row + 2]
@@ -95,7 +95,9 @@ def phase_row(p, t, n, row, into):
 
 @inner
 def begin_block(p, t, n, z):
-    """Write coefficients and bounds of the flights that start now, as `begin` of `flow.py`, and their first rates to scratch."""
+    """Write coefficients and bounds of the flights that start now, as `begin` of `flow.py`, and their first rates to scratch
+    rows.
+    """
     f = p.table
     width, terms = 3 + 2 * int(f[HARMONICS]), int(f[AT_TERMS])
     phases(p, t, n)
@@ -126,7 +128,7 @@ def begin_block(p, t, n, z):
 
 @inner
 def fly_to(p, t, n):
-    """Write where flights are at S, as `evaluate` of `flow.py`: rate by rate, and within each all columns side by side."""
+    """Write the motion of flights at S, as `evaluate` of `flow.py`: rate by rate, and for each rate all columns in parallel."""
     f = p.table
     for k in range(n):
         s, w, x = t[S + k], t[W + k], t[STEADY + k]
@@ -136,31 +138,31 @@ def fly_to(p, t, n):
         alpha, omega = f[rates], f[rates + 1]
         if alpha == 0.0:
             for k in range(n):
-                less, sine, rest = wave(omega * t[S + k])
-                add_motion(t, k, of_wave(omega, t[row + k], t[row + PITCH + k], less, rest, sine))
+                less, sine, remainder = wave(omega * t[S + k])
+                add_motion(t, k, of_wave(omega, t[row + k], t[row + PITCH + k], less, remainder, sine))
         else:
             for k in range(n):
-                rest, other, real, imaginary = remainders(alpha, omega, t[S + k])
-                add_motion(t, k, of_rate(alpha, omega, t[row + k], t[row + PITCH + k], rest, other, real, imaginary))
+                remainder, other, real, imaginary = remainders(alpha, omega, t[S + k])
+                add_motion(t, k, of_rate(alpha, omega, t[row + k], t[row + PITCH + k], remainder, other, real, imaginary))
 
 
 @inlined
 def add_motion(t, k, more):
-    """Add what a rate gives to a motion."""
+    """Add the contribution of a rate to a motion."""
     t[D + k], t[D1 + k], t[D2 + k] = t[D + k] + more[0], t[D1 + k] + more[1], t[D2 + k] + more[2]
     t[D3 + k], t[D4 + k], t[D5 + k] = t[D3 + k] + more[3], t[D4 + k] + more[4], t[D5 + k] + more[5]
 
 
 @inlined
 def size_of(t, k, s):
-    """A bound on the sum of the sizes of the terms of a displacement: as of `limits`."""
+    """A bound on the sum of the absolute values of the terms of a displacement, as in `limits`."""
     part = min(0.5 * s * t[ACCELERATION + k], 2.0 * t[DRIFT + k])
     return s * (abs(t[W + k]) + 0.5 * s * abs(t[STEADY + k]) + part)
 
 
 @inner
 def tangents_of_power(p, t, n):
-    """Add to `tangents` what is quadratic in time."""
+    """Add to `tangents` the part that is quadratic in time."""
     f = p.table
     row = int(f[AT_POWERS])
     y = f[row + 2]
@@ -194,23 +196,23 @@ def tangents(p, t, n):
         phase_row(p, t, n, two, SPARE_1)
         if alpha == 0.0:
             for k in range(n):
-                rest, sine, other = wave(omega * t[S + k])
-                add_tangent(t, k, of_wave(omega, t[row + k], t[row + PITCH + k], rest, other, sine))
+                remainder, sine, other = wave(omega * t[S + k])
+                add_tangent(t, k, of_wave(omega, t[row + k], t[row + PITCH + k], remainder, other, sine))
                 x, y = t[SPARE + k], t[SPARE_1 + k]
                 t[BY_PHASE + k], t[BY_SPEED + k] = (
-                    t[BY_PHASE + k] + (x * rest + y * other),
-                    t[BY_SPEED + k] + (x_w * rest + y_w * other),
+                    t[BY_PHASE + k] + (x * remainder + y * other),
+                    t[BY_SPEED + k] + (x_w * remainder + y_w * other),
                 )
-                t[BY_PHASE_1 + k] += omega * y * rest + -omega * x * sine
-                t[BY_SPEED_1 + k] += omega * y_w * rest + -omega * x_w * sine
+                t[BY_PHASE_1 + k] += omega * y * remainder + -omega * x * sine
+                t[BY_SPEED_1 + k] += omega * y_w * remainder + -omega * x_w * sine
         else:
             for k in range(n):
-                rest, other, real, imaginary = remainders(alpha, omega, t[S + k])
-                add_tangent(t, k, of_rate(alpha, omega, t[row + k], t[row + PITCH + k], rest, other, real, imaginary))
+                remainder, other, real, imaginary = remainders(alpha, omega, t[S + k])
+                add_tangent(t, k, of_rate(alpha, omega, t[row + k], t[row + PITCH + k], remainder, other, real, imaginary))
                 x, y = t[SPARE + k], t[SPARE_1 + k]
                 t[BY_PHASE + k], t[BY_SPEED + k] = (
-                    t[BY_PHASE + k] + (x * rest + y * other),
-                    t[BY_SPEED + k] + (x_w * rest + y_w * other),
+                    t[BY_PHASE + k] + (x * remainder + y * other),
+                    t[BY_SPEED + k] + (x_w * remainder + y_w * other),
                 )
                 t[BY_PHASE_1 + k] += (alpha * x + omega * y) * real + (alpha * y - omega * x) * imaginary
                 t[BY_SPEED_1 + k] += (alpha * x_w + omega * y_w) * real + (alpha * y_w - omega * x_w) * imaginary
@@ -218,15 +220,15 @@ def tangents(p, t, n):
 
 @inlined
 def add_tangent(t, k, more):
-    """Add what a rate gives to velocity and acceleration."""
+    """Add the contribution of a rate to velocity and acceleration."""
     t[D1 + k], t[D2 + k] = t[D1 + k] + more[1], t[D2 + k] + more[2]
 
 
 @inner
 def to_front(p, t, n, first, last, steps):
-    """Bring what is open to the front, in the rows from first to last; returns how many these are.
+    """Move open columns to the front, in the rows from first to last; returns their number.
 
-    Where `steps` is not zero, also in the rows of steps from there on and in those of the coefficients.
+    If `steps` is not zero, the rows of steps from there on and those of the coefficients are moved too.
     """
     k, m = 0, n
     end = TERMS + 2 * int(p.table[SIMPLE]) * PITCH if steps > 0 else 0
@@ -280,7 +282,7 @@ def slopes(p, t, n, up):
 
 @inner
 def fill(p, t, n, first, start):
-    """Begin the table with n states from the first on."""
+    """Fill the table with n states, from number `first` on."""
     for k in range(n):
         v, phi = start[first + k, 0], start[first + k, 1]
         t[WHICH + k], t[TIME + k], t[V + k] = first + k, 0.0, v

@@ -1,4 +1,4 @@
-"""Bounds on the rates of a flight and on the sizes of its terms, from some time on."""
+"""Bounds on the time derivatives of a flight and on the sizes of its terms, from some time on."""
 
 import math
 
@@ -27,9 +27,11 @@ from nsmaps.exact.engine.layout import (
 
 @inner
 def limits(p, s):
-    """Bounds on |jerk|, |snap|, |crackle| and |pop| from s on, for how long they hold, and on the sizes of the terms.
+    """Bounds on |jerk|, |snap|, |crackle| and |pop| from s on, the time for which they hold, and bounds on the sizes of the
+    terms.
 
-    The last three are how long, a bound on |acceleration|, and one on the sum of the absolute values of the displacement's terms.
+    The last three are that time, a bound on |acceleration|, and one on the sum of the absolute values of the displacement's
+    terms.
     """
     c = p.flight
     if p.table[LOCAL] > 0.0:
@@ -41,20 +43,20 @@ def limits(p, s):
 
 @inner
 def limits_of_growth(p, s):
-    """As `limits`, where they depend on the time: every term by its largest value up to the end of the reach."""
+    """As `limits`, for bounds that depend on the time: every term is bounded by its largest value up to the end of the reach."""
     t, c = p.table, p.flight
     plain, n = int(t[SIMPLE]), int(t[CHAINED])
     row, rates, at = POLYNOMIAL + int(t[POWERS]), int(t[AT_RATES]), int(t[AT_CHAINS])
     reach = t[REACH]
     end = s + reach
-    size, most, jerk, snap, crackle, pop = abs(c[SPEED]) * s, 0.0, 0.0, 0.0, 0.0, 0.0
-    power, l0, l1, l2, l3, l4, l5 = end, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0  # s^m/m! and those before it
+    size, acceleration, jerk, snap, crackle, pop = abs(c[SPEED]) * s, 0.0, 0.0, 0.0, 0.0, 0.0
+    power, l0, l1, l2, l3, l4, l5 = end, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0  # s^m/m! and the previous ones
     now = s
     for m in range(2, int(t[POWERS]) + 2):
         power, l0, l1, l2, l3, l4, l5 = power * end / m, power, l0, l1, l2, l3, l4
         now *= s / m
         x = abs(c[POLYNOMIAL + m - 2])
-        size, most, jerk, snap = size + x * now, most + x * l1, jerk + x * l2, snap + x * l3
+        size, acceleration, jerk, snap = size + x * now, acceleration + x * l1, jerk + x * l2, snap + x * l3
         crackle, pop = crackle + x * l4, pop + x * l5
     b0, b1, b2, b3, b4, b5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(plain + n):
@@ -75,15 +77,15 @@ def limits_of_growth(p, s):
         third = speed * second + b2
         fourth = speed * third + b3
         fifth = speed * fourth + b4
-        size, most, jerk, snap = size + x * here, most + x * second, jerk + x * third, snap + x * fourth
+        size, acceleration, jerk, snap = size + x * here, acceleration + x * second, jerk + x * third, snap + x * fourth
         crackle, pop = crackle + x * fifth, pop + x * (speed * fifth + b5)
         b0, b1, b2, b3, b4, b5 = value, first, second, third, fourth, fifth
-    return jerk, snap, crackle, pop, reach, most, size
+    return jerk, snap, crackle, pop, reach, acceleration, size
 
 
 @inner
 def sizes_of(t, row, z, w):
-    """A bound on the sum of the absolute values of what a row that is linear in the features adds up, at all phases."""
+    """A bound on the sum of the absolute values of the terms of a row that is linear in the features, for all phases."""
     total = abs(t[row]) + abs(t[row + 1] * z) + abs(t[row + 2] * w)
     for m in range(1, int(t[HARMONICS]) + 1):
         total += abs(t[row + 2 * m + 1]) + abs(t[row + 2 * m + 2])
@@ -92,10 +94,10 @@ def sizes_of(t, row, z, w):
 
 @inner
 def grown(p, z, s, unit):
-    """What an error of `unit` of the numbers that the coefficients of growing terms are added up from becomes until s.
+    """The size at time s of an error of `unit` of the numbers from which the coefficients of growing terms are added up.
 
-    Next to a saddle's stable manifold these numbers cancel: a bound on the displacement's error in units of its own terms at s
-    would not show what was lost.
+    Next to the stable manifold of a saddle these numbers cancel: a bound on the displacement's error in units of its own terms at
+    s would not show the digits lost.
     """
     t, w, total = p.table, p.flight[SPEED], 0.0
     plain, width, rates = int(t[SIMPLE]), 3 + 2 * int(t[HARMONICS]), int(t[AT_RATES])

@@ -1,4 +1,4 @@
-"""Rates that are equal or nearly so: powers times exponentials, and divided differences of two exponentials; see `layout`."""
+"""Equal or nearly equal rates: powers times exponentials, and divided differences of two exponentials; see `layout`."""
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.layout import (
@@ -15,19 +15,19 @@ from nsmaps.exact.engine.remainders import remainders
 
 @inner
 def chain_at(p, i, s):
-    """The function of a chained rate at s: itself, less its value at zero, less its tangent there."""
+    """The function of a chained rate at s, the same without its value at zero, and without its tangent there."""
     t = p.table
     rates, at = int(t[AT_RATES]) + 2 * (int(t[SIMPLE]) + i), int(t[AT_CHAINS]) + CHAIN * i
     power, difference = int(t[at]), complex(t[at + 1], t[at + 2])
     rate = complex(t[rates], t[rates + 1]) - difference
-    rest, other, real, imaginary = remainders(rate.real, rate.imag, s)
+    remainder, other, real, imaginary = remainders(rate.real, rate.imag, s)
     if power == 0:
-        return complex(1.0 + real, imaginary), complex(real, imaginary), complex(rest, other)
+        return complex(1.0 + real, imaginary), complex(real, imaginary), complex(remainder, other)
     y, growing = s, complex(real, imaginary)
     if power == 1:
         excess = mean_excess(difference * s)
-        y, rest = s * (1.0 + growing) * (1.0 + excess), s * (growing * (1.0 + excess) + excess)
-        return y, y, rest
+        y, remainder = s * (1.0 + growing) * (1.0 + excess), s * (growing * (1.0 + excess) + excess)
+        return y, y, remainder
     for m in range(2, power + 1):
         y *= s / m
     return y * (1.0 + growing), y * (1.0 + growing), y * (1.0 + growing)
@@ -35,16 +35,18 @@ def chain_at(p, i, s):
 
 @inner
 def mean_excess(x):
-    """(exp x - 1)/x - 1 of a complex number."""
+    """(exp x - 1)/x - 1 for a complex number x."""
     if abs(x) < 1e-100:
         return 0.5 * x
-    rest, other, _, _ = remainders(x.real, x.imag, 1.0)
-    return complex(rest, other) / x
+    remainder, other, _, _ = remainders(x.real, x.imag, 1.0)
+    return complex(remainder, other) / x
 
 
 @inner
 def chains(p, s):
-    """What of `evaluate` the chained rates give: each function's rate is the rate times it, and the function before it."""
+    """The contribution to `evaluate` of the chained rates: the derivative of each function is the rate times it, plus the
+    previous function.
+    """
     t, c = p.table, p.flight
     plain, n = int(t[SIMPLE]), int(t[CHAINED])
     row, rates = POLYNOMIAL + int(t[POWERS]) + 2 * plain, int(t[AT_RATES]) + 2 * plain
@@ -55,12 +57,12 @@ def chains(p, s):
         rate, factor = complex(t[rates + 2 * i], t[rates + 2 * i + 1]), complex(c[row + 2 * i], -c[row + 2 * i + 1])
         if t[int(t[AT_CHAINS]) + CHAIN * i] == 0.0:
             y0, y1, y2, y3, y4, less = zero, zero, zero, zero, zero, zero
-        value, from_zero, rest = chain_at(p, i, s)
+        value, from_zero, remainder = chain_at(p, i, s)
         first = rate * value + y0
         second = rate * first + y1
         third = rate * second + y2
         fourth = rate * third + y3
-        d += (factor * rest).real
+        d += (factor * remainder).real
         v += (factor * (rate * from_zero + less)).real
         a += (factor * second).real
         j += (factor * third).real

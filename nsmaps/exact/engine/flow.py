@@ -1,4 +1,4 @@
-"""A flight by its table: coefficients, displacement and its rates, their bounds, and derivatives by where it started.
+"""The flight of a table: coefficients, displacement and its rates, their bounds, and derivatives by the state at the start.
 
 A flight starts on a wall at phase phi (radians) and place `z` with velocity `w`; `at` is (phi, cos phi - 1, sin phi), and `s` the
 time since then. A `Flow` holds the table of its system and the coefficients of the flight (see `layout`).
@@ -46,7 +46,7 @@ from nsmaps.exact.engine.remainders import remainders, wave
 
 
 class Flow(NamedTuple):
-    """The table of a system and the coefficients of the flight that is looked at."""
+    """The table of a system and the coefficients of the current flight."""
 
     table: Any
     flight: Any
@@ -60,25 +60,25 @@ def wall_places(p):
 
 @inlined
 def walls_of(p):
-    """Is there a wall that stops growing displacement, one that stops falling displacement, is the base wall the former."""
+    """Three truth values: an upper wall exists, a lower wall exists, the base wall is the upper one."""
     return p.table[HAS_UP] > 0.0, p.table[HAS_DOWN] > 0.0, p.table[BASE_UP] > 0.0
 
 
 @inlined
 def phase_rate(p):
-    """Radians of phase a unit of time."""
+    """Radians of phase per unit of time."""
     return p.table[PHASE_RATE]
 
 
 @inlined
 def horizon(p):
-    """The longest flight followed, in the system's time."""
+    """The longest flight that is followed, in the system's time."""
     return p.table[HORIZON]
 
 
 @inlined
 def rebound(p, up, v):
-    """Speed just after an impact of speed v on the upper (or lower) wall, and its derivative."""
+    """Speed just after an impact of speed v on the upper (or lower) wall, and its derivative by v."""
     k = 1 if up else 0
     r = p.table[RESTITUTION + k]
     if p.table[LAW + k] == 0.0:
@@ -89,7 +89,7 @@ def rebound(p, up, v):
 
 @inlined
 def angle(phi):
-    """A phase in [0, 2 pi) with its cosine less one and its sine."""
+    """A phase in [0, 2 pi) with its cosine minus one and its sine."""
     less, sine, _ = wave(phi)
     return phi, less, sine
 
@@ -116,7 +116,7 @@ def by_phase(t, row, at):
 
 @inner
 def begin(p, at, z, w):
-    """Write the coefficients of the flight that starts here, and the bounds on its rates where they hold for all times."""
+    """Write the coefficients of the flight that starts here, and the bounds on its rates if they hold for all times."""
     t, c = p.table, p.flight
     width, powers, plain = 3 + 2 * int(t[HARMONICS]), int(t[POWERS]), int(t[SIMPLE])
     begins, terms, row = int(t[AT_POWERS]), int(t[AT_TERMS]), POLYNOMIAL
@@ -150,12 +150,14 @@ def start(p):
 
 
 @inlined
-def of_wave(omega, x, y, rest, other, sine):
-    """What a rate i omega gives to displacement, velocity, acceleration, jerk, snap and crackle: cos - 1, sin - omega s, sin."""
-    d = x * rest + y * other
+def of_wave(omega, x, y, remainder_re, remainder_im, sine):
+    """Contribution of a rate i omega to displacement, velocity, acceleration, jerk, snap, crackle, by cos - 1, sin - omega s and
+    sin.
+    """
+    d = x * remainder_re + y * remainder_im
     x, y = omega * y, -omega * x
-    v = x * rest + y * sine
-    cosine = 1.0 + rest
+    v = x * remainder_re + y * sine
+    cosine = 1.0 + remainder_re
     x, y = omega * y, -omega * x
     a = x * cosine + y * sine
     x, y = omega * y, -omega * x
@@ -165,9 +167,9 @@ def of_wave(omega, x, y, rest, other, sine):
 
 
 @inlined
-def of_rate(alpha, omega, x, y, rest, other, real, imaginary):
-    """As `of_wave`, of any rate."""
-    d = x * rest + y * other
+def of_rate(alpha, omega, x, y, remainder_re, remainder_im, real, imaginary):
+    """As `of_wave`, for any rate."""
+    d = x * remainder_re + y * remainder_im
     x, y = alpha * x + omega * y, alpha * y - omega * x
     v = x * real + y * imaginary
     real += 1.0
@@ -183,17 +185,17 @@ def of_rate(alpha, omega, x, y, rest, other, real, imaginary):
 
 @inner
 def evaluate(p, s):
-    """Displacement since the start, velocity, acceleration, jerk, snap and crackle at s."""
+    """Displacement since the start, velocity, acceleration, jerk, snap and crackle at time s."""
     t, c = p.table, p.flight
     d, v, a, j, k, q = polynomial(p, s)
     plain, rates, row = int(t[SIMPLE]), int(t[AT_RATES]), POLYNOMIAL + int(t[POWERS])
     for i in range(plain):
         alpha, omega, x, y = t[rates + 2 * i], t[rates + 2 * i + 1], c[row + 2 * i], c[row + 2 * i + 1]
-        rest, other, real, imaginary = remainders(alpha, omega, s)
+        remainder_re, remainder_im, real, imaginary = remainders(alpha, omega, s)
         if alpha == 0.0:
-            more = of_wave(omega, x, y, rest, other, imaginary)
+            more = of_wave(omega, x, y, remainder_re, remainder_im, imaginary)
         else:
-            more = of_rate(alpha, omega, x, y, rest, other, real, imaginary)
+            more = of_rate(alpha, omega, x, y, remainder_re, remainder_im, real, imaginary)
         d, v, a, j, k, q = d + more[0], v + more[1], a + more[2], j + more[3], k + more[4], q + more[5]
     if t[CHAINED] > 0.0:
         more = chains(p, s)
@@ -203,7 +205,7 @@ def evaluate(p, s):
 
 @inlined
 def polynomial(p, s):
-    """What of `evaluate` is polynomial in s."""
+    """The part of `evaluate` that is polynomial in s."""
     n, c = int(p.table[POWERS]), p.flight
     if n == 0:
         return c[SPEED] * s, c[SPEED], 0.0, 0.0, 0.0, 0.0
@@ -211,7 +213,7 @@ def polynomial(p, s):
         b = c[POLYNOMIAL]
         return s * (c[SPEED] + s * (0.5 * b)), c[SPEED] + s * b, b, 0.0, 0.0, 0.0
     d, v, a, j, k, q = c[SPEED] * s, c[SPEED], 0.0, 0.0, 0.0, 0.0
-    power, last = s, (1.0, 0.0, 0.0, 0.0, 0.0)  # s^m/m!, and the five before it
+    power, last = s, (1.0, 0.0, 0.0, 0.0, 0.0)  # s^m/m! and the five previous ones
     for m in range(2, n + 2):
         power, last = power * s / m, (power, last[0], last[1], last[2], last[3])
         x = c[POLYNOMIAL + m - 2]
@@ -221,7 +223,7 @@ def polynomial(p, s):
 
 @inner
 def held(p, at, z):
-    """Acceleration of a ball held at rest at z, its rate in time, and a bound on its second rate at all phases."""
+    """Acceleration of a ball held at rest at z, its time derivative, and a bound on its second derivative for all phases."""
     t = p.table
     row, rate, bound = int(t[AT_START]), t[PHASE_RATE], 0.0
     for m in range(1, int(t[HARMONICS]) + 1):
@@ -253,8 +255,8 @@ def along(p, s, at, feature):
         x, y = by_feature(t, terms + 2 * i * width, at, feature), by_feature(t, terms + (2 * i + 1) * width, at, feature)
         alpha, omega = t[rates + 2 * i], t[rates + 2 * i + 1]
         if i < plain:
-            rest, other, real, imaginary = remainders(alpha, omega, s)
-            d += x * rest + y * other
+            remainder_re, remainder_im, real, imaginary = remainders(alpha, omega, s)
+            d += x * remainder_re + y * remainder_im
             if alpha == 0.0:
                 v += omega * y * real + -omega * x * imaginary
             else:
@@ -278,9 +280,11 @@ def tangent_at(p, at, s):
 
 @inner
 def moves_at(p, moved, at, z, z_moved, w, s):
-    """Displacement and velocity at fixed s by the parameters, whose table `moved` holds, as the place of the start moves too."""
+    """Derivatives of displacement and velocity at fixed s by the parameters, whose table is `moved`, where the place of the start
+    varies too.
+    """
     begin(moved, at, z, w)
-    moved.flight[SPEED] = 0.0  # the velocity of the start does not move by itself
+    moved.flight[SPEED] = 0.0  # the velocity of the start does not depend on the parameters here
     d, v, _, _, _, _ = evaluate(moved, s)
     d_z, v_z = along(p, s, at, 1)
     return d + d_z * z_moved, v + v_z * z_moved

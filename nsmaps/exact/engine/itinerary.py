@@ -1,4 +1,4 @@
-"""The legs of a return: the turning points that its flights pass, and how near they come to a wall without meeting it."""
+"""The itinerary of a return: the turning points of its flights, and their least distance from a wall that they do not meet."""
 
 import math
 
@@ -28,7 +28,9 @@ from nsmaps.exact.engine.returns import (
 
 @inner
 def next_turn(p, s, h, end):
-    """The first zero of the velocity after s + h and before `end`, or infinity: the march of the flight, one rate higher."""
+    """The first zero of the velocity after s + h and before `end`, or infinity: the march of the flight for the derivative of the
+    gap.
+    """
     for _ in range(MOST_STEPS):
         s += h
         if s >= end:
@@ -52,7 +54,7 @@ def next_turn(p, s, h, end):
 
 @inner
 def after_turn(p, s, rate, j, k):
-    """A step from a zero of the velocity, where the acceleration is `rate`, within which there is no other."""
+    """A step from a zero of the velocity, where the acceleration is `rate`, within which there is no other zero."""
     _, snap, crackle, _, reach, _, _ = limits(p, s)
     sign = 1.0 if rate > 0.0 or (rate == 0.0 and j > 0.0) else -1.0
     if rate == 0.0:
@@ -62,9 +64,9 @@ def after_turn(p, s, rate, j, k):
 
 @inner
 def turns_of_flight(p, up, phi, v, end, code, power, base):
-    """The turns of a flight of time `end`: (code of the itinerary with them, its power, how many, nearest).
+    """The turning points of a flight of time `end`: (code of the itinerary with them, its power, their number, nearest).
 
-    The nearest is the turn with the least gap to the wall ahead: (the gap, its time, before the upper wall).
+    The nearest is the turning point with the least gap to the wall ahead: (the gap, its time, True if before the upper wall).
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -92,10 +94,10 @@ def turns_of_flight(p, up, phi, v, end, code, power, base):
 
 
 @entry
-def legs(p, v, phi, chatter):
-    """The legs of one first return: (outcome, code of the itinerary, turns, least impact speed, nearest, flight).
+def itinerary(p, v, phi, chatter):
+    """The itinerary of one first return: (outcome, code of the itinerary, turning points, least impact speed, nearest, flight).
 
-    The nearest turn of all flights is as of `turns_of_flight`, with the number of its flight.
+    The nearest turning point of all flights is as in `turns_of_flight`, with the number of its flight.
     """
     nearest, flight_of = (math.inf, 0.0, False), 0
     if not is_state(v, phi):
@@ -103,7 +105,7 @@ def legs(p, v, phi, chatter):
     phi, _ = onward(p, phi, 0.0)
     has_up, has_down, base_up = walls_of(p)
     walls = 2 if has_up and has_down else 1
-    base = walls + 5  # of the itinerary's code: walls, chatter, rest, two turns, none
+    base = walls + 5  # of the itinerary's code: walls, chatter, rest, two turning points, none
     up, turns, slowest = base_up, 0, math.inf
     code, power = spell(0, 1, base, 1, 1)
     for flown in range(MOST_IMPACTS):
@@ -127,19 +129,20 @@ def legs(p, v, phi, chatter):
 
 
 @entry
-def all_legs(p, states, chatter, outcome, codes, turns, clearance, slowest):
-    """The legs of a batch, written into the arrays given."""
+def all_itineraries(p, states, chatter, outcome, codes, turns, clearance, slowest):
+    """The itineraries of a batch, written into the given arrays."""
     for i in range(len(states)):
-        outcome[i], codes[i], turns[i], slowest[i], nearest, _ = legs(p, states[i, 0], states[i, 1], chatter)
+        outcome[i], codes[i], turns[i], slowest[i], nearest, _ = itinerary(p, states[i, 0], states[i, 1], chatter)
         clearance[i] = nearest[0]
 
 
 @entry
 def touch(p, v, phi, s, hits, upper):
-    """A flight s after `hits` impacts on the other wall, as if there were no wall at s, before the upper wall or the lower.
+    """A flight at time s after `hits` impacts on the other wall, as if there were no wall at s, before the upper or the lower
+    wall.
 
-    Returns (least speed of these impacts or NaN if others come, share of s until the flight's own first impact, gap, rate,
-    acceleration, derivatives of gap and rate by v and phi). Gap and rate vanish together on a grazing curve.
+    Returns (least speed of these impacts or NaN if others occur, s as a share of the time of the flight's own first impact, gap,
+    rate, acceleration, derivatives of gap and rate by v and phi). Gap and rate vanish together on a grazing curve.
     """
     nothing = (math.nan, math.nan, math.nan, math.nan)
     base_up = walls_of(p)[2]

@@ -1,4 +1,4 @@
-"""How the engine is compiled: its inner functions without wrappers of their own, its entries kept on disk."""
+"""Compilation of the engine: inner functions without Python wrappers, entry points stored on disk."""
 
 import math
 from typing import Any
@@ -10,7 +10,7 @@ from nsmaps.exact.compiled import njit
 LEAN = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 inner = njit(**LEAN)  #: without wrappers, and without counting references to arrays: it allocates none
 inlined = njit(**LEAN, forceinline=True)
-allocating = njit(**{**LEAN, "_nrt": True})  #: as `inner`, of what needs arrays of its own
+allocating = njit(**{**LEAN, "_nrt": True})  #: as `inner`, for functions that allocate arrays
 entry = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 
 
@@ -22,7 +22,9 @@ def law_of(text: str) -> Any:
 
 
 def ball_law_of(text: str, names: dict[str, Any]) -> Any:
-    """The compiled callback of a function `law(centre, radius, parameters, out)` given by its source, and what it may call."""
+    """The compiled callback of a function `law(centre, radius, parameters, out)` given by its source, and the functions that it
+    may call.
+    """
     found: dict[str, Any] = {**names, "math": math}
     exec(compile(text, "<impact law in balls>", "exec"), found)
     pointer = types.CPointer(types.float64)

@@ -1,4 +1,4 @@
-"""Impact laws that are not linear: compiled by themselves, and called by their address."""
+"""Impact laws that are not linear: compiled separately, and called by their address."""
 
 from llvmlite import ir
 from numba import types
@@ -7,7 +7,7 @@ from numba.extending import intrinsic
 
 @intrinsic
 def called(typingctx, address, v, values):
-    """The law at an address, of the impact speed v and of the parameters, which begin at the address `values`."""
+    """The value of the law at an address, at the impact speed v and the parameters, which begin at the address `values`."""
 
     def codegen(context, builder, signature, arguments):
         double, pointer = ir.DoubleType(), ir.IntType(64)
@@ -19,7 +19,7 @@ def called(typingctx, address, v, values):
 
 @intrinsic
 def written(typingctx, address, centre, radius, values, out):
-    """Have the law at an address write the ball of speeds after impacts and of its two derivatives, six numbers, to `out`."""
+    """Let the law at an address write the ball of speeds after impacts and of its two derivatives, six numbers, to `out`."""
 
     def codegen(context, builder, signature, arguments):
         double, pointer = ir.DoubleType(), ir.IntType(64)

@@ -1,22 +1,22 @@
-"""Where things stand in the table of a system and in the coefficients of a flight, both plain arrays of floats.
+"""Layout of the table of a system and of the coefficients of a flight, both plain arrays of floats.
 
-A flight is, since its start, d(s) = w s + sum of P_n s^n/n! + sum of Re(C_j r_j(s)) with complex rates lambda_j, coefficients
-C_j = a_j - i b_j and r_j = exp(lambda_j s) - 1 - lambda_j s. P and C are linear in the features (1, z, w, cos phi, sin phi,
-cos 2 phi, sin 2 phi, ...). Chains stand for rates that are equal or nearly so: their r_j are what is left of
-s^n exp(lambda s)/n!, or of a divided difference of two exponentials, without the first two terms.
+The displacement since the start of a flight is d(s) = w s + sum of P_n s^n/n! + sum of Re(C_j r_j(s)) with complex rates
+lambda_j, coefficients C_j = a_j - i b_j and r_j = exp(lambda_j s) - 1 - lambda_j s. P and C are linear in the features (1, z, w,
+cos phi, sin phi, cos 2 phi, sin 2 phi, ...). Chains represent rates that are equal or nearly equal: their r_j are s^n exp(lambda
+s)/n!, or a divided difference of two exponentials, without the first two terms.
 """
 
-# The head of a table: walls, forcing, impact laws, how many there are of what, and where these begin
+# The head of a table: walls, forcing, impact laws, the numbers of the parts, and where these begin
 TOP, BOTTOM, PHASE_RATE, HORIZON, HAS_UP, HAS_DOWN, BASE_UP = range(7)
 RESTITUTION, LAW, LAW_SLOPE, BALL_LAW = (
     7,
     9,
     11,
     13,
-)  #: two each, of the lower wall and of the upper; addresses of laws not linear
+)  #: two each, of the lower wall and of the upper; addresses of laws that are not linear
 HARMONICS, POWERS, SIMPLE, CHAINED, LOCAL, REACH, WIDE, DAMPED = range(15, 23)  #: DAMPED: coefficients depend on the velocity
 AT_POWERS, AT_RATES, AT_TERMS, AT_CHAINS, AT_START, AT_PARAMETERS, FLIGHT_SIZE, HEAD = range(23, 31)
-CHAIN = 4  #: numbers a chained rate has besides: its power, the difference from the rate before, and whether the next is linked
+CHAIN = 4  #: more numbers of a chained rate: power, difference from the previous rate, next one linked
 
 # The coefficients of one flight
 SPEED, JERK, SNAP, CRACKLE, POP, ACCELERATION, DRIFT, BEGIN = range(8)  #: BEGIN: acceleration, jerk, snap, crackle at the start
@@ -24,5 +24,5 @@ POLYNOMIAL = BEGIN + 4  #: the powers of s from the second on, then two numbers 
 
 
 def features(harmonics: int) -> int:
-    """How many features coefficients are linear in: 1, place, velocity, and the harmonics of the phase."""
+    """The number of features in which coefficients are linear: 1, place, velocity, and the harmonics of the phase."""
     return 3 + 2 * harmonics

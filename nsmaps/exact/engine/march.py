@@ -7,11 +7,11 @@ from nsmaps.exact.engine.flow import evaluate, horizon, start, wall_places, wall
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.layout import LOCAL
 
-MOST_STEPS = 100_000  # of one flight; reached only by flights that skim a wall for ever
-FAR = 1e300  # a step beyond any horizon
+MOST_STEPS = 100_000  # of one flight; reached only by flights that stay close to a wall indefinitely
+FAR = 1e300  # a step longer than any horizon
 ROUNDING = 1e-15  # a few units in the last place
-OUTWARD, INWARD = 1.0 + 1e-12, 1.0 - 1e-12  # what bounds are raised by, and steps shortened by, against rounding
-CLOUDED = 1e-10  # of the way flown: a flight whose gap may be wrong by more is undecided
+OUTWARD, INWARD = 1.0 + 1e-12, 1.0 - 1e-12  # factors by which bounds are enlarged, and steps shortened, against rounding
+CLOUDED = 1e-10  # of the way flown: a flight whose gap may have a larger error is undecided
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0  # a product is cheaper than a division
 
 
@@ -48,15 +48,15 @@ def safe_step(y, u, b, j, jerk, snap):
     """
     reach, step = quadratic_root(y, u, b), 0.0
     m = min(max(snap * reach * 0.25 - j, 0.0), jerk)
-    if not reach < math.inf:  # the wall recedes or will turn before it is met: b > 0, or y and b vanish together
+    if not reach < math.inf:  # the wall recedes, or the gap has a minimum before it closes: b > 0, or y and b vanish together
         if jerk == 0.0:
             return FAR
         root = math.sqrt(max(b * b + 2.0 * jerk * u, 0.0))
         turn = min(u, 0.0) * -2.0 / (b + root) if b + root > 0.0 else 0.0
         if b * b + 2.0 * jerk * u >= 0.0 and y + turn * (u + turn * (b * 0.5 - turn * jerk * SIXTH)) > 0.0:
-            step = (b + root) / jerk  # beyond the lower cubic's minimum it rises until here
+            step = (b + root) / jerk  # after the minimum of the lower cubic it rises until here
         reach, m, cube = 3.0 * b / jerk, jerk, 6.0 * y / jerk
-        if cube >= reach * reach * reach:  # about the root of h^3 = reach h^2 + cube: any reach will do
+        if cube >= reach * reach * reach:  # an estimate of the root of h^3 = reach h^2 + cube: any reach is valid
             root = math.sqrt(math.sqrt(cube))
             reach += root * math.sqrt(math.sqrt(root))
         else:
@@ -66,30 +66,32 @@ def safe_step(y, u, b, j, jerk, snap):
 
 @inlined
 def stays_clear(y, u, b, jerk, h):
-    """Does a gap y > 0 that does not shrink at first, u >= 0, surely stay positive for a time h: a concave or single hump."""
+    """True if a gap y > 0 with u >= 0 certainly stays positive for a time h: concave, or with a single maximum."""
     return u >= 0.0 and y + h * (u + h * (b * 0.5 - h * jerk * SIXTH)) > 0.0
 
 
 @inlined
-def closes(most, u, b, j, jerk, snap):
-    """Will a gap of at most `most`, with rates u, b, j, surely close, once and without a turn within 1.25 x: (surely, x)."""
-    x = 2.0 * most / (math.sqrt(max(u * u - 2.0 * most * b, 0.0)) - u) if u < 0.0 else 0.0
+def closes(gap, u, b, j, jerk, snap):
+    """For a gap of at most `gap`, with rates u, b, j: (True if it certainly closes, once and without a minimum, within 1.25 x;
+    x).
+    """
+    x = 2.0 * gap / (math.sqrt(max(u * u - 2.0 * gap * b, 0.0)) - u) if u < 0.0 else 0.0
     far = 1.25 * x
-    highest = most + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far * 0.25) * SIXTH))
+    highest = gap + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far * 0.25) * SIXTH))
     fastest = u + far * (b + far * max(min(jerk, j + snap * far * THIRD), 0.0) * 0.5)
     return u < 0.0 and highest < 0.0 and fastest < 0.0, x
 
 
 @inlined
 def approach(y, u, b, j, jerk, snap):
-    """What is known of a gap y >= 0 with rates u, b, j: (will it surely close, after about x), or else x is a safe step."""
+    """For a gap y >= 0 with rates u, b, j: (True if it certainly closes, near x), or else x is a safe step."""
     surely, x = closes(y, u, b, j, jerk, snap)
     return surely, x if surely else safe_step(y, u, b, j, jerk, snap)
 
 
 @inlined
 def certain_return(u, b, j, jerk, snap):
-    """As `approach`, for the wall just left with acceleration b < 0 back into it: sure where the gap is concave throughout."""
+    """As `approach`, for the wall just left with acceleration b < 0 towards it: certain if the gap is concave throughout."""
     x = -2.0 * u / b
     far = 1.5 * x
     highest = u + far * (b * 0.5 + far * min(jerk, j + snap * far * 0.25) * SIXTH)
@@ -99,7 +101,7 @@ def certain_return(u, b, j, jerk, snap):
 
 @inlined
 def taylor_root(gap, x):
-    """The root of the gap's Taylor polynomial of fifth order near x by two steps of Newton, and its rate."""
+    """The root of the gap's Taylor polynomial of fifth order near x by two Newton steps, and its rate."""
     y, u, b, j, k, q = gap
     rate = u + x * (b + x * (j * 0.5 + x * (k * SIXTH + x * q * (SIXTH * 0.25))))
     left = y + x * (u + x * (b * 0.5 + x * (j * SIXTH + x * (k * (SIXTH * 0.25) + x * q * (SIXTH * 0.05)))))
@@ -113,7 +115,7 @@ def taylor_root(gap, x):
 
 @inlined
 def ahead(to_up, room_up, room_down, motion):
-    """The gap to a wall and its rates, of displacement, velocity and further rates."""
+    """The gap to a wall and its time derivatives, from displacement, velocity and further derivatives."""
     d, v, a, j, k, q = motion
     if to_up:
         return room_up - d, -v, -a, -j, -k, -q
@@ -121,17 +123,17 @@ def ahead(to_up, room_up, room_down, motion):
 
 
 @inlined
-def settled(step, rate, s, pop):
-    """Is the gap's Taylor polynomial at s, a step away from its root, right there to rounding, the speed as well."""
+def converged(step, rate, s, pop):
+    """True if the gap's Taylor polynomial at s, a step away from its root, is exact to rounding there, and its rate as well."""
     size = abs(step)
     return size * size * (size * size * size) * pop <= -120.0 * ROUNDING * rate or size <= ROUNDING * s
 
 
 @inlined
 def close_in(p, to_up, room_up, room_down, s, x, step, gap, low, high):
-    """On to the root of the last Taylor polynomial, and the root of the next: (its rate, where to go on).
+    """Move to the root of the last Taylor polynomial, and compute the root of the next: (its rate, the next time).
 
-    The one crossing lies between low and high. Steps that leave this bracket, or do not shrink, halve it.
+    The single crossing lies between low and high. Steps that leave this bracket, or do not shrink, bisect it.
     """
     s += step if low < s + step and s + step < high else (low + high) * 0.5 - s
     gap = ahead(to_up, room_up, room_down, evaluate(p, s))
@@ -144,11 +146,11 @@ def close_in(p, to_up, room_up, room_down, s, x, step, gap, low, high):
 
 @inlined
 def refine(p, to_up, room_up, room_down, s, x, gap, pop):
-    """The one crossing of a gap with these rates between s and s + 1.5 x, to rounding: (its time, the gap's rate)."""
+    """The single crossing of a gap with these rates between s and s + 1.5 x, to rounding: (its time, the gap's rate)."""
     step, rate = taylor_root(gap, x)
     at = s, x, step, gap, s, s + 1.5 * x
     for _ in range(200):
-        if settled(at[2], rate, at[0], pop):
+        if converged(at[2], rate, at[0], pop):
             break
         rate, at = close_in(p, to_up, room_up, room_down, *at)
     return at[0] + at[2], rate
@@ -156,9 +158,9 @@ def refine(p, to_up, room_up, room_down, s, x, gap, pop):
 
 @inlined
 def leave(two, gap, room, jerk, snap):
-    """The start of a flight: (does it surely return to the wall just left, after about x).
+    """The start of a flight: (True if it certainly returns to the wall just left, near x).
 
-    Where that is not sure, x is a step safe from the walls, which are `room` apart where there are two.
+    Where that is not certain, x is a step safe from the walls, which are `room` apart where there are two.
     """
     _, u, b, j, _, _ = gap
     if b < 0.0:
@@ -167,15 +169,15 @@ def leave(two, gap, room, jerk, snap):
         if surely and (not two or room - far * (u + far * far * jerk * SIXTH) > 0.0):
             return True, x
     h = safe_step(room, -u, -b, -j, jerk, snap) if two else FAR
-    if u > 0.0 and u + h * (b * 0.5 - h * jerk * SIXTH) > 0.0:  # the wall just left stays behind
+    if u > 0.0 and u + h * (b * 0.5 - h * jerk * SIXTH) > 0.0:  # the wall just left recedes
         return False, h
     return False, min(h, first_step(u, b, j, jerk, snap))
 
 
 @inlined
-def look(two, most, least_behind, gap, jerk, snap):
-    """Will the wall ahead surely be met, and no other before it, its gap being at most `most`: (surely, after about x)."""
-    surely, x = closes(most, gap[1], gap[2], gap[3], jerk, snap)
+def look(two, farthest, least_behind, gap, jerk, snap):
+    """(True if the wall ahead, at a gap of at most `farthest`, is certainly reached, and no other before it; near this time)."""
+    surely, x = closes(farthest, gap[1], gap[2], gap[3], jerk, snap)
     if two:
         surely = surely and stays_clear(least_behind, -gap[1], -gap[2], jerk, 1.5 * x)
     return surely, x
@@ -183,7 +185,7 @@ def look(two, most, least_behind, gap, jerk, snap):
 
 @inlined
 def careful_step(two, least, least_behind, gap, jerk, snap):
-    """A step safe from both walls, the gaps to the one ahead and to the one behind being at least these."""
+    """A step safe from both walls, given lower bounds on the gaps to the one ahead and to the one behind."""
     _, u, b, j, _, _ = gap
     h = safe_step(least, u, b, j, jerk, snap)
     if two and not stays_clear(least_behind, -u, -b, jerk, h):
@@ -193,10 +195,10 @@ def careful_step(two, least, least_behind, gap, jerk, snap):
 
 @inlined
 def see(has_up, has_down, motion, up, room_up, room_down, size):
-    """What is seen of a motion: (towards the upper wall, gap ahead and its rates, what it may be wrong by, least gap behind).
+    """A motion relative to the walls: (towards the upper wall, gap ahead and its rates, bound on its error, least gap behind).
 
-    Rounding counts relative to the sizes of the displacement's terms in the gap to the wall just left, and to the room besides in
-    that to the other.
+    Rounding errors are bounded relative to the sizes of the displacement's terms in the gap to the wall just left, and relative
+    to the distance of the walls besides in that to the other.
     """
     d, v = motion[0], motion[1]
     to_up = has_up and (v > 0.0 or not has_down)
@@ -207,19 +209,20 @@ def see(has_up, has_down, motion, up, room_up, room_down, size):
 
 
 @inlined
-def doubtful(rate, size, most, room, way, blur):
-    """Is an impact within the gap's rounding: an arc beyond the wall, at least rate^2/(2 most) deep, or the way flown to it.
+def doubtful(rate, size, bound, room, way, blur):
+    """True if an impact lies within the rounding of the gap: an arc beyond the wall, at least rate^2/(2 bound) deep, or the way
+    flown to it.
 
-    `size` is that of the displacement's terms, `room` to the wall, zero of that just left, `way` at the speed of the start, and
-    `blur` what rounding at the start has grown to.
+    `size` is that of the displacement's terms, `room` the distance to the wall, zero for that just left, `way` the distance flown
+    at the speed of the start, and `blur` the size to which rounding errors at the start have grown.
     """
     error = ROUNDING * (size + room)
-    return rate * rate <= 16.0 * (error + blur) * most or error > CLOUDED * max(room, way)
+    return rate * rate <= 16.0 * (error + blur) * bound or error > CLOUDED * max(room, way)
 
 
 @inlined
 def rooms(p, up):
-    """The place of a wall, and the room from there to the upper and to the lower wall."""
+    """The place of a wall, and the distances from there to the upper and to the lower wall."""
     top, bottom = wall_places(p)
     z = top if up else bottom
     return z, top - z, z - bottom
@@ -229,21 +232,22 @@ def rooms(p, up):
 def flight(p, up, w):
     """The first impact after leaving a wall: (found, on the upper wall, time, impact speed, undecided).
 
-    A march: no step can carry the gap to either wall through zero, and steps close in on a root at third order. It ends where
-    the wall will surely be met, once and without a turn: then the root is refined to rounding. Rounding is counted: the bounds
-    are raised, the steps shortened, and a gap is taken less what it may be wrong by, which to the wall just left is relative.
-    Bounds hold for a reach, which is endless but for flights that may grow; no step goes beyond it. What rounding at the start
-    grows to counts too; from where it hides which wall is met on, the flight is undecided, and followed as the floats have it.
+    A march: no step can carry the gap to either wall through zero, and steps converge to a root at third order. It ends where the
+    wall is certainly reached, once and without a turning point: then the root is refined to rounding. Rounding is accounted for:
+    bounds are enlarged, steps shortened, and the gap is reduced by a bound on its error, which is relative for the wall just
+    left. Bounds hold for a reach, which is infinite except for flights that may grow; no step exceeds it. The growth of rounding
+    errors of the start counts too; where it hides which wall is met, the flight is undecided, and is followed as computed in
+    floats.
     """
     z, room_up, room_down = rooms(p, up)
     has_up, has_down, _ = walls_of(p)
     two = has_up and has_down
-    jerk, snap, _, pop, reach, most, size = limits(p, 0.0)
+    jerk, snap, _, pop, reach, bound, size = limits(p, 0.0)
     jerk, snap, pop = jerk * OUTWARD, snap * OUTWARD, pop * OUTWARD
-    to_up, s, undecided, error, longest, growing = up, 0.0, False, 0.0, horizon(p), p.table[LOCAL] > 0.0
+    to_up, s, undecided, error, max_time, growing = up, 0.0, False, 0.0, horizon(p), p.table[LOCAL] > 0.0
     gap = ahead(up, 0.0, 0.0, (0.0, w, *start(p)))
     if gap[1] == 0.0 and gap[2] < 0.0:
-        gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero but for rounding
+        gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero up to rounding
     surely, h = leave(two, gap, room_up + room_down, jerk, snap)
     if surely and 1.5 * h > reach:
         surely, h = False, first_step(gap[1], gap[2], gap[3], jerk, snap)
@@ -251,21 +255,21 @@ def flight(p, up, w):
     for _ in range(MOST_STEPS):
         if surely or (h <= ROUNDING * s and gap[0] <= 0.0):
             s, rate = refine(p, to_up, room_up, room_down, s, h, gap, pop) if surely else (s, gap[1])
-            _, _, _, _, _, most, size = limits(p, s)
+            _, _, _, _, _, bound, size = limits(p, s)
             room, way = 0.0 if to_up == up else room_up + room_down, s * max(abs(w), abs(rate))
             blur = grown(p, z, s, ROUNDING) if growing else 0.0
-            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, size, most, room, way, blur)
+            return True, to_up, s, max(-rate, 0.0), undecided or doubtful(rate, size, bound, room, way, blur)
         if h <= ROUNDING * s:
             undecided = True  # a graze within rounding: pass it, to where the wall recedes again
             h = 4.0 * ROUNDING * s
             if gap[2] > 0.0:
                 h += 2.0 * (abs(gap[1]) + math.sqrt(2.0 * gap[2] * error)) / gap[2]
         s += min(h, reach) * INWARD
-        if not s < longest:
+        if not s < max_time:
             break
-        jerk, snap, _, pop, reach, most, size = limits(p, s)
+        jerk, snap, _, pop, reach, bound, size = limits(p, s)
         if not size < FAR:
-            break  # it has grown beyond all numbers
+            break  # it has grown beyond the range of floats
         jerk, snap, pop = jerk * OUTWARD, snap * OUTWARD, pop * OUTWARD
         to_up, gap, error, behind = see(has_up, has_down, evaluate(p, s), up, room_up, room_down, size)
         if growing:

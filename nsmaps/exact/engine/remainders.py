@@ -1,7 +1,7 @@
-"""What is left of cos, sin and exp when their first terms are taken away, without cancellation.
+"""The remainders of cos, sin and exp without their first terms, computed without cancellation.
 
-Nothing but sums, products and scaling by powers of two is used, each rounded by itself; `docs/numerics.md` derives how far
-the results may be off.
+Only sums, products and scaling by powers of two are used, each rounded separately; `docs/numerics.md` derives bounds on the
+errors of the results.
 """
 
 import math
@@ -10,10 +10,10 @@ import numpy as np
 
 from nsmaps.exact.engine.jit import inlined, inner
 
-# pi/2 and ln 2 in parts (Cody and Waite): whole multiples of the first ones, up to 2^20, are floats
+# pi/2 and ln 2 in parts (Cody and Waite): integer multiples of the first parts, up to 2^20, are floats
 QUARTER, QUARTER_1, QUARTER_2 = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 DOUBLING, DOUBLING_1 = 0.6931471803691238, 1.9082149292705877e-10
-FARTHEST = 709.0  # beyond, exp is taken for infinite, or for nothing beside one
+FARTHEST = 709.0  # beyond, exp is infinite, or negligible beside one
 
 
 # fmt: off
@@ -21,8 +21,8 @@ FARTHEST = 709.0  # beyond, exp is taken for infinite, or for nothing beside one
 def near_zero(y):
     """sin y - y and cos y - 1 for |y| <= pi/4.
 
-    Polynomials of least error in z = y^2 for (sin y - y)/(y z) and (cos y - 1 + z/2)/z^2, wrong by 3.3e-17 and 2.5e-18, in pairs
-    that may be computed side by side.
+    Minimax polynomials in z = y^2 for (sin y - y)/(y z) and (cos y - 1 + z/2)/z^2, with errors of 3.3e-17 and 2.5e-18, in pairs
+    that can be evaluated in parallel.
     """
     z = y * y
     zz = z * z
@@ -50,7 +50,7 @@ def growth_near_zero(x):
 def wave(x):
     """cos x - 1, sin x and sin x - x for |x| <= 1e6, each to a few units in its last place.
 
-    One reduction to |y| <= pi/4, x being y and q quarters of a turn.
+    The reduction to |y| <= pi/4 is made once: x is y plus q quarter turns.
     """
     q = np.floor(x * 0.6366197723675814 + 0.5)
     y = ((x - q * QUARTER) - q * QUARTER_1) - q * QUARTER_2
@@ -64,7 +64,7 @@ def wave(x):
 
 @inner
 def doubled(x):
-    """How exp x, |x| <= 709, is made: (n, exp y - 1), x being y and n times ln 2."""
+    """Decomposition of exp x for |x| <= 709: (n, exp y - 1), where x is y plus n ln 2."""
     n = np.floor(x * 1.4426950408889634 + 0.5)
     y = (x - n * DOUBLING) - n * DOUBLING_1
     return int(n), y + growth_near_zero(y)
@@ -89,10 +89,10 @@ def growth(x):
 def remainders(alpha, omega, s):
     """For x = (alpha + i omega) s the real and imaginary parts of exp x - 1 - x and of exp x - 1."""
     if alpha == 0.0:
-        less, sine, rest = wave(omega * s)
-        return less, rest, less, sine
+        less, sine, sine_remainder = wave(omega * s)
+        return less, sine_remainder, less, sine
     x, e = growth(alpha * s)
     if omega == 0.0:
         return e, 0.0, x, 0.0
-    less, sine, rest = wave(omega * s)
-    return e + (1.0 + x) * less, x * (omega * s) + (1.0 + x) * rest, x + (1.0 + x) * less, (1.0 + x) * sine
+    less, sine, sine_remainder = wave(omega * s)
+    return e + (1.0 + x) * less, x * (omega * s) + (1.0 + x) * sine_remainder, x + (1.0 + x) * less, (1.0 + x) * sine

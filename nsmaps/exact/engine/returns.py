@@ -25,15 +25,15 @@ IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
 RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID = 0, 1, 2, 3, 4, 5, 6  # values of Outcome
 MOST_IMPACTS = 100_000  # of one return
 INFINITE_CODE = 2**62
-MOST_PHASE = 1e10  # radians, whose turns an int32 holds
-NO_SPEED = 1e-300  # what leaves a wall slower than this stays on it: its reciprocal would overflow
+MOST_PHASE = 1e10  # radians, whose turns fit into an int32
+NO_SPEED = 1e-300  # a ball that leaves a wall slower than this stays on it: the reciprocal would overflow
 
 
 @inner
 def release(p, phi, up):
-    """How long the ball rests on a wall from phase phi on, or infinity: the first time that the wall no longer presses.
+    """The time for which the ball rests on a wall from phase phi on, or infinity: until the wall no longer presses.
 
-    A march: no step can carry the force of the wall through zero, and steps close in on a root at second order.
+    A march: no step can carry the force of the wall through zero, and steps converge to a root at second order.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -59,20 +59,22 @@ def release(p, phi, up):
 
 @inlined
 def accumulation(u, v, press, bounds):
-    """When impacts of speeds v, u, ... accumulate, to second order, and whether the third makes that exact to rounding."""
+    """The time at which impacts of speeds v, u, ... accumulate, to second order, and whether the third order makes that exact to
+    rounding.
+    """
     x = 2.0 * u / (press * (1.0 - u / v))
     return x, x * bounds[0] <= 1e-5 * press and x * x * bounds[1] <= 1e-10 * press
 
 
 @inner
 def next_impact(p, up, phi, v, chatter):
-    """From just before an impact of speed v at phase phi to just before the next.
+    """From just before an impact of speed v at phase phi to just before the next impact.
 
     Returns (how it ended, on the upper wall, time taken, speed, undecided, du/dv of the rebound, velocity after the impact).
-    Chatter whose first speed is at most `chatter`, as a share of what is gained in a radian of the forcing, is summed up once the
+    Chatter whose first speed is at most `chatter`, as a share of the speed gained in a radian of the forcing, is summed once the
     sum is exact to rounding: with acceleration alpha into the wall, alpha' = beta of a ball held there and x = 2 u/(alpha (1 -
-    r)) the impacts accumulate after x - beta x^2/(3 alpha) + O(x^3), where velocity does not count; where it does, flights have
-    another jerk j than beta.
+    r)) the impacts accumulate after x - beta x^2/(3 alpha) + O(x^3) if forces do not depend on the velocity; if they do, flights
+    have a jerk j different from beta.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -85,28 +87,28 @@ def next_impact(p, up, phi, v, chatter):
     a, jk, _, _ = start(p)
     press = into * a
     if u == 0.0 and (press > 0.0 or (press == 0.0 and into * jk > 0.0)):
-        rest = release(p, phi, up)
-        if rest == math.inf:
+        resting = release(p, phi, up)
+        if resting == math.inf:
             return FOREVER, up, 0.0, 0.0, False, slope, w
-        if rest > 1e-13 * TWO_PI / phase_rate(p):
-            return REST, up, rest, 0.0, False, slope, w
+        if resting > 1e-13 * TWO_PI / phase_rate(p):
+            return REST, up, resting, 0.0, False, slope, w
     elif press > 0.0 and v * phase_rate(p) <= chatter * press and u < v:
         x, summable = accumulation(u, v, press, limits(p, 0.0))
         if summable:
             r, j, beta = u / v, into * jk, into * held(p, angle(phi), z)[1]
             x += x * x * (j * (2.0 * r - 1.0) / 3.0 - beta * r - (j - beta) * r * (1.0 - r) / 2.0) / (press * (1.0 + r))
             phase = phi + x * phase_rate(p)
-            rest = release(p, phase, up)
-            if rest == math.inf:
+            resting = release(p, phase, up)
+            if resting == math.inf:
                 return FOREVER, up, x, 0.0, False, slope, w
-            return CHATTER, up, x + rest, 0.0, False, slope, w
+            return CHATTER, up, x + resting, 0.0, False, slope, w
     found, up, s, v, undecided = flight(p, up, w)
     return IMPACT if found else ESCAPED, up, s, v, undecided, slope, w
 
 
 @inlined
 def advance_tangent(p, up, at, slope, now_up, s, d):
-    """The derivative d of (v, phi) carried through one impact and the flight of time s behind it."""
+    """Carry the derivative d of (v, phi) through one impact and the flight of time s after it."""
     moves = tangent_at(p, at, s)
     _, velocity, a, _, _, _ = evaluate(p, s)
     return saltation(up, now_up, slope, velocity, a, moves, phase_rate(p), d)
@@ -114,7 +116,9 @@ def advance_tangent(p, up, at, slope, now_up, s, d):
 
 @inlined
 def saltation(up, now_up, slope, velocity, a, moves, rate, d):
-    """As `advance_tangent`, by what is known where the flight ends: velocity, acceleration and `moves`, of `tangent_at`."""
+    """As `advance_tangent`, from what is known at the end of the flight: velocity, acceleration and `moves`, the result of
+    `tangent_at`.
+    """
     into, now_into = 1.0 if up else -1.0, 1.0 if now_up else -1.0
     w_phi, w_w, v_phi, v_w = moves
     d00, d01, d10, d11 = d
@@ -131,7 +135,7 @@ def saltation(up, now_up, slope, velocity, a, moves, rate, d):
 
 @inner
 def spell(code, power, base, digit, times):
-    """A word's code with a letter appended so many times; power 0 marks a word longer than a code holds."""
+    """The code of a word with a letter appended `times` times; power 0 marks a word longer than a code holds."""
     for _ in range(times):
         if power == 0:
             break
@@ -144,7 +148,7 @@ def spell(code, power, base, digit, times):
 
 @inner
 def is_state(v, phi):
-    """Is (v, phi) a state: a finite speed >= 0, and a phase that has not lost its digits to whole turns."""
+    """True if (v, phi) is a state: a finite speed >= 0, and a phase that has not lost its digits to whole turns."""
     return v >= 0.0 and v < math.inf and abs(phi) < MOST_PHASE
 
 
@@ -159,7 +163,7 @@ def turned(p, phi, s):
 
 @inner
 def onward(p, phi, s):
-    """The phase a time s later, in [0, 2 pi), and the whole turns made."""
+    """The phase a time s later, in [0, 2 pi), and the whole turns in between."""
     phi, whole = turned(p, phi, s)
     return phi, int(whole)
 
@@ -176,7 +180,7 @@ def first_return(p, v, phi, chatter, derivative):
     walls = 2 if has_up and has_down else 1
     base = walls + 3  # of the word's code: walls, two marks, none
     up, power, code, time, undecided = base_up, 1, 0, 0.0, False
-    letter, run = 1, 1  # the wall of the last impacts and how many in a row: spelt when the row ends, once if it is chatter
+    letter, run = 1, 1  # the wall of the last impacts and their number in a row: written when the row ends, once if it is chatter
     for _ in range(MOST_IMPACTS):
         on_base = up == base_up
         ended, now_up, s, now_v, unsure, slope, _ = next_impact(p, up, phi, v, chatter if on_base else math.inf)
@@ -209,7 +213,7 @@ def first_return(p, v, phi, chatter, derivative):
 
 @inner
 def put(i, result, image, turns, codes, outcome, time, tangents):
-    """Write one return into the arrays given; the derivative where `tangents` has rows."""
+    """Write one return into the given arrays; the derivative if `tangents` has rows."""
     outcome[i], image[i, 0], image[i, 1], turns[i, 1], time[i], codes[i], d = result
     turns[i, 0] = 0
     if len(tangents):
@@ -218,7 +222,7 @@ def put(i, result, image, turns, codes, outcome, time, tangents):
 
 @inner
 def one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents):
-    """First returns of a batch, each by itself."""
+    """First returns of a batch, one after another."""
     for i in range(len(start)):
         result = first_return(p, start[i, 0], start[i, 1], chatter, len(tangents) > 0)
         put(i, result, image, turns, codes, outcome, time, tangents)
@@ -226,7 +230,7 @@ def one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents):
 
 @entry
 def trajectory(p, v, phi, chatter, up, wall, time, phase, speed, mark):
-    """Every impact of one trajectory, written into the arrays given; returns how many there are."""
+    """Every impact of one trajectory, written into the given arrays; returns their number."""
     n, base_up = len(wall), walls_of(p)[2]
     t = 0.0
     for i in range(n):
@@ -245,7 +249,7 @@ def trajectory(p, v, phi, chatter, up, wall, time, phase, speed, mark):
 
 @entry
 def sampled(p, up, phi, v, times, places, velocities):
-    """Displacements and velocities at times after an impact of speed v, written into the arrays given."""
+    """Displacements and velocities at times after an impact of speed v, written into the given arrays."""
     top, bottom = wall_places(p)
     u, _ = rebound(p, up, v)
     begin(p, angle(phi), top if up else bottom, -u if up else u)

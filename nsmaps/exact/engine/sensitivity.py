@@ -1,4 +1,4 @@
-"""How the image of a first return moves with the parameters, through every impact on the way: exact, no differences are taken."""
+"""Derivatives of the image of a first return by the parameters, through every impact: exact, without finite differences."""
 
 import math
 
@@ -9,9 +9,9 @@ from nsmaps.exact.engine.returns import IMPACT, MOST_IMPACTS, is_state, next_imp
 
 @inner
 def sensitivity(p, moved, v, phi, chatter):
-    """The derivatives of speed and phase of a first return by the parameters; NaN with a rest or without an image.
+    """The derivatives of speed and phase of a first return by the parameters; NaN where it rests or has no image.
 
-    The table `moved` holds the derivatives of all that the table of the system is made of, along a way.
+    The table `moved` holds the derivatives of all entries of the table of the system along a direction of the parameters.
     """
     base_up = walls_of(p)[2]
     v_p, phi_p, up = 0.0, 0.0, base_up
@@ -44,6 +44,6 @@ def sensitivity(p, moved, v, phi, chatter):
 
 @entry
 def sensitivities(p, moved, states, chatter, moves):
-    """The sensitivities of a batch, written into the array given."""
+    """The sensitivities of a batch, written into the given array."""
     for i in range(len(states)):
         moves[i, 0], moves[i, 1] = sensitivity(p, moved, states[i, 0], states[i, 1], chatter)

@@ -1,7 +1,7 @@
 """Sums of s^k exp(lambda s) whose coefficients are linear in the state and periodic in the phase, in many digits.
 
-Every flight in closed form that is accepted is such a sum. A formula is taken apart at given values of its parameters, in
-multiple precision, so that what cancels in it as it is written costs no digits of the coefficients.
+Every flight in closed form must be such a sum. A formula is decomposed at given values of its parameters, in
+multiple precision, so that cancellation within the formula costs no digits of the coefficients.
 """
 
 from collections import defaultdict
@@ -15,15 +15,15 @@ import sympy as sp
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 
-DIGITS = 60  #: that formulas are taken apart with
-NEGLIGIBLE = mp.mpf(10) ** -45  #: what is left of terms that cancel, relative to their sizes
+DIGITS = 60  #: of the decomposition
+NEGLIGIBLE = mp.mpf(10) ** -45  #: remainder of terms that cancel, relative to their sizes
 STATE = {Z: "z", W: "w"}
 WAVES = {sp.cos: (1, 1), sp.sin: (1, -1)}
-GROWTHS = {sp.exp: (1, 0), sp.cosh: (1, 1), sp.sinh: (1, -1)}  #: halves of exp(x) and exp(-x), but for exp itself
+GROWTHS = {sp.exp: (1, 0), sp.cosh: (1, 1), sp.sinh: (1, -1)}  #: halves of exp(x) and exp(-x), except for exp itself
 
 
 class Term(NamedTuple):
-    """What a coefficient belongs to: s^power exp(rate s) exp(i harmonic phase) phase^degree, times the place, velocity or 1."""
+    """The index of a coefficient of s^power exp(rate s) exp(i harmonic phase) phase^degree, times the place, velocity or 1."""
 
     power: int
     rate: Any
@@ -38,7 +38,7 @@ Sum = dict[Term, Any]
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """A formula made ready to be taken apart: its parts that are numbers once the parameters are known are computed together."""
+    """A formula prepared for decomposition: the parts that become numbers with the parameters are computed together."""
 
     formula: sp.Expr
     parameters: tuple[sp.Symbol, ...]
@@ -49,7 +49,7 @@ class Expansion:
         """The sum at these values of the parameters.
 
         Raises:
-            SystemDefinitionError: the formula is no such sum; says which part of it is not.
+            SystemDefinitionError: the formula is not such a sum; states which part of it is not.
         """
         if not self.compute:
             _collect(self.formula, self.numbers)
@@ -60,7 +60,7 @@ class Expansion:
 
 
 def _shown(expr: sp.Expr) -> str:
-    """An expression by the names that an author has for what an impact hands on."""
+    """An expression in the author's names for time, place and velocity after an impact."""
     names = {Z: sp.Symbol("hit.z"), W: sp.Symbol("hit.w"), S: sp.Symbol("s"), PHI: sp.Symbol("phi")}
     return str(sp.sstr(expr.xreplace(names))).replace("_p_", "")
 
@@ -133,9 +133,9 @@ def _multiplied(parts: list[Sum], expr: sp.Expr) -> Sum:
 def _exponential(expr: sp.Expr, argument: Sum) -> Sum:
     """exp, sin, cos, sinh or cosh of an argument that must be linear in time, with whole turns of the phase."""
     linear = {ONE: mp.mpf(0), ONE._replace(power=1): mp.mpf(0), ONE._replace(degree=1): mp.mpf(0)}
-    rest = {term: x for term, x in argument.items() if term not in linear}
-    if any(abs(x) > NEGLIGIBLE * max(map(abs, argument.values())) for x in rest.values()):
-        raise SystemDefinitionError(f"{_shown(expr)} has an argument that is not linear in time; only A + k t is accepted")
+    others = {term: x for term, x in argument.items() if term not in linear}
+    if any(abs(x) > NEGLIGIBLE * max(map(abs, argument.values())) for x in others.values()):
+        raise SystemDefinitionError(f"{_shown(expr)} has an argument that is not linear in time; expected: A + k t")
     at, rate, turn = (argument.get(term, mp.mpf(0)) for term in linear)
     wave = type(expr) in WAVES
     harmonic = int(mp.nint(mp.re(turn)))
@@ -152,7 +152,7 @@ def _exponential(expr: sp.Expr, argument: Sum) -> Sum:
 
 
 def merged(total: Sum) -> Sum:
-    """A sum with equal rates made one, and without what cancels."""
+    """A sum in which equal rates are united and terms that cancel are removed."""
     found: dict[Term, Any] = {}
     sizes: dict[Term, Any] = {}
     for term, value in total.items():
@@ -167,7 +167,7 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def rates_of(total: Sum) -> Iterator[tuple[Any, int]]:
-    """The rates with Im >= 0 and the highest power of s that each goes with."""
+    """The rates with Im >= 0 and the highest power of s of each."""
     powers: dict[Any, int] = {}
     for term in total:
         rate = mp.mpc(mp.re(term.rate), abs(mp.im(term.rate)))
@@ -177,7 +177,7 @@ def rates_of(total: Sum) -> Iterator[tuple[Any, int]]:
 
 
 def functional(total: Sum, rate: Any, power: int, harmonics: int) -> list[Any]:
-    """The complex coefficients C of 1, z, w and of cos and sin of each multiple of the phase: of s^power Re(C exp(rate s))."""
+    """The complex coefficients C of 1, z, w and of cos and sin of each multiple of the phase, of s^power Re(C exp(rate s))."""
     row = [mp.mpc(0)] * (3 + 2 * harmonics)
     double = 1 if mp.im(rate) == 0 else 2
     for term, value in total.items():

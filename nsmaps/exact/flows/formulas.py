@@ -1,4 +1,4 @@
-"""A system's formulas in symbols: the displacement after an impact, walls and impact laws, and what no flight can be refused."""
+"""A system's formulas in symbols: the displacement after an impact, walls and impact laws, and conditions on a flight."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -15,12 +15,12 @@ S = sp.Symbol("_s", real=True)  #: the time since the impact
 PHI = sp.Symbol("_phi", real=True)  #: the phase, place and velocity of the impact
 Z = sp.Symbol("_z", real=True)
 W = sp.Symbol("_w", real=True)
-EXACT, ROUNDED = sp.Float("1e-35"), sp.Float("1e-12")  #: what a formula that holds is off by, as it is, or with floats in it
+EXACT, ROUNDED = sp.Float("1e-35"), sp.Float("1e-12")  #: largest residue of a formula that holds, exact or with floats in it
 V = sp.Symbol("_v", nonnegative=True)  #: the speed just before an impact
 
 
 def in_symbols(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> tuple[Any, dict[str, sp.Symbol]]:
-    """A system with symbols for its parameters and the values given for its other fields, and these symbols."""
+    """A system with symbols for its parameters and the given values for its other fields, and these symbols."""
     symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
     return cls.model_construct(**symbols, **fixed), symbols
 
@@ -41,7 +41,7 @@ def displacement_at(symbolic: Any, period: sp.Expr) -> sp.Expr:
 
 
 def check_flight(name: str, given: sp.Expr, period: sp.Expr, symbols: dict[str, sp.Symbol]) -> None:
-    """Refuse a displacement that is no flight: by its form, where it starts and how it goes on."""
+    """Refuse a displacement that cannot be a flight: by its form, its start and its continuation."""
     check_form(given)
     near = ROUNDED if given.has(sp.Float) or period.has(sp.Float) else EXACT
     _check(name, "start at hit.z", given.subs(S, 0) - Z, symbols, near)
@@ -50,19 +50,19 @@ def check_flight(name: str, given: sp.Expr, period: sp.Expr, symbols: dict[str, 
 
 
 def _check_restart(name: str, given: sp.Expr, period: sp.Expr, near: sp.Float) -> None:
-    """Refuse a flight that does not go on as before when it is started again on its way, from its own place and velocity."""
+    """Refuse a flight that changes when it is restarted at a later time from its own place and velocity."""
     early, late = sp.Rational(2, 7), sp.Rational(3, 5)
     for values in trials(sp.diff(given, S), period, Z):
-        rest = {x: value for x, value in values.items() if x not in (S, PHI, Z, W)}
+        parameters_at = {x: value for x, value in values.items() if x not in (S, PHI, Z, W)}
         start = {PHI: values.get(PHI, sp.S.One), Z: values.get(Z, sp.S.One), W: values.get(W, sp.S.One)}
-        place, velocity = (sp.N(x.subs(rest).subs({S: early, **start}), 60) for x in (given, sp.diff(given, S)))
-        phase = start[PHI] + 2 * sp.pi * early / period.subs(rest)
-        again = sp.N(given.subs(rest).subs({S: late, PHI: sp.N(phase, 60), Z: place, W: velocity}), 50)
-        whole = sp.N(given.subs(rest).subs({S: early + late, **start}), 50)
+        place, velocity = (sp.N(x.subs(parameters_at).subs({S: early, **start}), 60) for x in (given, sp.diff(given, S)))
+        phase = start[PHI] + 2 * sp.pi * early / period.subs(parameters_at)
+        again = sp.N(given.subs(parameters_at).subs({S: late, PHI: sp.N(phase, 60), Z: place, W: velocity}), 50)
+        whole = sp.N(given.subs(parameters_at).subs({S: early + late, **start}), 50)
         if not abs(again - whole) < near * (1 + abs(whole)):
             raise SystemDefinitionError(
-                f"{name}.displacement does not go on as before when a flight is started again on its way: at the time "
-                f"{early + late} after the impact it is {sp.N(whole, 8)}, started again at {early} it is {sp.N(again, 8)}"
+                f"{name}.displacement is not the same flight when restarted at a later time: at the time "
+                f"{early + late} after the impact it is {sp.N(whole, 8)}, restarted at {early} it is {sp.N(again, 8)}"
             )
 
 
@@ -76,35 +76,35 @@ def _check(name: str, what: str, residue: sp.Expr, symbols: dict[str, sp.Symbol]
 
 
 def values_told(values: Mapping[sp.Symbol, Any]) -> str:
-    """Values of parameters and of numbers of the flight, by the names that an author has for them."""
-    told = {PHI: "phi", Z: "hit.z", W: "hit.w", S: "t - hit.t"}
-    return ", ".join(f"{told.get(x, str(x).removeprefix('_p_'))} = {value}" for x, value in values.items())
+    """Values of parameters and of numbers of the flight, in the author's names."""
+    shown = {PHI: "phi", Z: "hit.z", W: "hit.w", S: "t - hit.t"}
+    return ", ".join(f"{shown.get(x, str(x).removeprefix('_p_'))} = {value}" for x, value in values.items())
 
 
 def trials(*exprs: sp.Expr) -> list[dict[sp.Symbol, sp.Expr]]:
-    """Three points to try expressions at."""
+    """Three points at which expressions are evaluated."""
     free = sorted(set().union(*(expr.free_symbols for expr in exprs)), key=str)
     return [{x: sp.Rational(7 + 3 * i + 5 * k, 11 + 4 * i + k) for i, x in enumerate(free)} for k in range(3)]
 
 
 def check_symbols(name: str, exprs: list[sp.Expr], parameters: set[sp.Symbol]) -> None:
-    """Refuse formulas with symbols that are neither of the flight nor parameters."""
+    """Refuse formulas with symbols that belong neither to the flight nor to the parameters."""
     unknown = set().union(*(expr.free_symbols for expr in exprs)) - {PHI, Z, W, V} - parameters
     if unknown:
         raise SystemDefinitionError(
             f"the formulas of {name} have unknown symbols: {', '.join(sorted(map(str, unknown)))}; expected: the arguments "
-            "they are given and the system's own parameters"
+            "of each formula and the parameters of the system"
         )
 
 
 def check_form(expr: sp.Expr) -> None:
-    """Refuse an expression that `Flow.split` cannot split; what is simple takes no simplification."""
+    """Refuse an expression that `Expansion` cannot decompose; a simple one is not simplified."""
     if expr == S or not expr.has(S):
         return
     if isinstance(expr, (sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh)):
         k = sp.diff(expr.args[0], S)
         if k.has(S) and sp.simplify(k).has(S):
-            raise SystemDefinitionError(f"{expr} has an argument that is not linear in time; only A + k t is accepted")
+            raise SystemDefinitionError(f"{expr} has an argument that is not linear in time; expected: A + k t")
     elif expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Integer and expr.exp > 0):
         for part in expr.args:
             check_form(part)

@@ -1,4 +1,4 @@
-"""Impact laws that are not linear in the speed, compiled from their formula and kept for as long as the program runs."""
+"""Impact laws that are not linear in the speed, compiled from their formula and kept in memory."""
 
 from functools import lru_cache
 from typing import Any
@@ -11,7 +11,7 @@ from nsmaps.exact.engine.jit import law_of
 
 @lru_cache(maxsize=256)
 def law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol, ...]) -> int:
-    """The address of a compiled function of the impact speed and of where the values of the parameters are in memory."""
+    """The address of a compiled function of the impact speed and of the address of the parameters' values."""
     names = [f"    {symbol} = p[{i}]" for i, symbol in enumerate(parameters)]
     text = "\n".join([f"def law({speed}, p):", *names, f"    return {code(law)}"])
     return _compiled(text).address
@@ -23,7 +23,7 @@ def _compiled(text: str) -> Any:
 
 
 class _Printer(PythonCodePrinter):  # type: ignore[misc]
-    """Python in the names of the math module, whole powers as products."""
+    """Python code in functions of the math module, with integer powers as products."""
 
     def _print_Pow(self, expr: sp.Pow, **kwargs: Any) -> str:
         base, power = expr.args
@@ -37,5 +37,5 @@ class _Printer(PythonCodePrinter):  # type: ignore[misc]
 
 
 def code(expr: Any) -> str:
-    """An expression as it stands in the source."""
+    """An expression as source code."""
     return str(_Printer({"fully_qualified_modules": True}).doprint(sp.sympify(expr)))

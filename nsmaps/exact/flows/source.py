@@ -1,4 +1,4 @@
-"""A system's formulas as they are written: called with numbers or symbols, and refused by class, formula, file and line."""
+"""A system's formulas as written: called with numbers or symbols; errors state class, formula, file and line."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -16,29 +16,31 @@ if TYPE_CHECKING:
     from nsmaps.exact.walls import Wall
 
 NOT_NUMBERS = "use sympy's functions (from sympy import cos), not those of math or numpy, and no float() or int()"
-ADVICE = {  #: by what Python says of a formula
-    "truth value": "formulas may not branch on a value, of a parameter or of the flight: a choice is a field that is not float",
+ADVICE = {  #: by the message of Python's error in a formula
+    "truth value": "formulas may not branch on the value of a parameter or of the flight; a choice is a field of another type",
     "Cannot convert": NOT_NUMBERS,
     "ufunc": NOT_NUMBERS,
 }
 GIVEN = {"walls": "", "period": "", "displacement": ", t, hit", "rebound": ", speed, wall"}  #: arguments of each formula
-HIT = "hit.t, hit.z and hit.w are given: time, place and velocity just after the impact"
+HIT = "the arguments are hit.t, hit.z and hit.w: time, place and velocity just after the impact"
 STILL = (
-    "walls may not move: let the displacement be relative to a wall that moves (two walls move together or not at all), "
-    "and `at` a formula in the parameters"
+    "walls may not move: measure the displacement relative to a moving wall (two walls move together or not at all); "
+    "`at` is a formula in the parameters"
 )
-SURE = (TypeError, sp.SympifyError)  #: errors of a formula that nothing defined later mends
+SURE = (TypeError, sp.SympifyError)  #: errors of a formula that no later definition can correct
 
 
 class FailsNow(SystemDefinitionError):
-    """A formula that fails by what may be there when it is first used, such as a name that its module defines further down."""
+    """A formula that fails for a reason that may disappear before its first use, such as a name that its module defines further
+    down.
+    """
 
 
 def walls_of(system: "ImpactSystem") -> "dict[str, Wall]":
-    """The walls of a system by their letters, places as sympy expressions free of all but its parameters.
+    """The walls of a system by their letters, with places as sympy expressions in its parameters.
 
     Raises:
-        SystemDefinitionError: they are no walls, more than one on a side, moving, or words could not tell them apart.
+        SystemDefinitionError: they are not walls, more than one on a side, moving, or have letters that words cannot distinguish.
     """
     table = _called(system, "walls")
     with _refused(system, "walls"):
@@ -48,17 +50,17 @@ def walls_of(system: "ImpactSystem") -> "dict[str, Wall]":
 
 
 def period_of(system: "ImpactSystem") -> sp.Expr:
-    """The period of a system's forcing. Raises SystemDefinitionError for what is no expression."""
+    """The period of a system's forcing. Raises SystemDefinitionError for a value that is not an expression."""
     return _expression(system, "period")
 
 
 def law_of(system: "ImpactSystem", speed: Any, wall: str) -> sp.Expr:
-    """The speed just after an impact on a wall. Raises SystemDefinitionError for what is no expression."""
+    """The speed just after an impact on a wall. Raises SystemDefinitionError for a value that is not an expression."""
     return _expression(system, "rebound", speed, wall)
 
 
 def displacement_of(system: "ImpactSystem", t: Any, start: Any, place: Any, velocity: Any) -> sp.Expr:
-    """The displacement at t after an impact, by its time, place and velocity. Raises SystemDefinitionError as `period_of`."""
+    """The displacement at t after an impact, by its time, place and velocity. Raises as `period_of` does."""
     return _expression(system, "displacement", t, SimpleNamespace(t=start, z=place, w=velocity))
 
 
@@ -69,7 +71,7 @@ def _expression(system: "ImpactSystem", formula: str, *given: Any) -> sp.Expr:
 
 
 def _number(value: Any, what: str) -> sp.Expr:
-    """A value as a sympy expression; text is none."""
+    """A value as a sympy expression; text is refused."""
     try:
         expr = sp.sympify(value, strict=True)
     except sp.SympifyError:
@@ -80,7 +82,7 @@ def _number(value: Any, what: str) -> sp.Expr:
 
 
 def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
-    """What a formula returns. Whatever it raises is told with the system's class, and where the formula is written."""
+    """The result of a formula. Every error is reported with the system's class and the place where the formula is written."""
     name, function = f"{type(system).__name__}.{formula}", getattr(system, formula)
     try:
         arguments = signature(function)
@@ -88,7 +90,7 @@ def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
     except TypeError:
         still = f"; {STILL}" if formula == "walls" else ""
         taken = f"is called with (self{GIVEN[formula]})"
-        raise SystemDefinitionError(f"{name} {taken}, which it does not take{still}{place_of(type(system), formula)}") from None
+        raise SystemDefinitionError(f"{name} {taken}, which it lacks{still}{place_of(type(system), formula)}") from None
     try:
         return function(*given)
     except NsmapsError:
@@ -98,13 +100,13 @@ def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
         on_hit = isinstance(error, AttributeError) and isinstance(error.obj, SimpleNamespace)
         advice = HIT if on_hit else next((advice for sign, advice in ADVICE.items() if sign in why), "")
         kind = SystemDefinitionError if on_hit or isinstance(error, SURE) else FailsNow
-        told = f"{name} cannot be written in symbols ({why}){advice and f'; {advice}'}"
-        raise kind(f"{told}{place_of(type(system), formula)}") from error
+        message = f"{name} cannot be written in symbols ({why}){advice and f'; {advice}'}"
+        raise kind(f"{message}{place_of(type(system), formula)}") from error
 
 
 @contextmanager
 def _refused(system: "ImpactSystem", formula: str) -> Iterator[None]:
-    """Say of which class and formula something is refused, and where that is written."""
+    """State the class and the formula of an error, and where the formula is written."""
     try:
         yield
     except SystemDefinitionError as error:
@@ -112,24 +114,24 @@ def _refused(system: "ImpactSystem", formula: str) -> Iterator[None]:
 
 
 def _check_table(table: Any) -> None:
-    """Refuse walls that are none, more than one on a side, or that words could not tell apart."""
+    """Refuse walls that are invalid, more than one on a side, or have letters that words cannot distinguish."""
     from nsmaps.exact.walls import Wall
 
     if not isinstance(table, Mapping) or not all(isinstance(wall, Wall) for wall in table.values()):
         raise SystemDefinitionError(f"is {table!r:.60}; expected: walls by their letters, such as {{'B': Wall(at=0, side=-1)}}")
     if not table:
-        raise SystemDefinitionError("has no walls; one is forgotten: at least the base wall is expected")
+        raise SystemDefinitionError("has no walls; expected: at least the base wall")
     sides = [wall.side for wall in table.values()]
     if not set(sides) <= {-1, 1} or len(sides) != len(set(sides)):
         raise SystemDefinitionError(
-            f"has walls on sides {sides}; one or two walls, on different sides (-1 stops falling displacement, +1 growing), are "
-            "accepted"
+            f"has walls on sides {sides}; expected: one or two walls, on different sides "
+            "(-1 stops falling displacement, +1 growing)"
         )
     letters = list(table)
     if not all(isinstance(name, str) and name and name[0] not in "~_." for name in letters) or (
         len({name[0] for name in letters}) < len(letters)
     ):
-        raise SystemDefinitionError(f"names its walls {letters}; names with different first letters are accepted, not ~ _ .")
+        raise SystemDefinitionError(f"names its walls {letters}; expected: different first letters, none of them ~ _ .")
 
 
 def _place(system: "ImpactSystem", letter: str, at: Any) -> sp.Expr:
@@ -142,5 +144,5 @@ def _place(system: "ImpactSystem", letter: str, at: Any) -> sp.Expr:
         there = f"at {sp.sstr(place).replace('_p_', '')}, with the unknown symbols: {', '.join(unknown)}"
         raise SystemDefinitionError(f"has its wall {letter} {there}; {STILL}")
     if place.is_finite is False or place.is_real is False:
-        raise SystemDefinitionError(f"has its wall {letter} at {place}; a finite place is accepted, or no such wall")
+        raise SystemDefinitionError(f"has its wall {letter} at {place}; expected: a finite place; a wall at infinity is omitted")
     return place

@@ -1,4 +1,4 @@
-"""From the sum that a flight is to the table that the engine marches: rates, coefficients, walls and impact laws in numbers."""
+"""From the sum of exponentials of a flight to the table of the engine: rates, coefficients, walls and impact laws in numbers."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,18 +23,16 @@ from nsmaps.exact.flows.source import period_of, walls_of
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-CANCELS = mp.mpf("0.1")  #: two terms with near rates are chained where they cancel to less than this share of them
-NEAR = mp.mpf("0.1")  #: and where their rates differ by less than this share
-SLOW = mp.mpf(
-    "0.02"
-)  #: a damped wave whose frequency is below this share of its rate is a pair by itself, as next to critical damping
+CANCELS = mp.mpf("0.1")  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
+NEAR = mp.mpf("0.1")  #: and if their rates differ by less than this share
+SLOW = mp.mpf("0.02")  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
 ONE_AT_A_TIME = Lock()  #: mpmath has one precision for all threads
-ORDERS = range(2, 6)  #: of the rates of the displacement at the start: acceleration to crackle
+ORDERS = range(2, 6)  #: time derivatives of the displacement at the start: acceleration to crackle
 
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A rate with its complex coefficients by the features: of exp(rate s), or of a chain's function, see `layout`."""
+    """A rate with its complex coefficients by the features, of exp(rate s) or of the function of a chain, see `layout`."""
 
     rate: Any
     coefficients: list[Any]
@@ -44,7 +42,7 @@ class Rate:
 
     @property
     def chained(self) -> bool:
-        """Is it more than a plain exponential."""
+        """True if it is more than a plain exponential."""
         return self.linked or self.power > 0
 
 
@@ -74,7 +72,7 @@ def _slow_wave(rate: Any, row: list[Any]) -> list[Rate]:
 
 
 def _paired(plain: list[Rate]) -> list[Rate]:
-    """Rates that nearly agree and whose terms cancel, as pairs with a divided difference; the others first."""
+    """Rates that nearly agree and whose terms cancel, as pairs with a divided difference; the others come first."""
     left, pairs = list(plain), []
     for one in plain:
         for other in plain:
@@ -96,7 +94,7 @@ def _cancel(one: Rate, other: Rate) -> bool:
 
 
 def rows_at_start(rates: list[Rate], powers: list[list[Any]], count: int) -> list[list[Any]]:
-    """Acceleration, jerk, snap and crackle at the start by the features, the velocity's own share taken care of."""
+    """Acceleration, jerk, snap and crackle at the start by the features, with the contribution of the velocity itself."""
     rows = []
     for order in ORDERS:
         row = list(powers[order - 2]) if order - 2 < len(powers) else [mp.mpc(0)] * count
@@ -108,7 +106,7 @@ def rows_at_start(rates: list[Rate], powers: list[list[Any]], count: int) -> lis
 
 
 def _at_zero(one: Rate, before: Rate | None, order: int) -> Any:
-    """The rate of this order at zero of exp(rate s), of s^n exp(rate s)/n! or of a divided difference."""
+    """The derivative of this order at zero of exp(rate s), of s^n exp(rate s)/n! or of a divided difference."""
     if not one.power:
         return one.rate**order
     if one.difference:
@@ -118,7 +116,7 @@ def _at_zero(one: Rate, before: Rate | None, order: int) -> Any:
 
 
 def packed(rates: list[Rate], powers: list[list[Any]], harmonics: int, parameters: list[float]) -> Floats:
-    """The table of a flight, its head but for walls and laws filled."""
+    """The table of a flight, its head filled except for walls and laws."""
     rates = sorted(rates, key=lambda one: one.chained)
     count, simple = at.features(harmonics), sum(not one.chained for one in rates)
     sizes = [len(powers) * count, 2 * len(rates), 2 * len(rates) * count, at.CHAIN * (len(rates) - simple), 4 * count]
@@ -145,7 +143,7 @@ def packed(rates: list[Rate], powers: list[list[Any]], harmonics: int, parameter
 
 
 def _reach(rates: list[Rate]) -> float:
-    """Over what time bounds on flights that grow are taken: a growth by e."""
+    """The time over which bounds on flights that grow are taken: growth by a factor e."""
     growing = max([float(mp.re(one.rate)) for one in rates], default=0.0)
     fastest = max([float(abs(one.rate)) for one in rates], default=1.0)
     return 1 / growing if growing > 0 else 10 / fastest
@@ -157,13 +155,13 @@ def _real(row: list[Any]) -> tuple[list[Any], list[Any]]:
 
 @dataclass(frozen=True, eq=False)
 class Formulas:
-    """The formulas of a system's class, or their derivatives by its parameters, from which tables are made."""
+    """The formulas of a system's class, or their derivatives by its parameters, from which tables are computed."""
 
-    symbols: tuple[sp.Symbol, ...]  #: of the parameters, behind them perhaps those of the rates at which they change
+    symbols: tuple[sp.Symbol, ...]  #: of the parameters, followed for derivatives by their rates of change
     displacement: Expansion
     numbers: list[sp.Expr]  #: places of the upper and lower wall, radians of phase a unit of time, longest flight
     laws: list[sp.Expr]  #: speed after an impact on the lower wall and on the upper, by V
-    sides: tuple[bool, bool, bool]  #: is there an upper wall, a lower one, is the base wall the upper one
+    sides: tuple[bool, bool, bool]  #: True if there is an upper wall, a lower one, if the base wall is the upper one
 
     @cached_property
     def compute(self) -> Callable[..., Any]:
@@ -191,7 +189,7 @@ class Formulas:
         return table
 
     def along(self, names: tuple[str, ...]) -> "Formulas":
-        """The derivatives of all of them along a way; the rates of the parameters are parameters too, behind the others."""
+        """The derivatives of all formulas along a direction; the rates of change of the parameters follow them as parameters."""
         ways = tuple(sp.Symbol(f"_way_{name}", real=True) for name in names)
         pairs = list(zip(self.symbols, ways, strict=True))
 
@@ -204,20 +202,20 @@ class Formulas:
 
 
 def is_linear(law: sp.Expr) -> bool:
-    """Is the speed after an impact in proportion to that before it."""
+    """True if the speed after an impact is proportional to that before it."""
     return not sp.diff(law, V).has(V) and law.subs(V, 0) == 0
 
 
 def formulas_of(system: "ImpactSystem") -> Formulas:
-    """The formulas of a system's class and of its fields that are no numbers; checked when they are first asked for.
+    """The formulas of a system's class and of its fields that are not numbers; they are checked on first use.
 
     Raises:
-        SystemDefinitionError: the formulas cannot become a flight whose rates have bounds; says which and why.
+        SystemDefinitionError: the formulas cannot become a flight whose rates have bounds; states which and why.
     """
     cls = type(system)
     fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
-    told = tuple(sorted((name, repr(value)) for name, value in {**fixed, "horizon": cls.horizon}.items()))
-    key = cls, told, (cls.walls, cls.period, cls.displacement, cls.rebound)
+    values = tuple(sorted((name, repr(value)) for name, value in {**fixed, "horizon": cls.horizon}.items()))
+    key = cls, values, (cls.walls, cls.period, cls.displacement, cls.rebound)
     if key not in KNOWN:
         with refused(cls):
             KNOWN[key] = _formulas(cls, fixed)
@@ -226,18 +224,18 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
 
 @contextmanager
 def refused(cls: "type[ImpactSystem]") -> Iterator[None]:
-    """Refuse a class by a SystemDefinitionError that says where its displacement is written, whatever fails in its formulas."""
+    """Refuse a class by a SystemDefinitionError that states where its displacement is written, whatever fails in its formulas."""
     try:
         yield
     except SystemDefinitionError:
         raise
-    except Exception as error:  # sympy's, by formulas of which nobody thought
+    except Exception as error:  # errors of sympy in formulas of an unforeseen form
         why, place = f"{type(error).__name__}: {error}", place_of(cls, "displacement")
         raise SystemDefinitionError(f"the formulas of {cls.__name__} cannot be turned into a flow ({why}){place}") from error
 
 
 def table_of(system: "ImpactSystem") -> Floats:
-    """The table of a system, at its own parameters. Raises as `formulas_of`."""
+    """The table of a system for its parameters. Raises as `formulas_of` does."""
     formulas, cls = formulas_of(system), type(system)
     with refused(cls):
         try:
@@ -247,14 +245,14 @@ def table_of(system: "ImpactSystem") -> Floats:
             raise SystemDefinitionError(f"{cls.__name__}.displacement cannot be a flight: {error}{place}") from error
 
 
-KNOWN: dict[Any, Formulas] = {}  #: by class, its fields that are no numbers, and its formulas
+KNOWN: dict[Any, Formulas] = {}  #: by class, its fields that are not numbers, and its formulas
 
 
 def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
     symbolic, symbols = in_symbols(cls, fixed)
     period = period_of(symbolic)
     if period.is_number and not period.is_positive:
-        raise SystemDefinitionError(f"{cls.__name__}.period is {period}; a positive number is accepted{place_of(cls, 'period')}")
+        raise SystemDefinitionError(f"{cls.__name__}.period is {period}; expected: a positive number{place_of(cls, 'period')}")
     given, walls = displacement_at(symbolic, period), walls_of(symbolic)
     try:
         check_flight(cls.__name__, given, period, symbols)

@@ -1,6 +1,6 @@
 """Grazing curves: the states whose first return touches a wall with speed zero, followed as curves.
 
-Seeds come from a scan of itineraries, the curves from `equations.py`.
+Start points come from a scan of itineraries, the curves from `equations.py`.
 """
 
 from collections import Counter
@@ -15,21 +15,21 @@ from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import TWO_PI, nearest_turn
 from nsmaps.errors import StateError
-from nsmaps.exact.engine.itinerary import legs
+from nsmaps.exact.engine.itinerary import itinerary as itinerary_of
 from nsmaps.exact.grazing.equations import NEAR, Frame, Touch
 from nsmaps.exact.words import HIGHEST, LOWEST
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-BESIDE = 1e-11  # how far from a curve its two sides are looked at, of the highest speed and in radians
-HALVINGS = 36  # of the distance of two neighbours of the scan
-CHANGES = 8  # of itinerary that are sought between two neighbours of the scan
+BESIDE = 1e-11  # distance from a curve at which its two sides are examined, as a share of the highest speed and in radians
+HALVINGS = 36  # as a share of the distance of two neighbours of the scan
+CHANGES = 8  # changes of itinerary that are sought between two neighbours of the scan
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class GrazingCurve:
-    """States whose first return touches a wall with speed zero; M points along the curve, right to rounding."""
+    """States whose first return touches a wall with speed zero; M points along the curve, exact to rounding."""
 
     __repr__ = brief
 
@@ -39,18 +39,19 @@ class GrazingCurve:
     points: Floats  #: shape (M, 2), states (v, phi); phi is continued along the curve, not wrapped
     touch: Floats  #: shape (M,), time from the last impact of `word` to the touch
     length: Floats  #: shape (M,), arc length from the first point, the sum of chords, speeds as shares of the box's highest
-    closed: bool  #: whether the last point is the first, on whichever turn
+    closed: bool  #: True if the last point equals the first, modulo whole turns
     ends: tuple[str, str]  #: why the curve ends at its first and its last point, see `ImpactSystem.grazing_curves`
     hit: NDArray[np.str_]  #: shape (M,), itinerary where the wall is hit, 1e-11 radians or of the highest speed beside the point
     missed: NDArray[np.str_]  #: shape (M,), itinerary where the wall is missed, on the other side
     jump: Floats  #: shape (M,), distance of the images on both sides, in shares of the box's highest speed and radians
-    jumps: bool  #: whether `jump` is that of a jump, and not of a square root, at most points
+    jumps: bool  #: True if `jump` is that of a jump, and not of a square root, at most points
 
     @property
     def words(self) -> tuple[tuple[str, str], ...]:
         """The pairs of words (hit, missed) on both sides, in their order along the curve.
 
-        Without those at the ends or at less than a hundredth of the points: where curves meet, a side may be too narrow to see.
+        Pairs at the ends or at less than a hundredth of the points are omitted: where curves meet, a side may be too narrow to
+        resolve.
         """
         pairs = [(_word(hit), _word(missed)) for hit, missed in zip(self.hit, self.missed, strict=True)]
         inner = Counter(pairs[1:-1] or pairs)
@@ -64,10 +65,10 @@ def _word(itinerary: str) -> str:
 def grazing_curves(
     system: "ImpactSystem", box: Mapping[str, Sequence[float]], lines: int = 400, spacing: float = 0.005
 ) -> tuple[GrazingCurve, ...]:
-    """As `ImpactSystem.grazing_curves`, which says what these are."""
+    """The grazing curves in a box, as described in `ImpactSystem.grazing_curves`."""
     frame = _frame(system, box)
     if not (lines >= 2 and spacing > 0):
-        raise StateError(f"lines is {lines} and spacing {spacing}; at least two lines and a positive spacing are accepted")
+        raise StateError(f"lines is {lines} and spacing {spacing}; expected: at least two lines and a positive spacing")
     curves = []
     for (hits, upper), seeds in _seeds(system, frame, lines).items():
         kind = Touch(frame, hits, upper)
@@ -93,10 +94,10 @@ def _frame(system: "ImpactSystem", box: Mapping[str, Sequence[float]]) -> Frame:
 
 
 def _seeds(system: "ImpactSystem", frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:
-    """Places next to grazing curves, by the kind of touch (impacts before it, of the upper wall), from a scan of the box."""
+    """Places next to grazing curves, by the kind of touch (impacts before it, upper wall), from a scan of the box."""
     found: dict[tuple[int, bool], list[Floats]] = {}
     for ends in _changes(system, frame, lines):
-        (gap, s, upper), hits, state = min((*legs(frame.p, *state, 0.0)[4:], tuple(state)) for state in ends)
+        (gap, s, upper), hits, state = min((*itinerary_of(frame.p, *state, 0.0)[4:], tuple(state)) for state in ends)
         if s > 0:
             place = np.array([*state, s]) / frame.scale
             point = Touch(frame, hits, upper).evaluate(place)
@@ -113,8 +114,8 @@ def _changes(system: "ImpactSystem", frame: Frame, lines: int) -> Floats:
     pairs: list[tuple[Any, Any]] = [(np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])]  # neighbours in v, in phi
     differ = [codes[one] != codes[other] for one, other in pairs]
     sides = (0, 1)
-    a, end = (np.concatenate([mesh[pair[k]][keep] for pair, keep in zip(pairs, differ, strict=True)]) for k in sides)
-    before, behind = (np.concatenate([codes[pair[k]][keep] for pair, keep in zip(pairs, differ, strict=True)]) for k in sides)
+    a, end = (np.concatenate([mesh[pair[k]][change] for pair, change in zip(pairs, differ, strict=True)]) for k in sides)
+    before, behind = (np.concatenate([codes[pair[k]][change] for pair, change in zip(pairs, differ, strict=True)]) for k in sides)
     found = []
     for _ in range(CHANGES):
         a, b, now = bisect_change(lambda states: _codes(system, states), a, end, before, behind, halvings=HALVINGS)
@@ -126,23 +127,23 @@ def _changes(system: "ImpactSystem", frame: Frame, lines: int) -> Floats:
 
 def _codes(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:
     """The itineraries of states (..., 2), as numbers; every impact on the base wall is a return."""
-    return system.legs(states.reshape(-1, 2), chatter=0.0).codes.reshape(states.shape[:-1])
+    return system.itineraries(states.reshape(-1, 2), chatter=0.0).codes.reshape(states.shape[:-1])
 
 
 def _on(frame: Frame, curve: Floats, places: Floats) -> NDArray[np.bool_]:
-    """Which places (K, 3) lie on a curve of places (M, 3), within what its chords are off by."""
+    """A mask of the places (K, 3) that lie on a curve of places (M, 3), within the error of its chords."""
     step = np.diff(curve, axis=0)
     length = np.linalg.norm(step, axis=1)
     on = np.zeros(len(places), bool)
     for k, place in enumerate(places):
-        back = frame.apart(place - curve[:-1])
+        back = frame.difference_of(place - curve[:-1])
         share = np.clip(np.einsum("ij,ij->i", back, step) / length**2, 0, 1)
         on[k] = (np.linalg.norm(back - share[:, None] * step, axis=1) < 0.02 * length + NEAR).any()
     return on
 
 
 def _described(system: "ImpactSystem", kind: Touch, places: Floats, ends: tuple[str, str]) -> GrazingCurve:
-    """A curve with what lies on both sides of it."""
+    """A curve with the itineraries and images on both of its sides."""
     frame, names = kind.frame, system.wall_names
     points = places[:, :2] * frame.scale[:2]
     if frame.circle:
@@ -161,7 +162,7 @@ def _described(system: "ImpactSystem", kind: Touch, places: Floats, ends: tuple[
         missed[:, 1] = nearest_turn(missed[:, 1], hit[:, 1])
         return np.linalg.norm((hit - missed) / unit, axis=1)
 
-    hit, missed = (system.legs(side).itineraries for side in beside(BESIDE))
+    hit, missed = (system.itineraries(side).words for side in beside(BESIDE))
     near = jump(BESIDE)
     base = frame.base_up
     return GrazingCurve(

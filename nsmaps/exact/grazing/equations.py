@@ -1,4 +1,4 @@
-"""The states whose flight touches a wall with speed zero, as curves that can be continued.
+"""The equations of a touch of a wall with speed zero, and their solutions as curves.
 
 With s the time from the last impact before the touch, gap and rate of the flight vanish together: two equations in (v, phi, s).
 """
@@ -13,10 +13,10 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.flow import Flow
 from nsmaps.exact.engine.itinerary import touch
 
-SHORTEST = 1e-9  # flight to a touch, in periods: below it the ball has not left the wall
-SMALLEST = 1e-13  # step, in sizes of the box, at which a curve is given up
-NEAR = 1e-6  # of the size of the box: what is this near to a curve may be taken to lie on it
-ROUNDED = 1e-14  # of a point: its rounding, by which a wall is met a little before it would be touched
+SHORTEST = 1e-9  # flight to a touch, in periods: in shorter ones the ball has not left the wall
+SMALLEST = 1e-13  # step, in sizes of the box, at which a curve is abandoned
+NEAR = 1e-6  # as a share of the size of the box: a point nearer to a curve than this counts as lying on it
+ROUNDED = 1e-14  # relative rounding of a point, by which a wall may be met shortly before it would be touched
 BEND = 0.995  # least cosine between the directions at both ends of a step
 MAX_POINTS = 20_000
 
@@ -26,25 +26,25 @@ class Frame:
     """The box of states and a kernel, in units of the box's sizes and of a period: (v, phi, s) is `scale` times a point."""
 
     p: Flow
-    base_up: bool  #: is the base wall the upper one
+    base_up: bool  #: True if the base wall is the upper one
     low: Floats
     high: Floats
     scale: Floats
 
     @property
     def circle(self) -> bool:
-        """Does the box hold every phase."""
+        """True if the box contains every phase."""
         return bool(self.high[1] - self.low[1] >= TWO_PI * (1 - 1e-12))
 
-    def apart(self, difference: Floats) -> Floats:
-        """A difference of points (..., 3), phases the shorter way round the circle."""
+    def difference_of(self, difference: Floats) -> Floats:
+        """A difference of points (..., 3), with phases the shorter way round the circle."""
         if self.circle:
             turn = TWO_PI / self.scale[1]
             difference = difference - np.array([0.0, turn, 0.0]) * np.round(difference[..., 1:2] / turn)
         return difference
 
     def outside(self, y: Floats) -> str:
-        """Why a point is not in the box, or nothing."""
+        """The reason why a point is outside the box, or an empty string."""
         v, phi, s = y * self.scale
         if v <= SMALLEST * self.scale[0] or s <= SHORTEST * self.scale[2]:
             return "rest"
@@ -58,13 +58,13 @@ class TouchPoint:
     y: Floats  #: v, phi and the flight's time s as shares of the frame's scale, shape (3,)
     residual: Floats  #: gap and rate, shape (2,)
     jacobian: Floats  #: their derivatives, shape (2, 3)
-    why: str  #: why there is no such touch near here; "" where there is one
+    why: str  #: the reason why there is no such touch nearby; "" where there is one
     slowest: float  #: least speed of the impacts before it
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """One kind of touch: of the upper or lower wall, after so many impacts on the wall that is not the base."""
+    """One kind of touch: of the upper or lower wall, after a number of impacts on the wall that is not the base."""
 
     frame: Frame
     hits: int
@@ -84,7 +84,7 @@ class Touch:
         return TouchPoint(y, np.array([gap, rate]), jacobian, why if slowest > 0 else "graze", float(slowest))
 
     def exists(self, point: TouchPoint) -> bool:
-        """Whether the flight of a solution is that of a state in the box and meets no wall on its way."""
+        """True if the flight of a solution is that of a state in the box and meets no wall on its way."""
         return not (self.frame.outside(point.y) or point.why)
 
     def connects(self, one: TouchPoint, other: TouchPoint) -> bool:
@@ -92,28 +92,28 @@ class Touch:
         return True
 
     def difference(self, one: Floats, other: Floats) -> Floats:
-        """A difference of points, phases the shorter way round."""
-        return self.frame.apart(one - other)
+        """A difference of points, with phases the shorter way round."""
+        return self.frame.difference_of(one - other)
 
     def direction(self, point: TouchPoint) -> Floats:
-        """The unit tangent at a point, in the sense of the product of the gradients of gap and rate."""
+        """The unit tangent at a point, oriented by the product of the gradients of gap and rate."""
         return tangent(point, np.cross(*point.jacobian))
 
     def end(self, point: TouchPoint, along: Floats) -> str:
-        """Why the curve goes on in a direction from its last point no further: by what is found a little beyond."""
+        """The reason why the curve ends in a direction at its last point, from what is found a little beyond it."""
         beyond = point.y + 10 * NEAR * along
-        if told := self.frame.outside(beyond):
-            return told
+        if reason := self.frame.outside(beyond):
+            return reason
         there = self.evaluate(beyond)
         if there is None or abs(there.residual[0]) >= NEAR * np.linalg.norm(there.jacobian[0]):
             return "graze"
         return (there.why or "lost") if point.slowest > 100 * NEAR * self.frame.scale[0] else "graze"
 
-    def branch(self, start: TouchPoint, along: Floats, longest: float) -> tuple[str, list[Floats]]:
-        """The curve from a point on it in one direction: (why it ends, or `closed`; its further points)."""
+    def branch(self, start: TouchPoint, along: Floats, max_points: float) -> tuple[str, list[Floats]]:
+        """The curve from a point on it in one direction: (the reason why it ends, or `closed`; its further points)."""
         points: list[Floats] = []
         last, direction = start, along
-        for step in follow(self, start, along, Control(longest, SMALLEST, BEND, growth=2.0)):
+        for step in follow(self, start, along, Control(max_points, SMALLEST, BEND, growth=2.0)):
             if len(points) > 2 and passes(self, step, start, along, BEND):
                 return "closed", points
             points.append(step.end.y)
@@ -122,25 +122,25 @@ class Touch:
                 break
         return self.end(last, direction), points
 
-    def curve(self, seed: Floats, longest: float) -> tuple[Floats, tuple[str, str]] | None:
-        """The curve through a point near it: its points, shape (M, 3), and why it ends at both; None if there is none."""
+    def curve(self, seed: Floats, max_points: float) -> tuple[Floats, tuple[str, str]] | None:
+        """The curve through a point near it: its points, shape (M, 3), and why it ends at both ends; None if there is none."""
         near = self.evaluate(seed)
         start = None if near is None else correct(self, seed, self.direction(near))
         if start is None or np.linalg.norm(self.difference(start.y, seed)) > NEAR:
             return None
         along = self.direction(start)
-        last, ahead = self.branch(start, along, longest)
+        last, ahead = self.branch(start, along, max_points)
         if last == "closed":
             turn = TWO_PI / self.frame.scale[1]
             whole = np.array([0.0, np.round((ahead[-1] - start.y)[1] / turn) * turn, 0.0])
             return np.array([start.y, *ahead, start.y + whole]), ("closed", "closed")
-        first, behind = self.branch(start, -along, longest)
+        first, behind = self.branch(start, -along, max_points)
         points = [*behind[::-1], start.y, *ahead]
-        return (_thinned(points, 0.02 * longest), (first, last)) if len(points) > 1 else None
+        return (_thinned(points, 0.02 * max_points), (first, last)) if len(points) > 1 else None
 
 
 def _thinned(points: list[Floats], least: float) -> Floats:
-    """The points without those whose states crowd at an end; both ends stay."""
+    """The points without those whose states crowd at an end; both ends are preserved."""
     kept = points[:1]
     for point in points[1:-1]:
         if min(np.linalg.norm((point - other)[:2]) for other in (kept[-1], points[-1])) > least:

@@ -1,6 +1,6 @@
-"""Flights that noise sways: its part as a quintic over a step, and when a wall is met in it.
+"""Flights under noise: the contribution of the noise as a quintic over a step, and the time at which a wall is met in it.
 
-The exact steps, and what becomes of impacts, are in `noisy.py`.
+The exact steps and the impacts are in `orbit.py`.
 """
 
 import math
@@ -11,7 +11,9 @@ from nsmaps.exact.engine.jit import inner
 
 @inner
 def noise_over(normals, step, eta):
-    """The noise's part over a step of as many exact ones as there are normals: place and velocity, from zero, and eta."""
+    """The contribution of the noise over a step of as many exact ones as there are normals: place and velocity, from zero, and
+    eta.
+    """
     n, m = 0.0, 0.0
     for x, y, z in normals:
         n, m, eta = (
@@ -24,7 +26,9 @@ def noise_over(normals, step, eta):
 
 @inner
 def quintic(h, first, n, m, last):
-    """The polynomial from place and rate zero, second rate `first`, to these after h: its coefficients of s^2 to s^5."""
+    """The polynomial with place and rate zero and second rate `first` at zero, and these values after h: its coefficients of s^2
+    to s^5.
+    """
     b = first * 0.5
     n, m, a = (n - b * h * h) / (h * h), (m - first * h) / h, last - first
     return b, (10.0 * n - 4.0 * m + 0.5 * a) / h, (7.0 * m - 15.0 * n - a) / (h * h), (6.0 * n - 3.0 * m + 0.5 * a) / (h * h * h)
@@ -32,7 +36,7 @@ def quintic(h, first, n, m, last):
 
 @inner
 def shifted(q, s):
-    """The quintic about s: its place, and its coefficients of x to x^5."""
+    """The quintic about s: its value, and its coefficients of x to x^5."""
     b, c, d, e = q
     return (
         s * s * (b + s * (c + s * (d + s * e))),
@@ -46,7 +50,7 @@ def shifted(q, s):
 
 @inner
 def moved(p, n, x):
-    """How far the ball has gone a time x after its last event, and its velocity."""
+    """The displacement of the ball a time x after its last event, and its velocity."""
     d, v, _, _, _, _ = evaluate(p, x)
     _, m, a, b, e, f = n
     d += x * (m + x * (a + x * (b + x * (e + x * f))))
@@ -62,7 +66,7 @@ def gap(p, n, sign, room, x):
 
 @inner
 def least(p, n, sign, room, end):
-    """When a gap that shrinks at first and grows in the end is least, by bisection."""
+    """The time at which a gap that shrinks at first and grows in the end is least, by bisection."""
     low, high = 0.0, end
     for _ in range(60):
         x = 0.5 * (low + high)
@@ -75,7 +79,7 @@ def least(p, n, sign, room, end):
 
 @inner
 def root(p, n, sign, room, low, high):
-    """Where a gap that is positive at `low` and not at `high` is zero, by Newton's steps between them."""
+    """The zero of a gap that is positive at `low` and not at `high`, by Newton steps within the bracket."""
     x = high
     for _ in range(100):
         y, u = gap(p, n, sign, room, x)
@@ -93,7 +97,9 @@ def root(p, n, sign, room, low, high):
 
 @inner
 def met_ahead(p, n, sign, room, end):
-    """When a wall that the ball is clear of is met first, or infinity: its gap is closed at the end, or where it is least."""
+    """The time at which a wall that the ball is clear of is first met, or infinity: its gap is closed at the end, or where it is
+    least.
+    """
     y, u = gap(p, n, sign, room, end)
     if y > 0.0:
         if not (u > 0.0 and gap(p, n, sign, room, 0.0)[1] < 0.0):
@@ -106,7 +112,7 @@ def met_ahead(p, n, sign, room, end):
 
 @inner
 def met_again(p, n, sign, end):
-    """When the wall just left is met again, or infinity; zero if the ball does not lift off."""
+    """The time at which the wall just left is met again, or infinity; zero if the ball does not lift off."""
     u, b = gap(p, n, sign, 0.0, 0.0)[1], -sign * (start(p)[0] + 2.0 * n[2])
     hop = -2.5 * u / b if b < 0.0 else math.inf  # a quarter longer than with this acceleration throughout
     if hop < end and gap(p, n, sign, 0.0, hop)[0] <= 0.0:

@@ -1,9 +1,9 @@
 """Orbits under additive Ornstein-Uhlenbeck forcing, from grid point to grid point of its exact discretisation.
 
 Flights obey z'' = -k z - c z' + f(t), and noise eta(t) is added to f. By superposition the place is that of the deterministic
-flight plus n(t), n'' = eta - k n - c n', of which (n, n', eta) is Gaussian and is drawn exactly at the grid points. Between
-them n is the quintic through its value and two rates at either end. At impacts the deterministic flight starts anew, the noise
-goes on.
+flight plus n(t), n'' = eta - k n - c n', and (n, n', eta) is Gaussian and is drawn exactly at the grid points. Between them n is
+the quintic through its value and two derivatives at either end. At impacts the deterministic flight starts anew, and the noise
+continues.
 """
 
 import math
@@ -28,15 +28,15 @@ from nsmaps.exact.engine.returns import (
 from nsmaps.exact.noise.flight import met_again, met_ahead, moved, noise_over, quintic, shifted
 
 LONGEST_FLIGHT = 1000.0  # periods, if the system's horizon is longer
-UNDER_WAY = -1  # the fate of a ball that goes on, others are values of Outcome
-# What is kept of a ball: times in the step, at its start and of the return, and whole numbers
+UNDER_WAY = -1  # the fate of a ball under way; others are values of Outcome
+# The record of a ball: times in the step, at its start and of the return, and whole numbers
 NOW, PLACE, VELOCITY, PHASE, ETA, SINCE, ALOFT, RESTED, NUMBERS = range(9)
 UP, LEFT, RESTING, CODE, POWER, LETTER, RUN, WHOLE, MADE, HITS, BOUNCES, STEPS, FATE, COUNTS = range(14)
 
 
 @inner
 def next_wall(p, ball, count, n, end):
-    """The next impact before the end: (after which time, or infinity, on the upper wall)."""
+    """The next impact before the end: (time until then, or infinity; True on the upper wall)."""
     has_up, has_down, _ = walls_of(p)
     top, bottom = wall_places(p)
     left, above, below = 0 if count[LEFT] == 0 else 1 if count[UP] else -1, math.inf, math.inf
@@ -60,7 +60,7 @@ def pressing(p, law, ball, up, w, q, s):
 
 @inner
 def lift(p, law, ball, up, q, h):
-    """When in the step a wall no longer presses, or infinity."""
+    """The time in the step at which a wall no longer presses, or infinity."""
     low, high = ball[NOW], h
     if pressing(p, law, ball, up, 0.0, q, low) <= 0.0:
         return low
@@ -77,7 +77,7 @@ def lift(p, law, ball, up, q, h):
 
 @inner
 def bounce(p, law, ball, count, q, h, v, chatter):
-    """Leave the wall after an impact of speed v, or come to rest on it: at once, or after chatter that is summed up."""
+    """Leave the wall after an impact of speed v, or come to rest on it: at once, or after chatter that is summed."""
     up = count[UP] == 1
     top, bottom = wall_places(p)
     into = 1.0 if up else -1.0
@@ -99,7 +99,7 @@ def bounce(p, law, ball, count, q, h, v, chatter):
 
 @inner
 def hit(p, ball, count, up, v, hits):
-    """Note an impact in the word and in the list of impacts."""
+    """Record an impact in the word and in the list of impacts."""
     has_up, has_down, base_up = walls_of(p)
     base = 5 if has_up and has_down else 4
     if up != (count[UP] == 1):
@@ -115,7 +115,7 @@ def hit(p, ball, count, up, v, hits):
 
 @inner
 def released(p, count):
-    """Note the end of a rest in the word."""
+    """Record the end of a rest in the word."""
     has_up, has_down, _ = walls_of(p)
     walls = 2 if has_up and has_down else 1
     count[CODE], count[POWER] = spell(count[CODE], count[POWER], walls + 3, count[LETTER], 1)
@@ -139,7 +139,7 @@ def returned(p, ball, count, v, how, q, law, states, turns, codes, outcome, time
 
 @inner
 def through(p, law, ball, count, q, h, chatter, hits, states, turns, codes, outcome, time, eta):
-    """Through one step: every impact and release in it, up to the last return that there is room for."""
+    """Advance through one step: every impact and release in it, up to the last return for which there is room."""
     base_up = walls_of(p)[2]
     while count[MADE] < len(codes) and count[BOUNCES] <= MOST_IMPACTS:
         if count[RESTING]:
@@ -175,7 +175,7 @@ def through(p, law, ball, count, q, h, chatter, hits, states, turns, codes, outc
 
 @entry
 def ready(p, ball, count, sigma, normal, states, eta):
-    """Make a ball ready for its first step."""
+    """Prepare a ball for its first step."""
     ball[PHASE], ball[ETA], eta[0] = states[0, 1], sigma * normal, sigma * normal
     count[UP], count[POWER], count[LETTER], count[RUN], count[WHOLE] = walls_of(p)[2], 1, 1, 1, 0
     count[FATE] = UNDER_WAY if is_state(states[0, 0], states[0, 1]) else INVALID
@@ -183,10 +183,10 @@ def ready(p, ball, count, sigma, normal, states, eta):
 
 @entry
 def noisy_orbit(p, law, step, normals, chatter, ball, count, hits, states, turns, codes, outcome, time, eta):
-    """On through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns."""
+    """Advance through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns."""
     h, period = law[2], TWO_PI / phase_rate(p)
-    longest = min(horizon(p), LONGEST_FLIGHT * period)
-    rest = longest if law[3] > 0.0 else 1.000001 * period + 2.0 * h
+    max_flight = min(horizon(p), LONGEST_FLIGHT * period)
+    max_rest = max_flight if law[3] > 0.0 else 1.000001 * period + 2.0 * h
     for k in range(len(normals)):
         if count[FATE] != UNDER_WAY or count[MADE] == len(codes):
             break
@@ -198,9 +198,9 @@ def noisy_orbit(p, law, step, normals, chatter, ball, count, hits, states, turns
         through(p, law, ball, count, q, h, chatter, hits, states, turns, codes, outcome, time, eta)
         if count[RESTING]:
             ball[RESTED], ball[ALOFT] = ball[RESTED] + h, -h
-        if ball[RESTED] > rest:
+        if ball[RESTED] > max_rest:
             count[FATE] = RESTS
-        elif count[BOUNCES] > MOST_IMPACTS or ball[ALOFT] > longest:
+        elif count[BOUNCES] > MOST_IMPACTS or ball[ALOFT] > max_flight:
             count[FATE] = LOST
         ball[PHASE], whole = onward(p, ball[PHASE], h)
         ball[NOW], ball[ETA], ball[SINCE], ball[ALOFT] = 0.0, last, ball[SINCE] + h, ball[ALOFT] + h
@@ -210,7 +210,7 @@ def noisy_orbit(p, law, step, normals, chatter, ball, count, hits, states, turns
 
 @entry
 def finish(count, states, turns, codes, outcome, time, eta):
-    """Fill up the tables of an orbit that ended."""
+    """Fill the tables of an orbit that ended."""
     for i in range(count[MADE], len(codes)):
         states[i + 1, 0], states[i + 1, 1], eta[i + 1], time[i] = math.nan, math.nan, math.nan, math.nan
         turns[i, 0], turns[i, 1], codes[i], outcome[i] = 0, 0, 0, count[FATE]

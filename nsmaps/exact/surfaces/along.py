@@ -1,4 +1,4 @@
-"""A system along one or two of its parameters, as other processes can be sent it."""
+"""A system as a function of one or two of its parameters, which can be sent to other processes."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from nsmaps.exact.system import ImpactSystem
 
 @dataclass(frozen=True, slots=True)
 class Along:
-    """A system along one or two of its parameters: a `map_of` of sweeps that other processes can be sent."""
+    """A system as a function of one or two of its parameters: a `map_of` of sweeps that can be sent to other processes."""
 
     system: ImpactSystem
     parameter: str

@@ -1,4 +1,4 @@
-"""Several returns in a row read as one: BB and then BTB is BBTB."""
+"""Several consecutive returns read as one: BB and then BTB is BBTB."""
 
 import math
 from dataclasses import replace
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 def joined(first: Returns, second: Returns) -> Returns:
-    """Two returns in a row of each state as one: the second starts from the image of the first.
+    """Two consecutive returns of each state as one: the second starts from the image of the first.
 
-    The base wall between them is one letter of the joint word: BB, BTB make BBTB, and B~, BTB make B~TB. Where either has no
+    The base wall between them is one letter of the joint word: BB, BTB give BBTB, and B~, BTB give B~TB. Where either has no
     image there is no word, and the outcome is that of the one which ended.
     """
     pairs, inverse = np.unique(np.column_stack([first.codes, second.codes]), axis=0, return_inverse=True)
@@ -43,7 +43,7 @@ def joined(first: Returns, second: Returns) -> Returns:
 
 
 def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
-    """The code of two words read as one; negative, as the kernel's, where it holds only the beginning."""
+    """The code of two words read as one; negative, as in the kernel, where it holds only the beginning."""
     one, two = decode(first, walls), decode(second, walls)
     if LONGER in one or not two:
         return first if LONGER in one else 0
@@ -53,23 +53,23 @@ def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
 
 
 def members(system: "ImpactSystem", returns: Returns, family: "ReturnFamily") -> tuple[NDArray[np.bool_], Returns]:
-    """Which of the first returns, N of them, begin a member of the family, and these members.
+    """The first returns, of N, with which a member of the family begins, and these members.
 
-    A member is the shortest row of at most `family.most` returns that the family contains.
+    A member is the shortest sequence of at most `family.max_returns` returns that the family contains.
     """
     found = family.contains(returns) & returns.valid
-    rows, made = np.arange(len(returns)), returns
+    rows, row = np.arange(len(returns)), returns
     numbers, parts = [np.flatnonzero(found)], [returns.select(found)]
     on = ~found & returns.valid
-    for _ in range(family.most - 1):
-        rows, made = rows[on], made.select(on)
+    for _ in range(family.max_returns - 1):
+        rows, row = rows[on], row.select(on)
         if not len(rows):
             break
-        made = joined(made, system.first_return(made.image, made.derivative is not None, margin=made.margin is not None))
-        hit = family.contains(made) & made.valid
+        row = joined(row, system.first_return(row.image, row.derivative is not None, margin=row.margin is not None))
+        hit = family.contains(row) & row.valid
         numbers.append(rows[hit])
-        parts.append(made.select(hit))
-        on = ~hit & made.valid
+        parts.append(row.select(hit))
+        on = ~hit & row.valid
     order = np.argsort(np.concatenate(numbers), kind="stable")
     member = np.zeros(len(returns), bool)
     member[np.concatenate(numbers)] = True
@@ -77,7 +77,7 @@ def members(system: "ImpactSystem", returns: Returns, family: "ReturnFamily") ->
 
 
 def stacked(parts: list[Returns]) -> Returns:
-    """Some batches of returns, one behind the other."""
+    """Several batches of returns, concatenated."""
     first, margins = parts[0], [part.margin for part in parts if part.margin is not None]
     margin = None
     if first.margin is not None:
@@ -100,7 +100,7 @@ def stacked(parts: list[Returns]) -> Returns:
 
 
 def most_returns(word: str) -> int:
-    """How many returns a word without repetitions tells: its base letters but the last, and releases on the base wall.
+    """The number of returns of a word without repetitions: its base letters but the last, and releases on the base wall.
 
     >>> [most_returns(word) for word in ("BB", "BTTB", "BBTB", "B~", "B~TB")]
     [1, 1, 2, 1, 2]

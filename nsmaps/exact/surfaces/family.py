@@ -1,9 +1,9 @@
-"""Families of returns: which impact words belong together on one surface, eq. exactmap."""
+"""Families of returns: the sets of impact words that belong to one surface, eq. exactmap."""
 
 import re
 from abc import ABC, abstractmethod
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,21 +19,26 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 OPERATORS = re.compile(r"[+*?|()]")
-LONG = 16  #: returns in a row that a pattern may make
-LONGEST, DEEPEST = 3000, 50  #: letters of a word or pattern, parentheses within parentheses
+LONG = 16  #: consecutive returns that a pattern may contain
+LONGEST, DEEPEST = 3000, 50  #: letters of a word or pattern, nested parentheses
 
 
 class ReturnFamily(BaseModel, ABC):
-    """A set of returns that form one surface over the states: first returns, or rows of up to `most` of them read as one."""
+    """A set of returns that form one surface over the states: first returns, or up to `max_returns` consecutive ones."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
-    most: int = Field(default=1, ge=1, le=1000, description="returns in a row that may make a member; the shortest row counts")
+    max_returns: int = Field(
+        default=1, ge=1, le=1000, description="consecutive returns that a member may contain; the shortest such sequence counts"
+    )
+    was: ClassVar = {"most": "max_returns"}
 
     @abstractmethod
     def contains(self, returns: Returns) -> NDArray[np.bool_]:
-        """Which returns belong to the family, shape (N,); with `most` above one it is asked again of two in a row, and so on."""
+        """The returns that belong to the family, shape (N,); if `max_returns` exceeds one it is called again for two in a row,
+        and so on.
+        """
 
     def surface(self, system: "ImpactSystem", grid: Grid) -> Surface:
         """The family's returns over a grid of states."""
@@ -41,11 +46,11 @@ class ReturnFamily(BaseModel, ABC):
 
 
 class WordFamily(ReturnFamily):
-    """The returns that make one of a few impact words or patterns of words.
+    """The returns with one of a few impact words or patterns of words.
 
-    `BTB` is a first return, `BBTB` two in a row. In a pattern `+`, `*`, `?`, `|` and parentheses mean what they do in regular
-    expressions: `B+TB` is any number of returns BB and then BTB. Unless told by `most`, as many returns in a row are made as
-    the longest word needs, and for patterns at most 16.
+    `BTB` is a first return, `BBTB` two consecutive returns. In a pattern `+`, `*`, `?`, `|` and parentheses mean what they do in
+    regular expressions: `B+TB` is any number of returns BB and then BTB. Unless `max_returns` is given, members have as many
+    returns as the longest word needs, and at most 16 for patterns.
     """
 
     words: tuple[str, ...] = Field(min_length=1)
@@ -53,9 +58,9 @@ class WordFamily(ReturnFamily):
     @model_validator(mode="before")
     @classmethod
     def _as_many_as_needed(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "most" not in data and isinstance(words := data.get("words"), list | tuple):
-            most = [LONG if is_pattern(word) else most_returns(word) for word in words if isinstance(word, str) and word]
-            return {**data, "most": max(most, default=1)}
+        if isinstance(data, dict) and "max_returns" not in data and isinstance(words := data.get("words"), list | tuple):
+            needed = [LONG if is_pattern(word) else most_returns(word) for word in words if isinstance(word, str) and word]
+            return {**data, "max_returns": max(needed, default=1)}
         return data
 
     @field_validator("words")
@@ -63,7 +68,7 @@ class WordFamily(ReturnFamily):
     def _readable(cls, words: tuple[str, ...]) -> tuple[str, ...]:
         for word in words:
             if not letters_of(word):
-                raise ValueError(f"{word!r} is no word; expected: the letters of walls, such as BTB")
+                raise ValueError(f"{word!r} is not a word; expected: the letters of walls, such as BTB")
             if len(word) > LONGEST:
                 raise ValueError(f"a word of {len(word)} letters; expected: at most {LONGEST}")
             if max(accumulate((letter == "(") - (letter == ")") for letter in word)) > DEEPEST:
@@ -76,12 +81,12 @@ class WordFamily(ReturnFamily):
         return words
 
     def contains(self, returns: Returns) -> NDArray[np.bool_]:
-        """Which returns make one of the words, shape (N,)."""
+        """The returns with one of the words, shape (N,)."""
         return np.logical_or.reduce([_make(returns, word) for word in self.words])
 
 
 def is_pattern(word: str) -> bool:
-    """Whether a text stands for several words."""
+    """True if a text denotes several words."""
     return bool(OPERATORS.search(word))
 
 
@@ -93,7 +98,7 @@ def letters_of(word: str) -> str:
 def _make(returns: Returns, word: str) -> NDArray[np.bool_]:
     if not is_pattern(word):
         return returns.has_word(word)
-    encode(letters_of(word), returns.walls)  # names a letter that is no wall
+    encode(letters_of(word), returns.walls)  # the word contains a letter that is not a wall
     codes, inverse = np.unique(returns.codes, return_inverse=True)
     reach = compiled(word)
     matching = [len(text) in reach(text, frozenset({0})) for text in (decode(int(code), returns.walls) for code in codes)]

@@ -1,4 +1,4 @@
-"""First returns along one coordinate while the others are held: a cut through the return surfaces."""
+"""First returns along one coordinate at fixed values of the others: a section of the return surfaces."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,28 +17,26 @@ from nsmaps.exact.surfaces.surface import Axis
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-HALVINGS = 60  #: of the interval in which the itinerary changes: to rounding
-APART = (
-    1e-2  #: of the largest speed, or radians: by how much, or more, images differ on either side of a jump; at a graze by less
-)
+HALVINGS = 60  #: share of the interval in which the itinerary changes: to rounding
+APART = 1e-2  #: share of the largest speed, or radians: images on the sides of a jump differ by more, of a graze by less
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slice:
-    """The first returns of N states along one coordinate, in order, and where the map jumps between two of them."""
+    """The first returns of N states along one coordinate, in order, and the places where the map jumps between two of them."""
 
-    along: str  #: the coordinate that runs
+    along: str  #: the coordinate that varies
     at: dict[str, float]  #: the others
     returns: Returns
-    jump: NDArray[np.bool_]  #: shape (N - 1,), whether the image jumps from a state to the next, or an angle of it is wrapped
+    jump: NDArray[np.bool_]  #: shape (N - 1,), True if the image jumps from a state to the next, or an angle of it is wrapped
 
 
 def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:
     """The first returns along one coordinate of a system, the others held at given values.
 
-    Beside those of the axis there are the two states on either side of each edge of the map's smooth pieces: where the itinerary
-    (`ImpactSystem.legs`) changes, found by bisection, one edge between two values of the axis. A jump is an edge with different
-    images on its sides; a graze need be none.
+    Besides those of the axis there are the two states on either side of each edge of the map's smooth pieces: where the itinerary
+    (`ImpactSystem.itineraries`) changes, found by bisection, one edge between two values of the axis. A jump is an edge with
+    different images on its sides; a graze need not be one.
 
     Raises:
         NsmapsError: the coordinates are not the system's, each once.
@@ -65,6 +63,6 @@ def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str,
 
 
 def _keys(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:
-    """What is the same on one smooth piece of the map: itinerary, whether there is an image, turns; shape (N, 2 + n)."""
+    """The invariants of one smooth piece of the map: itinerary, whether there is an image, turns; shape (N, 2 + n)."""
     returns = system.first_return(states)
-    return np.column_stack([system.legs(states).codes, returns.valid, returns.turns])
+    return np.column_stack([system.itineraries(states).codes, returns.valid, returns.turns])

@@ -44,7 +44,7 @@ class Axis(BaseModel):
 
 
 class Grid(BaseModel):
-    """A rectangular grid of states, one axis a coordinate in the system's order; the last axis runs fastest."""
+    """A rectangular grid of states, one axis for each coordinate in the system's order; the last axis varies fastest."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -57,11 +57,11 @@ class Grid(BaseModel):
 
     @property
     def size(self) -> int:
-        """How many states the grid holds."""
+        """The number of states of the grid."""
         return int(np.prod(self.shape))
 
     def mesh(self) -> tuple[Floats, ...]:
-        """The coordinates of the grid points, each of `shape`."""
+        """The coordinates of the grid points, an array of `shape` for each."""
         return tuple(np.meshgrid(*(axis.values() for axis in self.axes.values()), indexing="ij"))
 
     def states(self, start: int = 0, stop: int | None = None) -> Floats:
@@ -102,21 +102,21 @@ class Surface:
         """Images with angles continued from their start, not wrapped, shape (M, n)."""
         return self.returns.lifted
 
-    def restricted(self, keep: ArrayLike) -> "Surface":
-        """The part of the surface that a mask over its M members keeps."""
-        keep = np.asarray(keep, bool)
+    def restricted(self, mask: ArrayLike) -> "Surface":
+        """The part of the surface that a mask over its M members selects."""
+        mask = np.asarray(mask, bool)
         member = self.member.copy()
-        member[self.member] = keep
-        return Surface(self.name, self.grid, member, self.returns.select(keep))
+        member[self.member] = mask
+        return Surface(self.name, self.grid, member, self.returns.select(mask))
 
     def on_grid(self, values: ArrayLike) -> Floats:
-        """Values of the M members, shape (M,), laid out on the grid's shape with NaN elsewhere."""
+        """Values of the M members, shape (M,), on the grid, with NaN elsewhere."""
         out = np.full(self.grid.size, np.nan)
         out[self.member] = values
         return out.reshape(self.grid.shape)
 
     def to_xarray(self) -> "Dataset":
-        """The surface as an xarray dataset on the grid, a dimension a coordinate, NaN where the family has no state.
+        """The surface as an xarray dataset on the grid, with a dimension for each coordinate, NaN where the family has no state.
 
         Raises NsmapsError without xarray.
         """
@@ -159,19 +159,19 @@ def returns_in_chunks(
     progress: Callable[[int, int], None] | None = None,
     margin: bool = False,
 ) -> Iterator[Returns]:
-    """The first returns over a grid of any size, in its order, a chunk at a time and so in constant memory.
+    """The first returns over a grid of any size, in its order, chunk by chunk and therefore in constant memory.
 
     Args:
         chunk: states in one chunk, about 100 bytes each.
         progress: called with the number of states done and of all states, after each chunk.
-        margin: also how far each return is from a graze.
+        margin: also compute the distance of each return from a graze.
 
     Raises:
         NsmapsError: the grid's axes are not the system's coordinates, or the chunk is empty.
     """
     _check_axes(system, grid)
     if chunk < 1:
-        raise NsmapsError(f"chunk is {chunk}; at least one state is accepted")
+        raise NsmapsError(f"chunk is {chunk}; expected: at least one state")
     for start in range(0, grid.size, chunk):
         yield system.first_return(grid.states(start, start + chunk), margin=margin)
         if progress is not None:

@@ -93,15 +93,15 @@ def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, 
 
 
 def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
-    legs = system.legs(np.column_stack([v[line], phi]))
-    long = longer_than(LONGEST, legs.codes, system.wall_names, turns=True)
+    itineraries = system.itineraries(np.column_stack([v[line], phi]))
+    long = longer_than(LONGEST, itineraries.codes, system.wall_names, turns=True)
     return _Points(
         line,
         phi,
-        np.where(long, MANY_IMPACTS, legs.codes),
-        legs.outcome,
-        np.where(long | np.isnan(legs.clearance), np.inf, legs.clearance),
-        np.where(long | np.isnan(legs.slowest), np.inf, legs.slowest),
+        np.where(long, MANY_IMPACTS, itineraries.codes),
+        itineraries.outcome,
+        np.where(long | np.isnan(itineraries.clearance), np.inf, itineraries.clearance),
+        np.where(long | np.isnan(itineraries.slowest), np.inf, itineraries.slowest),
     )
 
 

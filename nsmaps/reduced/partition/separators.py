@@ -13,7 +13,7 @@ from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import angle_mask, nearest_turn
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.returns import Legs, Returns
+from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.reduced.partition.cell import Cut, Sample, rounded
 
 BISECTIONS = 40
@@ -28,7 +28,7 @@ WORTH = 0.004  #: misplaced states, as a share, that a further degree of a curve
 class Branched(ReturnMap, Protocol):
     """A return map that knows the turning points of its flights, as exact systems do."""
 
-    def legs(self, states: ArrayLike) -> Legs:
+    def itineraries(self, states: ArrayLike) -> Itineraries:
         """The itineraries of states (N, n)."""
 
 
@@ -52,7 +52,7 @@ def sheets(map: Branched, sample: Sample, jump: float) -> Sheets:
     from scipy.sparse.csgraph import connected_components
 
     first, second = _neighbours(sample)
-    codes = _codes(map.legs(sample.returns.start))
+    codes = _codes(map.itineraries(sample.returns.start))
     words = np.where(sample.returns.valid, sample.returns.codes, -1)
     joined = words[first] == words[second]
     crossed = np.flatnonzero(codes[first] != codes[second])
@@ -146,20 +146,20 @@ def _edges(map: Branched, start: Floats, end: Floats, jump: float) -> tuple[Bool
     for _ in range(MOST_BORDERS):
         if not len(rows):
             break
-        codes, high = _codes(map.legs(low)), end[rows]
-        label = lambda states: _codes(map.legs(states))  # noqa: E731
-        low, high, codes = bisect_change(label, low, high, codes, _codes(map.legs(high)), halvings=BISECTIONS)
+        codes, high = _codes(map.itineraries(low)), end[rows]
+        label = lambda states: _codes(map.itineraries(states))  # noqa: E731
+        low, high, codes = bisect_change(label, low, high, codes, _codes(map.itineraries(high)), halvings=BISECTIONS)
         a, b = map.first_return(low), map.first_return(high)
         found = (a.codes != b.codes) | (a.valid != b.valid) | (_apart(a, b) > jump)
         edge[rows], points[rows[found]] = found, high[found]
-        more = ~found & (codes != _codes(map.legs(end[rows])))
+        more = ~found & (codes != _codes(map.itineraries(end[rows])))
         rows, low = rows[more], high[more]
     return edge, points
 
 
-def _codes(legs: Legs) -> Ints:
+def _codes(itineraries: Itineraries) -> Ints:
     """The itineraries as numbers, one number for all without an image."""
-    return np.where(np.isin(legs.outcome, (Outcome.rests, Outcome.escaped, Outcome.invalid)), -(2**62), legs.codes)
+    return np.where(np.isin(itineraries.outcome, (Outcome.rests, Outcome.escaped, Outcome.invalid)), -(2**62), itineraries.codes)
 
 
 def _apart(a: Returns, b: Returns) -> Floats:

@@ -133,7 +133,7 @@ def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
 
 
 def _single(loc: Loc, family: str, binding: "Binding") -> None:
-    if bind_family(family, binding.study.families[family], binding).most > 1:
+    if bind_family(family, binding.study.families[family], binding).max_returns > 1:
         text = f"a piece of the composite map is one return, and {family!r} makes several in a row; expected: words of one"
         raise binding.study.source.error((*loc, "family"), text)
 

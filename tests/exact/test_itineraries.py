@@ -21,8 +21,8 @@ def test_turns_are_those_of_the_sampled_flight(pair, d):
     system = pair(d)
     rng = np.random.default_rng(8)
     states = np.column_stack([rng.uniform(0.01, 1, 120), rng.uniform(0, np.pi, 120)])
-    legs, words = system.legs(states), system.first_return(states).words
-    for state, turns, itinerary, word in zip(states, legs.turns, legs.itineraries, words, strict=True):
+    itineraries, words = system.itineraries(states), system.first_return(states).words
+    for state, turns, itinerary, word in zip(states, itineraries.turns, itineraries.words, words, strict=True):
         assert itinerary.replace("^", "").replace("v", "") == word
         assert turns == itinerary.count("^") + itinerary.count("v")
         _, place = system.trajectory(state, len(word), samples=4000)
@@ -35,10 +35,10 @@ def test_clearance_falls_to_zero_towards_a_graze(pair, reference):
     for d, v, phi in grazes(reference):
         system = pair(d)
         for eps in (1e-4, 1e-6, 1e-8):
-            legs = system.legs([[v - eps, phi], [v + eps, phi]])
-            near = min(legs.clearance)
+            itineraries = system.itineraries([[v - eps, phi], [v + eps, phi]])
+            near = min(itineraries.clearance)
             assert near < 10 * eps
-            assert min(legs.slowest) < 10 * np.sqrt(eps) or near < 10 * eps
+            assert min(itineraries.slowest) < 10 * np.sqrt(eps) or near < 10 * eps
 
 
 def test_on_a_graze_the_answer_is_one_of_two_and_doubt_is_told(pair, reference):
@@ -64,11 +64,11 @@ def test_certified_is_all_of_a_random_batch(pair):
 
 
 def test_edge_inputs(pair):
-    legs = pair(0.35).legs([[np.nan, 0], [-1, 0], [0.0, 1.0], [0.0, 1.8]])
-    assert legs.outcome.tolist() == [Outcome.invalid, Outcome.invalid, Outcome.stuck, Outcome.returned]
-    assert legs.itineraries[2] == "B_"
+    itineraries = pair(0.35).itineraries([[np.nan, 0], [-1, 0], [0.0, 1.0], [0.0, 1.8]])
+    assert itineraries.outcome.tolist() == [Outcome.invalid, Outcome.invalid, Outcome.stuck, Outcome.returned]
+    assert itineraries.words[2] == "B_"
     with pytest.raises(StateError):
-        pair(0.35).legs([[0.1, 0.1]], chatter=-1)
+        pair(0.35).itineraries([[0.1, 0.1]], chatter=-1)
 
 
 @pytest.mark.parametrize("d", [0.35, 0.30, 0.26])
@@ -99,9 +99,9 @@ def test_margin_only_where_it_is_asked_for_and_kept_by_what_selects(pair):
     assert np.array_equal(plain.image, whole.image)
     assert (whole.margin.slowest <= whole.image[:, 0]).all()
     some = whole.select(whole.has_word("BB"))
-    legs = system.legs(some.start)
-    assert np.array_equal(some.margin.clearance, legs.clearance)
-    assert np.array_equal(some.margin.slowest, legs.slowest)
+    itineraries = system.itineraries(some.start)
+    assert np.array_equal(some.margin.clearance, itineraries.clearance)
+    assert np.array_equal(some.margin.slowest, itineraries.slowest)
     parts = list(returns_in_chunks(system, grid, chunk=250, margin=True))
     assert [len(part) for part in parts] == [250, 250, 100]
     assert np.array_equal(np.concatenate([part.margin.clearance for part in parts]), whole.margin.clearance)
