@@ -234,7 +234,7 @@ def test_what_cannot_be_enclosed_is_refused():
 
     with pytest.raises(ProofError, match="atan"):
         Soft(a=1.0).image_boxes([[[0.5, 0.6], [0, 0.1]]])
-    with pytest.raises(ProofError, match="no real number"):
+    with pytest.raises(ProofError, match="not a real number"):
         ball_code(sp.I)
 
 

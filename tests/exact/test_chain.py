@@ -99,7 +99,7 @@ def test_two_to_one_motion_is_a_fixed_point_of_its_family(harvester: nsmaps.Impa
     np.testing.assert_allclose(surface.image[0], state, atol=1e-9)
 
 
-@pytest.mark.parametrize(("words", "message"), [(("B(TB",), "cannot be read"), ((), "at least 1"), (("",), "no word")])
+@pytest.mark.parametrize(("words", "message"), [(("B(TB",), "cannot be read"), ((), "at least 1"), (("",), "not a word")])
 def test_what_is_no_pattern_is_refused(words: tuple[str, ...], message: str) -> None:
     with pytest.raises(ValidationError, match=message):
         WordFamily(name="x", words=words)

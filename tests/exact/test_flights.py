@@ -206,7 +206,7 @@ def broken(body):
         (lambda self, s, t, hit: hit.z + hit.w * s if self.height > 2 else hit.z, "may not branch"),
         (lambda self, s, t, hit: hit.z + hit.w * s - sp.Symbol("q") * s**2, "unknown symbols: q"),
         (lambda self, s, t, hit: hit.z + hit.w * s + sp.cos(t) - sp.cos(hit.t) + s * sp.sin(hit.t), "after one `period`"),
-        (lambda self, s, t, hit: hit.z + hit.w * s - s**3, "started again"),
+        (lambda self, s, t, hit: hit.z + hit.w * s - s**3, "when restarted"),
     ],
 )
 def test_formulas_that_cannot_be_certified_are_refused_by_name(body, why):

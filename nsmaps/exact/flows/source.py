@@ -90,7 +90,7 @@ def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
     except TypeError:
         still = f"; {STILL}" if formula == "walls" else ""
         taken = f"is called with (self{GIVEN[formula]})"
-        raise SystemDefinitionError(f"{name} {taken}, which it lacks{still}{place_of(type(system), formula)}") from None
+        raise SystemDefinitionError(f"{name} {taken}, which it does not take{still}{place_of(type(system), formula)}") from None
     try:
         return function(*given)
     except NsmapsError:
