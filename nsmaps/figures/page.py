@@ -82,8 +82,11 @@ def lay_out(figure: Figure) -> None:
     """Place the panels, once: with an engine in it every save would measure, place and draw all of the figure before it draws."""
     engine = figure.get_layout_engine()
     if engine is not None:
-        if any(ax.name == "3d" for ax in figure.axes):
-            figure.draw_without_rendering()  # such panels place their names while they are drawn, and only then can measure them
+        for ax in figure.axes:
+            if ax.name == "3d":  # it places its names while it is drawn, and only then can measure them
+                renderer = cast(Any, figure.canvas).get_renderer()
+                with renderer._draw_disabled():
+                    ax.draw(renderer)
         with _measured_once(figure):
             engine.execute(figure)
         figure.set_layout_engine(None)
