@@ -64,7 +64,17 @@ NAMES = {
 }
 
 #: rooms and modules of nsmaps that are not yet checked
-TO_DO = ("exact/surfaces/surface.py", "dynamics", "reduced", "study", "figures", "continuation", "parallel.py")
+TO_DO = (
+    "exact/surfaces/surface.py",
+    "dynamics/attractors/basins.py",
+    "dynamics/diagrams",
+    "dynamics/lyapunov.py",
+    "dynamics/noise/orbits.py",
+    "reduced",
+    "study",
+    "figures",
+    "parallel.py",
+)
 
 #: (file, phrase or name) -> why the word stands there in its ordinary sense
 ORDINARY: dict[tuple[str, str], str] = {

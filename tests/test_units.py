@@ -7,7 +7,7 @@ import pytest
 from units import UNITS, Ball, Capsule, Oscillator, Units
 
 import nsmaps
-from nsmaps.dynamics.attractors.ending import ending
+from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.exact.surfaces.slice import slice_along
 
 SYSTEMS = {
@@ -74,8 +74,8 @@ def test_motions_over_a_parameter(name, unit):
 def test_what_an_orbit_ends_on(unit):
     plain, there = SYSTEMS["capsule"][0], Units(*unit)
     for returns in (25, 100):  # nearly there, and there
-        one = ending(plain, nsmaps.orbit(plain, [0.8, 0.4], returns))
-        other = ending(there.of(plain), nsmaps.orbit(there.of(plain), there.states([0.8, 0.4]), returns))
+        one = limit_set(plain, nsmaps.orbit(plain, [0.8, 0.4], returns))
+        other = limit_set(there.of(plain), nsmaps.orbit(there.of(plain), there.states([0.8, 0.4]), returns))
         assert (one.period, one.words, one.more) == (other.period, other.words, other.more)
         assert np.allclose(one.multipliers, other.multipliers, atol=1e-9)
 

@@ -1,4 +1,4 @@
-"""Bisection for the edges at which a label of states changes, such as the word of a return, a basin or an itinerary."""
+"""Bisection for the places at which a label of states changes, such as the word of a return, a basin or an itinerary."""
 
 from collections.abc import Callable
 from typing import Any
@@ -20,17 +20,18 @@ def bisect_change(
     width: ArrayLike = 0.0,
     halvings: int = 60,
 ) -> tuple[Floats, Floats, Labels]:
-    """The first change of a label that bisection meets on each of K segments: both of its sides, and the label on the far one.
+    """The first change of a label that bisection finds on each of K segments: both of its sides, and the label on the far one.
 
-    A state whose label is that at `low` replaces `low`, any other one replaces `high`: of several changes on a segment one is
-    found, on whose near side the label is that at `low`. All segments are halved until all are short enough.
+    A state whose label is that at `low` replaces `low`, any other one replaces `high`: if a segment has several changes, one
+    is
+    found, on whose near side the label is that at `low`. All segments are bisected until all are short enough.
 
     Args:
         label: of states of shape (K, n), an array of shape (K,) or (K, c) whose rows are compared.
-        low, high: the ends of the segments, shape (K, n), or (K,) of numbers.
+        low, high: the ends of the segments, shape (K, n), or (K,) for numbers.
         before, beyond: the labels at `low` and at `high`.
-        width: length of every coordinate, shape (n,) or one for all, at which a segment is short enough; 0: rounding.
-        halvings: at most.
+        width: length in every coordinate, shape (n,) or one for all, at which a segment is short enough; 0: rounding.
+        halvings: greatest number of bisections.
     """
     beyond = np.array(beyond)
     for _ in range(halvings):

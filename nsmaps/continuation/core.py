@@ -13,9 +13,9 @@ import numpy as np
 from nsmaps.arrays import Floats
 
 MAX_CORRECTIONS = 20  #: steps of Newton's method
-ROUNDING = 4e-16  #: of an unknown of order one: the error that a corrected point may keep from Newton's method
-STALLED = 1e-12  #: a step of Newton's method below which one that is no shorter than half the last is rounding
-STRAY = 0.1  #: of a step: how far beside its chord the first point of a closed curve may lie
+ROUNDING = 4e-16  #: error of an unknown of order one that Newton's method may leave in a corrected point
+STALLED = 1e-12  #: a Newton step below this that is at least half as long as the last one is rounding
+STRAY = 0.1  #: share of a step: largest distance of the first point of a closed curve from its chord
 
 
 class Point(Protocol):
@@ -44,24 +44,24 @@ class Curve(Protocol[P]):
         """The equations at unknowns, shape (m + 1,); None where they have no value."""
 
     def exists(self, point: P) -> bool:
-        """Whether a solution of the equations is one of what they stand for."""
+        """True if a solution of the equations represents an object of the problem."""
 
     def connects(self, one: P, other: P) -> bool:
-        """Whether two neighbouring solutions belong to one smooth curve."""
+        """True if two neighbouring solutions belong to one smooth curve."""
 
     def difference(self, one: Floats, other: Floats) -> Floats:
-        """The unknowns `one - other`, angles the shorter way round."""
+        """The unknowns `one - other`, with angles the shorter way round."""
 
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """How finely a curve is followed, and between which values of the last unknown."""
+    """The resolution of a curve, and the bounds of its last unknown."""
 
-    longest: float  #: step, in arclength
-    shortest: float  #: step at which the curve is given up
-    cosine: float  #: least, between the directions at both ends of a step
-    growth: float = 1.5  #: largest, from a step to the next
-    low: float = -np.inf  #: least value of the last unknown; a step that would pass it ends on it
+    max_step: float  #: longest step, in arclength
+    shortest: float  #: step at which the curve is abandoned
+    cosine: float  #: least cosine between the directions at both ends of a step
+    growth: float = 1.5  #: largest growth from a step to the next
+    low: float = -np.inf  #: least value of the last unknown; a step that would cross it ends on it
     high: float = np.inf  #: greatest value of the last unknown
 
 
@@ -74,7 +74,7 @@ class Step(Generic[P]):
     end: P
     turned: Floats  #: unit tangent at the end, in the same sense
     length: float  #: of the step along `direction`
-    last: bool  #: whether it leads to the least or greatest value of the last unknown
+    last: bool  #: True if it leads to the least or greatest value of the last unknown
 
 
 def scaled_rows(point: Point) -> tuple[Floats, Floats]:
@@ -85,7 +85,7 @@ def scaled_rows(point: Point) -> tuple[Floats, Floats]:
 
 
 def tangent(point: Point, sense: Floats) -> Floats:
-    """The unit tangent of the curve at a point, in the sense of a direction: the null vector of the Jacobian."""
+    """The unit tangent of the curve at a point, oriented by `sense`: the null vector of the Jacobian."""
     along = np.linalg.svd(scaled_rows(point)[1])[2][-1]
     return np.asarray(along * np.copysign(1.0, along @ sense))
 
@@ -93,8 +93,9 @@ def tangent(point: Point, sense: Floats) -> Floats:
 def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
     """The point of a curve in the plane through y with this normal, by Newton's method; None where there is none.
 
-    The method ends when the error that it leaves is below rounding, taken to shrink no faster than by the ratio of the last two
-    steps, or when only rounding is left of a step.
+    The iteration ends when the remaining error is below rounding, if it decreases by the ratio of the last two steps, or when
+    a step
+    consists of rounding only.
     """
     last = np.nan
     for _ in range(MAX_CORRECTIONS):
@@ -111,7 +112,7 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
 
 
 def _newton_step(point: Point, normal: Floats) -> Floats | None:
-    """The step of Newton's method within the plane that has this normal; None where the equations are singular."""
+    """Newton's step within the plane with this normal; None where the equations are singular."""
     residual, jacobian = scaled_rows(point)
     try:
         step = np.linalg.solve(np.vstack([jacobian, normal]), np.append(-residual, 0.0))
@@ -123,10 +124,11 @@ def _newton_step(point: Point, normal: Floats) -> Floats | None:
 def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> Iterator[Step[P]]:
     """The steps along a curve from a point on it in a direction, until a step of the shortest length fails.
 
-    It also ends at the least and greatest value of the last unknown. A step is halved where it finds no point, one that is no
-    neighbour, or where the curve turns by too much.
+    It also ends at the least and greatest value of the last unknown. A step is halved if it finds no point, a point that is
+    not a
+    neighbour, or if the curve turns by too much.
     """
-    h = control.longest
+    h = control.max_step
     while h > control.shortest:
         step = _try(curve, start, direction, _to_the_end(start, direction, h, control), control)
         if step is None:
@@ -136,19 +138,19 @@ def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> It
         if step.last:
             return
         gentle = step.turned @ direction > 1 - (1 - control.cosine) / 4
-        h = min(control.growth * step.length, control.longest) if gentle else step.length
+        h = min(control.growth * step.length, control.max_step) if gentle else step.length
         start, direction = step.end, step.turned
 
 
 def _to_the_end(point: Point, direction: Floats, h: float, control: Control) -> float:
-    """A step, or as much of it as leads to the least or greatest value of the last unknown."""
+    """A step, shortened if it would pass the least or greatest value of the last unknown."""
     end = control.high if direction[-1] > 0 else control.low
     left = (end - point.y[-1]) / direction[-1] if direction[-1] else np.inf
     return float(left) if 0 < left < h else h
 
 
 def _try(curve: Curve[P], start: P, direction: Floats, h: float, control: Control) -> Step[P] | None:
-    """A step of this length, None where it fails."""
+    """A step of this length, None if it fails."""
     y, normal = start.y + h * direction, direction
     if last := not control.low < y[-1] < control.high:
         y[-1] = control.high if direction[-1] > 0 else control.low
@@ -162,9 +164,9 @@ def _try(curve: Curve[P], start: P, direction: Floats, h: float, control: Contro
 
 
 def passes(curve: Curve[P], step: Step[P], point: P, direction: Floats, cosine: float) -> bool:
-    """Whether a step passes a point at which the curve has this direction, as the first one where a curve closes.
+    """True if a step passes a point at which the curve has this direction, such as the first one where a curve closes.
 
-    The directions there and at the end of the step may differ by twice the angle that a step may turn by.
+    The directions there and at the end of the step may differ by twice the angle by which a step may turn.
     """
     chord, back = curve.difference(step.end.y, step.start.y), curve.difference(point.y, step.start.y)
     share = float(back @ chord) / float(chord @ chord)

@@ -1,4 +1,4 @@
-"""Zeros of a test function along a curve that is continued: where a bifurcation or another event lies."""
+"""Zeros of a test function along a curve that is continued: places of bifurcations and other events."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Curve, P, correct, tangent
 
-PRECISION = 1e-13  #: of the arclength, to which a zero is located
-ASIDE = 1e-3  #: of a step, from where two curves cross to the points beside it
+PRECISION = 1e-13  #: share of the arclength, to which a zero is located
+ASIDE = 1e-3  #: share of a step, from the place where two curves cross to the points beside it
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class _Missing(Exception):
 
 
 def locate(curve: Curve[P], start: P, direction: Floats, length: float, test: Callable[[P, Floats], float]) -> Zero[P] | None:
-    """Where, within a length from a point of a curve in a direction, a test of point and unit tangent passes zero.
+    """The place, within a length from a point of a curve in a direction, at which a test of point and unit tangent is zero.
 
-    By Brent's method. Where Newton's method fails on the way, as where two curves cross, the unknowns are continued to the zero
+    Brent's method is used. Where Newton's method fails, as where two curves cross, the unknowns are extrapolated to the zero
     from four points beside it. None where the test has one sign, or the points are not found.
     """
     from scipy.optimize import brentq
@@ -82,6 +82,6 @@ def _crossing(
 
 
 def extrapolated(tests: list[float], values: Floats) -> tuple[float, float]:
-    """The value where a test is zero, by the polynomial through all pairs, and how far it is from that without the last."""
+    """The value where a test is zero, by the polynomial through all pairs, and its difference from that without the last pair."""
     best, other = (float(np.polynomial.Polynomial.fit(tests[:n], values[:n], n - 1)(0.0)) for n in (len(tests), len(tests) - 1))
     return best, abs(best - other)

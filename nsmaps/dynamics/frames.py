@@ -20,7 +20,7 @@ def inner_product(columns, i, j):
 def orthonormalized(columns, growth):
     """Make the columns of a frame orthonormal in place, by modified Gram-Schmidt, and write the logarithms of their lengths.
 
-    Columns that have no length, where a return forgets a direction, go last, and turn to directions that are left.
+    Columns of zero length, where a return is constant in a direction, come last, and are replaced by remaining directions.
     """
     dim = len(columns)
     left = dim
@@ -32,7 +32,7 @@ def orthonormalized(columns, growth):
             length = math.sqrt(inner_product(columns, i, i))
         growth[i] = math.log(length)
         if length == 0.0:
-            axis = np.argmin((columns[:, :i] ** 2).sum(axis=1))  # the farthest from the columns before
+            axis = np.argmin((columns[:, :i] ** 2).sum(axis=1))  # the farthest from the previous columns
             columns[:, i] = -(columns[:, :i] * columns[axis, :i]).sum(axis=1)
             columns[axis, i] += 1.0
             length = math.sqrt(inner_product(columns, i, i))

@@ -1,4 +1,4 @@
-"""Several returns taken for one: iterates of a return map, with the words of all their impacts."""
+"""Iterates of a return map, with the words of all their impacts."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,9 @@ from nsmaps.exact.surfaces.compose import joined
 
 @dataclass(frozen=True, slots=True)
 class Iterated:
-    """A return map made `times` times: words run on, such as BBTB for BB and BTB; an orbit that ends keeps why."""
+    """The iterate of a return map of order `times`: words are joined, such as BBTB for BB and BTB; an orbit that ends keeps
+    its outcome.
+    """
 
     map: ReturnMap
     times: int
@@ -23,12 +25,12 @@ class Iterated:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Of the map."""
+        """The coordinates of the map."""
         return self.map.coordinates
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The last of `times` returns of states of shape (N, n), with the words, turns, times and derivatives of all of them."""
-        made = self.map.first_return(as_states(states, self.coordinates), derivative)
+        returns = self.map.first_return(as_states(states, self.coordinates), derivative)
         for _ in range(self.times - 1):
-            made = joined(made, self.map.first_return(made.image, derivative))
-        return made
+            returns = joined(returns, self.map.first_return(returns.image, derivative))
+        return returns

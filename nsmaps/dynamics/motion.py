@@ -11,19 +11,19 @@ from nsmaps.coordinates import angle_mask, nearest_turn
 from nsmaps.exact.words import CHATTER, LONGER, REST
 
 _RESTING = (CHATTER, REST, LONGER)
-_SPELLED = 3  #: returns of a motion that rests or chatters, up to which it is named by all of its words
+_SPELLED = 3  #: longest period, in returns, of a motion with rest or chatter that is named by all of its words
 
 
 def differences(a: Floats, b: Floats, coordinates: Sequence[str]) -> Floats:
-    """a - b of states, shape (..., n), angles on the nearest turn."""
-    apart = a - b
-    return np.where(angle_mask(coordinates), nearest_turn(apart, 0.0), apart)
+    """The difference a - b of states, shape (..., n), with angles on the nearest turn."""
+    difference = a - b
+    return np.where(angle_mask(coordinates), nearest_turn(difference, 0.0), difference)
 
 
 def magnitudes(coordinates: Sequence[str], *states: Floats) -> Floats:
-    """What tolerances of n coordinates are shares of, shape (n,): the largest magnitude of each among states (..., n).
+    """The scale of tolerances of n coordinates, shape (n,): the largest magnitude of each among states (..., n).
 
-    One radian of an angle. What is not finite does not count; one where there is nothing but zeros.
+    It is one radian for an angle. Values that are not finite are ignored; the scale is one where all others are zero.
     """
     sizes = [np.abs(some).reshape(-1, len(coordinates)) for some in states]
     largest = np.concatenate(sizes).max(axis=0, initial=0.0, where=np.isfinite(np.concatenate(sizes)))
@@ -34,21 +34,21 @@ def periods(states: Floats, codes: NDArray[np.int64], coordinates: Sequence[str]
     """The least number of returns after which orbits repeat, at most K/2; 0 where there is none.
 
     Args:
-        states: shape (..., K, n), states one after the other.
+        states: shape (..., K, n), successive states.
         codes: shape (..., K), of the words of the returns to them, which must repeat too.
         tolerance: of each coordinate, shape (n,) or one for all, in its units, from its first value on.
     """
     count, dim = states.shape[-2:]
     flat, words = states.reshape(-1, count, dim), codes.reshape(-1, count)
-    most = np.arange(1, count // 2 + 1)
-    maybe = np.ones((len(flat), len(most)), bool)
-    for here in (most, np.full_like(most, count - 1)):  # where almost every number that is no period shows: this makes it linear
-        maybe &= _repeat(flat, words, here, here % most, coordinates, tolerance)
+    lengths = np.arange(1, count // 2 + 1)
+    maybe = np.ones((len(flat), len(lengths)), bool)
+    for here in (lengths, np.full_like(lengths, count - 1)):  # they rule out almost every length: linear cost
+        maybe &= _repeat(flat, words, here, here % lengths, coordinates, tolerance)
     period = np.zeros(len(flat), np.int64)
     every = np.arange(count)
-    for q in most[maybe.any(axis=0)].tolist():
+    for q in lengths[maybe.any(axis=0)].tolist():
         left = np.flatnonzero(maybe[:, q - 1] & (period == 0))
-        if len(left):  # compared with the first period, not the one before: slow decay would pass for a period
+        if len(left):  # compared with the first period, not the previous one: slow decay would pass for a period
             period[left[_repeat(flat[left], words[left], every, every % q, coordinates, tolerance).all(axis=1)]] = q
     return period.reshape(codes.shape[:-1])
 
@@ -61,13 +61,13 @@ def _repeat(
     coordinates: Sequence[str],
     tolerance: ArrayLike,
 ) -> NDArray[np.bool_]:
-    """Whether states (N, K, n) and words (N, K) at some places are those at others, shape (N, places)."""
-    apart = differences(states[:, here], states[:, there], coordinates)
-    return (np.abs(apart) <= np.asarray(tolerance)).all(axis=-1) & (codes[:, here] == codes[:, there])
+    """A mask: states (N, K, n) and words (N, K) at some places agree with those at others, shape (N, places)."""
+    difference = differences(states[:, here], states[:, there], coordinates)
+    return (np.abs(difference) <= np.asarray(tolerance)).all(axis=-1) & (codes[:, here] == codes[:, there])
 
 
 def joined(words: Sequence[str]) -> str:
-    """The word of successive returns, the impact between two of them written once; "" if one is unknown.
+    """The word of successive returns, with the impact between two of them written once; "" if one is unknown.
 
     >>> joined(["BB", "BTB"])
     'BBTB'
@@ -76,14 +76,16 @@ def joined(words: Sequence[str]) -> str:
 
 
 def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequence[str]) -> str:
-    """The motion n:m/pT: impacts n on the base wall, m on the other, in p periods of the forcing.
+    """The name n:m/pT of a motion: impacts n on the base wall, m on the other, in p periods of the forcing.
 
     Impacts are counted for each of as many equal parts as n, m and p have: a doubled 1:1 motion is 1:1/2T, as in the paper. A
-    fitted map whose phases do not tell whole turns, or run back, has the period in returns instead: 1:1, period 2. Without a
-    period it is 1:m/C if all these returns have the same impacts, else C, of which a sample has no ratio. Motion that rests or
-    chatters on its way is named
-    by its words, of more than three returns by those of rest and chatter and the period in returns, as B~, period 53; that of
-    unknown words by nothing.
+    fitted map whose phases do not determine whole turns, or run back, has the period in returns instead: 1:1, period 2.
+    Without a
+    period it is 1:m/C if all these returns have the same impacts, otherwise C, since a sample determines no ratio. Motion with
+    rest or
+    chatter is named by its words, of more than three returns by those of rest and chatter and the period in returns, as B~,
+    period 53; a
+    motion with unknown words has no name.
 
     Args:
         words, turns: of successive returns, at least one period of them; turns are whole turns of the phase.
@@ -106,7 +108,7 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequen
 
 
 def _resting(words: Sequence[str]) -> str:
-    """The name of motion that rests or chatters, of the words of one period, wherever in it the orbit was met."""
+    """The name of motion with rest or chatter, of the words of one period, wherever in it the orbit begins."""
     if len(words) > _SPELLED:
         rests = sorted({word for word in words if any(mark in word for mark in _RESTING)})
         return f"{' '.join(rests)}, period {len(words)}"

@@ -81,20 +81,20 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
     if start.ndim == 0 or start.shape[-1] != dim:
         raise StateError(f"the start has shape {start.shape}; its last axis must hold {', '.join(map.coordinates)}")
     if n < 0:
-        raise StateError(f"n is {n}; a number of returns >= 0 is accepted")
+        raise StateError(f"n is {n}; expected: a number of returns >= 0")
     flat = start.reshape(-1, dim)
-    m, made = len(flat), 0
+    m, done = len(flat), 0
     states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
     codes, outcome = np.empty((n, m), np.int64), np.empty((n, m), np.int8)
     states[0], walls = flat, map.first_return(flat[:0], **how).walls if not n * m else ()
     for part in returns_of(map, flat, n, **how):
-        rows = slice(made, made + len(part) // m)
-        made, walls = rows.stop, part.walls
+        rows = slice(done, done + len(part) // m)
+        done, walls = rows.stop, part.walls
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.known_turns.reshape(-1, m, dim)
         codes[rows], outcome[rows] = part.codes.reshape(-1, m), part.outcome.reshape(-1, m)
-        beat(made / n)
+        beat(done / n)
         if progress is not None:
-            progress(made)
+            progress(done)
     shape = n, *start.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1])
     return Orbit(map.coordinates, walls, states.reshape(n + 1, *start.shape), *each)

@@ -14,20 +14,20 @@ from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
-MOST_STEPS = 50  #: of Newton's method
-ROUNDING = 8 * float(np.finfo(float).eps)  #: of a state, as a share of its scale: that of a whole turn, for an angle
-LEAST_SHARE = 2.0**-20  #: of a step that is tried before the method gives up
+MOST_STEPS = 50  #: steps of Newton's method
+ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share of its scale: for an angle, that of a whole turn
+LEAST_SHARE = 2.0**-20  #: shortest share of a step that is tried
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PeriodicOrbit:
-    """An orbit of q states of n coordinates that closes up, or as near to one as Newton's method came."""
+    """An orbit of q states of n coordinates that closes, or the last iterate of Newton's method."""
 
     __repr__ = brief
 
     returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
-    tolerance: float  #: of the residual; see `converged`
-    scale: Floats | None = None  #: shape (n,), what the residual is a share of; None: the orbit's own `magnitudes`
+    tolerance: float  #: tolerance of the residual; see `converged`
+    scale: Floats | None = None  #: shape (n,), scale of the residual; None: the orbit's own `magnitudes`
 
     @property
     def states(self) -> Floats:
@@ -41,7 +41,7 @@ class PeriodicOrbit:
 
     @property
     def word(self) -> str:
-        """The impacts of the whole cycle from the first state on, such as BBTB of a 2:1 motion."""
+        """The impacts of the whole cycle from the first state on, such as BBTB for a 2:1 motion."""
         return joined(self.words)
 
     @property
@@ -54,7 +54,7 @@ class PeriodicOrbit:
     def residual(self) -> float:
         """The largest difference between the image of a state and the next state, in any coordinate; NaN without images.
 
-        As a share of the coordinate's scale, its largest magnitude on the orbit or its guess; in radians of an angle.
+        It is a share of the coordinate's scale, its largest magnitude on the orbit or its guess; in radians for an angle.
         """
         return float(np.abs(self.gaps / self._scale).max())
 
@@ -64,32 +64,32 @@ class PeriodicOrbit:
 
     @property
     def gaps(self) -> Floats:
-        """From each next state to the image of each state, shape (q, n); angles the shorter way round."""
+        """The differences of the image of each state and the next state, shape (q, n), with angles the shorter way round."""
         return _gaps(self.returns)
 
     @property
     def converged(self) -> bool:
-        """Whether each gap is within the tolerance, and what the derivative makes of rounding of its state.
+        """True if each gap is within the tolerance, plus the effect of rounding of its state by the derivative.
 
-        Next to a graze, where the derivative has no bound, no state that floating point can tell may have a smaller gap.
+        Next to a grazing state, where the derivative is unbounded, no state in floating point may have a smaller gap.
         """
         steep = np.nan_to_num(np.abs(self._derivatives), nan=0.0, posinf=0.0) @ self._scale
         return bool((np.abs(self.gaps) <= self.tolerance * self._scale + ROUNDING * steep).all())
 
     @property
     def _derivatives(self) -> Floats:
-        """Of each return, shape (q, n, n)."""
+        """The derivatives of the returns, shape (q, n, n)."""
         assert self.returns.derivative is not None
         return self.returns.derivative
 
     @property
     def exists(self) -> bool:
-        """Whether every return on it is one that the map stands by: made, and not within rounding of a graze."""
+        """True if every return on it is certified: it has an image, and is not within rounding of a graze."""
         return bool(np.isin(self.returns.outcome, (Outcome.returned, Outcome.stuck)).all())
 
     @property
     def derivative(self) -> Floats:
-        """Of the q-th return at the first state, shape (n, n)."""
+        """The derivative of the q-th return at the first state, shape (n, n)."""
         product = np.eye(self.states.shape[1])
         for step in self._derivatives:
             product = step @ product
@@ -105,7 +105,7 @@ class PeriodicOrbit:
 
     @property
     def stable(self) -> bool | None:
-        """Whether every multiplier lies within the unit circle; None where they are not known."""
+        """True if every multiplier lies within the unit circle; None where the multipliers are unknown."""
         size = np.abs(self.multipliers)
         return None if np.isnan(size).any() else bool((size < 1).all())
 
@@ -115,18 +115,19 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
 
-    Steps are halved until they bring the states nearer to an orbit. What is found may have a divisor of the period.
+    Steps are halved until they reduce the residual. The orbit found may have a divisor of the period.
 
     Args:
         map: with derivatives, such as an exact system, a composite map or one of strips.
         guess: the first state, shape (n,), whose images are the others; or all states, shape (period, n).
         period: q, in returns.
-        tolerance: largest residual of an orbit that is called converged, as a share of the scale; see `PeriodicOrbit.converged`.
-        scale: shape (n,), of each coordinate; its largest magnitude on the orbit and its guess if omitted, a radian of an angle.
+        tolerance: largest residual of a converged orbit, as a share of the scale; see `PeriodicOrbit.converged`.
+        scale: shape (n,), of each coordinate; its largest magnitude on the orbit and its guess if omitted, a radian for an
+            angle.
 
     Raises:
         StateError: a guess of another shape.
-        NsmapsError: a period that is none.
+        NsmapsError: a period below one.
     """
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
@@ -144,8 +145,8 @@ def periodic_orbit(
         if nearer is None:
             break
         now = nearer
-    made = map.first_return(_wrapped(now), derivative=True)
-    return PeriodicOrbit(made, tolerance, magnitudes(map.coordinates, states, made.start) if scale is None else size)
+    returns = map.first_return(_wrapped(now), derivative=True)
+    return PeriodicOrbit(returns, tolerance, magnitudes(map.coordinates, states, returns.start) if scale is None else size)
 
 
 def _wrapped(returns: Returns) -> Floats:
@@ -153,7 +154,7 @@ def _wrapped(returns: Returns) -> Floats:
 
 
 def _gaps(returns: Returns) -> Floats:
-    """From each next state to the image of each state, shape (q, n)."""
+    """The differences of the image of each state and the next state, shape (q, n)."""
     return differences(returns.image, np.roll(returns.start, -1, axis=0), returns.coordinates)
 
 

@@ -1,4 +1,4 @@
-"""The one interface of every return map: exact systems and composite maps satisfy it."""
+"""The interface of every return map: exact systems and composite maps satisfy it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -25,7 +25,7 @@ Run = TypeVar("Run", bound=Ended)
 
 @runtime_checkable
 class ReturnMap(Protocol):
-    """Anything that says, for a batch of states, where each first returns to."""
+    """A map with coordinates and first returns of batches of states."""
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -37,7 +37,7 @@ class ReturnMap(Protocol):
 
 @runtime_checkable
 class OrbitMap(ReturnMap, Protocol):
-    """A return map that makes many returns in one call, as exact systems, composite maps and maps of strips do."""
+    """A return map that computes many returns in one call, as exact systems, composite maps and maps of strips do."""
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False, **how: Any) -> Returns:
         """The first n returns of each of M states: n M rows, the first return of every state first.
@@ -48,7 +48,7 @@ class OrbitMap(ReturnMap, Protocol):
 
 @runtime_checkable
 class ExactMap(ReturnMap, Protocol):
-    """A return map whose flights are known, with their parameters, as exact systems are."""
+    """A return map whose flights and parameters are known, as for exact systems."""
 
     @property
     def parameters(self) -> Mapping[str, float]:
@@ -58,17 +58,17 @@ class ExactMap(ReturnMap, Protocol):
         """The names of the parameters, in their order."""
 
     def phase_rate(self) -> float:
-        """Radians of phase a unit of time."""
+        """Radians of phase per unit of time."""
 
     def itineraries(self, states: ArrayLike) -> Itineraries:
-        """How near the flights of first returns of states (N, n) come to a graze."""
+        """The distance of the flights of first returns of states (N, n) from a graze."""
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of first returns by the parameters, which change at these rates, shape (N, n)."""
 
 
 def continued(returns: Returns, before: Returns | None) -> Returns:
-    """Returns of M states, with the outcome of the M returns before them repeated where these ended."""
+    """Returns of M states, in which the outcome of the M previous returns is repeated where these ended."""
     if before is None:
         return returns
     ended = np.isnan(returns.start[: len(before)]).any(axis=1)
@@ -88,7 +88,7 @@ def single_returns(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterat
 
 
 def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[ReturnMap | None, str]:
-    """The map at values of parameters, or why there is none, in one line: a `map_of` says so by a ValueError."""
+    """The map at values of parameters, or the reason why there is none, on one line: a `map_of` raises a ValueError."""
     try:
         return map_of(*values), ""
     except ValueError as error:
@@ -96,9 +96,9 @@ def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[Ret
 
 
 def _in_words(error: ValueError) -> str:
-    """What was complained of in one line; of pydantic what, the value, and what is accepted."""
+    """An error on one line; for pydantic's errors the quantity, the value, and what is expected."""
     if isinstance(error, ValidationError):
-        return "; ".join(told.text for told in explained(error, None))
+        return "; ".join(complaint.text for complaint in explained(error, None))
     return " ".join(str(error).split())
 
 
@@ -110,9 +110,9 @@ def followed(
     follow: bool,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[list[Run], list[str], Floats]:
-    """Runs of the maps at values, in this order; why there is no map, "" where there is one; and the last states (..., n).
+    """Results of `run` for the maps at values, in this order; reasons, "" where there is a map; and the last states (..., n).
 
-    Followed, each run starts where the one before ended, of those states that ended nowhere where that one started.
+    With `follow`, each run starts where the previous one ended; states that ended nowhere start where the previous run did.
     """
     runs: list[Run] = []
     reasons = [""] * len(values)

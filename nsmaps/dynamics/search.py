@@ -19,20 +19,22 @@ def periodic_orbits(
     period: int = 1,
     words: Sequence[str] | None = None,
     tolerance: float = 1e-10,
-    apart: float = 1e-6,
+    min_distance: float = 1e-6,
 ) -> tuple[PeriodicOrbit, ...]:
     """The periodic orbits, stable or not, that Newton's method finds from many starts, each once; there may be others.
 
-    Only orbits that converge, exist, have no divisor of the period, and no multiplier within `apart` of 1: chatter at speeds
-    below the tolerance would pass for an orbit otherwise.
+    Only orbits that converge, exist, have no divisor of the period, and no multiplier within `min_distance` of 1 are returned:
+    otherwise
+    chatter at speeds below the tolerance would pass for an orbit.
 
     Args:
         map: with derivatives.
         starts: shape (N, n), the first state of each guess.
         period: q, in returns.
         words: those of the q returns, from any state of the cycle on; None for all.
-        tolerance: largest residual, as of `periodic_orbit`.
-        apart: least distance of two orbits, of an angle in radians, else a share of the coordinate's largest magnitude on them.
+        tolerance: largest residual, as in `periodic_orbit`.
+        min_distance: of two orbits, in radians for an angle, else a share of the coordinate's
+            largest magnitude on them.
 
     Raises:
         StateError, NsmapsError: as `periodic_orbit`.
@@ -45,11 +47,13 @@ def periodic_orbits(
             continue
         turned = [np.roll(orbit.states, k, axis=0) for k in range(period)]
         known = [(orbit.states, other) for other in turned[1:]] + [(each.states, other) for each in found for other in turned]
-        if np.abs(orbit.multipliers - 1).min() > apart and not any(_same(map, one, other, apart) for one, other in known):
+        if np.abs(orbit.multipliers - 1).min() > min_distance and not any(
+            _same(map, one, other, min_distance) for one, other in known
+        ):
             found.append(orbit)
     return tuple(found)
 
 
-def _same(map: ReturnMap, one: Floats, other: Floats, apart: float) -> bool:
-    near = apart * magnitudes(map.coordinates, one, other)
+def _same(map: ReturnMap, one: Floats, other: Floats, min_distance: float) -> bool:
+    near = min_distance * magnitudes(map.coordinates, one, other)
     return bool((np.abs(differences(one, other, map.coordinates)) <= near).all())

@@ -12,7 +12,7 @@ from nsmaps.study.reading.values import DIAGONAL
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
-    from nsmaps.dynamics.attractors.ending import Ending
+    from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.study.result import StudyResult
     from nsmaps.study.sections.domains import DomainSection
@@ -62,7 +62,7 @@ def astray(result: "StudyResult", orbit: "Orbit", last: int) -> str:
     return f"The polynomial of piece {names[last]} overflows there{left}."
 
 
-def beyond(result: "StudyResult", ends: "Ending") -> str:
+def beyond(result: "StudyResult", ends: "LimitSet") -> str:
     """That what an orbit ends on, or a part of it, lies outside the study's grid, or empty."""
     out = _outside(result, ends.states)
     return f"; {'' if out.all() else 'in part '}outside the study's grid" if out.any() else ""

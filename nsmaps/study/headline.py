@@ -16,7 +16,7 @@ from nsmaps.study.texts import EXACT, intervals
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.dynamics.attractors.basins import Basins
-    from nsmaps.dynamics.attractors.ending import Ending
+    from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.study.sections.bifurcation import BifurcationSection
 
@@ -101,11 +101,11 @@ def _orbits(result: StudyResult) -> str:
     return f"{' and '.join(each)}, on which {shares} of the {total} orbits followed end{lost}"
 
 
-def _kinds(result: StudyResult, ends: "Sequence[Ending]") -> "list[list[Ending]]":
+def _kinds(result: StudyResult, ends: "Sequence[LimitSet]") -> "list[list[LimitSet]]":
     """The endings that are one: cycles at the same states, and all without a period, of which nobody says that they are one."""
     from nsmaps.dynamics.attractors.distance import hausdorff
 
-    kinds: list[list[Ending]] = []
+    kinds: list[list[LimitSet]] = []
     states = np.concatenate([np.empty((0, len(result.system.coordinates))), *(pair.exact.states for pair in result.orbits)])
     near = SAME * float(np.linalg.norm(np.ptp(states[np.isfinite(states).all(axis=1)], axis=0))) if ends else 0.0
     for end in ends:
@@ -121,7 +121,7 @@ def _kinds(result: StudyResult, ends: "Sequence[Ending]") -> "list[list[Ending]]
     return kinds
 
 
-def _kind(end: "Ending") -> str:
+def _kind(end: "LimitSet") -> str:
     """One cycle, or motion without a period."""
     name = f" ({end.name})" if end.name else ""
     if end.period:

@@ -10,7 +10,7 @@ from nsmaps.continuation.core import Control, correct, follow, passes, tangent
 from nsmaps.continuation.zeros import locate
 
 UNITS = [1e-6, 1.0, 1e6]
-ALONG = Control(longest=0.1, shortest=1e-9, cosine=0.98)
+ALONG = Control(max_step=0.1, shortest=1e-9, cosine=0.98)
 
 
 @dataclass(frozen=True)

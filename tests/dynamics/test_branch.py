@@ -293,7 +293,7 @@ def test_a_doubled_branch_leads_back_to_where_it_began():
     branch = continue_branch(lambda a: Plane(a, "henon"), nsmaps.periodic_orbit(Plane(0.2, "henon"), [0.1, 0.1]), 0.2, within)
     doubled = doubled_branch(lambda a: Plane(a, "henon"), only(branch, "period doubling"), within)
     for orbit, a in zip(doubled.orbits[2::3], doubled.parameter[2::3], strict=True):
-        back = continue_branch(lambda a: Plane(a, "henon"), orbit, a, within, toward="down")
+        back = continue_branch(lambda a: Plane(a, "henon"), orbit, a, within, direction="down")
         assert back.ended == "period halving"
         assert only(back, "period halving").parameter == pytest.approx(0.3675, abs=1e-9)
 
@@ -382,9 +382,9 @@ def test_only_kinds_that_are_asked_for_are_located_and_others_still_end_a_branch
     assert not made.stable[-1]
     made = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up", kinds=(), until=("period doubling",))
     assert [event.kind for event in made.events] == ["period doubling"]
-    with pytest.raises(NsmapsError, match="there are no events 'folds' to be located; expected: period doubling, fold, branch"):
+    with pytest.raises(NsmapsError, match="unknown kinds of events 'folds'; expected: period doubling, fold, branch"):
         continue_branch(henon, fixed, 0.2, (-1, 1.3), kinds=("folds",))
-    with pytest.raises(NsmapsError, match=r"0\.2 is not within 0\.2 and 0\.2"):
+    with pytest.raises(NsmapsError, match=r"0\.2 is not between 0\.2 and 0\.2"):
         continue_branch(henon, fixed, 0.2, (0.2, 0.2))
 
 
@@ -418,8 +418,8 @@ def test_branches_can_be_left_and_wrong_calls_are_errors(pair):
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
     made = continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), "down", until=("period doubling",))
     assert made.ended == "period doubling"
-    assert len(continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), most=3).orbits) == 3
-    with pytest.raises(NsmapsError, match=r"0\.5 is not within 0\.2 and 0\.4"):
+    assert len(continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), max_points=3).orbits) == 3
+    with pytest.raises(NsmapsError, match=r"0\.5 is not between 0\.2 and 0\.4"):
         continue_branch(of(system, "d"), fixed, 0.5, (0.2, 0.4))
     with pytest.raises(NsmapsError, match="step 0;"):
         continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), step=0)

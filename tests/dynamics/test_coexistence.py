@@ -152,7 +152,7 @@ def test_an_attractor_has_one_name_at_a_value(pair):
 def test_wrong_calls_are_errors():
     one, other = diagram([1], [[0.0]], [[1]]), diagram([2], [[0.0]], [[1]])
     for wrong in ([], [one, other]):
-        with pytest.raises(NsmapsError, match="not the same values"):
+        with pytest.raises(NsmapsError, match="different values"):
             coexistence(wrong)
     with pytest.raises(NsmapsError, match=r"near is 0, step 0\.1; expected: shares of the extents above 0"):
         coexistence([one], near=0)

@@ -200,15 +200,15 @@ def test_residence_of_a_telegraph_has_its_rates():
     modes = np.array(rows)
     words = np.where(modes == 0, "BTB", np.where(np.arange(4000)[:, None] % 2 == 0, "BB", "BTB"))
     time = np.where(modes == 0, 1.0, 0.5)
-    made = residence(words, time, {"1:1": ["BTB"], "2:1": ["BB", "BTB"]}, hold=2)
+    made = residence(words, time, {"1:1": ["BTB"], "2:1": ["BB", "BTB"]}, min_returns=2)
     assert made.switches[0, 1] == pytest.approx((modes[1:] > modes[:-1]).sum(), rel=0.1)
     assert made.rates[0, 1] == pytest.approx(0.01, rel=0.15)
     assert made.rates[1, 0] == pytest.approx(0.05, rel=0.15)
     assert made.mean[0] == pytest.approx(100, rel=0.15)
     assert made.share.sum() == pytest.approx(1)
     assert made.time.sum() + made.unknown == pytest.approx(time.sum())
-    with pytest.raises(NsmapsError, match="hold 1"):
-        residence(words, time, {"2:1": ["BB", "BTB"]}, hold=1)
+    with pytest.raises(NsmapsError, match="min_returns 1"):
+        residence(words, time, {"2:1": ["BB", "BTB"]}, min_returns=1)
 
 
 def test_noise_leads_to_two_to_one_beyond_the_window(pair):
@@ -216,7 +216,7 @@ def test_noise_leads_to_two_to_one_beyond_the_window(pair):
     system, modes, shares = pair(0.24, r=0.25, beta=np.pi / 6), {"1:1": ["BTB"], "2:1": ["BB", "BTB"]}, []
     for sigma in (0.0, 0.0447):
         made = noisy_orbits(system, [0.68, 0.5], 600, Noise(sigma=sigma, tau=0.5), 16, seed=1)
-        shares.append(residence(made.words[100:], made.time[100:], modes, hold=4).share[1])
+        shares.append(residence(made.words[100:], made.time[100:], modes, min_returns=4).share[1])
     assert shares[0] == 0
     assert shares[1] > 0.005
 

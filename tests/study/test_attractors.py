@@ -9,7 +9,7 @@ import pytest
 from ruamel.yaml import YAML
 
 import nsmaps
-from nsmaps.dynamics.attractors.ending import ending
+from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.plugins import study_files
 from nsmaps.study.sections.orbits import ORBITS, OrbitPair
 
@@ -96,7 +96,7 @@ def test_which_attractor_is_also_the_other_map_s(pd: str, pair, d, starts, told)
     """The exact map at another d stands for the composite one: both of its attractors there are known (docs/dynamics.md)."""
     maps = [pair(value) for value in d]
     paths = [nsmaps.orbit(map, start, 2000) for map, start in zip(maps, starts, strict=True)]
-    ends = [ending(map, path) for map, path in zip(maps, paths, strict=True)]
+    ends = [limit_set(map, path) for map, path in zip(maps, paths, strict=True)]
     orbits = OrbitPair(paths[0].states[0], *paths, ends=ends[0], composite_ends=ends[1])
     study = nsmaps.load_study(pd)
     (verdict,) = (

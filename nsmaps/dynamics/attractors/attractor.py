@@ -1,4 +1,4 @@
-"""Attractors as sets of states: found by following orbits, and told when an orbit has come to one."""
+"""Attractors as sets of states: found by following orbits, and recognised when an orbit has reached one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,57 +18,60 @@ from nsmaps.dynamics.returnmap import ReturnMap
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-VISITED = 4000  #: states that stand for an attractor without period
-SAMPLE = 1000  #: last states of an orbit without period that are compared with others
-COMING = 1e-3  #: of magnitudes, within which an orbit that repeats is on its way to a stable cycle
-STAY = 50  #: successive states within the reach of an attractor without period, of an orbit that has come to it
+VISITED = 4000  #: number of states that represent an attractor without period
+SAMPLE = 1000  #: number of last states of an orbit without period that are compared with others
+COMING = 1e-3  #: share of magnitudes within which an orbit that repeats is taken to approach a stable cycle
+STAY = 50  #: successive states within the reach of an attractor without period after which an orbit has reached it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attractor:
-    """A set of states that orbits come to and stay on."""
+    """A set of states that orbits approach and stay on."""
 
     coordinates: tuple[str, ...]
     states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, or states visited
     period: int  #: in returns; 0 without one
-    label: str  #: the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
-    words: tuple[str, ...]  #: of the return from each state of a period; without one, every word on it
-    reach: float  #: within which, in each coordinate, a state counts as one of it; see `find_attractors`
-    scale: Floats | None = None  #: shape (n,), what the reach counts in, as extents or largest magnitudes; None: the units
+    label: str  #: name of the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
+    words: tuple[str, ...]  #: of the return from each state of a period; without a period, every word on it
+    reach: float  #: distance in each coordinate within which a state belongs to it; see `find_attractors`
+    scale: Floats | None = None  #: shape (n,), scale of the reach: extents or largest magnitudes; None: the coordinates' units
 
     @property
     def stay(self) -> int:
-        """How many successive states of an orbit that has come here are within its reach."""
+        """The number of successive states within its reach after which an orbit has reached it."""
         return 1 if self.period else STAY
 
     @property
     def tree(self) -> "KDTree":
-        """Of the states, around the circle."""
+        """A search tree of the states, around the circle."""
         from scipy.spatial import KDTree
 
         return KDTree(self.states, boxsize=np.where(angle_mask(self.coordinates), TWO_PI, 0.0))
 
     def near(self, states: Floats) -> NDArray[np.bool_]:
-        """Which states, shape (N, n), angles in [0, 2 pi), are within its reach; none that is not finite, shape (N,)."""
+        """A mask of the states, shape (N, n), angles in [0, 2 pi), within its reach, shape (N,); False for states that are not
+        finite.
+        """
         near, scale = np.array(np.isfinite(states).all(axis=1)), 1.0 if self.scale is None else self.scale
         near[near] = distances(self.states, states[near], self.coordinates, scale, np.inf) <= self.reach
         return near
 
     def holds(self, states: Floats) -> bool:
-        """Whether an orbit of these states stays on it: most are within its reach, as rounding and its edge lead some out."""
+        """True if an orbit of these states stays on it: most are within its reach, as rounding and its edge may lead some out."""
         return bool(self.near(states).mean() > 0.5)
 
 
 def own_reach(states: Floats, coordinates: Sequence[str], scale: Floats) -> float:
-    """How far the farthest of the second half of states (K, n) visited in turn is from the first half; inf of less than 50."""
+    """The largest distance of the second half of states (K, n), in order, from the first half; inf for less than 50 states."""
     half = len(states) // 2
     return np.inf if len(states) < STAY else float(distances(states[:half], states[half:], coordinates, scale, np.inf).max())
 
 
 def kept(coordinates: tuple[str, ...], states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
-    """The set on which an orbit was found, from states (K, n) in turn, to be compared with others by `may_be_one`.
+    """The set on which an orbit was found, from states (K, n) in order, to be compared with others by `may_be_one`.
 
-    Its reach is `near` in the scale, (n,); without a period it is a sample of the last 1000 states, and reaches at least so far.
+    Its reach is `near` in the scale, (n,); without a period it is a sample of the last 1000 states, whose reach is at least
+    its own.
     """
     there = on_circle(states[:period] if period else states[-SAMPLE:], coordinates)
     reach = near if period else max(near, own_reach(there, coordinates, scale))
@@ -76,10 +79,11 @@ def kept(coordinates: tuple[str, ...], states: Floats, period: int, label: str, 
 
 
 def may_be_one(one: Attractor, other: Attractor) -> bool:
-    """Whether two sets of states may be of one attractor: two cycles whose states are all near, or a sample that holds the other.
+    """True if two sets of states may belong to one attractor: two cycles whose states all agree, or a sample that contains the
+    other set.
 
-    Without a period a set is a sample, which another orbit on the same attractor need not come near to; then most of the states
-    of either within the reach of the other do.
+    A set without a period is a sample, which another orbit on the same attractor need not approach; then most of the states
+    of either must lie within the reach of the other.
     """
     if one.period and other.period:
         return bool(one.near(other.states).all() and other.near(one.states).all())
@@ -87,7 +91,7 @@ def may_be_one(one: Attractor, other: Attractor) -> bool:
 
 
 def on_circle(states: Floats, coordinates: Sequence[str]) -> Floats:
-    """The states, angles in [0, 2 pi)."""
+    """The states with angles in [0, 2 pi)."""
     return np.where(angle_mask(coordinates), wrap(states), states)
 
 
@@ -96,54 +100,58 @@ def find_attractors(
     starts: Floats,
     transient: int = 1000,
     tolerance: float = 1e-6,
-    longest: int = 32,
+    max_period: int = 32,
     known: Sequence[Attractor] = (),
 ) -> list[Attractor]:
-    """The attractors that orbits of starts, shape (N, n), have come to after a transient, other than those known.
+    """The attractors that orbits of starts, shape (N, n), reach after a transient, except for the known ones.
 
-    Those of a period up to `longest`, in words and within `tolerance` in each coordinate, in radians of an angle, else as a share
-    of its largest magnitude among starts and last states, have the tolerance for their reach. Others are the states that one
-    orbit visits, and reach as far as the farthest of a second half of them is from the first, in shares of their extents, so that
-    no coordinate's unit counts.
-    A stable cycle within 1e-3 of what repeats is found by Newton's method: orbits that come to it slowly repeat far from it.
-    Orbits that end come to none; a transient that was too short makes a set without period.
+    Attractors of a period up to `max_period`, in words and within `tolerance` in each coordinate (in radians for an angle,
+    otherwise as a
+    share of its largest magnitude among starts and last states), have the tolerance as their reach. Others are the states that
+    one
+    orbit visits, and their reach is the largest distance of their second half from the first, in shares of their extents, so
+    that
+    it does not depend on the units of the coordinates.
+    A stable cycle within 1e-3 of a repetition is refined by Newton's method, since slowly converging orbits repeat far from
+    it.
+    Orbits that end reach none; a transient that is too short gives a set without period.
     """
     last = np.array(starts, float)
     for part in returns_of(map, last, transient):
         last = part.image[-len(last) :]
-    kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * longest)
+    kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * max_period)
     scale, found = magnitudes(kept.coordinates, np.array(starts, float), kept.states), list[Attractor]()
     for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
         if not _is_of(kept, k, (*known, *found)):
-            made = _attractor(map, kept, k, tolerance, scale)
-            made = _closed(map, made) if made and made.period else made
-            found += [made] if made and not any(may_be_one(made, other) for other in (*known, *found)) else []
+            found_here = _attractor(map, kept, k, tolerance, scale)
+            found_here = _closed(map, found_here) if found_here and found_here.period else found_here
+            found += [found_here] if found_here and not any(may_be_one(found_here, other) for other in (*known, *found)) else []
     return found
 
 
 def _is_of(kept: Orbit, k: int, attractors: Sequence[Attractor]) -> bool:
-    """Whether an orbit stays on one of the attractors."""
+    """True if an orbit stays on one of the attractors."""
     tail = on_circle(kept.states[1:, k], kept.coordinates)
     return any(attractor.holds(tail) for attractor in attractors)
 
 
 def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
-    """The attractor of one orbit: its period, or the states that it visits from there on; None where it ends on the way.
+    """The attractor of one orbit: its period, or the states that it visits from there on; None if the orbit ends.
 
-    An orbit that finds a period after all was on a long transient, and is told by that.
+    An orbit that becomes periodic only later was on a long transient; its attractor is the later one.
     """
-    made, longest = _periodic(kept, k, tolerance, scale), (len(kept.states) - 1) // 2
-    if made is not None:
-        return made
+    found_here, max_period = _periodic(kept, k, tolerance, scale), (len(kept.states) - 1) // 2
+    if found_here is not None:
+        return found_here
     path = orbit(map, kept.final[k : k + 1], VISITED)
-    after = orbit(map, path.final, 2 * longest)
+    after = orbit(map, path.final, 2 * max_period)
     if not np.isfinite(after.final).all():
         return None
     return _periodic(after, 0, tolerance, scale) or _visited(path)
 
 
 def _periodic(kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
-    """The attractor of one orbit with a period, None of one without."""
+    """The attractor of one orbit with a period, None without one."""
     period = int(periods(kept.states[1:, k], kept.codes[:, k], kept.coordinates, tolerance * scale))
     if not period:
         return None
@@ -154,10 +162,12 @@ def _periodic(kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor
 
 
 def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
-    """The cycle that an orbit with a period is on its way to, by Newton's method: slowly, it may be far beyond the tolerance.
+    """The cycle that an orbit with a period approaches, by Newton's method: slow convergence may leave it far beyond the
+    tolerance.
 
-    Of the least period that leads to a stable one within 1e-3 of magnitudes of what was seen; else, as without derivatives, what
-    was seen.
+    It has the least period that leads to a stable cycle within 1e-3 of the magnitudes; otherwise, as without derivatives, the
+    observed
+    states are returned.
     """
     if map.first_return(seen.states, derivative=True).derivative is None:
         return seen
@@ -165,8 +175,8 @@ def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
     for period in (q for q in range(1, seen.period + 1) if seen.period % q == 0):
         found = periodic_orbit(map, seen.states[:period], period, scale=scale)
         if found.converged and found.exists and found.stable:
-            apart = distances(found.states, seen.states, seen.coordinates, scale, np.inf).max()
-            if apart <= COMING:
+            distance = distances(found.states, seen.states, seen.coordinates, scale, np.inf).max()
+            if distance <= COMING:
                 name = seen.label if period == seen.period else found.label
                 return replace(seen, states=found.states, period=period, label=name, words=found.words)
     return seen

@@ -1,4 +1,4 @@
-"""Which attractors of bifurcation diagrams coexist: told apart at each value and matched along the parameter."""
+"""Coexisting attractors of bifurcation diagrams: distinguished at each value and matched along the parameter."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Coexistence:
-    """The attractors that S orbits reached at each of V values, in rising order."""
+    """The attractors that S orbits reached at each of V values, in ascending order."""
 
     values: Floats  #: shape (V,)
     attractor: NDArray[np.int64]  #: shape (V, S), a number for each attractor; -1 for an orbit that ended
@@ -56,23 +56,28 @@ class Coexistence:
 def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float = 0.1) -> Coexistence:
     """The attractors of bifurcation diagrams over the same values, such as one swept up and one swept down.
 
-    Distances are measured in each coordinate by the extent of all states of the diagrams (`extents`, the circle counted). Two
-    orbits with periods have the same attractor at a value if all states of either are near one of the other. An orbit without a
-    period is a sample, of its last 1000 states, which may be of any attractor that it comes near to, as `basins` decides it: it
-    reaches as far as its second half lies from its first, at least `near`, and is one with a cycle or another sample if most
-    states of either are within the reach of the other. A sample of less than 50 states reaches everywhere. So two attractors are
-    told only from orbits that keep apart, and those nearer than their samples show count as one. What has no period may still be
-    a long transient.
+    Distances are measured in each coordinate by the extent of all states of the diagrams (`extents`, with the circle). Two
+    orbits with periods have the same attractor at a value if all states of either are near one of the other. An orbit without
+    a
+    period is a sample of its last 1000 states, which may belong to any attractor that it approaches, by the criterion of
+    `basins`: its
+    reach is the distance of its second half from its first, at least `near`, and it is identified with a cycle or another
+    sample if most
+    states of either are within the reach of the other. The reach of a sample of less than 50 states is infinite. Two
+    attractors are
+    therefore distinguished only by orbits that stay apart, and attractors closer than their samples resolve count as one. A
+    motion
+    without a period may still be a long transient.
 
     Args:
         near: share of the extents within which states count as near.
-        step: the largest share by which an attractor moves from a value to the next, where the nearest one goes on.
+        step: largest distance, as a share, between an attractor and its continuation at the next value.
 
     Raises:
-        NsmapsError: no diagrams, or of other values; shares that are not above 0.
+        NsmapsError: no diagrams, or diagrams over different values; shares that are not above 0.
     """
     if not diagrams or any(not np.array_equal(np.sort(each.values), np.sort(diagrams[0].values)) for each in diagrams):
-        raise NsmapsError("the diagrams have not the same values; expected: one or more diagrams over the same values")
+        raise NsmapsError("the diagrams have different values; expected: one or more diagrams over the same values")
     if not (near > 0 and step > 0):
         raise NsmapsError(f"near is {near}, step {step}; expected: shares of the extents above 0")
     orders = [np.argsort(each.values, kind="stable") for each in diagrams]
@@ -97,7 +102,7 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
 
 
 def _groups(sets: list[Attractor]) -> list[list[int]]:
-    """Which of the sets may be of one attractor, through others too, by their places."""
+    """The sets, by their places, grouped by attractors to which they may belong, also through other sets."""
     groups: list[list[int]] = []
     for s, own in enumerate(sets):
         alike = [group for group in groups if any(may_be_one(sets[other], own) for other in group)]
@@ -106,22 +111,22 @@ def _groups(sets: list[Attractor]) -> list[list[int]]:
 
 
 def _shown(sets: list[Attractor]) -> Attractor:
-    """That of some sets of one attractor which stands for it: of the least period, else C, the most general name."""
+    """The representative of several sets of one attractor: that of the least period, otherwise C, the most general name."""
     return min(sets, key=lambda each: (each.period or np.inf, each.label != "C"))
 
 
 def _numbered(sets: list[Attractor], last: dict[int, Attractor], unused: int, scale: Floats, step: float) -> dict[int, Attractor]:
-    """Sets of states by number, in their order: that of the last one which goes on, the nearest pairs first, else an unused."""
+    """Sets of states by number: that of the last one that they continue, the nearest pairs first, otherwise an unused number."""
     pairs = sorted(
         (hausdorff(old.states, new.states, new.coordinates, scale), number, i)
         for number, old in last.items()
         for i, new in enumerate(sets)
     )
     known: dict[int, int] = {}
-    for apart, number, i in pairs:
+    for distance, number, i in pairs:
         samples = not (last[number].period or sets[i].period)
-        goes_on = may_be_one(last[number], sets[i]) if samples else apart <= step
-        if goes_on and i not in known and number not in known.values():
+        continues = may_be_one(last[number], sets[i]) if samples else distance <= step
+        if continues and i not in known and number not in known.values():
             known[i] = number
     fresh = count(unused)
     return {known[i] if i in known else next(fresh): each for i, each in enumerate(sets)}

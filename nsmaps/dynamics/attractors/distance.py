@@ -1,4 +1,4 @@
-"""How far apart two attractors are, and how far a set of states extends."""
+"""Distances between attractors, and extents of sets of states."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,15 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, angle_mask, as_states, wrap
 from nsmaps.errors import StateError
 
-FLAT = 0.01  #: of the largest magnitude of a coordinate, of an angle the circle: an extent below it is no scale
+FLAT = 0.01  #: share of the largest magnitude of a coordinate, or of the circle: a smaller extent is not used as a scale
 
 
 def extents(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
-    """How far a set of states extends in each coordinate, shape (n,), always above 0: what their distances are measured in.
+    """The extent of a set of states in each coordinate, shape (n,), always above 0: the scale of its distances.
 
-    Of an angle it is the shortest arc that holds all. States that nearly agree have no extent of their own: it is at least 1 % of
-    the largest magnitude, of an angle 1 % of the circle; 1 where every state is 0.
+    For an angle it is the shortest arc that contains all. States that nearly agree have no extent of their own: it is at least
+    1 % of
+    the largest magnitude, for an angle 1 % of the circle; 1 where every state is 0.
 
     Args:
         states: shape (N, n), at least one; angles on any turn.
@@ -32,14 +33,15 @@ def extents(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
 
 
 def hausdorff(a: ArrayLike, b: ArrayLike, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> float:
-    """The Hausdorff distance of two sets of states: how far the farthest of either is from the nearest of the other.
+    """The Hausdorff distance of two sets of states: the largest distance of a state of either from the nearest state of the
+    other.
 
-    Distances are in the coordinates' units, or in a scale of them, angles the shorter way round.
+    Distances are in the coordinates' units, or in a given scale, with angles the shorter way round.
 
     Args:
         a, b: shapes (N, n) and (M, n), at least one state each; angles on any turn.
-        scale: shape (n,), what each coordinate is measured in, such as `extents`.
-        p: of the norm: 2 the Euclidean one, infinity the farthest coordinate.
+        scale: shape (n,), the unit of each coordinate, such as `extents`.
+        p: order of the norm: 2 for the Euclidean one, infinity for the largest coordinate.
 
     Raises:
         StateError: sets of another shape, empty, or with states that are not finite.
@@ -49,17 +51,17 @@ def hausdorff(a: ArrayLike, b: ArrayLike, coordinates: Sequence[str], scale: Arr
 
 
 def distances(known: Floats, states: Floats, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> Floats:
-    """How far each of N states (N, n) is from the nearest of known ones (M, n), in a scale (n,), shape (N,).
+    """The distance of each of N states (N, n) from the nearest of known ones (M, n), in a scale (n,), shape (N,).
 
     Args:
         known, states: angles in [0, 2 pi).
-        scale: what each coordinate is measured in.
-        p: of the norm: 2 the Euclidean one, infinity the farthest coordinate.
+        scale: unit of each coordinate.
+        p: order of the norm: 2 for the Euclidean one, infinity for the largest coordinate.
     """
     from scipy.spatial import KDTree
 
     unit = np.broadcast_to(np.asarray(scale, float), len(coordinates))
-    around = np.where(angle_mask(coordinates), np.nextafter(TWO_PI / unit, np.inf), 0.0)  # above every state, rounded too
+    around = np.where(angle_mask(coordinates), np.nextafter(TWO_PI / unit, np.inf), 0.0)  # above every state, after rounding too
     return np.asarray(KDTree(known / unit, boxsize=around).query(states / unit, p=p)[0])
 
 

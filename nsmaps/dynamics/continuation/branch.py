@@ -18,17 +18,17 @@ class Branch:
 
     __repr__ = brief
 
-    returns: Returns  #: of the K q states, those of an orbit one after the other, with derivatives
-    period: int  #: q
-    tolerance: float  #: of the residuals
+    returns: Returns  #: of the K q states, those of each orbit in succession, with derivatives
+    period: int  #: number of returns q of an orbit
+    tolerance: float  #: tolerance of the residuals
     parameter: Floats  #: shape (K,)
-    arclength: Floats  #: shape (K,), from the first; the parameter's range, the largest speed of the first and a radian count one
+    arclength: Floats  #: shape (K,), from the first orbit; unit: parameter range, largest speed, a radian
     events: tuple[Event, ...]  #: in the order of the branch
-    ended: str  #: why it ends where it does
+    ended: str  #: the reason why it ends
 
     @classmethod
     def empty(cls, orbit: PeriodicOrbit, ended: str) -> "Branch":
-        """One without orbits, where what was taken for one is none."""
+        """A branch without orbits, where its supposed first orbit does not exist."""
         none = orbit.returns.select(np.arange(0))
         return cls(none, len(orbit.states), orbit.tolerance, np.empty(0), np.empty(0), (), ended)
 
@@ -55,7 +55,7 @@ class Branch:
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether every multiplier lies within the unit circle, shape (K,)."""
+        """True if every multiplier lies within the unit circle, shape (K,)."""
         return np.asarray((np.abs(self.multipliers) < 1).all(axis=1))
 
     @property
@@ -78,12 +78,12 @@ class GrowingBranch:
     events: list[Event] = field(default_factory=list)
 
     def add(self, point: OrbitPoint, step: float) -> None:
-        """Add a point a step behind the last one."""
+        """Add a point a step after the last one."""
         self.points.append(point)
         self.arclength.append((self.arclength[-1] if self.arclength else 0.0) + step)
 
     def branch(self, ended: str, least: float) -> Branch:
-        """The result, without points that crowd where steps grew small."""
+        """The result, without points that accumulate where steps are short."""
         kept = [0]
         for k in range(1, len(self.points)):
             if k == len(self.points) - 1 or self.arclength[k] - self.arclength[kept[-1]] >= least:

@@ -1,4 +1,4 @@
-"""Where along the curve of a periodic orbit a multiplier passes the unit circle, or the orbit ceases to be."""
+"""Events along the curve of a periodic orbit: a multiplier crosses the unit circle, or the orbit ceases to exist."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
@@ -16,25 +16,25 @@ from nsmaps.dynamics.periodic import PeriodicOrbit
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
 HALVING = "period halving"
 GRAZING, DOMAIN = "grazing", "end of the valid domain"
-ROUNDING = 1e-13  #: of the largest multiplier, below which another is not known
-CONSERVED = 1e-9  #: a test that stays within this is zero but for rounding, as of area where a map preserves it
-COARSEST = 1e-8  #: of the range of the parameter, to which an event must be located
+ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
+CONSERVED = 1e-9  #: a test within this bound is zero up to rounding, as for area where a map preserves it
+COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:
-    """What happens to a periodic orbit at a value of the parameter.
+    """A bifurcation or another event of a periodic orbit at a value of the parameter.
 
-    A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (a multiplier passes 1 elsewhere),
-    `Neimark-Sacker` (a pair leaves the unit circle), `period halving` (a doubled cycle ends on the one it came from), `grazing`
+    A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (a multiplier crosses 1 elsewhere),
+    `Neimark-Sacker` (a pair leaves the unit circle), `period halving` (a doubled cycle ends on the original one), `grazing`
     (an impact speed or a clearance falls to zero and the words change) or `end of the valid domain` (there is no map beyond).
     """
 
     kind: str
     parameter: float
-    precision: float  #: of the parameter, as estimated from the last steps towards it
-    orbit: PeriodicOrbit  #: there; of a grazing or the domain's end, the last one before it
-    detail: str = ""  #: which margin falls to zero, why there is no map, or that an event was passed but not located
+    precision: float  #: precision of the parameter, as estimated from the last steps towards it
+    orbit: PeriodicOrbit  #: the orbit there; for a grazing or the end of the domain, the last one before it
+    detail: str = ""  #: the margin that falls to zero, the reason why there is no map, or that an event was not located
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -43,7 +43,7 @@ class Event:
 
 
 def _known(point: OrbitPoint) -> NDArray[np.complex128]:
-    """The multipliers, zero for those that are rounding of the largest: as of a long cycle deep in chaos, told as any number."""
+    """The multipliers, with zero for those within rounding of the largest: for a long chaotic cycle they may have any value."""
     values = point.orbit.multipliers
     return np.where(np.abs(values) > ROUNDING * np.abs(values[0]), values, 0)
 
@@ -74,7 +74,7 @@ TESTS: dict[str, Test] = {DOUBLING: _doubling, FOLD: _fold, BRANCH_POINT: _one, 
 def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -> list[Event]:
     """The events of these kinds within a step along a curve, in order.
 
-    A doubled cycle that ends on the one it came from is reported whether or not it is among the kinds.
+    A doubled cycle that ends on the original one is reported whether or not it is among the kinds.
     """
     found: list[tuple[float, Event]] = []
     ends = {kind: (test(step.start, step.direction), test(step.end, step.turned)) for kind, test in TESTS.items()}
@@ -91,14 +91,14 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
         else:
             known = located(curve, step.start, step.direction, step.length, TESTS[kind])
         s, point, precision = known or (step.length, step.end, abs(step.end.value - step.start.value))
-        if kind != TORUS or np.abs(point.orbit.multipliers.imag).max() > 0:  # else two real ones whose product is one
+        if kind != TORUS or np.abs(point.orbit.multipliers.imag).max() > 0:  # otherwise two real ones whose product is one
             detail = "" if known else "not located: somewhere in the step before this orbit"
             found.append((s, Event(kind, point.value, precision, point.orbit, detail)))
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 
 
 def located(curve: OrbitCurve, at: OrbitPoint, along: Floats, h: float, test: Test) -> tuple[float, OrbitPoint, float] | None:
-    """The arclength within h of a point at which a test passes zero, the point there, and the precision of its parameter.
+    """The arclength within h of a point at which a test is zero, the point there, and the precision of its parameter.
 
     None where it is not found, or known to less than a share of 1e-8 of the parameter's range.
     """
@@ -113,15 +113,15 @@ def located(curve: OrbitCurve, at: OrbitPoint, along: Floats, h: float, test: Te
 
 
 def swapped(curve: OrbitCurve, at: OrbitPoint, new: OrbitPoint) -> bool:
-    """Whether the halves of a cycle change places between neighbours on its branch."""
+    """True if the halves of a cycle change places between neighbours on its branch."""
     q = curve.period
     rolled = curve.y(np.roll(new.orbit.states, q // 2, axis=0), new.value)
     other, same = (float(np.linalg.norm(curve.difference(at.y, y))) for y in (rolled, new.y))
-    return q % 2 == 0 and other < (1 + ASIDE) * same  # or are one, where they change places
+    return q % 2 == 0 and other < (1 + ASIDE) * same  # or coincide, where they change places
 
 
 def halving(curve: OrbitCurve, step: Step[OrbitPoint]) -> tuple[float, OrbitPoint, float] | None:
-    """Where within a step a cycle has half its period, as of `located`: at a doubling of the cycle of half the period."""
+    """The place within a step where a cycle has half its period, as in `located`: a doubling of the cycle of half the period."""
     half, at = replace(curve, period=curve.period // 2), step.start
     first, second = np.split(at.orbit.states, 2)
     middle = first + differences(second, first, curve.coordinates) / 2

@@ -1,4 +1,4 @@
-"""Branches of periodic orbits in one parameter, around folds, with what happens to them on the way."""
+"""Branches of periodic orbits in one parameter, around folds, with the events along them."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -19,20 +19,20 @@ from nsmaps.errors import NsmapsError
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
-SMALLEST = 1e-9  #: step, of the range of the parameter, at which a branch is given up
-CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends as it falls is taken to end there
-CLOSED = "closed"  #: how a branch ends that comes back to its first orbit
+SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch is abandoned
+CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends while it falls is taken to end there
+CLOSED = "closed"  #: the reason of a branch that returns to its first orbit
 MARGINS = ("a clearance", "an impact speed")
 
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """How finely and how long a branch is followed."""
+    """The resolution and the length of a branch."""
 
-    step: float  #: longest, in arclength
-    most: int  #: orbits
-    until: Collection[str]  #: kinds of events at which the branch is left
-    kinds: Collection[str]  #: those that are looked for
+    step: float  #: longest step, in arclength
+    max_points: int  #: greatest number of orbits
+    until: Collection[str]  #: kinds of events at which the branch ends
+    kinds: Collection[str]  #: kinds of events that are located
 
 
 @shows
@@ -40,40 +40,41 @@ def continue_branch(
     map_of: Callable[[float], ReturnMap],
     orbit: PeriodicOrbit,
     value: float,
-    within: tuple[float, float],
-    toward: Literal["up", "down"] = "up",
+    bounds: tuple[float, float],
+    direction: Literal["up", "down"] = "up",
     step: float = 0.02,
-    most: int = 2000,
+    max_points: int = 2000,
     until: Collection[str] = (),
     tolerance: float = 1e-10,
     kinds: Collection[str] = tuple(TESTS),
 ) -> Branch:
     """The branch of a periodic orbit by pseudo-arclength continuation, around folds, with its events located.
 
-    All its orbits make the words of the first, by the map's own first returns: none has an earlier impact that is overlooked. It
-    ends at the end of the range, where the words change (`grazing`), where there is no map, after an event of `until`, where it
-    closes, or is lost. Two events of one kind within a step escape notice: a smaller `step` finds them.
+    All its orbits have the words of the first, by the map's own first returns, so that no earlier impact is overlooked. It
+    ends at the end of the range, where the words change (`grazing`), where there is no map, after an event of `until`, where
+    it
+    closes, or is lost. Two events of one kind within a step are missed; a smaller `step` finds them.
 
     Args:
-        map_of: the return map at a value of the parameter; a ValueError says that there is none.
+        map_of: the return map at a value of the parameter; a ValueError means that there is none.
         orbit: at, or near, the value, with all its states.
         value: of the parameter.
-        within: least and greatest value of the parameter; their difference is the unit of its arclength, in which speeds
+        bounds: least and greatest value of the parameter; their difference is the unit of its arclength, in which speeds
             count as shares of the largest on the orbit (or its guess) and phases in radians.
-        toward: larger or smaller values at first.
-        step: longest, in arclength.
-        most: orbits.
-        until: kinds of events, see `Event`.
-        tolerance: largest residual of an orbit, as a share of the same.
-        kinds: of the events that are located. What a branch ends at is always told.
+        direction: towards larger ("up") or smaller ("down") values at first.
+        step: longest step, in arclength.
+        max_points: greatest number of orbits.
+        until: kinds of events at which the branch ends, see `Event`.
+        tolerance: largest residual of an orbit, as a share of the same scale.
+        kinds: kinds of events that are located. The event at which a branch ends is always reported.
 
     Raises:
-        NsmapsError: arguments that are not accepted. An orbit that does not converge makes a branch without orbits.
+        NsmapsError: invalid arguments. An orbit that does not converge gives a branch without orbits.
     """
-    extent = _extent(within, value, step, most, until, kinds)
-    curve = _curve(map_of, orbit, len(orbit.states), within, tolerance)
+    extent = _extent(bounds, value, step, max_points, until, kinds)
+    curve = _curve(map_of, orbit, len(orbit.states), bounds, tolerance)
     upward = np.zeros(orbit.states.size + 1)
-    upward[-1] = 1.0 if toward == "up" else -1.0
+    upward[-1] = 1.0 if direction == "up" else -1.0
     start = correct(curve, curve.y(orbit.states, value), upward)
     if start is None:
         why = curve.missing(value) or f"Newton's method does not converge{_lost(curve, orbit, value)}"
@@ -85,30 +86,30 @@ def continue_branch(
 def doubled_branch(
     map_of: Callable[[float], ReturnMap],
     event: Event,
-    within: tuple[float, float],
+    bounds: tuple[float, float],
     step: float = 0.02,
-    most: int = 2000,
+    max_points: int = 2000,
     until: Collection[str] = (),
     tolerance: float = 1e-10,
     kinds: Collection[str] = tuple(TESTS),
 ) -> Branch:
     """The branch of cycles of twice the period that begins at a period doubling; other arguments as `continue_branch`.
 
-    It leaves in the direction (u, -u) of the eigenvector of the multiplier -1, with the parameter at rest.
+    It leaves in the direction (u, -u) of the eigenvector of the multiplier -1, at a fixed parameter.
 
     Raises:
-        NsmapsError: the event is no period doubling, or other arguments are not accepted.
+        NsmapsError: the event is not a period doubling, or other arguments are invalid.
     """
     if event.kind != DOUBLING:
         raise NsmapsError(f"the event is a {event.kind}; expected: a {DOUBLING}")
-    extent = _extent(within, event.parameter, step, most, until, kinds)
+    extent = _extent(bounds, event.parameter, step, max_points, until, kinds)
     orbit = event.orbit
     values, vectors = np.linalg.eig(orbit.derivative)
     u = [vectors[:, np.argmin(np.abs(values + 1))].real]
     assert orbit.returns.derivative is not None
     for derivative in [*orbit.returns.derivative, *orbit.returns.derivative][:-1]:
         u.append(derivative @ u[-1])
-    curve = _curve(map_of, orbit, 2 * len(orbit.states), within, tolerance)
+    curve = _curve(map_of, orbit, 2 * len(orbit.states), bounds, tolerance)
     along = np.append(np.ravel(u / curve.scale), 0.0)
     along /= np.linalg.norm(along)
     start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), event.parameter))
@@ -121,50 +122,51 @@ def cascade(
     map_of: Callable[[float], ReturnMap],
     orbit: PeriodicOrbit,
     value: float,
-    within: tuple[float, float],
-    toward: Literal["up", "down"] = "up",
+    bounds: tuple[float, float],
+    direction: Literal["up", "down"] = "up",
     doublings: int = 4,
     step: float = 0.02,
 ) -> tuple[Branch, ...]:
     """The branches from an orbit to its first period doubling, from there to the next, and so on.
 
-    As many as there are doublings, or fewer: the last one then says why it ended without one. Steps shrink with the period.
+    There are as many as doublings, or fewer: the last one then states why it ended without one. Steps decrease with the
+    period.
     Arguments and errors as `continue_branch`.
     """
-    first = continue_branch(map_of, orbit, value, within, toward, step, until=(DOUBLING,))
-    return first, *doublings_of(map_of, first, within, doublings - 1, step)
+    first = continue_branch(map_of, orbit, value, bounds, direction, step, until=(DOUBLING,))
+    return first, *doublings_of(map_of, first, bounds, doublings - 1, step)
 
 
 def doublings_of(
     map_of: Callable[[float], ReturnMap],
     branch: Branch,
-    within: tuple[float, float],
-    most: int,
+    bounds: tuple[float, float],
+    max_doublings: int,
     step: float = 0.02,
     kinds: Collection[str] = tuple(TESTS),
 ) -> tuple[Branch, ...]:
-    """At most so many branches of doubled cycles: from the first period doubling of a branch to the next, and so on.
+    """At most `max_doublings` branches of doubled cycles: from the first period doubling of a branch to the next, and so on.
 
-    `step` is that of the branch given, and shrinks with the period; others as `doubled_branch`.
+    `step` is that of the given branch, and decreases with the period; other arguments as `doubled_branch`.
     """
     branches = [branch]
-    while len(branches) <= most and (found := branches[-1].of_kind(DOUBLING)):
+    while len(branches) <= max_doublings and (found := branches[-1].of_kind(DOUBLING)):
         step /= 2
-        branches.append(doubled_branch(map_of, found[0], within, step, until=(DOUBLING,), kinds=kinds))
+        branches.append(doubled_branch(map_of, found[0], bounds, step, until=(DOUBLING,), kinds=kinds))
     return tuple(branches[1:])
 
 
 def _curve(
-    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, period: int, within: tuple[float, float], tolerance: float
+    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, period: int, bounds: tuple[float, float], tolerance: float
 ) -> OrbitCurve:
-    """The curve of orbits near one, whose coordinates are shares of the same as in the residual of that one."""
+    """The curve of orbits near one, with coordinates in the scale of the residual of that one."""
     coordinates = orbit.returns.coordinates
     scale = magnitudes(coordinates, orbit.states) if orbit.scale is None else orbit.scale
-    return OrbitCurve(map_of, period, *within, tolerance, coordinates, scale)
+    return OrbitCurve(map_of, period, *bounds, tolerance, coordinates, scale)
 
 
 def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent, fresh: bool) -> Branch:
-    """The branch from a point in a direction; a fresh one starts where two branches cross and tests mean nothing."""
+    """The branch from a point in a direction; a fresh one starts where two branches cross, where tests are meaningless."""
     grown, last, ended = GrowingBranch(curve), along, ""
     grown.add(start, 0.0)
     control = Control(extent.step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit)
@@ -172,14 +174,14 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
         events = [] if fresh else between(curve, step, extent.kinds)
         grown.events.extend(events)
         ended = next((event.kind for event in events if event.kind in (*extent.until, HALVING)), "")
-        if ended != HALVING:  # beyond it lie the same cycles, their halves swapped
+        if ended != HALVING:  # beyond it lie the same cycles with their halves exchanged
             grown.add(step.end, step.length)
         if not ended and step.last:
             ended = f"the range ends at {step.end.value:g}"
         elif not ended and len(grown.points) > 3 and passes(curve, step, start, along, BEND):
             ended = CLOSED
-        elif not ended and len(grown.points) >= extent.most:
-            ended = f"{extent.most} orbits"
+        elif not ended and len(grown.points) >= extent.max_points:
+            ended = f"{extent.max_points} orbits"
         if ended:
             break
         last, fresh = step.turned, False
@@ -187,10 +189,10 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
 
 
 def _end(grown: GrowingBranch, along: Floats) -> str:
-    """Why a branch cannot be followed beyond its last point; if it is an event, that is added to it."""
+    """The reason why a branch cannot be continued beyond its last point; if it is an event, it is added to the branch."""
     last, unit = grown.points[-1], grown.curve.unit
-    if told := grown.curve.missing(last.value + 10 * SMALLEST * unit * float(np.sign(along[-1]))):
-        grown.events.append(Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, told))
+    if reason := grown.curve.missing(last.value + 10 * SMALLEST * unit * float(np.sign(along[-1]))):
+        grown.events.append(Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, reason))
         return DOMAIN
     for k, margin in enumerate(MARGINS):
         m, values = _spaced(grown, k)
@@ -204,12 +206,12 @@ def _end(grown: GrowingBranch, along: Floats) -> str:
 
 
 def _lost(curve: OrbitCurve, orbit: PeriodicOrbit, value: float) -> str:
-    """What to add of a guess that has no images."""
+    """An addition to the reason for a guess that has no images."""
     return "" if orbit.returns.valid.all() else f", and the guess has no image: {curve.outcomes(orbit.states, value)}"
 
 
 def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]]:
-    """A margin and the parameter at the last point and at two before it that are not crowded."""
+    """A margin and the parameter at the last point and at two well-separated points before it."""
     rows, least = [(len(grown.points) - 1)], 1e-6
     for k in range(len(grown.points) - 2, -1, -1):
         if len(rows) < 3 and grown.arclength[-1] - grown.arclength[k] >= least:
@@ -219,13 +221,13 @@ def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]
 
 
 def _extent(
-    within: tuple[float, float], value: float, step: float, most: int, until: Collection[str], kinds: Collection[str]
+    bounds: tuple[float, float], value: float, step: float, max_points: int, until: Collection[str], kinds: Collection[str]
 ) -> _Extent:
-    low, high = within
+    low, high = bounds
     if not low <= value <= high or not low < high:
-        raise NsmapsError(f"the value {value:g} is not within {low:g} and {high:g}; expected: a range that holds it")
-    if not 10 * SMALLEST < step <= 1 or most < 1:
-        raise NsmapsError(f"{most} orbits, step {step:g}; expected: at least one orbit, a step up to 1")
+        raise NsmapsError(f"the value {value:g} is not between {low:g} and {high:g}; expected: bounds that contain it")
+    if not 10 * SMALLEST < step <= 1 or max_points < 1:
+        raise NsmapsError(f"{max_points} orbits, step {step:g}; expected: at least one orbit, a step up to 1")
     if unknown := set(kinds) - set(TESTS):
-        raise NsmapsError(f"there are no events {', '.join(sorted(unknown))!r} to be located; expected: {', '.join(TESTS)}")
-    return _Extent(step, most, until, {*kinds, *until})
+        raise NsmapsError(f"unknown kinds of events {', '.join(sorted(unknown))!r}; expected: {', '.join(TESTS)}")
+    return _Extent(step, max_points, until, {*kinds, *until})

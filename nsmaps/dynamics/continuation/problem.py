@@ -17,9 +17,9 @@ from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, map_or_reason
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
-ROUNDING = 1e-15  #: of the parameter, within which it is taken to be an end of its range
-SHARES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  #: of the parameter's range, tried in turn for differences
-AGREE = 1e-5  #: of the slope, in units of the curve, between differences of two steps whose extrapolation is taken
+ROUNDING = 1e-15  #: share of the parameter's range within which a value counts as an end of the range
+SHARES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  #: steps of differences, as shares of the parameter's range, tried in turn
+AGREE = 1e-5  #: largest difference of slopes, in the curve's units, of two steps whose extrapolation is used
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +42,13 @@ class OrbitCurve:
     period: int
     low: float  #: least value of the parameter
     high: float  #: its greatest
-    tolerance: float  #: of the residual
+    tolerance: float  #: tolerance of the residual
     coordinates: tuple[str, ...]
-    scale: Floats  #: shape (n,), of the coordinates
+    scale: Floats  #: shape (n,), scale of the coordinates
 
     @property
     def unit(self) -> float:
-        """Of the parameter: the length of its range."""
+        """The unit of the parameter: the length of its range."""
         return self.high - self.low
 
     def y(self, states: Floats, value: float) -> Floats:
@@ -69,7 +69,7 @@ class OrbitCurve:
     def _evaluate(self, y: Floats) -> OrbitPoint | None:
         value = float(y[-1] * self.unit)
         for end in (self.low, self.high):
-            value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # met exactly: no map may be beyond
+            value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # no map may exist beyond
         map, states = self.map_of(value), self.states(y)
         states = np.where(angle_mask(map.coordinates), wrap(states), states)
         returns = map.first_return(states, derivative=True)
@@ -85,24 +85,26 @@ class OrbitCurve:
         return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian, self._margins(map, states))
 
     def exists(self, point: OrbitPoint) -> bool:
-        """Whether an orbit converged and the map stands by all of its returns."""
+        """True if an orbit converged and all of its returns are certified by the map."""
         return point.orbit.converged and point.orbit.exists
 
     def connects(self, one: OrbitPoint, other: OrbitPoint) -> bool:
-        """Whether two orbits have the same words."""
+        """True if two orbits have the same words."""
         return np.array_equal(one.orbit.returns.codes, other.orbit.returns.codes)
 
     def difference(self, one: Floats, other: Floats) -> Floats:
-        """The unknowns `one - other`, angles the shorter way round."""
+        """The unknowns `one - other`, with angles the shorter way round."""
         states = differences(self.states(one), self.states(other), self.coordinates)
         return self.y(states, (one[-1] - other[-1]) * self.unit)
 
     def _margins(self, map: ReturnMap, states: Floats) -> Floats:
-        """As of a point: speeds as shares of the speed's scale, gaps of what that flies in a radian of the forcing's phase."""
+        """The margins of a point: speeds as shares of the scale of speeds, gaps as shares of the distance flown at it in a
+        radian of phase.
+        """
         if not isinstance(map, ExactMap):
             return np.full(2, np.inf)
-        itineraries, speed = map.itineraries(states), self.scale[0]
-        return np.array([itineraries.clearance.min() * map.phase_rate() / speed, itineraries.slowest.min() / speed])
+        found, speed = map.itineraries(states), self.scale[0]
+        return np.array([found.clearance.min() * map.phase_rate() / speed, found.slowest.min() / speed])
 
     def _by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
         """The derivative of the images by the parameter, shape (q, n): through impacts where the map is exact."""
@@ -127,21 +129,22 @@ class OrbitCurve:
         return _derivative(images, value, self.unit, self.scale)
 
     def missing(self, value: float) -> str:
-        """Why there is no map at a value of the parameter, or nothing."""
+        """The reason why there is no map at a value of the parameter, or an empty string."""
         return map_or_reason(self.map_of, value)[1]
 
     def outcomes(self, states: Floats, value: float) -> str:
-        """What becomes of states at a value of the parameter, in words."""
+        """The outcomes of states at a value of the parameter, in words."""
         returns = self.map_of(value).first_return(states)
-        told = (f"{word} {Outcome(k).name}".strip() for word, k in zip(returns.words, returns.outcome.tolist(), strict=True))
-        return ", ".join(dict.fromkeys(told))
+        ends = (f"{word} {Outcome(k).name}".strip() for word, k in zip(returns.words, returns.outcome.tolist(), strict=True))
+        return ", ".join(dict.fromkeys(ends))
 
 
 def _derivative(f: Callable[[float], Floats | None], x: float, unit: float, scale: Floats) -> Floats:
     """The derivative of an array by a number, by central differences of two widths, extrapolated (Richardson).
 
-    The widest that agree, in a unit and a scale of order one, are taken; to one side where the other has no value, as next to the
-    end of a valid domain; else NaN.
+    The widest pair that agrees, in a unit and a scale of order one, is used; one-sided where the other side has no value, as
+    next to the
+    end of a valid domain; otherwise NaN.
     """
 
     def slope(low: float, high: float) -> Floats | None:

@@ -62,7 +62,7 @@ class BranchSection(BaseModel):
         return parameters[self.parameter] if self.at is None else self.at
 
     @property
-    def within(self) -> tuple[float, float]:
+    def bounds(self) -> tuple[float, float]:
         """The range of the parameter."""
         return self.low, self.high
 
@@ -129,10 +129,10 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     from nsmaps.dynamics.motion import magnitudes, periods
 
     value, map_of = section.value(plan.system.parameters), Along(plan.system, section.parameter)
-    about: Any = {"within": section.within, "step": section.step, "kinds": section.events}
+    about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
     made: list[Branch] = []
     for way in section.ways:
-        made.append(continue_branch(map_of, orbit, value, toward=way, **about))
+        made.append(continue_branch(map_of, orbit, value, direction=way, **about))
         if not len(made[0].parameter):
             return (made[0],)
         if made[0].ended == CLOSED:  # the other way round are the same orbits
@@ -143,7 +143,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     if least < section.period:
         told = f"no orbit of period {section.period} at {value:.9g}: Newton's method arrives at one of period {least}"
         return (Branch.empty(orbit, told),)
-    doubled = [doublings_of(map_of, branch, most=section.doublings - 1, **about) for branch in made]
+    doubled = [doublings_of(map_of, branch, max_doublings=section.doublings - 1, **about) for branch in made]
     return tuple(branch for some in (made, *doubled) for branch in some)
 
 

@@ -18,7 +18,7 @@ from nsmaps.study.sections.base import Section, Verdict
 from nsmaps.study.texts import EXACT, finite, point
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.attractors.ending import Ending
+    from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.system import ImpactSystem
@@ -50,8 +50,8 @@ class OrbitPair:
     exact: "Orbit"
     composite: "Orbit | None"
     track: "Track | None" = None  #: the exact motion at and between its first impacts, if the study asks for it
-    ends: "Ending | None" = None  #: what the exact map's orbit ends on; None where it has no image
-    composite_ends: "Ending | None" = None
+    ends: "LimitSet | None" = None  #: what the exact map's orbit ends on; None where it has no image
+    composite_ends: "LimitSet | None" = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -67,7 +67,7 @@ def _bind(spec: Orbits, binding: "Binding") -> tuple[Floats, ...]:
 
 def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """The orbits of every start under the exact map and under the composite map, and what they end on."""
-    from nsmaps.dynamics.attractors.ending import ending
+    from nsmaps.dynamics.attractors.limit_set import limit_set
     from nsmaps.dynamics.orbit import orbit
 
     pairs, count = [], 2 * len(spec)
@@ -75,9 +75,9 @@ def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any
         first, then = (plan.part(half, count, section.returns) for half in (2 * k, 2 * k + 1))
         reduced = orbit(result.reduced, start, section.returns, first) if result.reduced else None
         exact = orbit(plan.system, start, section.returns, then)
-        reduced_ends = ending(result.reduced, reduced) if result.reduced and reduced else None
+        reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
         kept = track(plan.system, start, section.track) if section.track else None
-        pairs.append(OrbitPair(start, exact, reduced, kept, ending(plan.system, exact), reduced_ends))
+        pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends))
     return {"orbits": tuple(pairs)}
 
 
@@ -101,7 +101,7 @@ def _pair(pair: OrbitPair) -> dict[str, Any]:
     return ends | ({"attractor": attractors} if attractors else {})
 
 
-def _ending(made: "Ending") -> dict[str, Any]:
+def _ending(made: "LimitSet") -> dict[str, Any]:
     """What an orbit ends on: the states of a cycle, and the hull of all that it visits."""
     pairs = [[value.real, value.imag] for value in made.multipliers.tolist()]
     hull = np.stack([made.states.min(axis=0), made.states.max(axis=0)], axis=1)
@@ -126,7 +126,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
             yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
 
 
-def _returning(result: "StudyResult", orbit: "Orbit", ends: "Ending | None", fitted: bool = False) -> tuple[bool, bool, str]:
+def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", fitted: bool = False) -> tuple[bool, bool, str]:
     """Whether an orbit has an image at every return, that nobody requires it, and what it ends on or where it ended."""
     coordinates = result.system.coordinates
     alive = np.isfinite(orbit.states).all(axis=-1)
@@ -155,7 +155,7 @@ def _same(result: "StudyResult", pair: OrbitPair) -> tuple[bool, bool, str]:
     return False, False, f"no: {text}; {_also(result, len(pair.exact.states) - 1, (exact, other), scale)}"
 
 
-def _alike(one: "Ending", other: "Ending", scale: Floats) -> bool:
+def _alike(one: "LimitSet", other: "LimitSet", scale: Floats) -> bool:
     """Whether two sets on which orbits end have one period, and their states are near, or those of samples may be of one set."""
     from nsmaps.dynamics.attractors.attractor import kept, may_be_one
 
@@ -163,7 +163,7 @@ def _alike(one: "Ending", other: "Ending", scale: Floats) -> bool:
     return one.period == other.period and may_be_one(*sets)
 
 
-def _also(result: "StudyResult", returns: int, ends: "tuple[Ending, Ending]", scale: Floats) -> str:
+def _also(result: "StudyResult", returns: int, ends: "tuple[LimitSet, LimitSet]", scale: Floats) -> str:
     """Which of the attractors of two orbits that end on different ones, exact first, is also the other map's."""
     reduced, (exact, other) = result.reduced, ends
     also = reduced is not None and _stays(reduced, exact, returns, scale), _stays(result.system, other, returns, scale)
@@ -175,16 +175,16 @@ def _also(result: "StudyResult", returns: int, ends: "tuple[Ending, Ending]", sc
     return f"the {ours} map's is an attractor of the {theirs} map too, the {theirs} map's is none of the {ours} map"
 
 
-def _stays(map: "ReturnMap", ends: "Ending", returns: int, scale: Floats) -> bool:
+def _stays(map: "ReturnMap", ends: "LimitSet", returns: int, scale: Floats) -> bool:
     """Whether an orbit of a map from the last state of an attractor ends there, followed for some returns."""
-    from nsmaps.dynamics.attractors.ending import ending
+    from nsmaps.dynamics.attractors.limit_set import limit_set
     from nsmaps.dynamics.orbit import orbit
 
-    found = ending(map, orbit(map, ends.states[-1], returns))
+    found = limit_set(map, orbit(map, ends.states[-1], returns))
     return found is not None and _alike(ends, found, scale)
 
 
-def _short(ends: "Ending") -> str:
+def _short(ends: "LimitSet") -> str:
     if not ends.period:
         return f"no period up to {ends.looked} returns"
     return f"period {ends.period}{f' ({ends.name})' if ends.name else ''}"

@@ -111,7 +111,7 @@ def _curve(plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Alo
     assert map_of.second is not None
     own = int(np.abs(across - plan.system.parameters[map_of.second]).argmin())
     ends = across[:own][::-1], across[own:]
-    down, up = (event_curve(map_of, orbit, value, end, curve.event, section.within, way, section.step) for end in ends)
+    down, up = (event_curve(map_of, orbit, value, end, curve.event, section.bounds, way, section.step) for end in ends)
     values, precision = (np.concatenate([getattr(down, name)[::-1], getattr(up, name)]) for name in ("values", "precision"))
     return EventCurve(curve.event, values, across, precision, down.reasons[::-1] + up.reasons)
 

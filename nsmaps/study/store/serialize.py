@@ -29,7 +29,7 @@ STORED = {  #: the classes that a file may name, by module; a class may move to 
     "dynamics.attractors.attractor": ("Attractor",),
     "dynamics.attractors.basins": ("Basins", "Boundary"),
     "dynamics.diagrams.bifurcation": ("Bifurcation",),
-    "dynamics.attractors.ending": ("Ending",),
+    "dynamics.attractors.limit_set": ("LimitSet",),
     "dynamics.continuation.events": ("Event",),
     "dynamics.diagrams.impacts": ("ImpactDiagram",),
     "dynamics.lyapunov": ("Lyapunov", "LyapunovSweep"),
@@ -61,6 +61,7 @@ STORED = {  #: the classes that a file may name, by module; a class may move to 
     "study.sections.noise": ("NoiseResult",),
     "study.sections.orbits": ("OrbitPair",),
 }
+FORMER = {"Ending": "LimitSet"}  #: names of classes in earlier files
 HOME = {name: f"nsmaps.{module}" for module, names in STORED.items() for name in names}
 Arrays = dict[str, NDArray[Any]]
 
@@ -104,7 +105,9 @@ def decode(data: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
         return tuple(decode(item, arrays) for item in data["value"])
     if kind == "dict":
         return {decode(key, arrays): decode(value, arrays) for key, value in data["value"]}
-    return stored_class(kind)(**{key: decode(value, arrays) for key, value in data.items() if key != KIND})
+    cls = stored_class(kind)
+    was: dict[str, str] = getattr(cls, "was", {})
+    return cls(**{str(was.get(key, key)): decode(value, arrays) for key, value in data.items() if key != KIND})
 
 
 def _label(item: Any, number: int) -> str:
@@ -132,6 +135,7 @@ def _stored_name(value: Any) -> str:
 def stored_class(stored: str) -> Any:
     """The class of a stored name; before it was the name alone, a module and a colon stood before it."""
     name = stored.rpartition(":")[2]
+    name = FORMER.get(name, name)
     if name not in HOME:
         raise NsmapsError(f"a result's file names the class {stored!r}; expected: results and specs of nsmaps")
     return getattr(import_module(HOME[name]), name)

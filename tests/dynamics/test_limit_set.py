@@ -8,7 +8,7 @@ import pytest
 import nsmaps
 from nsmaps import CompositeMap, PolyMap, Where, bifurcation, orbit, periodic_orbit
 from nsmaps.coordinates import Angle
-from nsmaps.dynamics.attractors.ending import ending
+from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.reduced.composite.composite import Piece
@@ -37,7 +37,7 @@ class Henon:
 
 
 def ends_of(map, n=400, start=(0.1, 0.1)):
-    return ending(map, nsmaps.orbit(map, start, n))
+    return limit_set(map, nsmaps.orbit(map, start, n))
 
 
 def two_cycle(a, b=0.3):
@@ -75,7 +75,7 @@ def test_a_cycle_that_is_still_approached_is_found_by_newtons_method_with_its_le
     path = nsmaps.orbit(Henon(a), [0.1, 0.1], n)
     off = np.abs(np.sort(path.states[-2:, 0]) - two_cycle(a)).max()
     assert 1e-9 < off < 1e-3
-    found = ending(Henon(a), path)
+    found = limit_set(Henon(a), path)
     assert (found.period, found.more) == (2, 0)
     assert found.states[:, 0] == pytest.approx(two_cycle(a), abs=1e-9)
 
@@ -85,7 +85,7 @@ def test_an_orbit_too_short_to_show_it_is_followed_on(a, n):
     found = ends_of(Henon(a), n)
     assert (found.period, found.looked, found.more) == (2, 64, 1000)
     assert found.states[:, 0] == pytest.approx(two_cycle(a), abs=1e-9)
-    assert found.text.endswith(", seen after 1000 more returns")
+    assert found.text.endswith(", found after 1000 more returns")
 
 
 def test_chaos_has_no_period_and_the_states_that_it_visits():
@@ -102,7 +102,7 @@ def test_an_unstable_cycle_is_not_taken_for_what_passes_by():
     x = (-(1 - b) + np.sqrt((1 - b) ** 2 + 4 * a)) / (2 * a)
     path = nsmaps.orbit(Henon(a), [x + 1e-14, b * x], 40)
     assert 1e-3 < np.abs(path.final - [x, b * x]).max() < 1e-2
-    assert ending(Henon(a), path).period == 0
+    assert limit_set(Henon(a), path).period == 0
 
 
 def test_a_cycle_without_derivatives_is_what_repeats():
@@ -115,14 +115,14 @@ def test_a_cycle_without_derivatives_is_what_repeats():
 def test_an_orbit_that_ends_ends_on_nothing():
     path = nsmaps.orbit(Henon(3.0), [5.0, 5.0], 60)
     assert not np.isfinite(path.final).all()
-    assert ending(Henon(3.0), path) is None
+    assert limit_set(Henon(3.0), path) is None
 
 
 @pytest.mark.parametrize(("d", "name", "period"), [(0.35, "1:1/T", 1), (0.30, "1:1/2T", 2)])
 def test_the_motions_of_the_paper(d, name, period):
     system = nsmaps.load_system("vi_pair", d=d, g_bar=0.21132751903147873)
     path = nsmaps.orbit(system, [0.2, 0.1], 120)
-    found = ending(system, path)
+    found = limit_set(system, path)
     assert (found.label, found.period, found.stable) == (name, period, True)
     state = found.states[:1]
     for _ in range(period):  # it closes up under the map itself
@@ -141,6 +141,6 @@ def test_a_map_that_does_not_tell_times_has_no_periods_of_the_forcing():
     path = orbit(map, (0.5, 0.2), 60)
     assert map.first_return([[0.5, 3.5]]).turns.tolist() == [[0, 1]]
     assert (path.turns == 0).all()
-    assert ending(map, path).label == "2:1, period 2"
+    assert limit_set(map, path).label == "2:1, period 2"
     assert periodic_orbit(map, (0.5, 0.2), 2).label == "2:1, period 2"
     assert bifurcation(lambda a: map, [1.0], (0.5, 0.2), 8, 20).labels.tolist() == [["2:1, period 2"]]
