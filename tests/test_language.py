@@ -70,7 +70,6 @@ TO_DO = (
     "dynamics/diagrams",
     "dynamics/lyapunov.py",
     "dynamics/noise/orbits.py",
-    "reduced",
     "study",
     "figures",
     "parallel.py",
@@ -78,6 +77,7 @@ TO_DO = (
 
 #: (file, phrase or name) -> why the word stands there in its ordinary sense
 ORDINARY: dict[tuple[str, str], str] = {
+    ("nsmaps/reduced/fit/filter.py", "within"): "a key of studies: the region within which the filter applies",
     ("nsmaps/report/glossary.py", "keeps returning"): "the name of a verdict",
 }
 

@@ -31,7 +31,7 @@ def strips(d, system, tolerance):
     speed = speeds(system, made.map(system), BOX)
     largest = max(errors.largest, made.beside.largest)
     row = f"| {d} | accurate | {tolerance:g} | {report.leaves} | {report.coefficients} | {seconds:.1f} | {speed.composite:.0f} | "
-    return row + f"{largest:.2g} | {errors.most:.2g} | {report.exact_share:.1g} |", (speed.composite, largest), speed.exact
+    return row + f"{largest:.2g} | {errors.high:.2g} | {report.exact_share:.1g} |", (speed.composite, largest), speed.exact
 
 
 def closed(d, system, tolerance):

@@ -61,7 +61,7 @@ def test_the_parametric_map_follows_refits():
     parametric = ran("parametric").parametric
     assert parametric.report.follows
     k = parametric.report.names.index("R1")
-    assert parametric.report.apart[k].max() < 5e-4
+    assert parametric.report.difference[k].max() < 5e-4
     assert parametric.condition < 10
 
 

@@ -248,7 +248,7 @@ def test_an_empty_region_is_named_with_where_the_data_are():
 
 def test_a_family_without_data_is_named():
     surfaces = {"BTTB": surface_of(low, lambda v, phi: "BTTB", member=lambda v, phi: v > 5)}
-    with pytest.raises(FitError, match=r"piece 'R': no data of family 'BTTB' .* has no data at all"):
+    with pytest.raises(FitError, match=r"piece 'R': no data of family 'BTTB' .* the family has no data"):
         build_composite(NAMES, WALLS, surfaces, [fitted("R", "v > 0", "BTTB")])
 
 
@@ -256,7 +256,7 @@ def test_a_family_without_data_is_named():
     ("pieces", "message"),
     [
         ([fitted("R", "v > 0", "BTTB")], "piece 'R': no surface of a family 'BTTB', did you mean 'BTB'"),
-        ([R1, R1], "piece 'R1': there are two of this name"),
+        ([R1, R1], "piece 'R1': two pieces have this name"),
         ([fitted("R", "v > 0.99", "BTB")], "piece 'R': v': the data are all at 1.0 of v; degree 1 needs 2 distinct"),
         ([where("R", "v > 0", reset={"w": 1})], "piece 'R': reset: no coordinate 'w'; expected: v, phi"),
     ],

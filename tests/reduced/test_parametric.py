@@ -138,7 +138,9 @@ def test_errors_at_values_held_out(order, follows):
         exact = surface.lifted[:, 0]
         ours, refit = parametric.at(d).piece("low").map(surface.start)[:, 0], fitted.piece("low").map(surface.start)[:, 0]
         expected = [np.abs(refit - exact).max(), np.abs(ours - exact).max(), np.abs(ours - refit).max()]
-        np.testing.assert_allclose([report.refit[0, h, 0], report.error[0, h, 0], report.apart[0, h, 0]], expected, rtol=1e-9)
+        np.testing.assert_allclose(
+            [report.refit[0, h, 0], report.error[0, h, 0], report.difference[0, h, 0]], expected, rtol=1e-9
+        )
 
 
 def test_what_is_refused():

@@ -31,7 +31,7 @@ def test_absolute_values_and_orders_of_factors():
 
 @pytest.mark.parametrize("text", ["v^2", "2*v", "v+1", "v**-1", "v**1.5", "v*v", "", "v**", "**2", "v**200", "sin(v)"])
 def test_what_is_no_monomial(text):
-    with pytest.raises(ValidationError, match=r"the monomial .* is not read"):
+    with pytest.raises(ValidationError, match=r"the monomial .* cannot be read"):
         PrintedMap(images={"v": {text: 1}, **KEEP}, over=OVER)
 
 

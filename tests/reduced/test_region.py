@@ -143,7 +143,7 @@ def test_bad_bounds_are_refused(bounds, message):
 def test_a_box_must_bound_every_coordinate_and_no_other():
     with pytest.raises(ValidationError, match="'phi' has no bounds"):
         Box(coordinates=NAMES, bounds={"v": (0, 1)})
-    with pytest.raises(ValidationError, match="'ph' is no coordinate, did you mean 'phi'"):
+    with pytest.raises(ValidationError, match="'ph' is not a coordinate, did you mean 'phi'"):
         Box(coordinates=NAMES, bounds={"v": (0, 1), "ph": (0, 1), "phi": (0, 1)})
     with pytest.raises(ConditionError, match=r"shape \(2,\)"):
         Box.of(NAMES, [0, 1])

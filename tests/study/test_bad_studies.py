@@ -516,7 +516,7 @@ BAD = {
         "reset: {phi: pi/2}",
         "polynomial: {images: {v: {v: 1}, phi: {phi^2: 1}}, over: {v: [0, 1], phi: [0, 1]}}",
         "1}}, over",
-        "the monomial 'phi^2' is not read; expected: '1', 'v', 'phi**2*v' and the like, each name once",
+        "the monomial 'phi^2' cannot be read; expected: '1', 'v', 'phi**2*v' and the like, each name once",
     ),
     "coefficient that is no number": (
         "reset: {phi: pi/2}",

@@ -1,4 +1,4 @@
-"""The accurate face of the general algorithm: a map of strips over a grid's box, judged at states that it never saw."""
+"""The accurate variant of the general algorithm: a map of strips over a grid's box, validated at held-out states."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,28 +20,28 @@ class AccurateResult:
 
     strips: Strips
     uniform: HeldOut  #: at states drawn uniformly over the box
-    beside: HeldOut  #: at states drawn ever nearer to edges, down to 1e-11 radians
+    beside: HeldOut  #: at states drawn increasingly close to edges, down to 1e-11 radians
 
     @property
     def met(self) -> bool:
-        """Whether no held-out state misses the tolerance or makes another word."""
+        """True if no held-out state misses the tolerance or has another word."""
         return not any(errors.over or errors.wrong_words for errors in (self.uniform, self.beside))
 
     def map(self, system: "ImpactSystem") -> StripMap:
-        """The map, whose system answers where the strips do not."""
+        """The map, in which the system itself answers where the strips do not."""
         return StripMap(system, self.strips)
 
 
 def accurate(
     system: "ImpactSystem", grid: Grid, tolerance: float, progress: Callable[[int, int], None] | None = None
 ) -> AccurateResult:
-    """The map of strips of a system over a grid's box; `progress` as of `strip_map`.
+    """The map of strips of a system over a grid's box; `progress` as in `strip_map`.
 
     Raises:
-        FitError: the box or the tolerance are none, or the coordinates are not an impact speed and a phase.
+        FitError: the box or the tolerance is invalid, or the coordinates are not an impact speed and a phase.
     """
     if angle_mask(system.coordinates).tolist() != [False, True]:
         raise FitError(f"the coordinates are {', '.join(system.coordinates)}; expected: an impact speed and a phase")
     speeds, phases = ((axis.low, axis.high) for axis in (grid.axes[name] for name in system.coordinates))
-    made = strip_map(system, speeds, phases, tolerance, progress=progress)
-    return AccurateResult(made.strips, *held_out(made))
+    strips = strip_map(system, speeds, phases, tolerance, progress=progress)
+    return AccurateResult(strips.strips, *held_out(strips))

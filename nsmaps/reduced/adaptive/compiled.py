@@ -1,4 +1,4 @@
-"""A map of strips whose returns run in a compiled loop, which only the exact map's own returns interrupt."""
+"""Orbits of a map of strips in a compiled loop, interrupted only by returns that the exact map computes."""
 
 from typing import TypeVar
 
@@ -14,19 +14,19 @@ Number = TypeVar("Number", bound=np.generic)
 
 
 def orbits(map: StripMap, start: Floats, n: int) -> Returns:
-    """The first n returns of each of M states, shape (M, 2): those of `StripMap.first_return` but for rounding."""
+    """The first n returns of each of M states, shape (M, 2): those of `StripMap.first_return` up to rounding."""
     m, strips, rate = len(start), map.strips, map.system.phase_rate()
-    made, turns = np.empty((m, n + 1, 2)), np.empty((m, n, 2), np.int32)
+    states, turns = np.empty((m, n + 1, 2)), np.empty((m, n, 2), np.int32)
     codes, outcome, time = np.empty((m, n), np.int64), np.empty((m, n), np.int8), np.empty((m, n))
-    made[:, 0] = start
+    states[:, 0] = start
     for k in range(m):
-        own, at = (made[k], turns[k], codes[k], outcome[k], time[k]), 0
+        own, at = (states[k], turns[k], codes[k], outcome[k], time[k]), 0
         while (at := chain(strips.tables, strips.bounds[1], strips.words, rate, at, *own)) < n:
-            exact = map.system.first_return(made[k, at : at + 1])
-            made[k, at + 1], turns[k, at], codes[k, at] = exact.image[0], exact.turns[0], exact.codes[0]
+            exact = map.system.first_return(states[k, at : at + 1])
+            states[k, at + 1], turns[k, at], codes[k, at] = exact.image[0], exact.turns[0], exact.codes[0]
             outcome[k, at], time[k, at] = exact.outcome[0], exact.time[0]
             at += 1
-    start, image, each = _by_return(made[:, :-1]), _by_return(made[:, 1:]), (_by_return(codes), _by_return(outcome))
+    start, image, each = _by_return(states[:, :-1]), _by_return(states[:, 1:]), (_by_return(codes), _by_return(outcome))
     return Returns(map.coordinates, map.walls, start, image, _by_return(turns), *each, _by_return(time), fitted=True)
 
 

@@ -1,4 +1,4 @@
-"""The compiled evaluation of a map made of strips: find the leaf of a state, then two polynomials."""
+"""The compiled evaluation of a map of strips: find the leaf of a state, then evaluate two polynomials."""
 
 import math
 from typing import NamedTuple
@@ -13,21 +13,21 @@ from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT
 from nsmaps.reduced.adaptive.tree import ALONG_S, UNDIVIDED
 
 ORDER = 8  #: coefficients of a segment of a curve
-BLOCK, FEW = 64, 8  # states of a leaf that are evaluated side by side, and too few for that
+BLOCK, FEW = 64, 8  # states of a leaf that are evaluated together, and the number below which they are evaluated singly
 TWO_PI = 2 * math.pi
 WHOLE = TWO_PI * (1 - 1e-12)  #: length from which phases are those of the whole circle
 UNCOVERED, INVALID = int(Outcome.uncovered), int(Outcome.invalid)
-EXACT, OUTSIDE = -1, -2  #: instead of a leaf: the exact map must answer; the state is not in the box
+EXACT, OUTSIDE = -1, -2  #: in place of a leaf: the exact map must answer; the state is not in the box
 
 
 class Tables(NamedTuple):
     """A map of strips in arrays: S slabs, C curves, N nodes of trees, L leaves, B buckets of speeds."""
 
     box: Floats  #: shape (4,), low and high speed, low and high phase
-    raster: Ints  #: the leaf that holds each cell of a raster over the box whole, or -1
-    leaf: Floats  #: shape (L, 14), all that is needed to evaluate one: its columns are named below
+    raster: Ints  #: the leaf that contains a cell of a raster over the box entirely, or -1
+    leaf: Floats  #: shape (L, 14), the data for evaluating a leaf: the columns are named below
     curve: Floats  #: shape (segments, ORDER), powers of t in [-1, 1]
-    coefficient: Floats  #: by four powers of u each, in these by powers of w, in each four of speed and four of advance
+    coefficient: Floats  #: by four powers of u and powers of w, each with four coefficients of speed and of advance
     bucket: Ints  #: shape (B,), the slab in which each of B equal parts of the speeds begins
     slab: Floats  #: shape (S, 3), low and high speed, chart of s over the speeds
     first: Ints  #: shape (S + 1,), the first curve of each slab
@@ -37,7 +37,7 @@ class Tables(NamedTuple):
     axis: Ints  #: shape (N,), ALONG_S: divided at a value of s, ALONG_X: of x, UNDIVIDED: not divided
     cut: Floats  #: shape (N,)
     child: Ints  #: shape (N, 2), the nodes below and above the cut; the number of a leaf
-    near: float  #: radians beside an edge within which the exact map must answer
+    near: float  #: radians from an edge within which the exact map must answer
 
 
 #: The columns of `Tables.leaf`: the speeds and the chart of the slab; the first segment and the number of segments of the curves
@@ -58,7 +58,7 @@ def along(low, high, chart, v):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
 def across(rise, drop, chart):
-    """The place x in [0, 1] across a cell, of a state so far above its lower and below its upper edge."""
+    """The place x in [0, 1] across a cell, of a state at these heights above its lower and below its upper edge."""
     x = (drop if chart == HIGH else rise) / (rise + drop)
     return x if chart == STRAIGHT else math.sqrt(x)
 
@@ -106,7 +106,7 @@ def search(tables, v, phi):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def places(row, curve, u, w):
-    """Turn speeds and phases of states of one leaf, in place, into its coordinates u and w in [-1, 1]."""
+    """Transform speeds and phases of states of one leaf, in place, to its coordinates u and w in [-1, 1]."""
     low, high, bend, chart = row[SPEED_LOW], row[SPEED_HIGH], row[S_CHART], row[X_CHART]
     first, count = int(row[BELOW_FIRST]), int(row[BELOW_COUNT])
     next_first, next_count = int(row[ABOVE_FIRST]), int(row[ABOVE_COUNT])
@@ -122,7 +122,7 @@ def places(row, curve, u, w):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
 def polynomials(a, at, degree, u, w):
-    """Speed and advance of the phase: four powers of u side by side, in powers of w, from the highest on."""
+    """Speed and advance of the phase: four powers of u together, in powers of w, from the highest on."""
     uu = u * u
     speed, advance = 0.0, 0.0
     for power in range(degree % 4, degree + 1, 4):
@@ -138,7 +138,7 @@ def polynomials(a, at, degree, u, w):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def leaves_of(tables, v, phi, number):
-    """The leaf of every state, EXACT or OUTSIDE, written into an array. The raster knows it but for places near a boundary."""
+    """The leaf of every state, EXACT or OUTSIDE, written into an array. The raster gives it except near boundaries."""
     box, raster = tables.box, tables.raster
     rows, columns = raster.shape
     v0, v1, phi0, phi1 = box
@@ -154,7 +154,7 @@ def leaves_of(tables, v, phi, number):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def crowd(a, at, degree, u, w, rows, speed, advance):
-    """As `polynomials`, for many states of one leaf side by side."""
+    """As `polynomials`, for many states of one leaf together."""
     n = len(u)
     for k in range(n):
         speed[k], advance[k] = 0.0, 0.0
@@ -178,7 +178,7 @@ def crowd(a, at, degree, u, w, rows, speed, advance):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def by_leaf(number, leaves):
-    """The states in leaves, leaf after leaf, and where each leaf begins among them; a state in none has a number below 0."""
+    """The states ordered by leaf, and the place at which each leaf begins; a state in no leaf has a number below 0."""
     first = np.zeros(leaves + 1, np.int64)
     for k in number:
         if k >= 0:
@@ -195,7 +195,7 @@ def by_leaf(number, leaves):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def evaluate(tables, v, phi, speed, advance, number):
-    """Speeds, advances of the phase and leaves of a batch, written into the arrays given."""
+    """Speeds, advances of the phase and leaves of a batch, written into the given arrays."""
     leaf, curve, coefficient = tables.leaf, tables.curve, tables.coefficient
     leaves_of(tables, v, phi, number)
     speed[:] = math.nan
@@ -225,13 +225,13 @@ def turned_into(phases, start, v, phi):
     for i in range(len(v)):
         v[i] = start[i, 0]
         phi[i] = start[i, 1] - TWO_PI * math.floor((start[i, 1] - low) / TWO_PI) if abs(start[i, 1]) < MOST_PHASE else math.nan
-        if high - low >= WHOLE and abs(phi[i] - math.pi - low) < 4:  # else next to either end rounding leads out of the circle
+        if high - low >= WHOLE and abs(phi[i] - math.pi - low) < 4:  # otherwise rounding at an end leads out of the circle
             phi[i] = min(max(phi[i], low), high)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def finish(start, phi, speed, advance, number, words, rate, image, turns, codes, outcome, time):
-    """Write what `Returns` holds, from speeds, advances of the phase and leaves."""
+    """Write the fields of `Returns`, from speeds, advances of the phase and leaves."""
     for i in range(len(number)):
         k = number[i]
         lifted = phi[i] + advance[i]
@@ -247,10 +247,10 @@ def finish(start, phi, speed, advance, number, words, rate, image, turns, codes,
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def rasterize(tables):
-    """Write into the raster the leaf that holds each of its cells whole.
+    """Write into the raster the leaf that contains each of its cells entirely.
 
-    At one speed a leaf holds an interval of phases, so a cell is in it if its two ends are, at every speed: they are looked at
-    at nine speeds, half a cell further out, which the smooth curves that bound a leaf do not outrun.
+    At one speed a leaf covers an interval of phases, so a cell lies in it if its two ends do, at every speed: they are tested
+    at nine speeds, half a cell further out, a margin that the smooth curves bounding a leaf do not exceed.
     """
     box, raster = tables.box, tables.raster
     rows, columns = raster.shape
@@ -270,7 +270,9 @@ def rasterize(tables):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def chain(tables, phases, words, rate, at, states, turns, codes, outcome, time):
-    """Returns of one orbit from number `at` on, up to one that the exact map must answer: its number, or how many there are."""
+    """Returns of one orbit from number `at` on, up to one that the exact map must compute: its number, or the number of
+    returns.
+    """
     v, phi, u, w = np.empty(1), np.empty(1), np.empty(1), np.empty(1)
     speed, advance, number = np.empty(1), np.empty(1), np.empty(1, np.int64)
     for i in range(at, len(codes)):

@@ -1,4 +1,4 @@
-"""The slabs and leaves of a map of strips, laid out in the arrays from which it is evaluated."""
+"""The arrays of slabs and leaves from which a map of strips is evaluated."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,8 @@ from nsmaps.reduced.adaptive.slabs import Slab
 from nsmaps.reduced.adaptive.tree import UNDIVIDED, Node, terms
 
 NEAR = 1e-11  #: radians beside an edge within which rounding may decide its side, and the exact map answers
-BUCKETS = 512  #: parts of the speeds in which the slab is looked for
-RASTER = 512  #: cells a side of the raster that knows most leaves
+BUCKETS = 512  #: intervals of the speeds in which the slab is looked up
+RASTER = 512  #: cells per side of the raster that determines most leaves
 
 Trees = Sequence[Sequence[Sequence[Node]]]  #: of each slab, of each of its cells, one root, two or none
 
@@ -57,13 +57,13 @@ def _row(leaf: Node, bands: Sequence[Slab], segment: Ints, first: Ints, offset: 
 
 def _curves(bands: Sequence[Slab]) -> tuple[Ints, Floats]:
     """The first segment and the number of segments of every curve, (C, 2), and the segments."""
-    made = [_segments(curve) for band in bands for curve in band.curves]
-    counts = np.array([len(rows) for rows in made], np.int64)
-    return np.column_stack([np.cumsum(counts) - counts, counts]), np.concatenate([*made, np.zeros((1, ORDER))])
+    segments_so_far = [_segments(curve) for band in bands for curve in band.curves]
+    counts = np.array([len(rows) for rows in segments_so_far], np.int64)
+    return np.column_stack([np.cumsum(counts) - counts, counts]), np.concatenate([*segments_so_far, np.zeros((1, ORDER))])
 
 
 def _segments(curve: Floats) -> Floats:
-    """A Chebyshev series of s in [-1, 1] as equal segments in powers of t in [-1, 1], right to rounding, shape (n, ORDER)."""
+    """A Chebyshev series of s in [-1, 1] as equal segments in powers of t in [-1, 1], exact to rounding, shape (n, ORDER)."""
     t, check = chebpts1(ORDER), np.linspace(-1, 1, 21)
     solve = np.linalg.inv(chebvander(t, ORDER - 1))
     for count in 2 ** np.arange(11):
@@ -92,7 +92,7 @@ def _forest(trees: Trees) -> tuple[Ints, Ints, Floats, list[Node]]:
             leaves.append(leaf)
         return number
 
-    cells = [cell for slab in trees for cell in (*slab, [])]  # above the last curve of a slab there is no cell
+    cells = [cell for slab in trees for cell in (*slab, [])]  # there is no cell above the last curve of a slab
     root = [[planted(cell[k]) if k < len(cell) else -1 for k in (0, 1)] for cell in cells]
     across = [[cell[k].chart if k < len(cell) else 0 for k in (0, 1)] for cell in cells]
     roots, charts = (np.array(each, np.int64).reshape(-1, 2) for each in (root, across))
@@ -111,6 +111,6 @@ def _powers(leaf: Node) -> Floats:
 
 
 def _to_powers(n: int) -> Floats:
-    """What turns n coefficients of a Chebyshev series into those of powers, shape (n, n)."""
+    """The matrix from n coefficients of a Chebyshev series to those of powers, shape (n, n)."""
     columns = [cheb2poly(row) for row in np.eye(n)]
     return np.stack([np.pad(column, (0, n - len(column))) for column in columns], axis=1)

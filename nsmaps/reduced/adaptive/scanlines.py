@@ -1,7 +1,7 @@
-"""The edges of a return map on lines of constant impact speed: where a flight grazes a wall.
+"""The edges of a planar return map on lines of constant impact speed: states at which a flight grazes a wall.
 
 On one side of an edge the flight just misses the wall, and the gap at its turning point falls to zero; on the other it just
-meets it, and the map is a square root of the distance. A pair of turning points that is born on the way is no edge.
+meets it, and the map behaves like the square root of the distance. The birth of a pair of turning points is not an edge.
 """
 
 from collections.abc import Sequence
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 LONGEST = 12  #: impacts and turning points of a return: longer ones, as of long chatter, are not distinguished
-MANY_IMPACTS = -1  #: instead of the code of a word that is longer
-SCAN = 600  #: phases of a line that are looked at first
+MANY_IMPACTS = -1  #: in place of the code of a longer word
+SCAN = 600  #: phases of a line in the first scan
 ZOOM = 24  #: phases into which a place that may hide two edges is divided, three times
-NEAR = 10.0 ** -np.arange(3, 11)  #: how far beside an edge another is looked for, in radians
-GRAZE = 1e-8  #: of the largest gap met, a gap below which at an edge known to rounding is a graze; of a speed its root
+NEAR = 10.0 ** -np.arange(3, 11)  #: distance from an edge at which another is sought, in radians
+GRAZE = 1e-8  #: share of the largest gap on the lines, below which a gap at an edge is a graze; for a speed its root
 STENCIL = 1e-10  #: radians between the three places from which the gap is continued to zero
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
-    """The edges met by one line of constant speed, in order of phase; K edges, K + 1 intervals."""
+    """The edges on one line of constant speed, ordered by phase; K edges, K + 1 intervals."""
 
     v: float
     phi: Floats  #: shape (K,), radians
@@ -39,13 +39,13 @@ class Line:
 
     @property
     def kind(self) -> tuple[tuple[int, ...], ...]:
-        """What two lines have in common between which every edge can be followed."""
+        """The data that two lines share if every edge can be followed between them."""
         return self.hit, self.words, self.outcomes
 
 
 @dataclass(slots=True, eq=False)
 class _Points:
-    """States on lines, with what is known of their returns."""
+    """States on lines, with the data of their returns."""
 
     line: Ints
     phi: Floats
@@ -68,9 +68,9 @@ class _Points:
 
 
 def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, high: float) -> list[Line]:
-    """The edges on lines of constant speed, over phases from low to high (radians), each right to rounding.
+    """The edges on lines of constant speed, over phases from low to high (radians), each exact to rounding.
 
-    Two edges nearer to each other than about 1e-7 of the range, or a sliver that no scanned phase comes near, are missed.
+    Two edges closer to each other than about 1e-7 of the range, or a sliver that no scanned phase approaches, are missed.
     """
     v = np.asarray(speeds, float)
     grid = np.linspace(low, high, SCAN)
@@ -106,7 +106,7 @@ def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points
 
 
 def _hidden(points: _Points, spacing: float) -> _Points:
-    """The points beside which two edges may hide: where gap or impact speed nearly touch zero between equal neighbours."""
+    """The points beside which two edges may hide: gap or impact speed nearly touches zero between equal neighbours."""
     left, mid, right = points.take(slice(0, -2)), points.take(slice(1, -1)), points.take(slice(2, None))
     alike = (left.line == right.line) & ~left.differs(right) & ~left.differs(mid)
     alike &= (mid.phi - left.phi < 1.01 * spacing) & (right.phi - mid.phi < 1.01 * spacing)
@@ -118,7 +118,7 @@ def _hidden(points: _Points, spacing: float) -> _Points:
 
 
 def _bisected(system: "ImpactSystem", v: Floats, points: _Points) -> tuple[_Points, _Points]:
-    """Every change between neighbouring points, brought to rounding: the points below and above it."""
+    """Every change between neighbouring points, located to rounding: the points below and above it."""
     change = (points.line[1:] == points.line[:-1]) & points.take(slice(1, None)).differs(points.take(slice(0, -1)))
     below, above = points.take(slice(0, -1)).take(change), points.take(slice(1, None)).take(change)
     done: list[tuple[_Points, _Points]] = []
@@ -159,7 +159,7 @@ def _lines(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, po
 
 
 def _largest(margins: Floats) -> float:
-    """Of margins that are finite; what is small is small beside it. Zero of none."""
+    """The largest finite margin, the scale of small margins; zero without any."""
     return float(margins.max(initial=0.0, where=np.isfinite(margins)))
 
 

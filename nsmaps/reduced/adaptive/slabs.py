@@ -1,7 +1,8 @@
-"""Bands of impact speed in which every edge of a return map is one smooth curve over the speed.
+"""Bands of impact speed in which every edge of a planar return map is one smooth curve over the speed.
 
-A line of constant speed meets the same edges in the same order throughout a band. Bands end where that changes, and where
-a curve of moderate degree does not follow an edge to rounding they are halved.
+Lines of constant speed meet the same edges in the same order throughout a band. Bands end where that changes, and they are
+bisected
+where a curve of moderate degree does not follow an edge to rounding.
 """
 
 from dataclasses import dataclass
@@ -19,13 +20,13 @@ from nsmaps.reduced.adaptive.scanlines import Line, lines
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-LINES = 60  #: lines of constant speed that are compared first
-NODES = 33  #: lines from which the curves of a band are made
-RESOLVED = 2e-15  #: of the last coefficients of a curve, relative to the largest
-NOISE = 15  #: times as much is taken for rounding in bands narrower than a hundredth of the speeds
-MANY = 64  #: changes of kind at once: more are the rounding of one, and are resolved only so far
+LINES = 60  #: lines of constant speed in the first comparison
+NODES = 33  #: lines from which the curves of a band are computed
+RESOLVED = 2e-15  #: bound on the last coefficients of a curve, relative to the largest
+NOISE = 15  #: factor of this bound in bands narrower than a hundredth of the speeds
+MANY = 64  #: changes of kind at once: more are due to the rounding of one, and are resolved only so far
 ROUGH = 1e-9  #: of the range of speeds
-NARROW = 2e-6  #: of the range of speeds: narrower bands are left to the exact map
+NARROW = 2e-6  #: share of the range of speeds: narrower bands are left to the exact map
 PLACES = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)  #: of these lines, in s
 STRAIGHT, LOW, HIGH = 0, 1, 2  #: a coordinate's chart: itself, or the square root of the distance from its low or high end
 
@@ -62,29 +63,29 @@ def unchart(chart: int, low: float, high: float, s: Floats) -> Floats:
 def slabs(
     system: "ImpactSystem", speeds: tuple[float, float], phases: tuple[float, float], work: Work
 ) -> tuple[list[Slab], bool]:
-    """The bands between two speeds, in order, over the phases from low to high (radians); and whether these are all.
+    """The bands between two speeds, in order, over the phases from low to high (radians); and True if these are all.
 
-    What lies between two bands, together less than a millionth of the range, is so near to a change that no curve follows.
+    Gaps between two bands, together less than a millionth of the range, are so close to a change that no curve follows.
     """
     whole = speeds[1] - speeds[0]
     x = np.linspace(0, 1, LINES)
     found = _resolved(system, lines(system, speeds[0] + whole * x * (1 + x) / 2, *phases), phases, work)
-    apart = not work.over
+    complete = not work.over
     runs = [list(run) for _, run in groupby(found, key=lambda line: line.kind)]
     waiting = [(run[0].v, run[-1].v) for run in runs if run[-1].v - run[0].v > NARROW * whole]
-    made: list[Slab] = []
+    resolved: list[Slab] = []
     while waiting and not work.over:
-        beat(0.0, f"{len(made)} bands of edges, {len(waiting)} to resolve")
+        beat(0.0, f"{len(resolved)} bands of edges, {len(waiting)} to resolve")
         fitted = _fitted(system, waiting, phases, 0.01 * whole)
-        made += [slab for slab in fitted if slab]
+        resolved += [slab for slab in fitted if slab]
         left = [band for band, slab in zip(waiting, fitted, strict=True) if not slab]
         halves = [half for low, high in left for half in ((low, (low + high) / 2), ((low + high) / 2, high))]
         waiting = [(low, high) for low, high in halves if high - low > NARROW * whole]
-    return sorted(made, key=lambda slab: slab.low), apart and not waiting
+    return sorted(resolved, key=lambda slab: slab.low), complete and not waiting
 
 
 def clear_phase(system: "ImpactSystem", speeds: tuple[float, float]) -> float:
-    """The phase at which a circle is best cut: that which edges come least near to."""
+    """The phase at which a circle is best cut: that with the largest distance from all edges."""
     seen = lines(system, np.linspace(*speeds, LINES), 0.0, TWO_PI)
     at = np.linspace(0, TWO_PI, 257)[:-1]
     away = np.full(len(at), np.pi)
@@ -95,7 +96,7 @@ def clear_phase(system: "ImpactSystem", speeds: tuple[float, float]) -> float:
 
 
 def _resolved(system: "ImpactSystem", found: list[Line], phases: tuple[float, float], work: Work) -> list[Line]:
-    """Lines so that neighbours of different kinds are as near as floats can be."""
+    """Lines such that neighbours of different kinds are as close as floats can be."""
     whole = found[-1].v - found[0].v
     for number in range(60):
         ends = [(a.v, b.v) for a, b in pairwise(found) if a.kind != b.kind]
@@ -114,7 +115,7 @@ def _resolved(system: "ImpactSystem", found: list[Line], phases: tuple[float, fl
 def _fitted(
     system: "ImpactSystem", bands: list[tuple[float, float]], phases: tuple[float, float], narrow: float
 ) -> list[Slab | None]:
-    """Each band as a slab, in the plainest chart in which its curves are resolved, or None."""
+    """Each band as a slab, in the simplest chart in which its curves are resolved, or None."""
     result: list[Slab | None] = [None] * len(bands)
     for chart in (STRAIGHT, LOW, HIGH):
         left = [k for k, slab in enumerate(result) if slab is None]
@@ -122,17 +123,17 @@ def _fitted(
             break
         seen = lines(system, np.concatenate([unchart(chart, *bands[k], PLACES) for k in left]), *phases)
         for j, k in enumerate(left):
-            most = RESOLVED * (NOISE if bands[k][1] - bands[k][0] < narrow else 1)
-            result[k] = _slab(bands[k], chart, seen[j * NODES : (j + 1) * NODES], phases, most)
+            bound = RESOLVED * (NOISE if bands[k][1] - bands[k][0] < narrow else 1)
+            result[k] = _slab(bands[k], chart, seen[j * NODES : (j + 1) * NODES], phases, bound)
     return result
 
 
-def _slab(band: tuple[float, float], chart: int, seen: list[Line], phases: tuple[float, float], most: float) -> Slab | None:
-    """A band with the curves through the edges seen on its lines, unless these are of several kinds or not resolved."""
+def _slab(band: tuple[float, float], chart: int, seen: list[Line], phases: tuple[float, float], bound: float) -> Slab | None:
+    """A band with the curves through the edges on its lines, unless these are of several kinds or not resolved."""
     first = seen[0]
     if any(line.kind != first.kind for line in seen):
         return None
     curves = np.linalg.solve(chebvander(PLACES, NODES - 1), [[phases[0], *line.phi, phases[1]] for line in seen]).T
-    if np.abs(curves[:, -6:]).max() > most * np.abs(curves).max():
+    if np.abs(curves[:, -6:]).max() > bound * np.abs(curves).max():
         return None
     return Slab(*band, chart, curves, first.hit, first.words, first.outcomes)

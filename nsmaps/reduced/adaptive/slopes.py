@@ -1,4 +1,4 @@
-"""The derivative of a map made of strips, compiled: that of its polynomials, by the chain rule through their charts."""
+"""The derivative of a map of strips, compiled: that of its polynomials, by the chain rule through their charts."""
 
 import math
 

@@ -1,4 +1,6 @@
-"""A return map to any tolerance: polynomials in strips between the edges of the exact map, which itself answers for the rest."""
+"""A planar return map to any tolerance: polynomials in strips between the edges of the exact map, which itself answers
+elsewhere.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -27,29 +29,29 @@ LEAST_TOLERANCE = 1e-10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StripReport:
-    """What a map of strips is made of and what it cost."""
+    """The contents and the cost of a map of strips."""
 
-    tolerance: float  #: of speed, and of phase in radians, at the points that decided; see `held_out` for others
+    tolerance: float  #: for speed, and for phase in radians, at the points that decided; see `held_out` for others
     slabs: int
     cells: int
     leaves: int
     coefficients: int
     degrees: dict[int, int]  #: leaves by total degree
-    exact_share: float  #: of the box's area that is left to the exact map, to a few digits
+    exact_share: float  #: share of the box's area that is left to the exact map, to a few digits
     returns: int  #: exact returns used for the fits
-    seconds: dict[str, float]  #: to build, by part
-    stopped: bool = False  #: by `max_seconds`, before all was within the tolerance
+    seconds: dict[str, float]  #: of construction, by part
+    stopped: bool = False  #: True if `max_seconds` ended it before everything was within the tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strips:
-    """What a map of strips is made of; with the exact map of its system it is a `StripMap`."""
+    """The data of a map of strips; with the exact map of its system it is a `StripMap`."""
 
     bounds: Floats  #: shape (2, 2), speeds and phases (radians) covered
     slabs: tuple[Slab, ...]
     report: StripReport
     words: Ints  #: shape (L, 2), the code of the word and the `Outcome` of each leaf
-    tables: "Tables"  #: what it is evaluated from
+    tables: "Tables"  #: the arrays from which it is evaluated
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -95,9 +97,9 @@ class StripMap:
             slopes(self.strips.tables, start[:, 0], phi, leaf, slope)
             slope[:, 1, 1] += 1
         returns = Returns(self.coordinates, self.walls, start, image, turns, codes, outcome, time, derivative=slope, fitted=True)
-        rest = np.flatnonzero(leaf == EXACT)
-        if len(rest):
-            _put(returns, rest, self.system.first_return(start[rest], derivative=derivative))
+        exact_rows = np.flatnonzero(leaf == EXACT)
+        if len(exact_rows):
+            _put(returns, exact_rows, self.system.first_return(start[exact_rows], derivative=derivative))
         return returns
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
@@ -145,11 +147,11 @@ def strip_map(
         phases: lowest and highest, radians; a whole turn is taken as a circle, cut where that is best.
         tolerance: of the speed, and of the phase in radians, over the whole box but within 1e-11 of an edge.
         progress: called with the leaves that are done and those that wait, before each round of fits.
-        max_seconds: after so many seconds no round is begun, nor after half as many one that seeks edges: where it was not
-            finished the exact map answers. `report.exact_share` says where how much, `report.stopped` that it was so.
+        max_seconds: time after which no round begins, and after half of which no search for edges begins: the exact map answers
+            on the unfinished part, whose share is `report.exact_share`; `report.stopped` is then True.
 
     Raises:
-        FitError: a box that is none, or a tolerance that rounding does not allow.
+        FitError: an invalid box, or a tolerance below rounding.
     """
     _check_box(speeds, phases, tolerance)
     with working("strip map", progress, max_seconds) as work:

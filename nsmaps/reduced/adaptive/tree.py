@@ -1,4 +1,4 @@
-"""The trees of a map of strips: each cell between two edges divided until low polynomials meet a tolerance."""
+"""The trees of a map of strips: each cell between two edges is divided until polynomials of low degree meet a tolerance."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,29 +18,29 @@ from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT, Slab
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-ALONG_S, ALONG_X, UNDIVIDED = range(3)  #: how a node is divided
+ALONG_S, ALONG_X, UNDIVIDED = range(3)  #: direction in which a node is divided
 HALF = np.sqrt(0.5)
-SAFETY = 0.5  #: of the tolerance that the points may use which decide whether a leaf is good
+SAFETY = 0.5  #: share of the tolerance for the points that decide whether a leaf is good
 INSIDE, BESIDE = 200, 40  #: such points all over a leaf, and near its sides in each coordinate and near its corners
 SMALLEST = 1e-7  #: share of the box below which a leaf is not divided again but left to the exact map
 
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """A rectangle in the charts of a cell: a leaf with the polynomials that were fitted there, or divided into two nodes."""
+    """A rectangle in the charts of a cell: a leaf with the polynomials fitted there, or divided into two nodes."""
 
     slab: int
     cell: int
     chart: int  #: of x across the cell, from its lower edge; HIGH: from its upper edge
     rectangle: tuple[float, float, float, float]  #: s from, to; x from, to
-    area: float  #: share of the box, roughly
+    area: float  #: share of the box, approximately
     degree: int = -1  #: total degree; -1: left to the exact map
     coefficients: Floats | None = None  #: shape (terms, 2), of speed and advance of the phase, in Chebyshev products
     children: "tuple[int, Node, Node] | None" = None  #: divided: ALONG_S or ALONG_X, and the halves
 
     @property
     def middle(self) -> tuple[float, float]:
-        """Where it is divided: of s and of x."""
+        """The values of s and of x at which it is divided."""
         s0, s1, x0, x1 = self.rectangle
         return (s0 + s1) / 2, (x0 + x1) / 2
 
@@ -58,8 +58,10 @@ def design(degree: int, u: Floats, w: Floats) -> Floats:
 
 
 def roots_of(slabs: Sequence[Slab], span: Floats) -> list[list[list[Node]]]:
-    """The undivided nodes of every cell of every slab: one, or two halves where both its edges are
-    square roots; none where there is no image, or so many impacts that it is left to the exact map."""
+    """The undivided nodes of every cell of every slab: one, or two halves where both its edges are square roots.
+
+    There are none where there is no image, or so many impacts that the cell is left to the exact map.
+    """
     return [[_roots(k, slab, cell, span) for cell in range(len(slab.words))] for k, slab in enumerate(slabs)]
 
 
@@ -93,7 +95,7 @@ def grow(
 ) -> tuple[int, bool]:
     """Fit leaves, dividing them until their polynomials are within `tolerance` (of speed and of phase in radians).
 
-    Returns how many exact returns it took, and whether all was done before the work was over.
+    Returns the number of exact returns, and True if all was done before the limit of work.
     """
     trial = _trial()
     waiting, done, returns = list(leaves), 0, 0
@@ -117,7 +119,7 @@ def grow(
 
 
 def _settle(leaf: Node, y: Floats, fine: bool, tolerance: float, degrees: Sequence[int]) -> list[Node]:
-    """Fit one leaf with the lowest degree that will do, or divide it: the halves, if any."""
+    """Fit one leaf with the lowest sufficient degree, or divide it: the halves, if any."""
     along = ALONG_X
     if fine:
         n = len(_nodes(max(degrees)))
@@ -168,7 +170,9 @@ def places(slabs: Sequence[Slab], leaves: Sequence[Node], local: Floats) -> Floa
 
 
 def _sampled(system: "ImpactSystem", slabs: Sequence[Slab], leaves: Sequence[Node], local: Floats) -> tuple[Floats, list[bool]]:
-    """Speed and advance of the phase at local points of leaves, (leaves, P, 2), and whether all make the word of their cell."""
+    """Speed and advance of the phase at local points of leaves, (leaves, P, 2), and a mask of leaves on which all have the
+    word of their cell.
+    """
     states = places(slabs, leaves, local)
     returns = system.first_return(states.reshape(-1, 2))
     values = np.stack([returns.image[:, 0], returns.time * system.phase_rate()], axis=-1).reshape(states.shape)
@@ -187,13 +191,15 @@ def _nodes(degree: int) -> Floats:
 
 @lru_cache(maxsize=64)
 def _solver(highest: int, degree: int) -> Floats:
-    """What turns values at the nodes into the coefficients of a degree."""
+    """The matrix from values at the nodes to the coefficients of a degree."""
     return np.asarray(np.linalg.pinv(design(degree, *_nodes(highest).T)))
 
 
 @lru_cache(maxsize=1)
 def _trial() -> Floats:
-    """Points of a square that decide whether a fit is good, (P, 2): all over, ever nearer to its sides, and to its corners."""
+    """Points of a square that decide whether a fit is good, (P, 2): everywhere, increasingly close to its sides, and to its
+    corners.
+    """
     rng = np.random.default_rng(1)
     inside = rng.uniform(-1, 1, (INSIDE, 2))
     near = (1 - 2 * 10.0 ** -rng.uniform(0.5, 5, (3 * BESIDE, 2))) * rng.choice([-1, 1], (3 * BESIDE, 2))

@@ -1,6 +1,7 @@
-"""How far a map of strips is from the exact map, at states that its making never saw."""
+"""Errors of a map of strips against the exact map, at held-out states."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -8,23 +9,25 @@ from nsmaps.arrays import Floats
 from nsmaps.reduced.adaptive.slabs import Slab
 from nsmaps.reduced.adaptive.surrogate import StripMap
 
-BESIDE = (1e-11, 1e-2)  #: radians from an edge between which states are drawn, evenly in their logarithm
+BESIDE = (1e-11, 1e-2)  #: distances from an edge, in radians, between which states are drawn, log-uniformly
 
 
 @dataclass(frozen=True, slots=True)
 class HeldOut:
     """Errors of speed and of phase (radians), the larger of the two, over states that a leaf answers."""
 
+    was: ClassVar = {"most": "high"}
+
     points: int
     largest: float
-    most: float  #: 99 % of them are below
-    over: int  #: beyond the tolerance
+    high: float  #: quantile of 99 %
+    over: int  #: number beyond the tolerance
     wrong_words: int
-    by_exact_map: int  #: states beside these, in no leaf
+    by_exact_map: int  #: further states, in no leaf
 
 
 def held_out(map: StripMap, points: int = 100_000, seed: int = 0) -> tuple[HeldOut, HeldOut]:
-    """The errors at states drawn uniformly over the box, and at states drawn ever nearer to the edges."""
+    """The errors at states drawn uniformly over the box, and at states drawn increasingly close to the edges."""
     rng = np.random.default_rng(seed)
     low, high = map.strips.bounds.T
     uniform = low + (high - low) * rng.random((points, 2))
@@ -51,7 +54,7 @@ def _errors(map: StripMap, states: Floats) -> HeldOut:
     return HeldOut(
         points=len(states),
         largest=float(error.max()),
-        most=float(np.quantile(error, 0.99)),
+        high=float(np.quantile(error, 0.99)),
         over=int(np.sum(~(error <= map.strips.report.tolerance))),
         wrong_words=int(np.sum(ours.codes != exact.codes)),
         by_exact_map=len(states) - len(mine),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CompiledComposite:
-    """A composite map as arrays, with the loops that run it; whose numbers do not depend on the batch."""
+    """A composite map as arrays, with the loops that evaluate it; its numbers do not depend on the batch."""
 
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]
@@ -36,17 +36,17 @@ class CompiledComposite:
 
     @property
     def given(self) -> bool:
-        """True if the pieces of states are to be given, since a region is of a class of its own."""
+        """True if the pieces of states are to be given, since a region has a class of its own."""
         return self.tables.given
 
     def pieces_of(self, states: Floats) -> Ints:
-        """The number of the first piece that holds each state (N, n), shape (N,): -1 for none, -2 if it is NaN or infinite."""
+        """The number of the first piece that contains each state (N, n), shape (N,): -1 for none, -2 if it is NaN or infinite."""
         piece = np.empty(len(states), np.int64)
         in_chunks(len(states), lambda k: pieces_of(self.tables, self._work(), states[k], piece[k]))
         return piece
 
     def first_returns(self, start: Floats, piece: Ints) -> Returns:
-        """The first returns of states (N, n). Their pieces, shape (N,), are read if they are `given`, and else written."""
+        """The first returns of states (N, n). Their pieces, shape (N,), are read if they are `given`, and otherwise written."""
         room = self._room(1, start)
 
         def run(k: slice) -> None:
@@ -91,7 +91,7 @@ class CompiledComposite:
 
 @lru_cache(maxsize=16)
 def compiled(map: "CompositeMap") -> CompiledComposite:
-    """The compiled form of a map, kept for the maps that were used last."""
+    """The compiled form of a map, cached for the maps that were used last."""
     return CompiledComposite.of(map)
 
 
@@ -130,7 +130,7 @@ def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> Composite
 
 
 def _code(word: str, walls: tuple[str, ...]) -> int:
-    """The code of a word, 0 of one that is longer than a code holds."""
+    """The code of a word, 0 if it is longer than a code holds."""
     code = 0 if LONGER in word else encode(word, walls)
     return code if code < 2**63 else 0
 
@@ -142,11 +142,11 @@ def _in_order(exponents: Ints, coefficients: Floats) -> tuple[Ints, Floats]:
 
 
 def _runs(exponents: Ints) -> Ints:
-    """Of each term in order, the number of the first that differs from it in more than the last coordinate."""
+    """For each term in order, the number of the first that differs from it in more than the last coordinate."""
     changes = np.flatnonzero((np.diff(exponents[:, :-1], axis=0) != 0).any(axis=1)) + 1
     return np.append(changes, len(exponents))[np.searchsorted(changes, np.arange(len(exponents)), side="right")]
 
 
 def _middle(polymap: "PolyMap", angles: NDArray[np.bool_]) -> Floats:
-    """Where the map was fitted, of angles; NaN of other coordinates, and where it was not."""
+    """The middle of the fitted box for angles; NaN for other coordinates, and where the map was not fitted."""
     return np.where(angles & np.isfinite(polymap.domain).all(axis=1), polymap.centre, np.nan)

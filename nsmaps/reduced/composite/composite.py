@@ -1,4 +1,4 @@
-"""The composite map: pieces in order, of which the first that holds a state wins (eq. compositemapM, the pseudocode)."""
+"""The composite map: ordered pieces, of which the first that contains a state applies (eq. compositemapM, the pseudocode)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,18 +19,18 @@ from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.fit.polymap import PolyMap
 
-ONCE = 10_000_000  #: regions times states, which NumPy handles in the time that the compiled loop takes to be loaded
-SAMPLE = 100  #: uncovered states that a coverage keeps as examples
+ONCE = 10_000_000  #: regions times states that NumPy evaluates in the time of loading the compiled loop
+SAMPLE = 100  #: number of uncovered states that a coverage lists as examples
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """One piece of a composite map: where it holds and what it maps to."""
+    """One piece of a composite map: its region and its map."""
 
     name: str
     region: Region
     map: PolyMap
-    word: str = ""  #: the word of the returns it stands for, the commonest of its data; "" for a reset or where none is known
+    word: str = ""  #: the most frequent word of its data; "" for a reset or where none is known
 
 
 def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
@@ -44,18 +44,18 @@ def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Coverage:
-    """How much of a set of states the pieces of a composite map hold."""
+    """The part of a set of states that the pieces of a composite map cover."""
 
     names: tuple[str, ...]
     points: int
-    fraction: float  #: of the states that lie in a piece; NaN of no states
-    fractions: Floats  #: shape (pieces,), of the states that each piece decides
+    fraction: float  #: share of the states that lie in a piece; NaN without states
+    fractions: Floats  #: shape (pieces,), share of the states that each piece decides
     uncovered: Floats  #: shape (S, n), at most a hundred of the states in no piece, spread over all of them
     boxes: Floats  #: shape (B, n, 2), the hull of the states in no piece: one box, or none
 
     @property
     def covered(self) -> bool:
-        """Whether every state lies in a piece."""
+        """True if every state lies in a piece."""
         return self.fraction == 1.0
 
 
@@ -70,7 +70,7 @@ class CompositeMap:
     pieces: tuple[Piece, ...]
 
     def piece_of(self, states: ArrayLike) -> Ints:
-        """The number of the first piece that holds each state (N, n), -1 where there is none; shape (N,)."""
+        """The number of the first piece that contains each state (N, n), -1 where there is none; shape (N,)."""
         return np.maximum(self._pieces_of(as_states(states, self.coordinates)), -1)
 
     def piece_once(self, states: ArrayLike) -> Ints:
@@ -86,27 +86,28 @@ class CompositeMap:
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The first returns of states (N, n) by the map of their piece.
 
-        A state in no piece is `uncovered`, one that is NaN or infinite `invalid`. Images are as the polynomials have
-        them, even where no state could be, as at a negative speed: no piece holds them unless its region says so. Times
+        A state in no piece is `uncovered`, one that is NaN or infinite `invalid`. Images are the values of the polynomials,
+        even where they are not states, as at a negative speed: no piece contains them unless its region does. Times
         are NaN, and no image is `certified`.
         """
         from nsmaps.reduced.composite.compiled import compiled
 
-        start, made = as_states(states, self.coordinates), compiled(self)
-        number = self._pieces_by_region(start) if made.given else np.empty(len(start), np.int64)
-        returns = made.first_returns(start, number)
+        start, fast = as_states(states, self.coordinates), compiled(self)
+        number = self._pieces_by_region(start) if fast.given else np.empty(len(start), np.int64)
+        returns = fast.first_returns(start, number)
         return replace(returns, derivative=self._derivative(start, number)) if derivative else returns
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first.
 
-        In one compiled loop, unless a region is of a class of its own. How an orbit ended is repeated.
+        They are computed in one compiled loop, unless a region has a class of its own. The outcome that ended an orbit is
+        repeated.
         """
         from nsmaps.reduced.composite.compiled import compiled
 
-        start, made = as_states(states, self.coordinates), compiled(self)
-        single = made.given and n > 0
-        returns = Returns.concatenated([*single_returns(self, start, n)]) if single else made.orbits(start, n)
+        start, fast = as_states(states, self.coordinates), compiled(self)
+        single = fast.given and n > 0
+        returns = Returns.concatenated([*single_returns(self, start, n)]) if single else fast.orbits(start, n)
         return replace(returns, derivative=self._slopes(returns.start)) if derivative else returns
 
     def _slopes(self, states: Floats) -> Floats:
@@ -114,7 +115,7 @@ class CompositeMap:
         return self._derivative(states, self._pieces_of(states))
 
     def coverage(self, states: Grid | ArrayLike) -> Coverage:
-        """How much of a grid or of states (N, n) the pieces hold, and where they do not."""
+        """The part of a grid or of states (N, n) that the pieces cover, and the states outside."""
         x = as_states(states.states() if isinstance(states, Grid) else states, self.coordinates)
         number = self.piece_of(x)
         missed = x[number < 0]
@@ -132,11 +133,11 @@ class CompositeMap:
         )
 
     def _pieces_of(self, states: Floats) -> Ints:
-        """As `piece_of`, -2 of what is no state: by compiled conditions, or by regions where one is of a class of one's own."""
+        """As `piece_of`, -2 for a state that is not finite: by compiled conditions, or by regions if one is user-defined."""
         from nsmaps.reduced.composite.compiled import compiled
 
-        made = compiled(self)
-        return self._pieces_by_region(states) if made.given else made.pieces_of(states)
+        fast = compiled(self)
+        return self._pieces_by_region(states) if fast.given else fast.pieces_of(states)
 
     def _pieces_by_region(self, states: Floats) -> Ints:
         """As `_pieces_of`, by the regions themselves."""
@@ -152,7 +153,7 @@ class CompositeMap:
         return number
 
     def _derivative(self, states: Floats, number: Ints) -> Floats:
-        """The derivatives of the pieces' maps at states (N, n), shape (N, n, n); NaN where no piece holds."""
+        """The derivatives of the pieces' maps at states (N, n), shape (N, n, n); NaN in no piece."""
         slopes = np.full((*states.shape, states.shape[1]), np.nan)
         for k, piece in enumerate(self.pieces):
             rows = np.flatnonzero(number == k)
@@ -161,14 +162,14 @@ class CompositeMap:
         return slopes
 
     def _near(self, polymap: PolyMap, states: Floats) -> Floats:
-        """The states with angles on the turn nearest to where the map was fitted."""
+        """The states with angles on the turn nearest to the fitted box."""
         bounded = angle_mask(self.coordinates) & np.isfinite(polymap.domain).all(axis=1)
         middle = np.where(bounded, polymap.centre, 0.0)
         return np.where(bounded, nearest_turn(states, middle), states)
 
 
 class PieceLike(Protocol):
-    """What says how a piece is made: its region, and either a family and a fit or a reset."""
+    """The protocol of a piece's construction: its region, and either a family and a fit or a reset."""
 
     @property
     def name(self) -> str: ...
@@ -183,7 +184,7 @@ class PieceLike(Protocol):
 
 
 class PieceSpec(BaseModel):
-    """How a piece is made: fitted to a family's surface in its region, or a reset of some coordinates to constants."""
+    """The construction of a piece: fitted to a family's surface in its region, or a reset of some coordinates to constants."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -202,25 +203,25 @@ class PieceSpec(BaseModel):
 def build_composite(
     coordinates: Sequence[str], walls: Sequence[str], surfaces: Mapping[str, Surface], pieces: Sequence[PieceLike]
 ) -> CompositeMap:
-    """The composite map of some pieces, each fitted to what its family's surface has in its region.
+    """The composite map of pieces, each fitted to the part of its family's surface in its region.
 
-    A piece is fitted to all its region, also to what earlier pieces decide: the paper's representative curves of R2
+    A piece is fitted on its whole region, including states that earlier pieces decide: the paper's representative curves of R2
     run through R1 (remark R1R2overlap).
 
     Raises:
-        FitError: names the piece, and says what is wrong with its family, its data, its region or its fit.
+        FitError: names the piece, and states the error in its family, its data, its region or its fit.
     """
-    made: list[Piece] = []
+    built: list[Piece] = []
     for piece in pieces:
-        if piece.name in {other.name for other in made}:
-            raise FitError(f"piece {piece.name!r}: there are two of this name; expected: a name each")
+        if piece.name in {other.name for other in built}:
+            raise FitError(f"piece {piece.name!r}: two pieces have this name; expected: distinct names")
         try:
-            made.append(_piece(tuple(coordinates), surfaces, piece))
+            built.append(_piece(tuple(coordinates), surfaces, piece))
         except ValidationError as error:
             raise FitError(f"piece {piece.name!r}: {error.errors()[0]['msg']}") from error
         except NsmapsError as error:
             raise FitError(f"piece {piece.name!r}: {error}") from error
-    return CompositeMap(tuple(coordinates), tuple(walls), tuple(made))
+    return CompositeMap(tuple(coordinates), tuple(walls), tuple(built))
 
 
 def _piece(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece: PieceLike) -> Piece:
@@ -235,7 +236,7 @@ def _piece(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece:
 
 
 def data_of(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:
-    """What a piece is fitted to: its family's surface within its region. FitError where there is nothing."""
+    """The data of a piece: its family's surface within its region. FitError where there is none."""
     family, region = piece.family or "", piece.region.over(coordinates)
     if family not in surfaces:
         raise FitError(f"no surface of a family {family!r}{near_match(family, surfaces)}; expected: {', '.join(surfaces)}")
@@ -249,7 +250,7 @@ def data_of(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece
 
 
 def _one_way(piece: PieceLike) -> None:
-    """A FitError unless a piece is either fitted or a reset."""
+    """Raise a FitError unless a piece is either fitted or a reset."""
     if (piece.fit is None) == (piece.reset is None) or (piece.fit is None) != (piece.family is None):
         given = [key for key in ("family", "fit", "reset") if getattr(piece, key) is not None]
         raise FitError(f"it has {' and '.join(given) or 'no map'}; expected: a family and a fit, or a reset alone")
@@ -257,7 +258,7 @@ def _one_way(piece: PieceLike) -> None:
 
 def _whereabouts(surface: Surface) -> str:
     if not len(surface.start):
-        return "the family has no data at all: accepted are a family whose words occur on the grid, or another grid"
+        return "the family has no data; expected: a family whose words occur on the grid, or another grid"
     ends = zip(surface.coordinates, surface.start.min(axis=0), surface.start.max(axis=0), strict=True)
     hull = ", ".join(f"{name} in [{low:.6g}, {high:.6g}]" for name, low, high in ends)
     return f"the family's {len(surface.start)} states lie within {hull}, and regions see angles in [0, 2 pi)"

@@ -1,4 +1,4 @@
-"""The compiled returns of a composite map: the piece that holds each state, then its polynomials, for states side by side."""
+"""The compiled returns of a composite map: the piece that contains each state, then its polynomials, for blocks of states."""
 
 import math
 from typing import NamedTuple
@@ -12,18 +12,18 @@ from nsmaps.exact.engine.jit import entry, inlined
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.conditions.interpreter import evaluate_condition
 
-BLOCK = 512  #: states side by side
+BLOCK = 512  #: states of a block
 MOST_TURNS = 2.0**31 - 1
 RETURNED, UNCOVERED = int(Outcome.returned), int(Outcome.uncovered)
 ESCAPED, INVALID = int(Outcome.escaped), int(Outcome.invalid)
-NOWHERE, NO_STATE = -1, -2  #: instead of a piece: in none; NaN or infinite
+NOWHERE, NO_STATE = -1, -2  #: in place of a piece: in none; NaN or infinite
 
 
 class CompositeTables(NamedTuple):
     """A composite map of P pieces over n coordinates in arrays: C operations of conditions, T terms of polynomials."""
 
     angle: NDArray[np.bool_]  #: shape (n,)
-    given: bool  #: True if the pieces of states are found in Python: a region is of a class of its own
+    given: bool  #: True if the pieces of states are found in Python: a region has a class of its own
     operation: Ints  #: shape (C,), none if `given`
     number: Floats  #: shape (C,), that of each operation
     first_operation: Ints  #: shape (P + 1,), where the condition of each piece begins
@@ -43,11 +43,11 @@ class CompositeTables(NamedTuple):
 class Work(NamedTuple):
     """Memory for the numbers of a block of states."""
 
-    x: Floats  #: shape (n, BLOCK), the states that no piece holds so far, angles in [0, 2 pi)
+    x: Floats  #: shape (n, BLOCK), the states that no piece contains so far, angles in [0, 2 pi)
     left: Ints  #: shape (BLOCK,), their numbers
     stack: Floats  #: shape (max(depth, 1), BLOCK)
-    held: Ints  #: shape (BLOCK,), the numbers of the states that a piece holds
-    turn: Floats  #: shape (n, BLOCK), radians by which an angle is beyond the turn that the piece was fitted on
+    held: Ints  #: shape (BLOCK,), the numbers of the states that a piece contains
+    turn: Floats  #: shape (n, BLOCK), radians by which an angle exceeds the turn of the piece's fit
     basis: Floats  #: shape (n, degrees, BLOCK), Chebyshev polynomials
     group: Floats  #: shape (BLOCK,), the sum of terms that differ in the last coordinate alone
     total: Floats  #: shape (n, BLOCK), images, angles not wrapped
@@ -55,7 +55,7 @@ class Work(NamedTuple):
 
 @inlined
 def wrapped(x):
-    """An angle brought to [0, 2 pi), to the last bit as by the remainder, which takes longer."""
+    """An angle reduced to [0, 2 pi), to the last bit as by the remainder, which takes longer."""
     if 0.0 <= x < TWO_PI:
         return x + 0.0  # of -0.0 it is 0.0
     if TWO_PI <= x < 2.0 * TWO_PI:
@@ -86,7 +86,7 @@ def load(tables, work, states, begin, end, piece):
 
 @inlined
 def divide(tables, work, k, count, piece):
-    """Divide the states that are left into those that piece k holds, now in `work.held`, and the rest: the numbers of both."""
+    """Divide the remaining states into those that piece k contains, now in `work.held`, and the others: the numbers of both."""
     x, left, held, first = work.x, work.left, work.held, tables.first_operation
     if not tables.given:
         evaluate_condition(tables.operation, tables.number, first[k], first[k + 1], x, count, work.stack)
@@ -107,7 +107,7 @@ def divide(tables, work, k, count, piece):
 
 @entry
 def pieces_of(tables, work, states, piece):
-    """Write the number of the first piece that holds each state, shape (N, n), or NOWHERE or NO_STATE."""
+    """Write the number of the first piece that contains each state, shape (N, n), or NOWHERE or NO_STATE."""
     for begin in range(0, len(states), BLOCK):
         count = load(tables, work, states, begin, min(begin + BLOCK, len(states)), piece)
         for k in range(len(tables.word)):
@@ -117,7 +117,7 @@ def pieces_of(tables, work, states, piece):
 
 @inlined
 def chebyshev(tables, work, k, states, count):
-    """Write the Chebyshev polynomials of the coordinates of the states that piece k holds, and the turns of their angles."""
+    """Write the Chebyshev polynomials of the coordinates of the states that piece k contains, and the turns of their angles."""
     basis = work.basis
     for j in range(len(tables.angle)):
         centre, scale, middle = tables.centre[k, j], tables.scale[k, j], tables.middle[k, j]
@@ -181,7 +181,7 @@ def write_none(i, image, turns):
 
 @inlined
 def advance(tables, work, states, begin, end, piece, image, turns, codes, outcome):
-    """Write what `Returns` holds of the states from `begin` to `end`, at most BLOCK of them."""
+    """Write the fields of `Returns` for the states from `begin` to `end`, at most BLOCK of them."""
     count = load(tables, work, states, begin, end, piece)
     for k in range(len(tables.word)):
         if count == 0:
@@ -203,9 +203,9 @@ def advance(tables, work, states, begin, end, piece, image, turns, codes, outcom
 
 @entry
 def orbits(tables, work, start, piece, image, turns, codes, outcome):
-    """Write what `Returns` holds of the first n returns of M states (M, dim), each array of shape (n, M, ...).
+    """Write the fields of `Returns` for the first n returns of M states (M, dim), each array of shape (n, M, ...).
 
-    How an orbit ended is repeated to the last return. Pieces are read if `tables.given`, else written.
+    The outcome that ended an orbit is repeated to the last return. Pieces are read if `tables.given`, otherwise written.
     """
     for begin in range(0, len(start), BLOCK):
         end = min(begin + BLOCK, len(start))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -17,25 +18,27 @@ from nsmaps.reduced.fit.polymap import PolyMap
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParametricReport:
-    """How well a parametric map does at values of the parameter that it was not made from; P fitted pieces, H values."""
+    """Errors of a parametric map at held-out values of the parameter; P fitted pieces, H values."""
+
+    was: ClassVar = {"apart": "difference"}
 
     names: tuple[str, ...]
     values: Floats  #: shape (H,)
     refit: Floats  #: shape (P, H, n), largest error of a map fitted at the value itself, at its data
     error: Floats  #: shape (P, H, n), largest error of the parametric map at the same data of the exact map
-    apart: Floats  #: shape (P, H, n), largest difference between both maps there
+    difference: Floats  #: shape (P, H, n), largest difference between both maps there
 
     @property
     def follows(self) -> bool:
-        """Whether the parametric map is everywhere nearer to the map fitted there than that is to the exact map."""
-        return bool((self.apart <= self.refit).all())
+        """True if the parametric map is everywhere nearer to the map fitted there than that is to the exact map."""
+        return bool((self.difference <= self.refit).all())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParametricMap:
     """A composite map for every value of a parameter from `low` to `high`.
 
-    The map of a piece is a PolyMap in the coordinates and the parameter, which it leaves as it is; all values share one
+    The map of a piece is a PolyMap in the coordinates and the parameter, which it leaves unchanged; all values share one
     scaling. So `piece("R1").map.symbolic("v")` is the polynomial in (v, phi, d), and `monomial_error` its rounding error.
     """
 
@@ -45,12 +48,12 @@ class ParametricMap:
     coordinates: tuple[str, ...]
     walls: tuple[str, ...]
     pieces: tuple[Piece, ...]
-    nodes: Floats  #: shape (K,), the values it is made from
+    nodes: Floats  #: shape (K,), the values from which it is computed
     condition: float  #: of the least squares problem of the coefficients over the parameter
-    report: ParametricReport | None = None  #: None if no piece is fitted, as of printed maps
+    report: ParametricReport | None = None  #: None if no piece is fitted, as for printed maps
 
     def at(self, value: float) -> CompositeMap:
-        """The composite map at one value. NsmapsError outside [low, high]: beyond the data polynomials mean nothing."""
+        """The composite map at one value. NsmapsError outside [low, high]: polynomials are meaningless beyond the data."""
         if not self.low <= value <= self.high:
             ends = f"{self.parameter} from {self.low!r} to {self.high!r}, where the map was fitted"
             raise NsmapsError(f"{self.parameter} is {value!r}; expected: {ends}")
@@ -72,17 +75,17 @@ def parametric_map(
 ) -> ParametricMap:
     """The parametric map of composite maps of the same pieces at K values of a parameter, by least squares of some order.
 
-    Coefficients are first put into one scaling a piece, exactly, and angles onto one turn.
+    Coefficients are first transformed, exactly, to one scaling for each piece, and angles to one turn.
 
     Raises:
         FitError: fewer values than the order needs, or composites of different pieces.
     """
     composites = dict(sorted(composites.items()))  # so that angles can be followed from value to value
     nodes = np.array(list(composites), float)
-    first, *rest = composites.values()
+    first, *others = composites.values()
     if len(np.unique(nodes)) <= order:
         raise FitError(f"order {order} of {parameter!r} from {len(nodes)} values; expected: at least {order + 1} values")
-    if any([piece.name for piece in other.pieces] != [piece.name for piece in first.pieces] for other in rest):
+    if any([piece.name for piece in other.pieces] != [piece.name for piece in first.pieces] for other in others):
         raise FitError("composite maps of different pieces; expected: the same pieces at every value")
     powers = np.asarray(chebvander((nodes - (low + high) / 2) / ((high - low) / 2), order), float)
     pieces = []
@@ -94,11 +97,11 @@ def parametric_map(
 
 
 def report_on(parametric: ParametricMap, held: Sequence[tuple[float, CompositeMap, Mapping[str, Surface]]]) -> ParametricReport:
-    """The errors at values held out: each with the map fitted there and the exact data that each piece was fitted to."""
+    """The errors at held-out values: each with the map fitted there and the exact data of each piece."""
     names = tuple(held[0][2])
     errors = [[_errors(parametric.at(value), refit, name, data[name]) for value, refit, data in held] for name in names]
-    refit, error, apart = np.moveaxis(np.array(errors).reshape(len(names), len(held), 3, -1), 2, 0)
-    return ParametricReport(names, np.array([value for value, _, _ in held]), refit, error, apart)
+    refit, error, difference = np.moveaxis(np.array(errors).reshape(len(names), len(held), 3, -1), 2, 0)
+    return ParametricReport(names, np.array([value for value, _, _ in held]), refit, error, difference)
 
 
 def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -> Floats:
@@ -128,7 +131,7 @@ def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Float
 
 
 def _on_one_turn(maps: Sequence[PolyMap]) -> list[PolyMap]:
-    """The maps at rising values of a parameter with the angles that they are of on turns that follow one another."""
+    """The maps at increasing values of a parameter, with their angles on consecutive turns."""
     centres = np.array([each.centre for each in maps])
     shifts = np.where(angle_mask(maps[0].coordinates), np.unwrap(centres, axis=0) - centres, 0.0)
     moved = [(each.centre + shift, each.domain + shift[:, None]) for each, shift in zip(maps, shifts, strict=True)]

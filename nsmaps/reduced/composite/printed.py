@@ -1,4 +1,4 @@
-"""Polynomials as they are printed: plain monomials with decimal coefficients, which may be polynomials of a parameter."""
+"""Polynomials as printed: plain monomials with decimal coefficients, which may be polynomials of a parameter."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -35,10 +35,10 @@ Coefficient = Annotated[
 
 
 class PrintedMap(BaseModel):
-    """A map of printed coefficients, made exactly into one that is evaluated without cancellation.
+    """A map of printed coefficients, converted exactly to one that is evaluated without cancellation.
 
-    Decimals are taken for the rational numbers that they print, and so is the parameter's value: they are collapsed and
-    carried over to Chebyshev products of `over` in rational arithmetic, each rounded once.
+    Decimals are read as the rational numbers that they print, and so is the parameter's value: they are collapsed and
+    transformed to Chebyshev products of `over` in rational arithmetic, each rounded once.
 
     >>> line = PrintedMap(parameter="d", images={"v": {"1": (1, -2), "v": 3}}, over={"v": (0, 1)})
     >>> line.at(("v",), 0.35)([[0.5]])
@@ -48,12 +48,12 @@ class PrintedMap(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     images: dict[str, dict[Monomial, Coefficient]]  #: by output
-    over: dict[str, tuple[Number, Number]]  #: the box on which the map is meant, by coordinate
+    over: dict[str, tuple[Number, Number]]  #: the box on which the map is defined, by coordinate
     parameter: str | None = None
     absolute: tuple[str, ...] = ()
 
     def at(self, coordinates: Sequence[str], value: float | None = None) -> PolyMap:
-        """The map at one value of its parameter. FitError for names that are no coordinates or an output that is missing."""
+        """The map at one value of its parameter. FitError for names that are not coordinates or an output that is missing."""
         names = tuple(coordinates)
         for name in (*self.images, *self.absolute):
             if name not in names:
@@ -99,17 +99,17 @@ def _at(coefficient: Coefficient, value: Fraction | None) -> Fraction:
 
 
 def _decimal(value: float) -> Fraction:
-    """The decimal number that a float was written as, exactly."""
+    """The decimal number as which a float was written, exactly."""
     return Fraction(repr(value))
 
 
 def _powers(text: str) -> dict[str, int]:
-    """The powers of a monomial in text, by name: none of "1", and {"phi": 2, "v": 1} of "phi**2*v"."""
+    """The powers of a monomial in text, by name: none for "1", and {"phi": 2, "v": 1} for "phi**2*v"."""
     found: dict[str, int] = {}
     for factor in [] if text.strip() == "1" else re.split(r"(?<!\*)\*(?!\*)", text):
         match = FACTOR.fullmatch(factor)
         if not match or match[1] in found:
-            raise FitError(f"the monomial {text!r} is not read; expected: '1', 'v', 'phi**2*v' and the like, each name once")
+            raise FitError(f"the monomial {text!r} cannot be read; expected: '1', 'v', 'phi**2*v' and the like, each name once")
         if int(match[2] or 1) > HIGHEST:
             raise FitError(f"the monomial {text!r} has the power {match[2]}; expected: at most {HIGHEST}")
         found[match[1]] = int(match[2] or 1)

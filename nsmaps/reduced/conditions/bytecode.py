@@ -1,4 +1,4 @@
-"""Regions as code for a small stack machine, which compiled loops run: see `nsmaps.reduced.conditions.interpreter`."""
+"""Regions as code for a small stack machine, which compiled loops execute: see `nsmaps.reduced.conditions.interpreter`."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from nsmaps.coordinates import TWO_PI, Angle
 from nsmaps.reduced.conditions.fold import Algebra, fold
 from nsmaps.reduced.conditions.region import Box, Region, Where
 
-PUSH, LOAD, AND, OR = range(4)  #: a number, a coordinate; jumps where what is on top decides for all states, false or true
+PUSH, LOAD, AND, OR = range(4)  #: a number, a coordinate; jumps where the top of the stack decides for all states, false or true
 NEAR, RAISE, NOT, NEG, SQRT, SIN, COS, EXP, LOG = range(4, 13)  #: of one: the turn of an angle nearest to, a power of, a number
 ADD, SUB, MUL, DIV, POW = range(13, 18)
 LT, LE, GT, GE, EQ, NE, BOTH, EITHER = range(18, 26)
@@ -20,7 +20,7 @@ OPERATIONS = {
 FUNCTIONS = {"sqrt": SQRT, "sin": SIN, "cos": COS, "exp": EXP, "log": LOG}
 
 JOINS = {AND: BOTH, OR: EITHER}
-TURNED = {ADD: ADD, MUL: MUL, LT: GT, LE: GE, GT: LT, GE: LE, EQ: EQ, NE: NE}  #: what serves with its operands exchanged
+TURNED = {ADD: ADD, MUL: MUL, LT: GT, LE: GE, GT: LT, GE: LE, EQ: EQ, NE: NE}  #: the equivalent with exchanged operands
 
 #: Operations, each with a number: what is pushed, which coordinate, how far to jump; of two numbers the second, NaN where it is
 #: on the stack.
@@ -28,9 +28,10 @@ Code = list[tuple[int, float]]
 
 
 def code_of(region: Region) -> Code | None:
-    """The code that leaves 1.0 on the stack where a region holds a finite state, else 0.0; None of a region of another class.
+    """The code that leaves 1.0 on the stack where a region contains a finite state, otherwise 0.0; None for a user-defined
+    region.
 
-    Angles are to be in [0, 2 pi). On a curve of third degree and above rounding may decide otherwise than in `contains`.
+    Angles are expected in [0, 2 pi). On a curve of third degree and above rounding may decide otherwise than in `contains`.
     """
     if type(region) is Box:
         return _box(region)
@@ -40,7 +41,7 @@ def code_of(region: Region) -> Code | None:
 
 
 def depth_of(code: Code) -> int:
-    """How many places on the stack a code needs."""
+    """The number of places on the stack that a code needs."""
     deepest = depth = 0
     for operation, number in code:
         depth += 1 if operation in (PUSH, LOAD) else -1 if operation >= ADD and math.isnan(number) else 0
@@ -59,7 +60,7 @@ def _box(box: Box) -> Code:
 
 
 def _joined(how: int, tests: Sequence[Code]) -> Code:
-    """The tests in order, of which the first that is false (AND) or true (OR) decides."""
+    """The tests in order; the first that is false (AND) or true (OR) decides."""
     code = tests[-1]
     for test in reversed(tests[:-1]):
         code = [*test, (how, len(code) + 1), *code, (JOINS[how], math.nan)]
@@ -67,7 +68,7 @@ def _joined(how: int, tests: Sequence[Code]) -> Code:
 
 
 def _of_two(operation: int, left: Code, right: Code) -> Code:
-    """An operation on two terms, of which one that is a number need not be pushed."""
+    """An operation on two terms; one that is a number need not be pushed."""
     if len(right) == 1 and right[0][0] == PUSH:
         number = right[0][1]
         return [*left, _power(number) if operation == POW else (operation, number)]

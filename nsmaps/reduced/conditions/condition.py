@@ -28,9 +28,10 @@ class Condition:
     holds: Evaluate
 
     def __call__(self, states: ArrayLike) -> Bools:
-        """Where the condition holds, states (N, n) -> shape (N,).
+        """A mask of the states (N, n) at which the condition holds, shape (N,).
 
-        It holds at no state that is NaN or infinite; a comparison with what is not real, as sqrt(-1), is false, != true.
+        It is false at every state that is NaN or infinite; a comparison with a value that is not real, as sqrt(-1), is false,
+        != true.
         """
         array = as_states(states, self.names)
         with np.errstate(all="ignore"):
@@ -46,9 +47,9 @@ class Condition:
 
 
 def read_condition(text: str, names: Sequence[str]) -> Condition:
-    """The condition that a text states of the named coordinates, or a ConditionError that names the column.
+    """The condition on the named coordinates in a text, or a ConditionError that states the column.
 
-    Accepted are comparisons, chained too, `and`, `or`, `not`, and in them what `read_number` accepts and the names.
+    Allowed are comparisons, also chained, `and`, `or`, `not`, and in them the names and the expressions of `read_number`.
 
     >>> read_condition("0 < v <= 1 and phi < pi/2", ("v", "phi"))([[0.5, 1.0], [0.5, 2.0], [1.5, 1.0]])
     array([ True, False, False])
@@ -57,9 +58,9 @@ def read_condition(text: str, names: Sequence[str]) -> Condition:
 
 
 def read_number(text: str) -> float:
-    """The finite number that a text states, or a ConditionError that names the column.
+    """The finite number in a text, or a ConditionError that states the column.
 
-    Accepted are numbers, + - * / **, parentheses, pi, e, sqrt, sin, cos, exp and log.
+    Allowed are numbers, + - * / **, parentheses, pi, e, sqrt, sin, cos, exp and log.
 
     >>> read_number("2*pi/3") == 2 * math.pi / 3
     True
@@ -70,7 +71,7 @@ def read_number(text: str) -> float:
 
 
 def as_number(value: object) -> float:
-    """A number given as such or as text, finite; otherwise a ConditionError."""
+    """A finite number given as a number or as text; otherwise a ConditionError."""
     if isinstance(value, str):
         return read_number(value)
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):

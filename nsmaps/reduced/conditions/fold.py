@@ -1,4 +1,4 @@
-"""The one walk over the syntax tree of a condition; what it makes of the tree is for an algebra to say."""
+"""The evaluation of the syntax tree of a condition by an algebra, which defines the results."""
 
 import ast
 from abc import ABC, abstractmethod
@@ -17,7 +17,7 @@ OPERATORS: dict[type[ast.AST], str] = {
 
 
 class Algebra(ABC, Generic[Term, Test]):
-    """What the parts of a condition become: terms of numbers and coordinates, and the tests that compare them."""
+    """The results of the parts of a condition: terms of numbers and coordinates, and the tests that compare them."""
 
     exact = False  #: True if constants such as `pi/3` keep their form, False if they become floats
 
@@ -55,15 +55,15 @@ class Algebra(ABC, Generic[Term, Test]):
 
     @abstractmethod
     def negation(self, test: Test) -> Test:
-        """The contrary of a test."""
+        """The negation of a test."""
 
     def constant(self, name: str) -> Term:
-        """A named constant, pi or e; only exact algebras are given any."""
+        """A named constant, pi or e; called for exact algebras only."""
         return self.number(CONSTANTS[name])
 
 
 def fold(text: str, names: Sequence[str], algebra: Algebra[Term, Test]) -> Test:
-    """What an algebra makes of the condition that a text states of named coordinates; a ConditionError names the column."""
+    """The result of an algebra for the condition on named coordinates in a text; a ConditionError states the column."""
     reader = Reader("condition", text, tuple(names))
     tree = reader.tree()
     reader.check(tree)
@@ -78,7 +78,7 @@ def _test(reader: Reader, node: ast.expr, algebra: Algebra[Term, Test]) -> Test:
             try:
                 return algebra.conjunction([algebra.relation(OPERATORS[type(op)], a, b) for op, a, b in pairs])
             except ArithmeticError:  # infinite wherever the state is, as 1/(0*v)
-                reader.fail(node, f"{reader.source(node)} compares what is not real")
+                reader.fail(node, f"{reader.source(node)} compares a value that is not real")
         case ast.BoolOp(op=op, values=values):
             tests = [_test(reader, part, algebra) for part in values]
             return algebra.conjunction(tests) if isinstance(op, ast.And) else algebra.disjunction(tests)
@@ -89,7 +89,7 @@ def _test(reader: Reader, node: ast.expr, algebra: Algebra[Term, Test]) -> Test:
 
 def _term(reader: Reader, node: ast.expr, algebra: Algebra[Term, Test]) -> Term:
     value = reader.value(node)
-    power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)  # exact ones of constants could grow without bound
+    power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)  # exact results of constants could grow without bound
     if value is not None and (power or isinstance(node, ast.Constant) or not algebra.exact):
         return algebra.number(value)
     match node:

@@ -1,4 +1,4 @@
-"""The stack machine that evaluates conditions, of the code in `bytecode`, at many states side by side."""
+"""The stack machine that evaluates conditions, in the code of `bytecode`, for blocks of states."""
 
 import math
 

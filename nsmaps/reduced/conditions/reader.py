@@ -1,6 +1,6 @@
 """From text to a checked syntax tree: Python parses a condition or a number, then every node is checked against a short list.
 
-Text is never evaluated: whatever is not on the list is a ConditionError that names its column.
+Text is never evaluated: a node that is not on the list is a ConditionError that states its column.
 """
 
 import ast
@@ -43,7 +43,7 @@ class Reader:
         if not isinstance(text, str):
             raise ConditionError(f"{text!r} is a {type(text).__name__}; expected: a {kind} as text")
         self.text = "".join(" " if character.isspace() else character for character in text)
-        self.column = {normalize("NFKC", name): k for k, name in enumerate(names)}  # as python normalizes names
+        self.column = {normalize("NFKC", name): k for k, name in enumerate(names)}  # as Python normalises names
 
     def fail(self, at: ast.expr | int, what: str) -> NoReturn:
         """Raise the ConditionError for a node, or for a column that counts from one."""
@@ -61,12 +61,12 @@ class Reader:
         raise error
 
     def tree(self) -> ast.expr:
-        """The parsed text, of which nothing is trusted yet."""
+        """The parsed text, not yet checked."""
         text = self.text.strip()
         if not text or len(self.text) > LONGEST:
-            self.fail(1, f"{len(self.text)} characters; at most {LONGEST} are read" if text else "is empty")
-        if "#" in self.text or "\\" in self.text:  # python would drop a comment in silence
-            self.fail(min(k for k, c in enumerate(self.text, 1) if c in "#\\"), "this character is not read")
+            self.fail(1, f"{len(self.text)} characters; expected: at most {LONGEST}" if text else "is empty")
+        if "#" in self.text or "\\" in self.text:  # Python would drop a comment silently
+            self.fail(min(k for k, c in enumerate(self.text, 1) if c in "#\\"), "this character is not allowed")
         try:
             return ast.parse(text, mode="eval").body
         except SyntaxError as error:
@@ -87,7 +87,7 @@ class Reader:
                 for part in parts if isinstance(parts, list) else [parts]:
                     self.check(part, depth + 1)
             case _:
-                self.value(node, depth)  # what is no number either says so first
+                self.value(node, depth)  # an operand that is not a number is reported first
                 self.fail(node, f"{self.source(node)} is a number where a condition is needed")
 
     def check_comparison(self, node: ast.Compare, depth: int) -> None:
@@ -122,10 +122,10 @@ class Reader:
             case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
                 self.fail(node, f"{self.source(node)} is a condition where a number is needed")
             case ast.BinOp(op=ast.BitXor()):
-                self.fail(node, f"{self.source(node)} is not read: {HINTS['^']}")
+                self.fail(node, f"{self.source(node)} is not allowed: {HINTS['^']}")
             case ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
-                self.fail(node, f"{self.source(node)} is not read: write and, or")
-        self.fail(node, f"{self.source(node)} is not read")
+                self.fail(node, f"{self.source(node)} is not allowed: write and, or")
+        self.fail(node, f"{self.source(node)} is not allowed")
 
     def name(self, node: ast.Name, name: str) -> float | None:
         """A coordinate, which goes before a constant of the same name, or a constant."""
@@ -158,7 +158,7 @@ class Reader:
         return value
 
     def weight(self, node: ast.expr) -> float:
-        """How large the exact form of an expression may grow: powers multiply, all else adds up."""
+        """A bound on the growth of the exact form of an expression: powers multiply, other operations add."""
         if self.value(node) is not None:
             return 1.0
         if isinstance(node, ast.Call):
@@ -170,7 +170,7 @@ class Reader:
         return sum(weights) or 1.0
 
     def guard(self, node: ast.expr, depth: int) -> None:
-        """Refuse what is nested too deeply for a reader, man or machine."""
+        """Refuse nesting beyond a limit."""
         if depth > DEEPEST:
             self.fail(node, f"nested deeper than {DEEPEST} levels")
 

@@ -1,4 +1,4 @@
-"""Regions of the state space: the `Region` that a piece of the composite map holds on, a `Box` and a `Where`."""
+"""Regions of the state space: the class `Region` of the domains of pieces, a `Box` and a `Where`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -29,14 +29,14 @@ class Region(BaseModel, ABC):
 
     @abstractmethod
     def contains(self, states: ArrayLike) -> Bools:
-        """Which states lie in the region, states (N, n) -> shape (N,); none that is NaN or infinite."""
+        """A mask of the states (N, n) in the region, shape (N,); False if NaN or infinite."""
 
     @abstractmethod
     def condition(self) -> "sp.Basic":
         """The region as a sympy Boolean in real symbols of the coordinates, for angles in [0, 2 pi)."""
 
     def over(self, coordinates: Sequence[str]) -> Self:
-        """The same region over the coordinates of a system, which say which of them are angles and their order."""
+        """The same region over the coordinates of a system, which determine their order and which of them are angles."""
         return type(self).model_validate({**dict(self), "coordinates": tuple(coordinates)})
 
 
@@ -64,7 +64,7 @@ class Box(Region):
         names = info.data.get("coordinates", tuple(bounds))
         for name in [*bounds, *names]:
             if name not in bounds or name not in names:
-                text = "is no coordinate" + near_match(name, names) if name in bounds else "has no bounds"
+                text = "is not a coordinate" + near_match(name, names) if name in bounds else "has no bounds"
                 raise ConditionError(f"a box: {name!r} {text}; expected: bounds of each of {', '.join(names)}")
         for name, (lower, upper) in bounds.items():
             if not lower < upper:
@@ -105,7 +105,7 @@ class Box(Region):
         return np.asarray(np.logical_and(lower <= x, x <= upper).all(axis=1))
 
     def condition(self) -> "sp.Basic":
-        """The box as inequalities; an interval of an angle that leaves [0, 2 pi) is stated on each turn that meets it."""
+        """The box as inequalities; an interval of an angle that leaves [0, 2 pi) is written on each turn that meets it."""
         import sympy as sp
 
         return sp.And(*(_interval(name, *self.bounds[name]) for name in self.coordinates))
@@ -125,14 +125,14 @@ def _interval(name: str, lower: float, upper: float) -> "sp.Basic":
 
 
 def _meets(turn: int, lower: float, upper: float) -> bool:
-    """Whether the interval, moved by some turns, meets [0, 2 pi)."""
+    """True if the interval, moved by some turns, meets [0, 2 pi)."""
     return lower + TWO_PI * turn < TWO_PI and upper + TWO_PI * turn >= 0
 
 
 class Where(Region):
-    """The states of which a condition in text holds, such as `v > 0.63 - 0.53*phi and v > 0.55`.
+    """The states that satisfy a condition in text, such as `v > 0.63 - 0.53*phi and v > 0.55`.
 
-    The condition is taken as it is written: of an angle it sees the number it is given.
+    The condition is applied as written: for an angle it sees the number it is given.
     """
 
     text: str
@@ -149,7 +149,7 @@ class Where(Region):
         return read_condition(self.text, self.coordinates)
 
     def contains(self, states: ArrayLike) -> Bools:
-        """Which states meet the condition, states (N, n) -> shape (N,)."""
+        """A mask of the states (N, n) that satisfy the condition, shape (N,)."""
         return self._condition(states)
 
     def condition(self) -> "sp.Basic":

@@ -1,4 +1,4 @@
-"""States near the diagonals: the ratio filter of eq. r1uniond, the slopes there, their union over a parameter."""
+"""States near the diagonals: the ratio filter of eq. r1uniond, the derivatives there, their union over a parameter."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from nsmaps.reduced.conditions.region import Region
 
 
 class Diagonal(BaseModel):
-    """Which states count as potentially attracting: near all diagonals, and not on steep parts of the surfaces."""
+    """The criterion for potentially attracting states: near all diagonals, and not on steep parts of the surfaces."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    delta: Number = Field(gt=1, description="largest ratio between a state's coordinate and its image's, either way")
-    slope: Number | None = Field(None, gt=0, description="largest slope of a coordinate's image in that coordinate")
-    within: Region | None = Field(None, description="the region that is looked at; everywhere if omitted")
+    delta: Number = Field(gt=1, description="upper bound on the ratio of a coordinate and its image, and on its reciprocal")
+    slope: Number | None = Field(None, gt=0, description="upper bound on abs(dx'_i/dx_i)")
+    within: Region | None = Field(None, description="the region considered; all states if omitted")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,23 +34,24 @@ class DiagonalRegion:
     start: Floats  #: shape (M, n), the union over the parameter, each state once
     box: Floats  #: shape (n, 2), the hull of `start`; NaN if it is empty
     values: tuple[tuple[float, Floats], ...]  #: for each value of the parameter its own states, shape (m, n)
-    images: tuple[Floats, ...] = ()  #: theirs, each of shape (m, n), angles in [0, 2 pi); older runs kept none
-    slope: float | None = None  #: largest slope that was allowed; None if any was
+    images: tuple[Floats, ...] = ()  #: their images, each of shape (m, n), angles in [0, 2 pi); older runs stored none
+    slope: float | None = None  #: upper bound on abs(dx'_i/dx_i); None without one
 
 
 def near_diagonal(returns: Returns, delta: float) -> Bools:
-    """Which returns have 1/delta < |image/start| < delta in every coordinate, shape (N,); eq. r1uniond.
+    """A mask of the returns with 1/delta < |image/start| < delta in every coordinate, shape (N,); eq. r1uniond.
 
-    Angles are compared in [0, 2 pi), as the paper does.
+    Angles are compared in [0, 2 pi), as in the paper.
     """
     start, image = np.abs(_wrapped(returns.start, returns)), np.abs(_wrapped(returns.image, returns))
     return np.asarray(np.logical_and(start < delta * image, image < delta * start).all(axis=1))
 
 
 def own_slopes(surface: Surface) -> Floats:
-    """The slope of each coordinate's image in that same coordinate at the surface's states, shape (M, n).
+    """The derivative dx'_i/dx_i of each coordinate's image at the surface's states, shape (M, n).
 
-    Central differences on the surface's grid; NaN next to the grid's or the surface's edge. Angles are unwrapped.
+    It is computed by central differences on the surface's grid; NaN next to the edge of the grid or the surface. Angles are
+    unwrapped.
     """
     slopes = np.empty((len(surface.returns), len(surface.coordinates)))
     for i, axis in enumerate(surface.grid.axes.values()):
@@ -63,13 +64,13 @@ def own_slopes(surface: Surface) -> Floats:
 
 
 def attracting(diagonal: Diagonal, surface: Surface) -> Bools:
-    """Which of the surface's states pass the filter, shape (M,)."""
-    keep = near_diagonal(surface.returns, diagonal.delta)
+    """A mask of the surface's states that pass the filter, shape (M,)."""
+    mask = near_diagonal(surface.returns, diagonal.delta)
     if diagonal.within is not None:
-        keep &= diagonal.within.over(surface.coordinates).contains(surface.start)
+        mask &= diagonal.within.over(surface.coordinates).contains(surface.start)
     if diagonal.slope is not None:
-        keep &= (np.abs(own_slopes(surface)) <= diagonal.slope).all(axis=1)
-    return keep
+        mask &= (np.abs(own_slopes(surface)) <= diagonal.slope).all(axis=1)
+    return mask
 
 
 def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]]) -> DiagonalRegion:

@@ -1,4 +1,4 @@
-"""How well polynomials of several orders fit the states near the diagonals, for several delta: table TableDeltaErr."""
+"""Errors of polynomials of several orders fitted to the states near the diagonals, for several delta: table TableDeltaErr."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from nsmaps.reduced.fit.polymap import PolyMap
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearDiagonals:
-    """What of one surface lies near the diagonals for one delta (eq. r1uniond), and what was fitted to it."""
+    """The part of one surface near the diagonals for one delta (eq. r1uniond), and the fits to it."""
 
     delta: float
     surface: Surface
@@ -22,16 +22,16 @@ class NearDiagonals:
 def compare_deltas(
     diagonal: Diagonal, surface: Surface, deltas: Sequence[float], fits: Mapping[str, PolyFit]
 ) -> tuple[NearDiagonals, ...]:
-    """The fits to what of a surface is near the diagonals, for the filter's own delta and then each other one, once.
+    """The fits to the part of a surface near the diagonals, for the filter's own delta and then each other one, once.
 
     Raises:
         FitError: names the delta and the fit.
     """
-    made = []
+    found = []
     for delta in dict.fromkeys((diagonal.delta, *deltas)):
         near = surface.restricted(attracting(diagonal.model_copy(update={"delta": delta}), surface))
         try:
-            made.append(NearDiagonals(delta, near, fit_orders(near, fits)))
+            found.append(NearDiagonals(delta, near, fit_orders(near, fits)))
         except FitError as error:
             raise FitError(f"delta {delta:g}: {error}") from error
-    return tuple(made)
+    return tuple(found)

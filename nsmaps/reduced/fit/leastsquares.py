@@ -1,4 +1,4 @@
-"""Least squares in products of Chebyshev polynomials, by way of polynomials orthogonal on the data where that is needed."""
+"""Least squares in products of Chebyshev polynomials, via polynomials orthogonal on the data where that is needed."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from nsmaps.arrays import Floats, Ints
 from nsmaps.errors import FitError
 from nsmaps.reduced.fit.polymap import design
 
-WELL_CONDITIONED = 1e4  #: up to here Chebyshev products are solved for as they are
-ALIKE = 1e-8  #: a monomial of which a smaller share is independent of those before it, on the data, cannot be fitted
+WELL_CONDITIONED = 1e4  #: condition up to which the problem is solved in Chebyshev products directly
+ALIKE = 1e-8  #: least share of a monomial that must be independent of the previous ones on the data
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,14 +18,14 @@ class Solved:
 
     coefficients: Floats  #: (m,), of the Chebyshev products
     condition: float  #: of the problem that was solved
-    leverage: Floats  #: (N,), how much of each datum its own value makes of the fit there, 0 to 1
-    loss: float = 0.0  #: largest change at the data by going back to Chebyshev products
+    leverage: Floats  #: (N,), leverage of each datum: the weight of its own value in the fit there, 0 to 1
+    loss: float = 0.0  #: largest change at the data by the transformation back to Chebyshev products
 
 
 def solve(what: str, exponents: Ints, scaled: Floats, y: Floats) -> Solved:
-    """The least squares solution of data y (N,) at scaled states (N, n) in the Chebyshev products of exponents (m, n).
+    """The least squares solution for data y (N,) at scaled states (N, n) in the Chebyshev products of exponents (m, n).
 
-    Raises FitError, which begins with `what`, for data that do not tell the products apart.
+    Raises a FitError, which begins with `what`, for data that do not distinguish the products.
     """
     columns = design(exponents, scaled)
     q, r = np.linalg.qr(columns)
@@ -43,17 +43,19 @@ def solve(what: str, exponents: Ints, scaled: Floats, y: Floats) -> Solved:
         return Solved(coefficients, float(np.linalg.cond(basis)), _leverage(basis), loss)
     if rank < len(exponents):
         raise FitError(
-            f"{what}: {len(y)} data points tell only {rank} of {len(exponents)} monomials apart (they may lie on a curve); "
+            f"{what}: {len(y)} data points distinguish only {rank} of {len(exponents)} monomials (they may lie on a curve); "
             "expected: data that fill an area, or lower degrees"
         )
     return plain
 
 
 def orthonormal(exponents: Ints, scaled: Floats, columns: Floats) -> tuple[Floats, float]:
-    """Polynomials orthonormal on scaled data (N, n) that span the Chebyshev products `columns` of exponents (m, n): shape (N, m).
+    """Polynomials orthonormal on scaled data (N, n) that span the Chebyshev products `columns` of exponents (m, n): shape (N,
+    m).
 
-    Each is a coordinate times an earlier one, less its part in those before it (Arnoldi's process, twice for rounding:
-    Brubeck, Nakatsukasa and Trefethen, Vandermonde with Arnoldi, SIAM Rev. 63, 2021); so no monomial of high degree is ever
+    Each is a coordinate times an earlier one, minus its projection on the previous ones (Arnoldi's process, twice against
+    rounding:
+    Brubeck, Nakatsukasa and Trefethen, Vandermonde with Arnoldi, SIAM Rev. 63, 2021), so that no monomial of high degree is
     formed. Also returns the least share that was independent; where it is not above ALIKE the data do not determine the
     coefficients, and the process stops.
     """
@@ -81,5 +83,5 @@ def left_out(error: Floats, leverage: Floats) -> float:
 
 
 def _leverage(basis: Floats) -> Floats:
-    """How much of each datum its own value makes of the fit there, of an orthonormal basis (N, m): shape (N,)."""
+    """The leverage of each datum, from an orthonormal basis (N, m): shape (N,)."""
     return np.asarray((basis**2).sum(axis=1), float)

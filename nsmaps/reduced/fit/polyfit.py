@@ -20,14 +20,14 @@ from nsmaps.reduced.fit.polymap import paper_order
 
 Degree = Annotated[int, Field(ge=0, le=40)]
 
-ILL_CONDITIONED = 1e8  #: beyond this, half of a float's digits are lost in the fit
-POOR = 0.9  #: below this R2 a fit is warned of
-UNBOUND = 10.0  #: a point that is missed by so many times more when it is left out shows an order that is too high
-SEAM = 0.5  #: radians that a cut of the circle elsewhere must gain before the data are moved there
+ILL_CONDITIONED = 1e8  #: condition above which half of a float's digits are lost in the fit
+POOR = 0.9  #: a fit with R2 below this gives a warning
+UNBOUND = 10.0  #: a point whose error grows by this factor when it is left out indicates an order that is too high
+SEAM = 0.5  #: radians that another cut of the circle must gain before the data are moved there
 
 
 class PolyFit(BaseModel, ABC):
-    """Which monomials approximate each coordinate of a map, and on which of the data."""
+    """The monomials that approximate each coordinate of a map, and the data they are fitted to."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -39,18 +39,19 @@ class PolyFit(BaseModel, ABC):
 
     @abstractmethod
     def data(self, surface: Surface, output: str) -> Bools:
-        """Which of the surface's states an output is fitted to, shape (M,). FitError where there are none."""
+        """A mask of the surface's states to which an output is fitted, shape (M,). FitError where there are none."""
 
     def fit(self, surface: Surface) -> PolyMap:
         """The least squares polynomials of the surface, with a report.
 
-        The data are scaled to [-1, 1] and the monomials are Chebyshev products, of which the map is kept; where the data
-        fill their box so badly that these are ill-conditioned, polynomials orthogonal on the data are solved for. Angles
-        are unwrapped: a region over phi = 0 is fitted on one stretch, images are continued from their starts, less one
+        The data are scaled to [-1, 1] and the monomials are Chebyshev products, in which the map is stored; where the data
+        fill their box so badly that these are ill-conditioned, the problem is solved in polynomials orthogonal on the data.
+        Angles
+        are unwrapped: a region over phi = 0 is fitted on one interval, images are continued from their starts, minus one
         common number of turns.
 
         Raises:
-            FitError: the data are not finite, too few, or too alike for the monomials.
+            FitError: the data are not finite, too few, or do not determine the monomials.
         """
         names = surface.coordinates
         for name in self.absolute:
@@ -134,7 +135,7 @@ class Separable(PolyFit):
 
 def compare_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> list[tuple[str, FitReport]]:
     """The reports of several fits to one surface, by name, as in table TableDeltaErr. FitError names the fit."""
-    return [(name, made.report) for name, made in fit_orders(surface, fits).items() if made.report]
+    return [(name, map.report) for name, map in fit_orders(surface, fits).items() if map.report]
 
 
 def fit_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> dict[str, PolyMap]:
@@ -150,7 +151,7 @@ def fit_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> dict[str, PolyM
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Data:
-    """What was fitted."""
+    """The data of a fit."""
 
     start: Floats  # (M, n)
     target: Floats  # (M, n)
@@ -161,8 +162,8 @@ class _Data:
 def unwrapped(surface: Surface) -> tuple[Floats, Floats]:
     """Starts and images of a surface, each (M, n), with angles as real numbers that a polynomial can follow.
 
-    Starts lie on one stretch of the circle, which leaves [0, 2 pi) only where they would be torn there. Images are
-    continued from their starts, less one common number of turns that brings their median to [0, 2 pi).
+    Starts lie on one interval of the circle, which leaves [0, 2 pi) only where it would be cut there. Images are
+    continued from their starts, minus one common number of turns that brings their median to [0, 2 pi).
     """
     start, lifted = np.array(surface.start, float), np.array(surface.lifted, float)
     for i in np.flatnonzero(angle_mask(surface.coordinates)):
@@ -175,7 +176,7 @@ def unwrapped(surface: Surface) -> tuple[Floats, Floats]:
 
 
 def stretch_of(angles: Floats) -> Floats:
-    """The angles, plus whole turns, on the stretch that leaves out the widest gap of the circle; as they are if they fit."""
+    """The angles, plus whole turns, on the interval that omits the widest gap of the circle; unchanged if they fit."""
     wrapped = wrap(angles)
     around = np.sort(wrapped)
     gaps = np.diff(around, append=around[0] + TWO_PI)
@@ -193,7 +194,7 @@ def _line(surface: Surface, j: int, value: float) -> Bools:
     x = surface.start[:, j]
     away = np.abs((nearest_turn(x, value) if angle_mask(surface.coordinates)[j] else x) - value)
     if not len(x) or away.min() > 1.001 * step:
-        where = f"lie in [{x.min():.6g}, {x.max():.6g}]" if len(x) else "are none"
+        where = f"lie in [{x.min():.6g}, {x.max():.6g}]" if len(x) else "are empty"
         raise FitError(f"along: no data within a grid step of {name} = {value!r}; the data {where}")
     return np.abs(x - x[np.argmin(away)]) < 1e-6 * step
 
@@ -203,7 +204,7 @@ def _up_to(highest: Sequence[int], total: int) -> list[tuple[int, ...]]:
     if not highest:
         return [()]
     heads = range(min(highest[0], total) + 1)
-    return [(head, *rest) for head in heads for rest in _up_to(highest[1:], total - head)]
+    return [(head, *tail) for head in heads for tail in _up_to(highest[1:], total - head)]
 
 
 def _known(name: str, names: Sequence[str], what: str) -> None:
@@ -212,7 +213,7 @@ def _known(name: str, names: Sequence[str], what: str) -> None:
 
 
 def _check(what: str, x: Floats, y: Floats, exponents: Ints, names: Sequence[str]) -> None:
-    """A FitError if the data (M, n), (M,) do not determine the coefficients of the monomials (m, n)."""
+    """Raise a FitError if the data (M, n), (M,) do not determine the coefficients of the monomials (m, n)."""
     good = np.isfinite(x).all(axis=1) & np.isfinite(y)
     if not good.all():
         raise FitError(f"{what}: {np.sum(~good)} of {len(y)} data points are NaN or infinite; expected: returns with an image")
@@ -259,15 +260,15 @@ def _warnings(report: FitReport, data: _Data, error: Floats, i: int) -> list[str
         texts.append(f"{name}' passes through its {rows.sum()} points, as many as terms; its errors say nothing")
     elif report.left_out[i] > max(UNBOUND * report.max_error[i], reach):
         missed = f"a point left out of the fit would be missed by {report.left_out[i]:.2g}, and the data span {reach:.2g}"
-        alone = missed if np.isfinite(report.left_out[i]) else "a point alone decides the fit there"
-        texts.append(f"{name}': {alone}; the order is higher than the data bear")
+        alone = missed if np.isfinite(report.left_out[i]) else "a single point determines the fit there"
+        texts.append(f"{name}': {alone}; the data do not determine polynomials of this order")
     if report.loss[i] > reach / ILL_CONDITIONED:
-        texts.append(f"{name}': kept in Chebyshev products of its box the fit is off by {report.loss[i]:.2g}")
+        texts.append(f"{name}': the representation in Chebyshev products of its box changes the fit by {report.loss[i]:.2g}")
     if report.condition[i] > ILL_CONDITIONED:
-        texts.append(f"{name}': the least squares problem has condition {report.condition[i]:.2g}; its digits are doubtful")
+        texts.append(f"{name}': the least squares problem has condition {report.condition[i]:.2g}; few digits are correct")
     if report.r2[i] < POOR:
-        most = f"its largest error is {report.max_error[i]:.2g}, and the data span {reach:.2g}"
-        texts.append(f"{name}': R2 is {report.r2[i]:.3g}, below {POOR:g}: the polynomial does not follow the data; {most}")
+        largest = f"its largest error is {report.max_error[i]:.2g}, and the data span {reach:.2g}"
+        texts.append(f"{name}': R2 is {report.r2[i]:.3g}, below {POOR:g}: the polynomial does not follow the data; {largest}")
     outside = np.mean((y < 0) | (y >= TWO_PI))
     if angle_mask(report.coordinates)[i] and outside > 0:
         where = f"{name}' reaches from {y.min():.4g} to {y.max():.4g}, {100 * outside:.3g} % of it outside [0, 2 pi)"

@@ -1,4 +1,4 @@
-"""Polynomial maps in scaled Chebyshev products, and the report on how well they fit."""
+"""Polynomial maps in scaled Chebyshev products, and the report on their fit."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 Exacts = NDArray[np.object_]  # of Fractions
 
-ROWS, FLOATS = 2**14, 2**21  #: states that are evaluated at a time, to stay in the cache, and floats that they may take
+ROWS, FLOATS = 2**14, 2**21  #: states evaluated at a time, to stay in the cache, and their number of floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitReport:
-    """How well the polynomials of a map meet the data they were fitted to; arrays have one entry an output."""
+    """The errors of the polynomials of a map at the data of their fit; arrays have one entry per output."""
 
     coordinates: tuple[str, ...]
     r2: Floats  #: shape (n,), 1 - SSE/SST as in table TableDeltaErr; NaN where the data do not vary
@@ -34,10 +34,10 @@ class FitReport:
     terms: Ints  #: shape (n,), coefficients fitted
     left_out: Floats  #: shape (n,), the largest error at a data point when it alone is left out of the fit (PRESS residual)
     loss: Floats  #: shape (n,), the largest change at a data point by the change from orthogonal to Chebyshev products
-    warnings: tuple[str, ...] = ()  #: what a reader should know before trusting the figures
+    warnings: tuple[str, ...] = ()  #: limitations of the figures
 
     def rows(self) -> list[dict[str, Any]]:
-        """One row an output for a table, as plain numbers by name."""
+        """One row per output for a table, as plain numbers by name."""
         columns = ("r2", "sse", "max_error", "condition", "points", "terms")
         arrays = [getattr(self, name).tolist() for name in columns]
         rows = zip(self.coordinates, *arrays, strict=True)
@@ -64,7 +64,7 @@ class PolyMap:
 
     @classmethod
     def reset(cls, coordinates: Sequence[str], values: Mapping[str, float]) -> "PolyMap":
-        """The map that sets some coordinates to constants and keeps the others (step vi of the general algorithm)."""
+        """The map that sets some coordinates to constants and preserves the others (step vi of the general algorithm)."""
         names = tuple(coordinates)
         for name in values:
             _index(name, names, "reset")
@@ -83,7 +83,7 @@ class PolyMap:
     ) -> "PolyMap":
         """The map of plain monomials, each output's coefficients by their exponents, in Chebyshev products of a box (n, 2).
 
-        Converted in exact rational arithmetic and rounded once, so terms that cancel on the box cost no digits there.
+        Conversion is in exact rational arithmetic with one rounding, so that cancellation on the box costs no digits.
         """
         names, domain = tuple(coordinates), np.array(box, float)
         centre, scale = domain.mean(axis=1), np.ptp(domain, axis=1) / 2
@@ -118,13 +118,13 @@ class PolyMap:
     def monomials(self, output: str) -> dict[tuple[int, ...], float]:
         """The coefficients of the plain monomials of one output by their exponents, in the order of eq. cubic2dv.
 
-        Converted exactly and rounded once; yet over a small box far from zero plain monomials cancel, so evaluate the
-        map itself. Of an absolute value these are the coefficients within.
+        They are converted exactly and rounded once; but over a small box far from zero plain monomials cancel, so evaluate the
+        map itself. For an absolute value these are the coefficients of its argument.
         """
         return {key: float(value) for key, value in self.exact_monomials(output).items()}
 
     def exact_monomials(self, output: str) -> dict[tuple[int, ...], Fraction]:
-        """As `monomials`, not rounded: for closed forms that are to agree with the map where plain monomials cancel."""
+        """As `monomials`, not rounded: for closed forms that must agree with the map where plain monomials cancel."""
         i = _index(output, self.coordinates, "monomials")
         tensor = np.vectorize(Fraction, otypes=[object])(dense([self.exponents[i]], [self.coefficients[i]])[0])
         tensor = _changed(tensor, self.centre, self.scale, _in_powers)
@@ -132,9 +132,9 @@ class PolyMap:
         return {key: tensor[key] for key in paper_order(asked | set(_terms(tensor)))}
 
     def monomial_error(self, output: str) -> float:
-        """The largest difference over the domain between the map and its `monomials`, evaluated in floats as they stand.
+        """The largest difference over the domain between the map and its `monomials`, evaluated in floats as printed.
 
-        On a grid of about 10,000 Chebyshev points, ends included; of a reset, over [-1, 1].
+        It is taken on a grid of about 10,000 Chebyshev points, ends included; for a reset, over [-1, 1].
         """
         i, n = _index(output, self.coordinates, "monomials"), len(self.coordinates)
         ends = np.where(np.isfinite(self.domain), self.domain, self.centre[:, None] + np.outer(self.scale, [-1, 1]))
@@ -192,7 +192,7 @@ def dense(exponents: Sequence[Ints], coefficients: Sequence[Floats]) -> Floats:
 
 
 def _evaluate(tensor: Floats, scaled: Floats) -> Floats:
-    """The sums of Chebyshev products at scaled states (N, n), shape (N, outputs); a coordinate at a time, from the last."""
+    """The sums of Chebyshev products at scaled states (N, n), shape (N, outputs); coordinate by coordinate, from the last."""
     out = np.empty((len(scaled), len(tensor)))
     block = min(ROWS, max(1, FLOATS // tensor[..., 0].size))
     with np.errstate(invalid="ignore", over="ignore"):
@@ -207,7 +207,7 @@ def _evaluate(tensor: Floats, scaled: Floats) -> Floats:
 
 
 def _changed(tensor: Exacts, centre: Floats, scale: Floats, basis: Callable[[int, Fraction, Fraction], Exacts]) -> Exacts:
-    """Coefficients by exponents in another basis, whose row k holds the k-th polynomial of the old one, exactly."""
+    """Coefficients by exponents in another basis, whose row k contains the k-th polynomial of the old one, exactly."""
     for j, size in enumerate(tensor.shape):
         rows = basis(size, Fraction(float(centre[j])), Fraction(float(scale[j])))
         tensor = np.moveaxis(np.tensordot(tensor, rows, axes=(j, 0)), -1, j)

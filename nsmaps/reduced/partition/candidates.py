@@ -1,4 +1,4 @@
-"""Step iii by itself: where the map may attract, from the diagonals of the phase planes and from where orbits stay."""
+"""Step iii: sets in which the map may attract, from the diagonals of the phase planes and from the ends of orbits."""
 
 from collections.abc import Sequence
 
@@ -14,17 +14,18 @@ from nsmaps.reduced.fit.filter import Diagonal, attracting
 from nsmaps.reduced.fit.polyfit import stretch_of
 from nsmaps.reduced.partition.cell import rounded
 
-STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis, returns of their orbits, states at their ends that count
+STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis, returns of their orbits, number of last states that count
 RASTER = 40  #: cells of the raster that groups states
-MARGIN = 0.01  #: of the grid's sides, around a group
-MOST_GROUPS = 4  #: beyond this one hull is taken around all
+MARGIN = 0.01  #: margin around a group, as a share of the grid's sides
+MOST_GROUPS = 4  #: for more boxes one hull is taken around all
 
 
 def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float, slope: float) -> tuple[Floats, Floats]:
-    """Boxes around what may attract, shape (B, n, 2), and the states in them that say so, shape (M, n).
+    """Boxes around possible attractors, shape (B, n, 2), and the states in them that indicate these, shape (M, n).
 
-    Candidates are the states near both diagonals where the surfaces are gentle (eq. r1uniond). Those are kept that lie
-    together with states in which orbits stay: ends of orbits of the map from all over the grid. Where the grid goes all around
+    Candidates are the states near both diagonals where the surfaces have small derivatives (eq. r1uniond). Those are selected
+    that lie
+    together with states in which orbits stay: ends of orbits of the map from the whole grid. Where the grid covers
     an angle's circle a box may lie across its ends: then its upper bound is beyond them.
 
     Args:
@@ -46,7 +47,7 @@ def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float,
 
 
 def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> Floats:
-    """The grid's states near both diagonals on gentle parts of the surface of their word, shape (M, n)."""
+    """The grid's states near both diagonals on parts of the surface of their word with small derivatives, shape (M, n)."""
     found = [np.empty((0, len(returns.coordinates)))]
     for code in np.unique(returns.codes[returns.valid]):
         member = returns.valid & (returns.codes == code)
@@ -69,7 +70,7 @@ def box_of(grid: Grid) -> Floats:
 
 
 def inside(states: Floats, box: Floats) -> Bools:
-    """Which states lie in a box, shape (N,); none that is NaN."""
+    """A mask of the states in a box, shape (N,); False if NaN."""
     with np.errstate(invalid="ignore"):
         return np.asarray(((states >= box[:, 0]) & (states <= box[:, 1])).all(axis=1))
 
@@ -79,11 +80,11 @@ def _around(states: Floats, box: Floats, margin: Floats, circles: Bools) -> Floa
     x = np.column_stack([stretch_of(column) if circle else column for column, circle in zip(states.T, circles, strict=True)])
     ends = np.column_stack([x.min(axis=0) - margin, x.max(axis=0) + margin])
     short = np.array([[rounded(end, 100 * width) for end in pair] for pair, width in zip(ends, margin, strict=True)])
-    return _within(short, box, circles)
+    return _part_in(short, box, circles)
 
 
 def _beside_cuts(boxes: Floats, circles: Bools) -> Floats:
-    """The middles of boxes (B, n, 2) on both ends of each circle that they lie across: the parts on either side may attract."""
+    """The centres of boxes (B, n, 2) on both ends of each circle that they lie across: the parts on either side may attract."""
     found = [np.empty((0, boxes.shape[1]))]
     for i in np.flatnonzero(circles):
         turn = np.floor(boxes[:, i] / TWO_PI)
@@ -93,7 +94,7 @@ def _beside_cuts(boxes: Floats, circles: Bools) -> Floats:
     return np.concatenate(found)
 
 
-def _within(hull: Floats, box: Floats, circles: Bools) -> Floats:
+def _part_in(hull: Floats, box: Floats, circles: Bools) -> Floats:
     """The part of a hull (n, 2) in the box; on a circle all of it, up to one turn."""
     inner = np.column_stack([np.maximum(hull[:, 0], box[:, 0]), np.minimum(hull[:, 1], box[:, 1])])
     whole = hull[:, 1] - hull[:, 0] >= TWO_PI
@@ -101,14 +102,14 @@ def _within(hull: Floats, box: Floats, circles: Bools) -> Floats:
 
 
 def _groups(states: Floats, box: Floats, circles: Bools) -> np.ndarray:
-    """A number for each state, the same for those whose cells of a raster touch, around circles too."""
+    """A number for each state, equal for those whose cells of a raster touch, around circles too."""
     from scipy.ndimage import label
 
     place = np.clip(((states - box[:, 0]) / (box[:, 1] - box[:, 0]) * RASTER).astype(int), 0, RASTER - 1)
     raster = np.zeros((RASTER,) * len(box), bool)
     raster[tuple(place.T)] = True
     numbers = label(np.pad(raster, [(0, int(circle)) for circle in circles], mode="wrap"), np.ones((3,) * len(box)))[0]
-    for i in np.flatnonzero(circles):  # the first cells stand once more behind the last ones
+    for i in np.flatnonzero(circles):  # the first cells are repeated after the last ones
         cells = np.moveaxis(numbers, i, 0)
         for k in map(tuple, np.argwhere(cells[0])):
             numbers[numbers == cells[RASTER][k]] = cells[0][k]
@@ -123,6 +124,6 @@ def _united(boxes: Sequence[Floats], box: Floats, circles: Bools) -> list[Floats
             middle = boxes[j].mean(axis=1)
             b = boxes[j] + np.where(circles, nearest_turn(middle, a.mean(axis=1)) - middle, 0.0)[:, None]
             if ((a[:, 0] <= b[:, 1]) & (b[:, 0] <= a[:, 1])).all():
-                hull = _within(np.column_stack([np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 1], b[:, 1])]), box, circles)
+                hull = _part_in(np.column_stack([np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 1], b[:, 1])]), box, circles)
                 return _united([hull, *(other for k, other in enumerate(boxes) if k not in (i, j))], box, circles)
     return boxes

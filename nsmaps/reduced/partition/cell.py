@@ -1,4 +1,6 @@
-"""Cells of a partition of the plane: rectangles cut by low-order curves, written as conditions, with samples of the exact map."""
+"""Cells of a partition of the plane: rectangles cut by curves of low order, written as conditions, with samples of the exact
+map.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,16 +16,16 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.reduced.conditions.region import Region, Where
 
-SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid, and random points that no fit sees
+SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid, and random held-out points
 FEW = 20  #: if a cell holds less than one in so many of the points around it, its grid is drawn around those
 
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """The curve x_dependent = q(x_other), and the side of it that is kept; of no other coordinate it is a plain bound."""
+    """The curve x_dependent = q(x_other), and the selected side of it; without another coordinate it is a plain bound."""
 
     dependent: int
-    coefficients: tuple[float, ...]  #: of rising powers of the other coordinate
+    coefficients: tuple[float, ...]  #: in increasing powers of the other coordinate
     above: bool
 
     @property
@@ -40,16 +42,16 @@ class Cut:
         return f"{coordinates[self.dependent]} {'>' if self.above else '<='} {curve}"
 
     def beyond(self, states: Floats) -> Bools:
-        """Which states lie above the curve, shape (N,)."""
+        """A mask of the states above the curve, shape (N,)."""
         return states[:, self.dependent] > Polynomial(self.coefficients)(states[:, 1 - self.dependent])
 
     def replaces(self, other: "Cut") -> bool:
-        """Whether this cut, made later, is the other one moved inwards."""
+        """True if this cut, made later, is the other one moved inwards."""
         same = (self.dependent, self.above, self.coefficients[1:]) == (other.dependent, other.above, other.coefficients[1:])
         return same and (self.coefficients[0] >= other.coefficients[0]) == self.above
 
     def sides(self) -> "tuple[Cut, Cut]":
-        """The part below the curve and that above it."""
+        """The side below the curve and the side above it."""
         return replace(self, above=False), replace(self, above=True)
 
 
@@ -59,9 +61,9 @@ class Cell:
 
     coordinates: tuple[str, ...]
     bounds: tuple[tuple[float, float], ...]  #: of the box, one pair a coordinate
-    closed: tuple[bool, ...] = (True, True)  #: whether the lower bound belongs to the cell
-    cuts: tuple[Cut, ...] = ()  #: curves; plain bounds are put into `bounds`
-    hull: tuple[tuple[float, float], ...] = ()  #: a box around what the curves leave; the bounds without them
+    closed: tuple[bool, ...] = (True, True)  #: True if the lower bound belongs to the cell
+    cuts: tuple[Cut, ...] = ()  #: curves; plain bounds are in `bounds`
+    hull: tuple[tuple[float, float], ...] = ()  #: a box around the cell within the curves; the bounds without them
 
     def cut(self, cut: Cut) -> "Cell":
         """The part of the cell on one side of a curve."""
@@ -88,16 +90,16 @@ class Cell:
 
     @cached_property
     def region(self) -> Where:
-        """The cell as a region that a composite map can hold."""
+        """The cell as a region of a composite map."""
         return Where(text=self.text, coordinates=self.coordinates)
 
     @cached_property
     def around(self) -> Floats:
-        """The box that samples are taken in, shape (n, 2)."""
+        """The box in which samples are taken, shape (n, 2)."""
         return np.array(self.hull or self.bounds, float)
 
     def _shrunk(self) -> "Cell":
-        """The cell with a hull around what its curves leave of its box, found on grids."""
+        """The cell with a hull around the part of its box within its curves, found on grids."""
         box = np.array(self.bounds, float)
         if self.cuts:
             for _ in range(3):
@@ -117,7 +119,7 @@ class Sample:
     """Exact returns in a cell: on a grid for the fits, and at random places for their errors."""
 
     grid: Grid
-    inside: Bools  #: shape (grid.size,), which grid points lie in the cell
+    inside: Bools  #: shape (grid.size,), mask of the grid points in the cell
     returns: Returns  #: of the whole grid
     held_out: Returns  #: of random states in the cell
     area: float  #: of the cell
@@ -125,18 +127,18 @@ class Sample:
     def restricted(self, cut: Cut) -> "Sample":
         """The part of the sample on one side of a curve."""
         inside = self.inside & (cut.beyond(self.returns.start) == cut.above)
-        keep = cut.beyond(self.held_out.start) == cut.above
-        share = float(keep.mean()) if len(keep) else 0.0
-        return replace(self, inside=inside, held_out=self.held_out.select(keep), area=self.area * share)
+        mask = cut.beyond(self.held_out.start) == cut.above
+        share = float(mask.mean()) if len(mask) else 0.0
+        return replace(self, inside=inside, held_out=self.held_out.select(mask), area=self.area * share)
 
-    def surface(self, keep: Bools) -> Surface:
-        """The returns of those grid points in the cell that have an image and are kept, as data for a fit."""
-        member = self.inside & self.returns.valid & keep
+    def surface(self, mask: Bools) -> Surface:
+        """The selected returns of grid points in the cell with an image, as data for a fit."""
+        member = self.inside & self.returns.valid & mask
         return Surface("cell", self.grid, member, self.returns.select(member))
 
 
 def sample(map: ReturnMap, cell: Cell, taken: Sequence[Region] = (), side: int = SIDE, held_out: int = HELD_OUT) -> Sample:
-    """The exact returns in a cell, without the states that other regions have taken."""
+    """The exact returns in a cell, without the states of other regions."""
     low, high = cell.around.T
     random = np.random.default_rng(0).uniform(low, high, (held_out, len(low)))
     free = _free(random, cell, taken)
@@ -153,7 +155,7 @@ def sample(map: ReturnMap, cell: Cell, taken: Sequence[Region] = (), side: int =
 
 
 def rounded(value: float, width: float) -> float:
-    """The value with as many digits behind the point as tell a thousandth of the width apart."""
+    """The value with as many decimals as resolve a thousandth of the width."""
     return round(float(value), max(0, 3 - int(np.floor(np.log10(width)))) if width > 0 else 17)
 
 

@@ -1,4 +1,4 @@
-"""Step vii: the composite map with resets outside of the grid's box, and what it does at states that no fit saw."""
+"""Step vii: the composite map with resets outside of the grid's box, and its errors at held-out states."""
 
 from collections import Counter
 from collections.abc import Container
@@ -23,29 +23,29 @@ if TYPE_CHECKING:
     from nsmaps.reduced.partition.refine import Leaf, Refinement
 
 VALIDATION = 20_000  #: random states of the grid's box, and of each attracting piece
-STARTS, RETURNS, TAIL = 500, 160, 32  #: random starts whose orbits must arrive, their returns, and how many count as the end
+STARTS, RETURNS, TAIL = 500, 160, 32  #: random starts whose orbits must arrive, their returns, and the number of last returns
 
 
 def random_states(box: Floats, count: int) -> Floats:
-    """Random states of a box, shape (count, n); the same at every call."""
+    """Random states of a box, shape (count, n); the same in every call."""
     low, high = box.T
     return np.random.default_rng(7).uniform(low, high, (count, len(low)))
 
 
 def ends(map: ReturnMap, composite: CompositeMap, grid: Grid) -> NDArray[np.int64]:
-    """The pieces in which orbits of a map from random starts are at their end, shape (TAIL, STARTS); -1 for none."""
+    """The pieces in which orbits of a map from random starts end, shape (TAIL, STARTS); -1 for none."""
     tail = orbit(map, random_states(box_of(grid), STARTS), RETURNS).states[-TAIL:]
     return composite.piece_of(tail.reshape(-1, tail.shape[-1])).reshape(tail.shape[:2])
 
 
 def arrivals(map: ReturnMap, composite: CompositeMap, attracting: Container[str], grid: Grid) -> float:
-    """The share of these orbits that visit attracting pieces at their end."""
+    """The share of these orbits whose last states visit attracting pieces."""
     numbers = [k for k, each in enumerate(composite.pieces) if each.name in attracting]
     return float(np.isin(ends(map, composite, grid), numbers).any(axis=0).mean())
 
 
 def finalize(system: "ImpactSystem", grid: Grid, spec: "Partition", refinement: "Refinement") -> PartitionResult:
-    """The result of a refinement, judged anew."""
+    """The result of a refinement, validated at new states."""
     leaves = sorted(refinement.leaves, key=lambda leaf: leaf.role != "attracting")
     composite = refinement.composite()
     attracting = tuple(f"R{leaf.number}" for leaf in leaves if leaf.role == "attracting")
@@ -73,7 +73,7 @@ def finalize(system: "ImpactSystem", grid: Grid, spec: "Partition", refinement: 
 
 
 def _attracting_error(system: "ImpactSystem", composite: CompositeMap, leaves: "list[Leaf]") -> tuple[float, int]:
-    """The largest error at new random states of the attracting pieces, and how many they were."""
+    """The largest error at new random states of the attracting pieces, and the number of these states."""
     worst, points = float("nan"), 0
     for number, leaf in enumerate(leaves):
         if leaf.role == "attracting":

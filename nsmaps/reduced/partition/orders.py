@@ -1,4 +1,4 @@
-"""Step iv: the lowest order of polynomial in two coordinates that meets a tolerance at points that the fit has not seen."""
+"""Step iv: the lowest order of polynomials in two coordinates that meets a tolerance at held-out points."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,32 +14,32 @@ from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.cell import Sample
 
-SURE = 0.8  #: of a demand that no state may miss, used up at the held-out states: others may lie a little farther off
+SURE = 0.8  #: share of a strict demand used at the held-out states, since other states may have slightly larger errors
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
-    """What a fit must meet: an error of each coordinate that at most a share of the states may exceed."""
+    """The demand on a fit: an error of each coordinate that at most a share of the states may exceed."""
 
     errors: Floats  #: shape (n,)
-    share: float  #: of the held-out states that may be farther off; 0 for none
+    share: float  #: largest share of the held-out states with a larger error; 0 for none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chosen:
-    """The fit that was chosen for a cell, and how it does at the held-out states."""
+    """The fit that was chosen for a cell, and its errors at the held-out states."""
 
     map: PolyMap
     order: str  #: such as `full v:3 phi:2` or `separable v:5 phi:5`; `constant` for a reset
-    word: str  #: the commonest of the cell
+    word: str  #: the most frequent word of the cell
     max_error: Floats  #: shape (n,), largest error at the held-out states of any word
-    missed: float  #: the share of the held-out states that are farther off than is demanded
-    met: bool  #: whether the demand is met
+    missed: float  #: share of the held-out states with a larger error than demanded
+    met: bool  #: True if the demand is met
     states: int  #: held-out states
 
 
 def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterator[tuple[str, PolyFit, int]]:
-    """The orders that are compared, by their number of terms: constant, separable if asked for, and full ones.
+    """The orders that are compared, by their number of terms: constant, separable if requested, and full ones.
 
     Degrees of full ones differ by at most one, as in the paper's poly23.
     """
@@ -63,10 +63,10 @@ def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterato
 
 
 def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool = False) -> Chosen | None:
-    """The order with the fewest terms that meets a demand, or else the one that comes nearest; None without data.
+    """The order with the fewest terms that meets a demand, or otherwise the one that comes nearest; None without data.
 
-    Each is fitted to the commonest word's returns on the cell's grid, and judged at the held-out states, which no fit sees
-    and among which are those of other words. Where no state may miss the demand, no point of the grid may either.
+    Each is fitted to the returns of the most frequent word on the cell's grid, and validated at the held-out states,
+    which include other words. If no state may miss the demand, no point of the grid may either.
     """
     data = commonest(sample)
     if data is None:
@@ -92,7 +92,7 @@ def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool =
 
 
 def commonest(sample: Sample) -> tuple[str, Surface] | None:
-    """The commonest word of a cell and its returns on the cell's grid; None if nothing returns."""
+    """The most frequent word of a cell and its returns on the cell's grid; None if nothing returns."""
     codes, counts = np.unique(sample.returns.codes[sample.inside & sample.returns.valid], return_counts=True)
     if not len(codes):
         return None
@@ -111,12 +111,12 @@ def held_out_error(polymap: PolyMap, held_out: Returns, demand: Demand) -> tuple
 
 
 def errors(image: Floats, exact: Returns) -> Floats:
-    """How far images are from the exact ones in each coordinate, angles the short way round, shape (N, n)."""
+    """The errors of images in each coordinate, angles the shorter way round, shape (N, n)."""
     near = np.where(angle_mask(exact.coordinates), nearest_turn(image, exact.image), image)
     return np.abs(near - exact.image)
 
 
 def _worse(best: Chosen, other: Chosen, demand: Demand) -> bool:
-    """Whether the other fit comes nearer to a demand: fewer states miss it, then by a smaller largest error."""
+    """True if the other fit is nearer to a demand: fewer states miss it, or as many with a smaller largest error."""
     one, two = ((each.missed, (each.max_error / demand.errors).max()) for each in (best, other))
     return two < one

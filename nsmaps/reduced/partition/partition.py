@@ -1,4 +1,4 @@
-"""The general algorithm by itself (section 4.1, steps 0 to vii): from a system and a tolerance to a composite map."""
+"""The general algorithm (section 4.1, steps 0 to vii): from a system with two coordinates and a tolerance to a composite map."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -17,26 +17,26 @@ if TYPE_CHECKING:
     from nsmaps.reduced.adaptive.accurate import AccurateResult
 
 Role = Literal["attracting", "transient"]
-Progress = Callable[[int, int], None]  #: what is done, of how much
+Progress = Callable[[int, int], None]  #: description of the current step, and of how many
 
 
 class Partition(BaseModel):
-    """The specification of the map that replaces an exact one in a plane; the tolerance is the one choice that must be made."""
+    """The specification of the reduced map of a planar system; the tolerance is the only choice that must be made."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     tolerance: Number = Field(gt=0, description="largest error of an image where the map attracts, in each coordinate")
     kind: Literal["closed_form", "accurate"] = Field(
-        default="closed_form", description="few pieces that can be written down, or the tolerance everywhere"
+        default="closed_form", description="few pieces in closed form, or the tolerance everywhere"
     )
-    max_pieces: int = Field(default=40, ge=2, description="at which pieces are taken as they are")
+    max_pieces: int = Field(default=40, ge=2, description="at which refinement ends")
     max_order: int = Field(default=5, ge=0, le=20, description="highest degree in each coordinate")
-    separable: bool = Field(default=True, description="whether transient pieces may be separable (remark separable)")
-    everywhere: bool = Field(default=False, description="whether the tolerance is for transient pieces too")
+    separable: bool = Field(default=True, description="true if transient pieces may be separable (remark separable)")
+    everywhere: bool = Field(default=False, description="true if the tolerance applies to transient pieces too")
     delta: Number = Field(default=1.2, gt=1, description="nearness to the diagonals, eq. r1uniond")
-    slope: Number = Field(default=2.0, gt=0, description="largest slope of a coordinate's image in itself near the diagonals")
+    slope: Number = Field(default=2.0, gt=0, description="upper bound on abs(dx'_i/dx_i) near the diagonals")
     attracting: tuple[dict[str, tuple[Number, Number]], ...] = Field(
-        default=(), description="boxes that are taken as attracting instead of those of step iii"
+        default=(), description="attracting boxes in place of those of step iii"
     )
 
     @model_validator(mode="after")
@@ -49,11 +49,11 @@ class Partition(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class LogRow:
-    """One region of one iteration, R_{n.m}, and what became of it."""
+    """One region of one iteration, R_{n.m}, and the decision on it."""
 
-    name: str  #: R n.m: region n as it was defined on iteration m
+    name: str  #: R n.m: region n as defined in iteration m
     role: str  #: `attracting`, `transient`, or `outside` of the grid
-    word: str  #: the commonest of its returns; "" if none has an image
+    word: str  #: the most frequent word of its returns; "" if none has an image
     where: str  #: the region as a condition
     share: float  #: of the grid's box
     order: str  #: the order of polynomial that was chosen
@@ -61,7 +61,7 @@ class LogRow:
     r2: tuple[float, ...]  #: of each output, on the data of the fit
     sse: tuple[float, ...]
     max_error: tuple[float, ...]  #: of each output, at held-out states of any word
-    missed: float  #: share of the held-out states that are farther off than was demanded
+    missed: float  #: share of the held-out states with a larger error than demanded
     demanded: tuple[float, ...]  #: error of each output
     states: int  #: held out
     met: bool
@@ -70,31 +70,31 @@ class LogRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartitionResult:
-    """The composite map that the algorithm made, what it did on the way, and what it did not reach."""
+    """The composite map of the algorithm, the log of its iterations, and its remaining errors."""
 
     spec: Partition
     composite: CompositeMap
     log: tuple[LogRow, ...]
-    attracting: tuple[str, ...]  #: names of the pieces that are to be accurate
-    unmet: tuple[str, ...]  #: names of the pieces that miss what was demanded of them
+    attracting: tuple[str, ...]  #: names of the attracting pieces, which must be accurate
+    unmet: tuple[str, ...]  #: names of the pieces that miss their demand
     max_error: float  #: largest error at held-out states in attracting pieces; NaN if there are none
-    points: int  #: how many held-out states that were
+    points: int  #: number of those held-out states
     covered: float  #: share of random states of the grid's box that lie in a piece
-    uncovered: dict[str, float]  #: shares of those that lie in none, by what became of their exact return
+    uncovered: dict[str, float]  #: shares of those that lie in none, by the outcome of their exact return
     right_next: float  #: share of random states whose image lies in the same piece as their exact image
-    arrives: tuple[float, float]  #: share of random starts whose orbits end among attracting pieces: exact, composite map
+    arrives: tuple[float, float]  #: share of random starts whose orbits end in attracting pieces: exact, composite map
 
     @property
     def met(self) -> bool:
-        """Whether there are attracting pieces, and neither in their making nor at new states one misses the tolerance."""
+        """True if there are attracting pieces, and none of them misses the tolerance in construction or at new states."""
         return self.max_error <= self.spec.tolerance and not set(self.attracting) & set(self.unmet)
 
     @property
     def reason(self) -> str:
-        """What holds, or why the tolerance is not met, as a sentence."""
+        """The result, or the reason why the tolerance is not met, as a sentence."""
         tolerance = f"tolerance {self.spec.tolerance:g}"
         if not self.attracting:
-            return f"no region of the grid attracts, by the diagonals and by where orbits stay; {tolerance}"
+            return f"no region of the grid attracts, by the diagonals and by the ends of orbits; {tolerance}"
         missing = [name for name in self.attracting if name in self.unmet]
         short = f"; {', '.join(missing)} given up" if missing else ""
         many = f"{len(self.attracting)} attracting piece{'s' * (len(self.attracting) != 1)}"
@@ -112,9 +112,10 @@ class PartitionResult:
 
 @shows
 def partition(
-    system: "ImpactSystem", grid: Grid, spec: Partition, progress: Progress = lambda done, most: None
+    system: "ImpactSystem", grid: Grid, spec: Partition, progress: Progress = lambda done, of: None
 ) -> "PartitionResult | AccurateResult":
-    """The map of a system over a grid's box that meets a tolerance: of closed forms with a log of how it was found, or accurate.
+    """The map of a planar system over a grid's box that meets a tolerance: in closed form with a log of its construction, or
+    accurate.
 
     Args:
         progress: called with the pieces made and the most there may be, or with the leaves done and all leaves so far.

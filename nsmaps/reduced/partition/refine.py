@@ -1,4 +1,6 @@
-"""Steps iii to vi in turn: regions are fitted, and split where the fit is unsatisfactory, until all meet their demand."""
+"""Steps iii to vi in turn: regions of the plane are fitted, and split where the fit is insufficient, until all meet their
+demand.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -27,14 +29,14 @@ if TYPE_CHECKING:
     from nsmaps.reduced.partition.partition import Partition, Progress, Role
 
 LOOSE = 0.1  #: error demanded of transient pieces, as a share of the grid's side
-STRAY = 0.05  #: share of the transient states that may be farther off
-SPECK = 0.005  #: share of the grid's box that is worth a transient piece of its own
+STRAY = 0.05  #: share of the transient states that may have larger errors
+SPECK = 0.005  #: least share of the grid's box for a transient piece of its own
 STRAY_EVERYWHERE = 0.01  #: the same where one tolerance holds everywhere
-FRACTIONS = (0.25, 0.5, 0.75)  #: of a cell, where it may be split
-SHIFTS = (0.05, 0.15, 0.3)  #: of a cell, by which a strip along its curved edge is split off
-NARROWEST = 1e-12  #: of a coordinate, that is split no further
+FRACTIONS = (0.25, 0.5, 0.75)  #: places in a cell at which it may be split
+SHIFTS = (0.05, 0.15, 0.3)  #: width of a strip along a curved edge that is split off, as a share of the cell
+NARROWEST = 1e-12  #: share of a coordinate, below which it is not split
 FINE, STRICT = 80, 8000  #: points along a cell's grid to find edges on; held-out states where none may miss the demand
-TIGHTER = 2.0  #: by which the demand on such a piece is divided, round by round
+TIGHTER = 2.0  #: factor by which the demand on such a piece is divided, round by round
 ROUNDS = 8  #: of tightening transient pieces that hold part of an attractor
 
 
@@ -49,12 +51,12 @@ class Leaf:
     sample: Sample
     demand: Demand
     chosen: Chosen | None  #: None if nothing in it returns
-    states: Floats  #: shape (M, n), those that say that it may attract
+    states: Floats  #: shape (M, n), states that indicate that it may attract
     became: str = ""
 
     @property
     def name(self) -> str:
-        """As the paper writes it."""
+        """Its name in the paper."""
         return f"R{self.number}.{self.iteration}"
 
     @property
@@ -64,11 +66,11 @@ class Leaf:
 
     @property
     def weight(self) -> float:
-        """What may be gained by a split."""
+        """The possible gain by a split."""
         return 0.0 if self.chosen is None or self.chosen.met else self.missed
 
     def piece(self) -> Piece:
-        """The piece of a composite map; the image of a speed that a polynomial makes negative is its absolute value."""
+        """The piece of a composite map; a negative speed of a polynomial is replaced by its absolute value."""
         assert self.chosen is not None
         polymap = self.chosen.map
         held_out = self.sample.held_out
@@ -87,32 +89,32 @@ class Refinement:
     progress: "Progress"
     log: list[Leaf] = field(default_factory=list)
     leaves: list[Leaf] = field(default_factory=list)
-    taken: tuple[Region, ...] = ()  #: what the attracting pieces hold
-    resets: tuple[Piece, ...] = ()  #: what stands for the states outside of the grid's box
-    count: int = 0  #: regions that have a number
+    taken: tuple[Region, ...] = ()  #: the union of the attracting pieces
+    resets: tuple[Piece, ...] = ()  #: the complement of the grid's box
+    count: int = 0  #: number of numbered regions
 
     def run(self) -> "Refinement":
-        """Attracting regions first, the transient rest behind them, and that tightened where attractors pass it."""
+        """Attracting regions first, the transient remainder after them, which is tightened where attractors pass through it."""
         returns = self.system.first_return(self.grid.states())
         self.resets = tuple(resets(self.system, returns, self.grid))
         boxes, states = self.attracting(returns)
         cells = [cell for box in boxes for cell in roots(self.system.coordinates, box)]
         self.refine(self.divided(cells, "attracting", states), max(1, 2 * self.spec.max_pieces // 3))
         self.taken = tuple(leaf.cell.region for leaf in self.leaves)
-        rest = roots(self.system.coordinates, box_of(self.grid))
-        self.refine(self.divided(rest, "transient", states), self.spec.max_pieces)
+        remaining = roots(self.system.coordinates, box_of(self.grid))
+        self.refine(self.divided(remaining, "transient", states), self.spec.max_pieces)
         for _ in range(ROUNDS if self.taken else 0):
             stuck = self.stuck()
             if not stuck or len(self.leaves) >= self.spec.max_pieces:
                 break
             self.leaves = [leaf for leaf in self.leaves if leaf not in stuck]
-            why = "tightened: attractors of the composite map pass it"
+            why = "tightened: attractors of the composite map pass through it"
             self.log = [replace(leaf, became=why) if leaf in stuck else leaf for leaf in self.log]
             self.refine([self.tightened(leaf) for leaf in stuck], self.spec.max_pieces)
         return self
 
     def attracting(self, returns: Returns) -> tuple[Floats, Floats]:
-        """Step iii: boxes around what may attract and states that say so, or the boxes given by hand and states all over."""
+        """Step iii: boxes around possible attractors with states that indicate them, or given boxes with states everywhere."""
         if not self.spec.attracting:
             return attracting_boxes(self.system, returns, self.grid, self.spec.delta, self.spec.slope)
         names = self.system.coordinates
@@ -122,7 +124,7 @@ class Refinement:
         return boxes, np.concatenate([random_states(box, STRICT) for box in boxes])
 
     def demand(self, role: "Role") -> Demand:
-        """What is demanded of a role: the tolerance, or a tenth of the grid's sides where the map is transient."""
+        """The demand on a role: the tolerance, or a tenth of the grid's sides where the map is transient."""
         tolerance = np.full(len(self.system.coordinates), self.spec.tolerance)
         if role == "attracting":
             return Demand(tolerance, 0.0)
@@ -146,7 +148,7 @@ class Refinement:
         return found
 
     def leaf(self, cell: Cell, role: "Role", demand: Demand, states: Floats, number: int = 0, iteration: int = 1) -> Leaf | None:
-        """Step iv: a region with the lowest order that meets its demand; None if it holds nothing, or nothing that attracts."""
+        """Step iv: a region with the lowest order that meets its demand; None if it is empty, or if no part of it attracts."""
         drawn = sample(self.system, cell, self.taken, held_out=HELD_OUT if demand.share else STRICT)
         if role == "attracting":
             states = states[cell.region.contains(states)]
@@ -160,25 +162,27 @@ class Refinement:
         return Leaf(number, iteration, role, cell, drawn, demand, chosen, states)
 
     def separator(self, drawn: Sample, role: "Role") -> Cut | None:
-        """The curve that best separates the sheets of the map; what it cuts off must be worth a piece."""
+        """The curve that best separates the sheets of the map; the part that it separates must be worth a piece."""
         if not drawn.inside.any():
             return None
         return best_separator(drawn, sheets(self.system, drawn, self.spec.tolerance), self.least(role))
 
     def least(self, role: "Role") -> float:
-        """The area that is worth a piece of its own."""
+        """The least area of a piece."""
         loose = role == "transient" and not self.spec.everywhere
         return SPECK * float(np.prod(np.ptp(box_of(self.grid), axis=1))) if loose else 0.0
 
-    def refine(self, found: Sequence[Leaf], most: int) -> None:
-        """Step v: the region with most to gain is split, until all meet their demand together or there are so many pieces."""
+    def refine(self, found: Sequence[Leaf], max_pieces: int) -> None:
+        """Step v: the region with the largest possible gain is split, until all meet their demand together or max_pieces is
+        reached.
+        """
         todo, done = list(found), len(self.leaves)
         allowed = sum(leaf.sample.area * leaf.demand.share for leaf in found)
         while todo:
             todo.sort(key=lambda leaf: leaf.weight)
             missed = sum(leaf.missed for leaf in (*todo, *self.leaves[done:]))
             leaf = todo.pop()
-            became, parts = self.step(leaf, missed <= allowed, most - len(self.leaves) - len(todo) - 1)
+            became, parts = self.step(leaf, missed <= allowed, max_pieces - len(self.leaves) - len(todo) - 1)
             self.log.append(replace(leaf, became=became))
             if parts:
                 todo += parts
@@ -187,14 +191,14 @@ class Refinement:
             self.progress(len(self.leaves), self.spec.max_pieces)
 
     def step(self, leaf: Leaf, enough: bool, room: int) -> tuple[str, list[Leaf]]:
-        """What becomes of a region, and its parts if it is split."""
+        """The decision on a region, and its parts if it is split."""
         if leaf.chosen is None:
             outcomes = [Outcome(value).name for value in np.unique(leaf.sample.held_out.outcome)]
             return f"left uncovered: nothing returns ({', '.join(outcomes)})", []
         if leaf.chosen.met:
             return "accepted", []
         if enough and leaf.demand.share:
-            return f"accepted: no more than {100 * leaf.demand.share:g} % of the states of its role are farther off", []
+            return f"accepted: at most {100 * leaf.demand.share:g} % of the states of its role have larger errors", []
         if room < 1:
             return f"given up: max_pieces = {self.spec.max_pieces}", []
         cut = self.cut(leaf)
@@ -209,7 +213,9 @@ class Refinement:
         return f"split at {cut.text(self.system.coordinates).replace('<=', '=')}", parts
 
     def cut(self, leaf: Leaf) -> Cut | None:
-        """Where to split a region: along an edge between sheets of the map if there is one, else where the fits gain most."""
+        """The place at which to split a region: along an edge between sheets of the map if there is one, otherwise where the
+        fits gain most.
+        """
         separator = self.separator(leaf.sample, leaf.role)
         if separator is not None:
             return separator
@@ -217,13 +223,13 @@ class Refinement:
         return min(scored)[2] if scored else None
 
     def worth(self, leaf: Leaf, cut: Cut) -> bool:
-        """Whether both parts of a split are worth a piece."""
+        """True if both parts of a split are worth a piece."""
         share = cut.beyond(leaf.sample.held_out.start).mean()
         return bool(leaf.sample.area * min(share, 1 - share) >= self.least(leaf.role)) and 0 < share < 1
 
     def excess(self, leaf: Leaf, cut: Cut) -> float:
-        """How many decades the errors exceed the demand by after a split, on average and at most."""
-        total, most, count = 0.0, 0.0, len(leaf.sample.held_out)
+        """The decades by which the errors exceed the demand after a split, on average and at most."""
+        total, largest, count = 0.0, 0.0, len(leaf.sample.held_out)
         for side in cut.sides():
             part = leaf.sample.restricted(side)
             data = commonest(part)
@@ -237,8 +243,8 @@ class Refinement:
             ratio = (errors(polymap(exact.start), exact) / leaf.demand.errors).max(axis=1)
             decades = np.log10(np.maximum(1.0, ratio))
             total += float(decades.sum()) / count
-            most = max(most, float(decades.max()))
-        return total + (0.1 * most if leaf.demand.share == 0 else 0.0)
+            largest = max(largest, float(decades.max()))
+        return total + (0.1 * largest if leaf.demand.share == 0 else 0.0)
 
     def composite(self) -> CompositeMap:
         """The pieces so far, the attracting ones first and the resets last."""
@@ -246,14 +252,14 @@ class Refinement:
         return CompositeMap(self.system.coordinates, self.system.wall_names, pieces + self.resets)
 
     def stuck(self) -> list[Leaf]:
-        """The transient regions in which orbits of the composite map are at their end, that hold parts of its attractors."""
+        """The transient regions in which orbits of the composite map end, which contain parts of its attractors."""
         composite = self.composite()
         names = {composite.pieces[k].name for k in np.unique(ends(composite, composite, self.grid)) if k >= 0}
         loose = [leaf for leaf in self.leaves if leaf.role == "transient" and (leaf.demand.errors > self.spec.tolerance).any()]
         return [leaf for leaf in loose if f"R{leaf.number}" in names]
 
     def tightened(self, leaf: Leaf) -> Leaf:
-        """The region with a demand twice as tight, because it holds part of an attractor."""
+        """The region with a demand twice as tight, because it contains part of an attractor."""
         demand = replace(
             leaf.demand, errors=np.maximum(self.spec.tolerance, leaf.demand.errors / TIGHTER), share=leaf.demand.share
         )
@@ -263,7 +269,7 @@ class Refinement:
 
 
 def roots(coordinates: Sequence[str], box: Floats) -> list[Cell]:
-    """The cells that make up a box, with angles on the stretch [0, 2 pi] that conditions see."""
+    """The cells that make up a box, with angles in [0, 2 pi], as in conditions."""
     spans = [[(float(low), float(high))] for low, high in box]
     for i in np.flatnonzero(angle_mask(coordinates)):
         low, high = box[i] - TWO_PI * np.floor(box[i, 0] / TWO_PI)
@@ -274,7 +280,7 @@ def roots(coordinates: Sequence[str], box: Floats) -> list[Cell]:
 
 
 def splits(cell: Cell) -> Iterator[Cut]:
-    """Where a cell may be split: across each coordinate, and along its own curved edges."""
+    """The places where a cell may be split: across each coordinate, and along its own curved edges."""
     low, high = cell.around.T
     width = high - low
     for i in range(len(low)):

@@ -1,4 +1,4 @@
-"""Step vi by itself: states outside of the grid's box are reset to where the exact map brings them back into it."""
+"""Step vi: states outside of the grid's box are reset to the place at which the exact map returns to it."""
 
 from collections.abc import Iterator
 
@@ -16,15 +16,15 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.candidates import box_of, inside
 from nsmaps.reduced.partition.cell import rounded
 
-STARTS, RETURNS = 400, 100  #: states that are followed back into the box, and for how many returns
+STARTS, RETURNS = 400, 100  #: number of states that are followed back into the box, and of returns
 
 
 def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
-    """Pieces that set states below, above and beside the grid's box to one state each, that to which most of them come back.
+    """Pieces that set states below, above and beside the grid's box to one state each, that to which most of them return.
 
     The paper resets phi > pi to phi = 1.2 (appendix algo_code); here the constants are those of the exact map: of the states
     where orbits enter the box to stay, or for the first time if none stays, the one nearest to their median. There is no
-    reset where no orbit comes back.
+    reset where no orbit returns.
 
     Args:
         returns: of the whole grid; those that leave its box are the states that are followed.
@@ -44,7 +44,7 @@ def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
 
 
 def _outside(name: str, low: float, high: float) -> Iterator[tuple[str, str]]:
-    """The sides on which a coordinate may leave its interval, and the conditions that say so; a speed is never negative."""
+    """The sides on which a coordinate may leave its interval, as conditions; a speed is never negative."""
     if not isinstance(name, Angle):
         yield from [("below", f"{name} < {low!r}")] if low > 0 else []
         yield "above", f"{name} > {high!r}"
@@ -62,17 +62,19 @@ def _beyond(box: Floats, i: int, side: str, around: bool) -> Floats:
 
 
 def _entrance(map: ReturnMap, states: Floats, box: Floats) -> Floats | None:
-    """Where most orbits from states (N, n) enter the box to stay, or enter it first if none stays; None if none enters."""
+    """The place where most orbits from states (N, n) enter the box to stay, or enter it first if none stays; None if none
+    enters.
+    """
     path = orbit(map, states, RETURNS).states[1:]
     shifted = np.where(angle_mask(map.coordinates), nearest_turn(path, box.mean(axis=1)), path)
-    within = inside(shifted.reshape(-1, len(box)), box).reshape(path.shape[:2])
-    if within[-1].any():
-        rows = np.flatnonzero(within[-1])
-        last_outside = len(within) - 1 - (~within[::-1]).argmax(axis=0)
-        begin = np.where(within.all(axis=0), 0, last_outside + 1)[rows]
+    enclosed = inside(shifted.reshape(-1, len(box)), box).reshape(path.shape[:2])
+    if enclosed[-1].any():
+        rows = np.flatnonzero(enclosed[-1])
+        last_outside = len(enclosed) - 1 - (~enclosed[::-1]).argmax(axis=0)
+        begin = np.where(enclosed.all(axis=0), 0, last_outside + 1)[rows]
     else:
-        rows = np.flatnonzero(within.any(axis=0))
-        begin = within.argmax(axis=0)[rows]
+        rows = np.flatnonzero(enclosed.any(axis=0))
+        begin = enclosed.argmax(axis=0)[rows]
     if not len(rows):
         return None
     first = path[begin, rows]

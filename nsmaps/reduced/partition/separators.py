@@ -1,4 +1,4 @@
-"""The edges of a planar return map inside a cell, found by bisection, and the curves that separate the words or sheets there."""
+"""The edges of a planar return map in a cell, found by bisection, and curves that separate its words or sheets."""
 
 import warnings
 from collections.abc import Iterator
@@ -17,16 +17,16 @@ from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.reduced.partition.cell import Cut, Sample, rounded
 
 BISECTIONS = 40
-MOST_EDGES = 400  #: pairs of neighbours between which borders are looked for
-MOST_BORDERS = 4  #: between two neighbours on a grid that are looked at
+MOST_EDGES = 400  #: pairs of neighbours between which borders are sought
+MOST_BORDERS = 4  #: borders between two neighbours on a grid
 SEPARATOR_ORDER = 4  #: highest degree of a curve between words
 SMALLEST = 0.02  #: share of a cell's states that a curve must leave on each side
-FEWEST = 6  #: points of an edge that a curve is put through
-WORTH = 0.004  #: misplaced states, as a share, that a further degree of a curve must save
+FEWEST = 6  #: points of an edge to which a curve is fitted
+WORTH = 0.004  #: share of misplaced states that a further degree of a curve must save
 
 
 class Branched(ReturnMap, Protocol):
-    """A return map that knows the turning points of its flights, as exact systems do."""
+    """A return map with turning points of flights, as exact systems have."""
 
     def itineraries(self, states: ArrayLike) -> Itineraries:
         """The itineraries of states (N, n)."""
@@ -45,8 +45,9 @@ def sheets(map: Branched, sample: Sample, jump: float) -> Sheets:
     """The sheets of a map over a cell's grid: the word changes from one to the next, or the image jumps.
 
     Neighbours on the grid whose itineraries differ have a border between them, which bisection finds. It is an edge if the
-    words on its sides differ or their images are more than `jump` apart (a graze of the base wall); the birth of a pair of
-    turning points is none. Two sides that are joined around the end of an edge are one sheet.
+    words on its sides differ or their images differ by more than `jump` (a graze of the base wall), but not at the birth of a
+    pair of
+    turning points. Two sides that are joined around the end of an edge are one sheet.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -92,7 +93,7 @@ def separators(sample: Sample, sheets: Sheets) -> Iterator[Cut]:
 
 
 def best_separator(sample: Sample, sheets: Sheets, least_area: float = 0.0) -> Cut | None:
-    """The curve that leaves the fewest states beside the largest sheet of their side, by lowest degree; None if none helps.
+    """The curve with the fewest states outside the largest sheet of their side, by lowest degree; None if none helps.
 
     A curve must leave at least `least_area` on both sides.
     """
@@ -116,7 +117,7 @@ def best_separator(sample: Sample, sheets: Sheets, least_area: float = 0.0) -> C
 
 
 def bound(i: int, value: float, width: float) -> Cut:
-    """A plain bound of coordinate i, written with the digits that a cell of this width needs."""
+    """A plain bound of coordinate i, with as many digits as a cell of this width needs."""
     return Cut(i, (rounded(value, width),), above=False)
 
 
@@ -140,7 +141,7 @@ def _neighbours(sample: Sample) -> tuple[Ints, Ints]:
 
 
 def _edges(map: Branched, start: Floats, end: Floats, jump: float) -> tuple[Bools, Floats]:
-    """Whether an edge lies between states (K, n) and others, and where: the first of the borders between them that is one."""
+    """A mask of edges between states (K, n) and others, and their places: the first of the borders between them that is one."""
     edge, points = np.zeros(len(start), bool), (start + end) / 2
     rows, low = np.arange(len(start)), start
     for _ in range(MOST_BORDERS):
@@ -150,7 +151,7 @@ def _edges(map: Branched, start: Floats, end: Floats, jump: float) -> tuple[Bool
         label = lambda states: _codes(map.itineraries(states))  # noqa: E731
         low, high, codes = bisect_change(label, low, high, codes, _codes(map.itineraries(high)), halvings=BISECTIONS)
         a, b = map.first_return(low), map.first_return(high)
-        found = (a.codes != b.codes) | (a.valid != b.valid) | (_apart(a, b) > jump)
+        found = (a.codes != b.codes) | (a.valid != b.valid) | (_jump(a, b) > jump)
         edge[rows], points[rows[found]] = found, high[found]
         more = ~found & (codes != _codes(map.itineraries(end[rows])))
         rows, low = rows[more], high[more]
@@ -162,7 +163,7 @@ def _codes(itineraries: Itineraries) -> Ints:
     return np.where(np.isin(itineraries.outcome, (Outcome.rests, Outcome.escaped, Outcome.invalid)), -(2**62), itineraries.codes)
 
 
-def _apart(a: Returns, b: Returns) -> Floats:
+def _jump(a: Returns, b: Returns) -> Floats:
     """The largest difference of the images in any coordinate, shape (N,)."""
     image = np.where(angle_mask(a.coordinates), nearest_turn(a.image, b.image), a.image)
     return np.asarray(np.abs(image - b.image).max(axis=1))

@@ -1,4 +1,4 @@
-"""Whether a map put in the place of the exact one is faster: both timed alternately on one core."""
+"""The speed of a reduced map in comparison with the exact map: both timed alternately on one core."""
 
 from dataclasses import dataclass
 from time import thread_time_ns
@@ -11,20 +11,20 @@ from nsmaps.arrays import Floats
 if TYPE_CHECKING:
     from nsmaps.dynamics.returnmap import ReturnMap
 
-STATES, ROUNDS = 20_000, 7  #: of a batch, small enough that the exact map keeps to one core
-CLEARLY = 0.8  #: a map is clearly faster below this share of the exact map's time
+STATES, ROUNDS = 20_000, 7  #: states of a batch, few enough that the exact map stays on one core
+CLEARLY = 0.8  #: share of the exact map's time below which a map is clearly faster
 
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Nanoseconds of processor time a state, the best of some rounds, in batches of 20,000."""
+    """Nanoseconds of processor time per state, the best of some rounds, in batches of 20,000."""
 
     exact: float
     composite: float
 
     @property
     def faster(self) -> bool:
-        """Whether the composite map is clearly faster than the exact one."""
+        """True if the composite map is clearly faster than the exact one."""
         return self.composite < CLEARLY * self.exact
 
     @property

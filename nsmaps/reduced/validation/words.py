@@ -1,4 +1,4 @@
-"""Where a composite map misleads: states to which it gives another word than the exact map, and how far from an edge they lie."""
+"""States whose word under a composite map differs from that of the exact map, and their distance from an edge."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ from nsmaps.reduced.composite.composite import CompositeMap
 
 @dataclass(frozen=True, slots=True)
 class Misleads:
-    """States of a grid at which the composite map and the exact one part; shares of the states that have both images."""
+    """States of a grid at which the composite and the exact map differ; shares of the states that have both images."""
 
-    states: int  #: with both images
-    wrong_words: float  #: share whose word is another
+    states: int  #: number of states with both images
+    wrong_words: float  #: share with another word
     typical: float  #: median distance of these from the edge of a piece, in sides of the grid's box; NaN without any
     farthest: float  #: the largest
     leaves: float  #: share whose image lies in no piece, where an orbit ends
@@ -30,9 +30,9 @@ class Misleads:
 
 
 def misleads(composite: CompositeMap, grid: Grid, exact: Returns) -> Misleads:
-    """How the words of a composite map differ from those of exact returns from all states of a grid.
+    """The difference of the words of a composite map from those of exact returns from all states of a grid.
 
-    Distances are those between states of the grid, so right to its spacing. A piece without a word, as a reset, is left out.
+    Distances are those between states of the grid, so exact to its spacing. A piece without a word, as a reset, is omitted.
     """
     from scipy.ndimage import distance_transform_edt
 

@@ -97,9 +97,9 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     if made is None or section is None or made.report is None or not made.report.names:
         return
     report = made.report
-    share = report.apart / report.refit
+    share = report.difference / report.refit
     k, h, i = np.unravel_index(np.argmax(share), share.shape)
-    apart = f"{report.apart[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
+    apart = f"{report.difference[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
     where = f"at worst ({made.coordinates[i]} of {report.names[k]} at {made.parameter} = {report.values[h]:.4g})"
     text = f"{yes(report.follows)}: {where} {apart}; {len(report.values)} values held out"
     yield Verdict("parametric: follows", "parametric map", report.follows, "follows" in section.require, text)
