@@ -66,6 +66,8 @@ if TYPE_CHECKING:
     from nsmaps.exact.walls import Wall as Wall
     from nsmaps.exports.document import read_map as read_map
     from nsmaps.exports.write import export as export
+    from nsmaps.interrupts import Interrupted as Interrupted
+    from nsmaps.parallel import Jobs as Jobs
     from nsmaps.plugins import load_system as load_system
     from nsmaps.plugins import systems as systems
     from nsmaps.reduced.adaptive.surrogate import StripMap as StripMap
@@ -141,6 +143,8 @@ _PUBLIC = {
     "exact.walls": ("Wall",),
     "exports.document": ("read_map",),
     "exports.write": ("export",),
+    "interrupts": ("Interrupted",),
+    "parallel": ("Jobs",),
     "plugins": ("load_system", "systems"),
     "reduced.composite.composite": ("CompositeMap", "Piece"),
     "reduced.fit.filter": ("Diagonal",),

@@ -4,7 +4,17 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
+from typing import Any
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a long call: `result` holds what was finished, `folder` is where that was written, if anywhere."""
+
+    def __init__(self, result: Any, folder: Path | None = None) -> None:
+        self.result = result
+        self.folder = folder
 
 
 @contextmanager

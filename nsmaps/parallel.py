@@ -8,20 +8,23 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, fields, is_dataclass
-from functools import singledispatch
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import singledispatch, wraps
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.coordinates import Angle, angle_mask
 from nsmaps.errors import NsmapsError
-from nsmaps.progress import beat
+from nsmaps.interrupts import Interrupted
+from nsmaps.progress import Progress, beat, portion, silent, working
 from nsmaps.storage import replace_file, sweep
 
+P = ParamSpec("P")
+R = TypeVar("R")
 Arrays = dict[str, NDArray[Any]]
 NOTE, OF = "parts.json", "part_of"  #: of a folder of parts: the file that says of what, and the key in each that does
 LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: errors of dask for a worker that is lost permanently
@@ -38,37 +41,105 @@ def names_among(arrays: Arrays) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(Angle(name) if angle else name for name, angle in named), tuple(arrays["walls"].tolist())
 
 
-def in_parts(
-    work: Callable[..., Arrays],
-    parts: Sequence[tuple[Any, ...]],
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> list[Arrays]:
-    """The arrays `work(*part)` of every part, in their order; the same numbers wherever they are computed.
+@dataclass(frozen=True, slots=True)
+class Jobs:
+    """Where the parts of a long computation run, where finished parts are kept, and what its progress is reported to.
+
+    The numbers are those of a computation without it, digit for digit, for exact systems.
 
     Args:
-        work: a function of a module, that every process can import.
-        executor: any `concurrent.futures.Executor`, such as a ProcessPoolExecutor or `client.get_executor()` of dask; None is
-            this process. Parts whose worker was lost for good are computed here, with a warning.
-        keep: a folder for finished parts. Called again with the same work, what it holds is read and the rest computed.
-        progress: called with the number of parts done, after each.
+        executor: any `concurrent.futures.Executor`, such as a `ProcessPoolExecutor` or `client.get_executor(pure=False)` of dask;
+            this process if omitted. Parts whose worker was lost for good are computed in this process, with a warning.
+        checkpoint: a folder for finished parts, which the same call reads instead of computing them again.
+        part: how many items a part has: values of a parameter, rows of a diagram, starts, realisations; the function decides if
+            omitted.
+        progress: called with the fraction of the computation that is done, from 0 to 1; after each part, where there are parts.
 
     Raises:
-        NsmapsError: the folder has parts of other work, or the parts cannot be sent to another process or recognised later.
+        NsmapsError: an executor that is none, or a part without items.
     """
-    folder = None if keep is None else _Folder.of(Path(keep), work, parts)
-    found = {} if folder is None else folder.read(len(parts))
-    if progress is not None and found:
-        progress(len(found))
-    for number, arrays in _computed(work, parts, [k for k in range(len(parts)) if k not in found], executor):
-        found[number] = arrays
-        if folder is not None:
-            folder.write(number, arrays)
-        beat(len(found) / len(parts), f"{len(found)} of {len(parts)} parts")
-        if progress is not None:
-            progress(len(found))
-    return [found[number] for number in range(len(parts))]
+
+    executor: Executor | None = None
+    checkpoint: str | Path | None = None
+    part: int | None = None
+    progress: Progress | None = None
+
+    def __post_init__(self) -> None:
+        if self.executor is not None and not isinstance(self.executor, Executor):
+            raise NsmapsError(
+                f"the executor is a {type(self.executor).__name__}; expected: a concurrent.futures.Executor, such as a "
+                "ProcessPoolExecutor or client.get_executor(pure=False) of a dask client"
+            )
+        if self.part is not None and self.part < 1:
+            raise NsmapsError(f"a part has {self.part} items; expected: at least 1")
+
+    @property
+    def divided(self) -> bool:
+        """Whether a computation is divided into parts at all: they run elsewhere, or are kept."""
+        return self.executor is not None or self.checkpoint is not None
+
+    def cuts(self, items: int, default: int = 1) -> list[slice]:
+        """The items of each part: `part` of them or, if that is None, the default of a function."""
+        size = self.part or default
+        return [slice(k, min(k + size, items)) for k in range(0, items, size)]
+
+    def share(self, first: float, last: float, *names: str) -> "Jobs":
+        """The jobs of one portion of a computation, between two fractions of it, with a folder of its own under these names."""
+        folder = None if self.checkpoint is None else Path(self.checkpoint, *names)
+        return replace(self, checkpoint=folder, progress=portion(self.progress, first, last))
+
+    def run(self, work: Callable[..., Arrays], parts: Sequence[tuple[Any, ...]]) -> list[Arrays]:
+        """The arrays `work(*part)` of every part, in their order.
+
+        Args:
+            work: a function of a module, which every process can import.
+            parts: its arguments.
+
+        Raises:
+            NsmapsError: the checkpoint has parts of other work, or a part cannot be sent to another process or recognised later.
+            Interrupted: Ctrl-C; `result` maps the numbers of the finished parts to their arrays.
+        """
+        folder = None if self.checkpoint is None else _Folder.of(Path(self.checkpoint), work, parts)
+        found = {} if folder is None else folder.read(len(parts))
+        left = [k for k in range(len(parts)) if k not in found]
+        with working(work.__name__, self.progress):
+            try:
+                if found:
+                    _report(len(found), len(parts))
+                for number, arrays in _computed(work, parts, left, self.executor):
+                    found[number] = arrays
+                    if folder is not None:
+                        folder.write(number, arrays)
+                    _report(len(found), len(parts))
+            except KeyboardInterrupt as error:
+                raise Interrupted(found) from error
+        return [found[number] for number in range(len(parts))]
+
+
+SERIAL = Jobs()  #: no parts at all, in this process
+
+
+def divides(call: Callable[P, R]) -> Callable[P, R]:
+    """A long call with the keyword `jobs`, whose progress its own `beat` and its parts report; without one a line shows it."""
+
+    @wraps(call)
+    def call_divided(*args: P.args, **kwargs: P.kwargs) -> R:
+        jobs = kwargs.get("jobs") or SERIAL
+        assert isinstance(jobs, Jobs)
+        with working(call.__name__, jobs.progress) as work:
+            kwargs["jobs"] = replace(jobs, progress=work.reached)
+            return call(*args, **kwargs)
+
+    return call_divided
+
+
+def _report(done: int, parts: int) -> None:
+    beat(done / parts, f"{done} of {parts} parts")
+
+
+def concatenated(parts: Sequence[Arrays]) -> Arrays:
+    """The arrays of all parts by name, joined along their first axis."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _computed(
@@ -101,7 +172,9 @@ def _computed(
             text = f"workers were lost ({why}); {len(left)} of {len(parts)} parts are computed here"
             warnings.warn(text, RuntimeWarning, stacklevel=4)
     for number in sorted(left):
-        yield number, work(*parts[number])
+        with silent(), working("part"):
+            arrays = work(*parts[number])
+        yield number, arrays
 
 
 def _lost(error: Exception) -> str:
@@ -195,5 +268,5 @@ def fingerprint(value: Any) -> str:
         return f"array({value.dtype}, {value.shape}, {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
     text = repr(value)
     if " at 0x" in text:
-        raise NsmapsError(f"{text} cannot be recognised in another run; expected with `keep`: such as nsmaps.Along(system, 'd')")
+        raise NsmapsError(f"{text} cannot be recognised in another run; expected with a checkpoint: nsmaps.Along(system, 'd')")
     return text

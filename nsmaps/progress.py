@@ -1,5 +1,6 @@
-"""What a long call says while it works, and when it is to stop: a line on a terminal, nothing elsewhere."""
+"""The progress of a long call, reported to its `progress` or on one line of a terminal, and its time limit."""
 
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -9,108 +10,166 @@ from functools import wraps
 from math import inf
 from multiprocessing import parent_process
 from time import monotonic
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
-Progress = Callable[[float], None]  #: called with the fraction that is done, from 0 to 1
+Progress = Callable[[float], None]  #: called with the fraction that is done, from 0 to 1; at the end of a call with 1
 
 P = ParamSpec("P")
 R = TypeVar("R")
-AFTER, EVERY = 2.0, 0.5  #: seconds before a line is shown, and between two of them
+AFTER, EVERY = 2.0, 0.25  #: seconds before a line is shown, and between two of them
 CLEAR = "\r\x1b[K"  #: what takes a line from a terminal
+
+
+def clock(seconds: float) -> str:
+    """A time as minutes and seconds, with hours where it has any.
+
+    >>> clock(7.2), clock(3725)
+    ('0:08', '1:02:05')
+    """
+    whole = -int(-seconds // 1)
+    hours, minutes = divmod(whole // 60, 60)
+    return f"{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"{minutes}:{whole % 60:02d}"
 
 
 @dataclass(slots=True)
 class Work:
-    """A long call: what it is, how far it has come, and how long it may take."""
+    """A long call: its name, the fraction that is done, and its time limit."""
 
     name: str
+    progress: Progress | None = None
     max_seconds: float = inf  #: after which it is `over`
     fraction: float = 0.0
     note: str = ""
-    step: str = ""  #: of a call that has several; of these only the call itself knows the fraction
+    step: str = ""  #: the name of the current step, of a call that has several
+    counted: str = ""  #: its number and that of all steps
+    share: float = 0.0  #: the fraction of the step that is done
     begun: float = field(default_factory=monotonic)
+    since: float = 0.0  #: when the step began
 
     @property
     def seconds(self) -> float:
-        """Since it began."""
+        """The time since the call began."""
         return monotonic() - self.begun
 
     @property
     def over(self) -> bool:
-        """Whether it has had its time, so that nothing more is begun: what is finished is kept."""
+        """Whether the time limit has passed, after which no further step is begun and finished ones are kept."""
         return self.seconds > self.max_seconds
 
     def line(self) -> str:
-        """What is shown: name, share, note and time."""
-        said = "".join(f" {text}," for text in (self.fraction and f"{100 * self.fraction:.0f} %", self.step, self.note) if text)
-        minutes, seconds = divmod(int(self.seconds), 60)
-        return f"{self.name}:{said} {minutes}:{seconds:02d}"
+        """The line on a terminal: name, percentage, step, note, elapsed time, and the time left of the step."""
+        percent = f"{100 * self.fraction:.0f} %" if self.fraction else ""
+        texts = [text for text in (percent, self.counted, self.note, clock(int(self.seconds))) if text]
+        if self.step and 0 < self.share < 1:
+            texts.append(f"{clock((monotonic() - self.since) * (1 - self.share) / self.share)} left of {self.step}")
+        return f"{self.name}: {', '.join(texts)}"
 
-    def step_to(self, step: str, fraction: float) -> None:
-        """Say which step the call is at, and how far all of it has come."""
+    def reached(self, fraction: float) -> None:
+        """Report the fraction of the call that is done."""
+        self.fraction = min(max(fraction, 0.0), 1.0)
+        if self.progress is not None:
+            self.progress(self.fraction)
+
+    def at(self, step: str, number: int, steps: int, share: float = 0.0) -> None:
+        """Report a share of step `number`, from 0, of a call with so many equal steps."""
         if step != self.step:
-            self.step, self.note = step, ""
-        self.fraction = fraction
+            self.step, self.note, self.since = step, "", monotonic()
+        self.counted, self.share = f"{step} ({number + 1} of {steps})", share
+        self.reached((number + share) / steps)
 
 
-_shown: list[Work] = []  #: the outermost long call, if one is shown; calls within it have no line of their own
-_lock = threading.Lock()
+class _Calls(threading.local):
+    """The long calls that are under way in each thread, the outermost first."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """No call is under way."""
+        self.stack: list[Work] = []
+        self.displayed = False
+
+
+_calls = _Calls()
+if hasattr(os, "register_at_fork"):  # a forked process reports nothing of its parent's calls
+    os.register_at_fork(after_in_child=_calls.clear)
+
+
+def outermost() -> Work | None:
+    """The outermost long call under way in this thread: within a `progress` its step and note, for instance."""
+    return _calls.stack[0] if _calls.stack else None
 
 
 def beat(fraction: float, note: str = "") -> None:
-    """Say how far the call has come that is shown, if any."""
-    for work in _shown:
+    """Report how far the innermost long call has come, and a note that stands in its line and in those of calls it reports to."""
+    for work in reversed(_calls.stack):
         work.note = note
-        if not work.step:
-            work.fraction = min(max(fraction, 0.0), 1.0)
+        if work.progress is None:
+            break
+    for work in _calls.stack[-1:]:
+        work.reached(fraction)
+
+
+def portion(progress: Progress | None, first: float, last: float) -> Progress | None:
+    """The progress of a part of a call, which takes it from one fraction to another.
+
+    >>> within(print, 0.5, 1.0)(0.5)
+    0.75
+    """
+    return None if progress is None else lambda fraction: progress(first + (last - first) * fraction)
 
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Nothing is shown of calls within, as where somebody else shows a progress of theirs."""
-    if not _taken(Work("")):
-        yield
-        return
+    """No line is shown of the calls within."""
+    before, _calls.displayed = _calls.displayed, True
     try:
         yield
     finally:
-        _shown.clear()
+        _calls.displayed = before
 
 
 @contextmanager
-def shown(work: Work) -> Iterator[Work]:
-    """Show a call on standard error while it works, if that is a terminal, from two seconds on; the line is gone after it.
+def display(after: float | None = None) -> Iterator[None]:
+    """Show the outermost long call on one line on standard error, if that is a terminal, from some seconds on; erased at the end.
 
-    Only the outermost call of the main process and thread is shown.
+    Only calls in the main thread of the main process are shown.
     """
-    if not _on_terminal() or not _taken(work):
-        yield work
+    if _calls.displayed or not _on_terminal():
+        yield
         return
     done = threading.Event()
-    thread = threading.Thread(target=_show, args=(work, done), daemon=True)
-    thread.start()
-    try:
-        yield work
-    finally:
-        done.set()
-        thread.join()
-        _shown.clear()
+    thread = threading.Thread(target=_show, args=(_calls.stack, done, AFTER if after is None else after), daemon=True)
+    with silent():
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
 
 
 @contextmanager
-def working(name: str, progress: object, max_seconds: float = inf) -> Iterator[Work]:
-    """A long call of at most so many seconds, shown unless it is given a `progress`."""
-    work = Work(name, max_seconds)
-    with silent() if progress is not None else shown(work):
-        yield work
+def working(name: str, progress: Progress | None = None, max_seconds: float = inf) -> Iterator[Work]:
+    """A long call of at most so many seconds; shown on one line unless it is given a `progress`, which ends with 1."""
+    work = Work(name, progress, max_seconds)
+    _calls.stack.append(work)
+    try:
+        with silent() if progress is not None else display():
+            yield work
+        if work.progress is not None and work.fraction < 1:
+            work.reached(1.0)
+    finally:
+        _calls.stack.pop()
 
 
 def shows(call: Callable[P, R]) -> Callable[P, R]:
-    """A long call that is shown by its name; one that is given a `progress` is silent."""
+    """A long call whose `beat` is reported to its keyword `progress`; without one a line shows it by its name."""
 
     @wraps(call)
     def call_shown(*args: P.args, **kwargs: P.kwargs) -> R:
-        with working(call.__name__, kwargs.get("progress")):
+        progress: Any = kwargs.get("progress")
+        with working(call.__name__, progress):
             return call(*args, **kwargs)
 
     return call_shown
@@ -121,19 +180,13 @@ def _on_terminal() -> bool:
     return main and sys.stderr is not None and sys.stderr.isatty()
 
 
-def _taken(work: Work) -> bool:
-    with _lock:
-        if not _shown:
-            _shown.append(work)
-    return _shown[0] is work
-
-
-def _show(work: Work, done: threading.Event) -> None:
+def _show(stack: list[Work], done: threading.Event, after: float) -> None:
     stream = sys.stderr
-    if done.wait(AFTER):
+    if done.wait(after):
         return
     while True:
-        stream.write(f"{CLEAR}{work.line()}")
+        line = "".join(work.line() for work in stack[:1])
+        stream.write(f"{CLEAR}{line}")
         stream.flush()
         if done.wait(EVERY):
             break

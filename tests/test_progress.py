@@ -11,7 +11,8 @@ import pytest
 import nsmaps
 from nsmaps import progress
 from nsmaps.auxiliary.attracting_domain import smallest_box
-from nsmaps.progress import CLEAR, Work, beat, shown, shows, silent, working
+from nsmaps.parallel import Jobs
+from nsmaps.progress import CLEAR, beat, display, outermost, portion, shows, silent, working
 
 BOX = [[0.7, 1.0], [0.2, 1.14]]
 
@@ -41,7 +42,7 @@ def waits(seconds=0.1):
 
 def test_a_line_says_how_far_a_call_is_and_is_gone_after_it(monkeypatch):
     terminal = looked_at(monkeypatch)
-    with shown(Work("long call")):
+    with working("long call"):
         waits()
         beat(0.25, "7 parts")
         waits()
@@ -54,7 +55,7 @@ def test_a_line_says_how_far_a_call_is_and_is_gone_after_it(monkeypatch):
 def test_only_the_outermost_call_is_shown(monkeypatch):
     terminal = looked_at(monkeypatch)
     inner = shows(lambda: waits(0.05))
-    with working("outer", None):
+    with working("outer"):
         inner()
         inner()
     assert {line.split(":")[0] for line in lines(terminal)} == {"outer"}
@@ -72,6 +73,97 @@ def test_one_that_is_given_a_progress_is_silent(monkeypatch):
     assert terminal.getvalue() != ""
 
 
+@shows
+def counts(n, progress=None):
+    for k in range(n):
+        beat((k + 1) / n, f"{k + 1} of {n}")
+
+
+@shows
+def counts_within(progress=None):
+    counts(4)
+    beat(0.5)
+    counts(2, progress=portion(lambda share: beat_outer.append(share), 0.5, 1.0))
+
+
+beat_outer: list[float] = []
+
+
+def test_a_progress_hears_of_its_own_call_and_not_of_calls_within():
+    seen = []
+    counts(4, progress=seen.append)
+    assert seen == [0.25, 0.5, 0.75, 1]
+    seen.clear()
+    beat_outer.clear()
+    counts_within(progress=seen.append)
+    assert seen == [0.5, 1], "a call that ends is finished, whatever it reported last"
+    assert beat_outer == [0.75, 1]
+
+
+@shows
+def fails(progress=None):
+    beat(0.5)
+    raise ZeroDivisionError
+
+
+def test_a_call_that_fails_is_not_reported_as_finished():
+    seen = []
+    with pytest.raises(ZeroDivisionError):
+        fails(progress=seen.append)
+    assert seen == [0.5]
+
+
+def test_one_line_shows_the_calls_of_a_program_one_after_the_other(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    with display(0.01):
+        for name in ("first", "second"):
+            with working(name):
+                waits(0.05)
+    assert [line.split(":")[0] for line in dict.fromkeys(lines(terminal))] == ["first", "second"]
+
+
+REPORTING = {
+    "attracting_domain": lambda system, how: nsmaps.attracting_domain(system, BOX, 3, bounds="sampled", samples=21, **how),
+    "strip_map": lambda system, how: nsmaps.strip_map(system, (0.6, 0.95), (0.1, 1.0), 1e-2, **how),
+    "morse_sets": lambda system, how: nsmaps.morse_sets(system, BOX, 2, **how),
+    "find_cycles": lambda system, how: nsmaps.find_cycles(system, BOX, 1, 2, **how),
+    "transient": lambda system, how: nsmaps.transient(system, {"all": WHOLE}, BOX, 1, 8, **how),
+    "orbit": lambda system, how: nsmaps.orbit(system, [0.2, 0.1], 300_000, **how),
+    "partition": lambda system, how: nsmaps.partition(system, GRID, nsmaps.Partition(tolerance=0.05, kind="accurate"), **how),
+}
+WHOLE = nsmaps.Box(coordinates=("v", "phi"), bounds={"v": (0.7, 1.0), "phi": (0.2, 1.14)})
+GRID = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.7, high=1, points=11), "phi": nsmaps.Axis(low=0.2, high=1.14, points=11)})
+
+
+@pytest.mark.parametrize("name", REPORTING)
+def test_every_progress_is_a_fraction_that_ends_with_one(name, pair):
+    seen = []
+    REPORTING[name](pair(0.35), {"progress": seen.append})
+    assert len(seen) > 1
+    assert min(seen) >= 0
+    assert seen[-1] == 1
+    assert seen.count(1) == 1
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda system, jobs: nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], 20, 20, jobs=jobs),
+        lambda system, jobs: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), returns=200, jobs=jobs),
+        lambda system, jobs: nsmaps.lyapunov_sweep(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], 64, 20, jobs=jobs),
+        lambda system, jobs: nsmaps.noisy_orbits(system, [0.8, 0.3], 2, nsmaps.Noise(sigma=0.01, tau=0.5), 20, jobs=jobs),
+    ],
+    ids=["bifurcation", "basins", "lyapunov_sweep", "noisy_orbits"],
+)
+def test_the_progress_of_jobs_is_such_a_fraction(call, pair):
+    seen = []
+    call(pair(0.35), Jobs(progress=seen.append))
+    assert seen == sorted(seen)
+    assert min(seen) >= 0
+    assert (seen[-1], seen.count(1)) == (1, 1)
+    assert len(seen) > 1
+
+
 def test_another_thread_is_silent_and_an_error_takes_the_line_away(monkeypatch):
     terminal = looked_at(monkeypatch)
     thread = threading.Thread(target=shows(lambda: waits(0.05)))
@@ -81,13 +173,13 @@ def test_another_thread_is_silent_and_an_error_takes_the_line_away(monkeypatch):
     with pytest.raises(ZeroDivisionError):
         shows(lambda: waits(0.05) or 1 / 0)()
     assert terminal.getvalue().endswith(CLEAR)
-    assert not progress._shown
+    assert outermost() is None
 
 
 def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
     for stream in (StringIO(), Terminal(), None):
         monkeypatch.setattr(sys, "stderr", stream)
-        with shown(Work("call")):
+        with working("call"):
             waits(0.05)
         assert stream is None or stream.getvalue() == ""
 
@@ -109,9 +201,9 @@ def test_long_calls_are_shown(name, call, pair, monkeypatch):
     seen = []
     system = pair(0.35)
     looked_at(monkeypatch)
-    monkeypatch.setattr(progress, "_show", lambda work, done: seen.append(work))
+    monkeypatch.setattr(progress, "_show", lambda stack, done, after: seen.append(stack[0].name))
     call(system)
-    assert [work.name for work in seen] == [name]
+    assert seen == [name]
 
 
 RUN = """
@@ -127,9 +219,9 @@ bifurcation: {parameter: Gamma, from: 1.1, to: 1.3, points: 40, start: {v: 4, ph
 def test_a_run_says_its_step(monkeypatch, tmp_path):
     seen = []
 
-    def note(work, done):
+    def note(stack, done, after):
         while not done.wait(0.0005):
-            seen.append(work.line())
+            seen.extend(work.line() for work in stack[:1])
 
     (tmp_path / "small.yaml").write_text(RUN)
     looked_at(monkeypatch)
@@ -139,9 +231,13 @@ def test_a_run_says_its_step(monkeypatch, tmp_path):
     assert all(line.startswith("small:") for line in seen)
     seen.clear()
     told = []
-    nsmaps.run(tmp_path / "small.yaml", progress=lambda what, done, total: told.append(what))
+    nsmaps.run(tmp_path / "small.yaml", progress=lambda share: told.append((outermost().step, outermost().note, share)))
     assert seen == []
-    assert {"orbits", "bifurcation", "done"} <= set(told)
+    assert {"orbits", "bifurcation"} <= {step for step, _, _ in told}
+    assert any(note.endswith(" of 40 values") for step, note, _ in told if step == "bifurcation")
+    shares = [share for *_, share in told]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
 
 
 def test_a_domain_stops_in_time_with_the_updates_that_are_finished(pair):

@@ -1,6 +1,5 @@
 """Attracting domains by the worst-case and the generic iteration of the auxiliary maps, section 6.2, steps 1 to 3."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
@@ -17,7 +16,7 @@ from nsmaps.auxiliary.worst_case_limits import ROUNDED, TwoCycle, two_cycles
 from nsmaps.coordinates import BoxLike, as_box
 from nsmaps.enclosures.box_images import name_of
 from nsmaps.errors import NsmapsError
-from nsmaps.progress import Work, beat, working
+from nsmaps.progress import Progress, Work, beat, working
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -98,7 +97,7 @@ def attracting_domain(
     samples: int = 201,
     settle: float = 0.01,
     of: str | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
     bounds: How | None = None,
     error: ErrorBound | None = None,
     around: ArrayLike | None = None,
@@ -122,7 +121,7 @@ def attracting_domain(
         samples: points an axis of the grids on which envelopes are sampled.
         settle: largest move of a bound in the last update, relative to the start box, that counts as converged.
         of: name of the map in the result.
-        progress: called after each update with the number of updates so far.
+        progress: called after each update with the fraction of `updates` that is done, and with 1 at the end.
         bounds: `outer`, `inflated`, `enclosed` or `sampled`; the sharpest that the map allows if omitted, see `auxiliary_maps`.
         max_seconds: after this time no step of growing and no update is begun; finished updates are kept, and `reason` states it.
         error: distance of a PolyMap from the map that it approximates, for which the result then is a bound, or an estimate.
@@ -139,7 +138,7 @@ def attracting_domain(
     with working("attracting domain", progress, max_seconds) as work:
         found, why = found_box(make, map, start, centre, MOST, work) if grow else (start, "")
         start = start if found is None else found
-        done, boxes, maps = _updates(make, start, updates if found is not None else 0, progress, work)
+        done, boxes, maps = _updates(make, start, updates if found is not None else 0, work)
     trapped, moved = found is not None and all(each.trapped for each in done), _moved(boxes)
     reason = why if found is None else _reason(map, done, moved, settle, maps.status)
     if trapped and len(done) < updates and moved > REST:
@@ -160,9 +159,7 @@ def attracting_domain(
     )
 
 
-def _updates(
-    make: Maker, start: Floats, max_updates: int, progress: Callable[[int], None] | None, work: Work
-) -> tuple[list[Update], list[Floats], AuxiliaryMaps]:
+def _updates(make: Maker, start: Floats, max_updates: int, work: Work) -> tuple[list[Update], list[Floats], AuxiliaryMaps]:
     """The updates, the start box and theirs, and the last auxiliary maps; for `max_updates` 0 one update and no new box."""
     done, maps = list[Update](), list[AuxiliaryMaps]()
     boxes = [start]
@@ -173,8 +170,6 @@ def _updates(
             break
         boxes.append(done[-1].worst[-1])
         beat(number / max_updates, f"update {number} of {max_updates}")
-        if progress is not None:
-            progress(number)
         if _moved(boxes) <= REST or work.over:
             break
     return with_generic(done, maps), boxes, maps[-1]

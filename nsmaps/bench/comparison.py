@@ -1,6 +1,6 @@
 """The benchmark: every solver is compared with the references, then all are timed in rotation."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -18,11 +18,11 @@ from nsmaps.bench.solver import Solver
 from nsmaps.bench.task import Answer, Task, grid_task, hard_tasks
 from nsmaps.bench.taylor import Heyoka
 from nsmaps.errors import NsmapsError, near_match
+from nsmaps.progress import Progress, beat, shows
 
 TURN = 0.1  #: seconds for which a solver repeats its returns in one turn, at least once
 PATIENCE = 10.0  #: seconds after which a solver takes no more turns; at least two
 OPPONENTS = ("C loop plain", "heyoka 2e-16", "NumPy masks")
-Progress = Callable[[str, int, int], None]
 
 
 def programs() -> list[Solver]:
@@ -34,12 +34,14 @@ def programs() -> list[Solver]:
     return [*ours, *peers, *(Cvode(tol) for tol in tolerances)]
 
 
+@shows
 def run(
     solvers: Sequence[Solver] | None = None,
     returns: int = 10_000,
     rounds: int = 20,
     against: str | None = None,
-    progress: Progress = lambda what, done, total: None,
+    *,
+    progress: Progress | None = None,
 ) -> BenchResult:
     """Compare programs on the same first returns of the vibro-impact pair: time, error, wrong words.
 
@@ -48,7 +50,7 @@ def run(
         returns: how many of the 10,000 starts; slow programs take fewer.
         rounds: how many turns each program takes, in rotation.
         against: the name of the program that ratios of time refer to.
-        progress: called with what is being done, how many steps of it are done, and of how many.
+        progress: called with the fraction that is done, from 0 to 1.
 
     Raises:
         NsmapsError: the number of starts or rounds is out of range; no solver is available, or not the one named in `against`.
@@ -56,14 +58,14 @@ def run(
     if not (1 <= returns <= 10_000 and rounds >= 1):
         raise NsmapsError(f"{returns} returns, {rounds} rounds; expected: 1 to 10000 returns and at least 1 round")
     asked = programs() if solvers is None else solvers
-    entries, skipped = _prepared(asked, returns, progress)
+    entries, skipped = _prepared(asked, returns)
     names = [entry.solver.name for entry in entries]
     if not names or (against and against not in names):
         why = "; ".join(f"{name}: {text}" for name, text in skipped.items())
         who = f"{against!r} is not available{near_match(against, names)}" if against else "no solver is available"
         raise NsmapsError(f"{who} (taking part: {', '.join(names) or 'none'}; not: {why or 'none'})")
     for k in range(rounds):
-        progress("timing", k, rounds)
+        beat(0.5 + 0.5 * k / rounds, "timing")
         for entry in entries[k % len(entries) :] + entries[: k % len(entries)]:
             entry.take_turn()
     ours = any(isinstance(entry.solver, OneCore) for entry in entries)
@@ -134,11 +136,11 @@ def errors(answer: Answer, truth: Answer) -> Floats:
     return np.where((answer.tops == truth.tops) & np.isfinite(largest), largest, np.inf)
 
 
-def _prepared(asked: Sequence[Solver], returns: int, progress: Progress) -> tuple[list[_Entry], dict[str, str]]:
+def _prepared(asked: Sequence[Solver], returns: int) -> tuple[list[_Entry], dict[str, str]]:
     """Those that can take part, compared with the references, and why the others cannot."""
     entries, skipped = [], {}
     for k, solver in enumerate(asked):
-        progress(solver.name, k, len(asked))
+        beat(0.5 * k / len(asked), solver.name)
         try:
             package = solver.prepare()
         except (ImportError, OSError) as why:

@@ -4,13 +4,14 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 
 from nsmaps.errors import NsmapsError
+from nsmaps.progress import Progress, beat, shows
 
 IMPORTS = "import numba, sympy, scipy.optimize, matplotlib.pyplot, pydantic, rich, typer"  #: the unit I
 STUDIES = ("fp", "pd", "cd", "auto")  #: of vi_pair
@@ -41,8 +42,6 @@ class Ball(ImpactSystem):
         return hit.z + (hit.w + self.Gamma * cos(hit.t)) * s - s**2 / {divisor} - self.Gamma * (sin(t) - sin(hit.t))
 '''
 FIRST_RETURN = "import nsmaps; print(nsmaps.load_system('ball.py:Ball', Gamma=2.0).first_return([[3.0, 1.0]]).image)"
-
-Progress = Callable[[str, float, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +122,8 @@ class Clock:
         return Start(taken.name, taken.shares, taken.seconds, steps)
 
 
-def start(turns: int = TURNS, progress: Progress | None = None) -> StartResult:
+@shows
+def start(turns: int = TURNS, *, progress: Progress | None = None) -> StartResult:
     """Take the user time of programs from their start to their result, each beside I: some minutes.
 
     Raises NsmapsError where a program fails, and on systems that do not report the user time of programs (Windows).
@@ -132,21 +132,20 @@ def start(turns: int = TURNS, progress: Progress | None = None) -> StartResult:
         raise NsmapsError(
             f"turns is {turns}, on {os.name}; expected: at least 1, on a system that reports the user time of programs"
         )
-    report = progress or (lambda *_: None)
     rows: list[Start] = []
     with TemporaryDirectory() as folder:
         clock, empty = Clock(Path(folder)), str(Path(folder, "cache"))
         total = len(STUDIES) + 3
-        report("an empty kernel cache", 0, total)
+        beat(0.0, "an empty kernel cache")
         rows.append(clock.study("fp", NSMAPS_CACHE_DIR=empty))
-        report("vi_pair/fp", 1, total)
+        beat(1 / total, "vi_pair/fp")
         clock.user("-m", "nsmaps", "run", "vi_pair/fp", "--quiet")  # fills the cache, if it is not
         rows.append(clock.study("fp", turns=turns))
         for k, name in enumerate(STUDIES):
-            report(f"vi_pair/{name}", 2 + k, total)
+            beat((2 + k) / total, f"vi_pair/{name}")
             clock.user("-m", "nsmaps", "run", f"vi_pair/{name}", "--quiet", "--no-figures")
             rows.append(clock.study(name, "--no-figures", turns=turns))
-        report("a first return", total - 1, total)
+        beat(1 - 1 / total, "a first return")
         rows.extend(_first_returns(clock, turns, empty))
     return StartResult(tuple(rows), median(clock.units))
 

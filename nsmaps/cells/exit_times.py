@@ -1,6 +1,6 @@
 """Exit times of regions and arrival times in a closed set, in returns, bounded by box images."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +14,10 @@ from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.enclosures.box_images import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap
-from nsmaps.progress import beat, shows
+from nsmaps.progress import Progress, beat, shows
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.conditions.region import Region
 
-Progress = Callable[[int, int], None]
 COARSE = "no cell lies wholly in the closed set: smaller cells are needed to show that anything arrives"
 NEVER = -1  #: steps of a cell where no number is shown
 
@@ -148,7 +147,7 @@ def transient(
         depth, cells: as for `morse_sets`.
         target: a closed set of cells of the same map, `trapped`, from `trap`.
         cycles: known cycles, whose states the table lists by region.
-        progress: called after each level with its number and the number of cells of which something is not shown.
+        progress: called after each level with the fraction that is done, if each takes twice as long as the last.
     """
     if depth < 0 or (target is not None and not target.trapped):
         wrong = f"the depth is {depth}" if depth < 0 else f"the target is not closed under the map ({target and target.reason})"
@@ -163,7 +162,7 @@ def transient(
     goals = [region != k for k in range(len(names))]
     if target is not None:
         goals.append(_cells_inside(finest, target))
-    steps = _solved(box_map(map), grids, goals, [k < len(names) for k in range(len(goals))], progress)
+    steps = _solved(box_map(map), grids, goals, [k < len(names) for k in range(len(goals))])
     left = np.full(finest.size, NEVER)
     for k in range(len(names)):
         left[region == k] = steps[k][region == k]
@@ -195,9 +194,7 @@ def _blocked(cells: Cells, mask: Bools, found: Targets) -> Bools:
     return np.bincount(found.source[meets], minlength=len(found.stays)) > 0
 
 
-def _solved(
-    map: BoxMap, grids: Sequence[Cells], goals: Sequence[Bools], outside: Sequence[bool], progress: Progress | None
-) -> NDArray[np.int64]:
+def _solved(map: BoxMap, grids: Sequence[Cells], goals: Sequence[Bools], outside: Sequence[bool]) -> NDArray[np.int64]:
     """After how many returns every state of each cell has been in each goal, shape (goals, size); -1 where not shown.
 
     Args:
@@ -216,8 +213,6 @@ def _solved(
             for row, beyond in zip(steps, outside, strict=True):
                 _layers(cells, row, numbers, found, found.exists if beyond else found.stays)
         beat(2.0 ** (level + 1 - len(grids)), f"level {level} of {len(grids) - 1}")
-        if progress is not None:
-            progress(level, int((steps == NEVER).any(axis=0).sum()))
     return steps
 
 

@@ -1,6 +1,6 @@
 """A window of the state space in equal cells: which of them hold the images of others, and what sets of them are."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import Self
@@ -194,13 +194,11 @@ def images_of(map: BoxMap, boxes: Floats, sides: Floats, splits: int = SPLITS) -
     return BoxImages(source[order], images, words, bounded, empty)
 
 
-def targets_of(map: BoxMap, cells: Cells, numbers: Ints, progress: Callable[[int], None] | None = None) -> Iterator[Targets]:
+def targets_of(map: BoxMap, cells: Cells, numbers: Ints) -> Iterator[Targets]:
     """The targets of cells of some numbers, a batch at a time: of each `BATCH` numbers in order."""
     for first in range(0, len(numbers), BATCH):
         batch = numbers[first : first + BATCH]
         yield cells.targets(images_of(map, cells.boxes(batch), np.ptp(cells.window, axis=1)))
-        if progress is not None:
-            progress(first + len(batch))
 
 
 def joined(batches: Sequence[Targets]) -> Targets:

@@ -1,6 +1,6 @@
 """Outer covers of the maximal invariant set of a map in a window, their recurrent components, and forward invariant sets."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -14,7 +14,8 @@ from nsmaps.coordinates import BoxLike
 from nsmaps.enclosures.box_images import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
-from nsmaps.progress import beat, shows
+from nsmaps.interrupts import Interrupted
+from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -84,42 +85,39 @@ def morse_sets(
     cells: int | Sequence[int] = 8,
     *,
     of: str = "",
-    progress: Callable[[Level], None] | None = None,
+    progress: Progress | None = None,
 ) -> MorseCover:
     """Cover the maximal invariant set of a map in a window by cells that are halved along every axis `depth` times.
 
     At each level all cells' images are enclosed in one batch, and an arc leads to every cell that they meet. Cells through
     which no infinite walk passes, forwards and backwards, contain no complete orbit in the window and are dropped. A cell whose
     images are not bounded has arcs to all cells. States that leave the window or have no image are followed no further.
-    Ctrl-C ends with the last finished level.
 
     Args:
         map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
         cells: of the first level, an axis or each axis.
         of: name of the map in the result; see `name_of`.
-        progress: called after each level.
+        progress: called after each level with the fraction that is done, if each takes twice as long as the last.
 
     Raises:
         NsmapsError: the window, depth or number of cells is not valid; the limit of cells or arcs is exceeded.
+        Interrupted: Ctrl-C after the first level; `result` is the cover by the cells of the last finished level.
     """
     if depth < 0:
         raise NsmapsError(f"the depth is {depth}; expected: at least 0")
     enclosing = box_map(map)
     stage, levels = _Stage.first(Cells.over(map.coordinates, window, cells)), list[Level]()
-    finished = False
     try:
         for _ in range(depth + 1):
             stage, level = _next(enclosing, stage, len(levels))
             levels.append(level)
             beat(2.0 ** (len(levels) - 1 - depth), f"level {len(levels) - 1} of {depth}, {len(stage.numbers)} cells")
-            if progress is not None:
-                progress(level)
-        finished = True
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         if not levels:
             raise
-    return _cover(stage, tuple(levels), of or name_of(map), finished)
+        raise Interrupted(_cover(stage, tuple(levels), of or name_of(map), False)) from error
+    return _cover(stage, tuple(levels), of or name_of(map), True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,6 +1,6 @@
 """All cycles up to a period that a systematic search finds: cells that cannot be excluded, then Newton's method from them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -19,7 +19,7 @@ from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.enclosures.box_images import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
-from nsmaps.progress import beat, shows
+from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -86,7 +86,7 @@ def find_cycles(
     cells: int | Sequence[int] = 8,
     *,
     of: str = "",
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> CycleSearch:
     """Search a window for all cycles up to a period: exclude cells by their images, then Newton's method from the others.
 
@@ -102,7 +102,7 @@ def find_cycles(
         depth: how many times the cells that cannot be excluded are halved along every axis, at least 0; more exclude more.
         cells: at first along each axis, one number or one for each.
         of: name of the map in the result; see `name_of`.
-        progress: called after each level with its number and the number of cells that cannot be excluded.
+        progress: called after each level with the fraction that is done, if each takes twice as long as the last.
 
     Returns:
         The `cycles` found (converged `PeriodicOrbit`s, by least period, then by state), the cells that cannot be excluded
@@ -127,8 +127,6 @@ def find_cycles(
         graph = graph_of(grid, numbers, targets_of(map, grid, numbers))
         numbers, may, walks = _not_excluded(graph, numbers, period, TRIES * (level == depth))
         beat(2.0 ** (level - depth), f"level {level} of {depth}, {len(numbers)} cells")
-        if progress is not None:
-            progress(level, len(numbers))
     guesses = [grid.centres(numbers[walk.ravel()]).reshape(*walk.shape, len(grid.shape)) for walk in walks]
     cycles, starts = _cycles(map, grid, guesses, period)
     known = _beside(grid, numbers, np.concatenate([np.empty((0, len(grid.shape))), *(cycle.states for cycle in cycles)]))

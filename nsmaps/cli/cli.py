@@ -8,7 +8,6 @@ Nothing heavy is imported before a command needs it.
 
 import os
 import shlex
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -18,13 +17,13 @@ import typer
 
 from nsmaps.cli import commands
 from nsmaps.cli.commands import InstalledOnly, MaxHours, MaxMemory, draw_listed, figures_of, say_undrawn
-from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, summary, written
-from nsmaps.cli.terminal import bar as _bar
+from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, progress_line, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
+from nsmaps.progress import working
 
 if TYPE_CHECKING:
+    from nsmaps.interrupts import Interrupted
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.run import Interrupted
     from nsmaps.study.study import Study
 
 
@@ -180,23 +179,22 @@ def run(
     the steps that are finished. The exit code is 0 if every required verdict holds, 1 if one fails, 2 if the study cannot be
     read, 130 after Ctrl-C.
     """
-    with _reported_errors(), _bar(quiet) as progress:
-        progress("imports", 0, 1)
+    with _reported_errors(), progress_line(quiet):
         begun = perf_counter()
+        from nsmaps.interrupts import Interrupted
         from nsmaps.study.reading.overrides import assignments
         from nsmaps.study.reading.reader import load_study
-        from nsmaps.study.run import Interrupted
         from nsmaps.study.run import run as compute
 
         read = load_study(study, assignments(set_ or []), installed_only=installed_only)
         seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:
-            result = compute(read, folder, progress, resume, max_memory=max_memory, max_hours=max_hours)
+            result = compute(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours)
         except Interrupted as stopped:
             _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None
-        result, spent = _shown(result, folder, progress, not no_figures, not no_report)
+        result, spent = _shown(result, folder, not no_figures, not no_report)
     if not quiet:
         summary(result)
         seconds |= result.timings | spent
@@ -217,8 +215,8 @@ def bench(
     from nsmaps.bench import BenchResult, figure, run
     from nsmaps.bench import start as take
 
-    with _reported_errors(), _bar(quiet) as progress:
-        result = take(progress=progress) if start else run(returns=returns, progress=progress)
+    with _reported_errors(), progress_line(quiet):
+        result = take() if start else run(returns=returns)
     typer.echo(result.table())
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -228,24 +226,22 @@ def bench(
         typer.echo(f"written to {table}{drawn}")
 
 
-def _shown(
-    result: "StudyResult", folder: Path, progress: Callable[[str, float, int], None], figures: bool, report: bool
-) -> "tuple[StudyResult, dict[str, float]]":
+def _shown(result: "StudyResult", folder: Path, figures: bool, report: bool) -> "tuple[StudyResult, dict[str, float]]":
     """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
     from nsmaps.study.store.archive import amend
 
     if figures and (names := figures_of(result)):
-        progress("figures", 0, 1)
         begun = perf_counter()
-        result = draw_listed(result, names, folder)[1]
+        with working("figures"):
+            result = draw_listed(result, names, folder)[1]
         result = replace(result, timings={**result.timings, "figures": perf_counter() - begun})
         amend(result, folder)
         say_undrawn(result, names)
     if not report:
         return result, {}
-    progress("report", 0, 1)
     begun = perf_counter()
-    _report(result, folder)
+    with working("report"):
+        _report(result, folder)
     return result, {"report": perf_counter() - begun}
 
 

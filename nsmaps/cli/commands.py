@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nsmaps.cli.terminal import BAD, bar, examples, reported_errors, summary
+from nsmaps.cli.terminal import BAD, examples, progress_line, reported_errors, summary
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.catalogue import CATALOGUE
 
@@ -170,10 +170,10 @@ def animate(
     from nsmaps.study.store.run_folder import listed
 
     place = out or folder / "figures"
-    with of_run(folder), bar(quiet) as progress:
+    with of_run(folder), progress_line(quiet):
         result = read_result(folder, installed_only=installed_only)
         with listed(folder, place) as beside:
-            path = animate(result, name, beside, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi, progress=progress)
+            path = animate(result, name, beside, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi)
     typer.echo(str(place / path.name))
 
 

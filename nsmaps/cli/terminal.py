@@ -5,9 +5,8 @@ Escape codes go to a terminal only, and colours not where NO_COLOR is set; what 
 
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from time import perf_counter
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 FAILED, BAD, STOPPED, UNREAD = 1, 2, 130, 141  #: exit codes: a required verdict fails, what cannot be read, Ctrl-C, broken pipe
 NARROW = 160  #: columns of a terminal up to which what verdicts say stands below their names, in the whole width
+SOON = 0.3  #: seconds after which a command shows its progress
 WIDE = 200  #: columns of a table that goes to a file or a pipe
 
 
@@ -75,43 +75,11 @@ class Program(TyperGroup):
             return TyperGroup.invoke(self, ctx)
 
 
-@contextmanager
-def bar(quiet: bool) -> Iterator[Callable[[str, float, int], None]]:
-    """A progress bar on standard error while it is a terminal; elsewhere nothing at all.
+def progress_line(quiet: bool) -> AbstractContextManager[None]:
+    """The progress of long calls on one line of standard error while that is a terminal; no line if `quiet`."""
+    from nsmaps.progress import display, silent
 
-    The time left is that of the step: the finished share of it does not determine that of the steps that follow.
-    """
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    from nsmaps.progress import silent
-
-    screen = console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[left]}"))
-    with Progress(*columns, console=screen, transient=True, disable=quiet or not screen.is_terminal) as shown, silent():
-        task = shown.add_task("", total=None, left="")
-        step, since = "", perf_counter()
-
-        def progress(what: str, done: float, total: int) -> None:
-            nonlocal step, since
-            if what != step:
-                step, since = what, perf_counter()
-            share = done - int(done)
-            left = f"{clock((perf_counter() - since) * (1 - share) / share)} left of {what}" if share else ""
-            number = min(int(done) + 1, total)
-            shown.update(task, description=f"{what} ({number} of {total})", completed=done, total=total, left=left)
-
-        yield progress
-
-
-def clock(seconds: float) -> str:
-    """A time as minutes and seconds, with hours where it has any.
-
-    >>> clock(7.2), clock(3725)
-    ('0:08', '1:02:05')
-    """
-    whole = -int(-seconds // 1)
-    hours, minutes = divmod(whole // 60, 60)
-    return f"{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"{minutes}:{whole % 60:02d}"
+    return silent() if quiet else display(SOON)
 
 
 def console(stderr: bool = False) -> "Console":

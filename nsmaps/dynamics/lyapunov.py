@@ -1,10 +1,8 @@
 """Lyapunov exponents of return maps, through impacts: how fast neighbouring orbits part, a return and a unit of time."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
 from dataclasses import dataclass, fields
 from functools import partial
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -16,7 +14,7 @@ from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
-from nsmaps.parallel import Arrays, in_parts, names_among, names_as_arrays
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 from nsmaps.progress import shows
 
 BATCHES = 32  #: of successive returns, whose means tell the error
@@ -191,7 +189,7 @@ class LyapunovSweep:
     at: Lyapunov  #: all arrays with V as their first axis; NaN, and the outcome `invalid`, where there is no map
 
 
-@shows
+@divides
 def lyapunov_sweep(
     map_of: Callable[[float], ReturnMap],
     values: ArrayLike,
@@ -199,12 +197,12 @@ def lyapunov_sweep(
     n: int,
     transient: int = 1000,
     follow: Literal["up", "down"] | None = None,
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
+    *,
+    jobs: Jobs = SERIAL,
 ) -> LyapunovSweep:
     """The Lyapunov exponents over the values of a parameter; arguments as of `lyapunov` and of `bifurcation`.
 
-    Every value is a part of `nsmaps.parallel.in_parts`; with `follow` all of them are one.
+    Every value is a part of `jobs`, see `nsmaps.Jobs`; with `follow` all of them are one.
 
     Raises:
         StateError, NsmapsError: as `lyapunov`, or there is a map at none of the values.
@@ -213,9 +211,9 @@ def lyapunov_sweep(
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
         raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers in a row")
     order = np.argsort(-along if follow == "down" else along, kind="stable")
-    cuts = [order] if follow else np.split(order, len(order))
+    cuts = [order] if follow else [order[cut] for cut in jobs.cuts(len(order))]
     parts = [(map_of, along[cut], now, n, transient, bool(follow)) for cut in cuts]
-    made = in_parts(_exponents, parts, executor, keep)
+    made = jobs.run(_exponents, parts)
     reasons = np.full(len(along), "", object)
     for cut, part in zip(cuts, made, strict=True):
         reasons[cut] = part["reasons"]

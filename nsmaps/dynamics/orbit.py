@@ -1,6 +1,6 @@
 """Orbits of return maps, in batches."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import decoded
-from nsmaps.progress import beat, shows
+from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -66,12 +66,12 @@ class Orbit:
 
 
 @shows
-def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], None] | None = None, **how: Any) -> Orbit:
+def orbit(map: ReturnMap, state: ArrayLike, n: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
     """The first n returns of one state, shape (dim,), or of many, shape (..., dim).
 
     Args:
         map: an exact system, a composite map, or anything else with `coordinates` and `first_return`.
-        progress: called now and then with the number of returns made, the last time with n.
+        progress: called now and then with the fraction of the returns that is made, from 0 to 1.
         how: passed on to the map's returns, such as `chatter=inf` of an exact system.
 
     Raises:
@@ -93,8 +93,6 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, progress: Callable[[int], No
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.known_turns.reshape(-1, m, dim)
         codes[rows], outcome[rows] = part.codes.reshape(-1, m), part.outcome.reshape(-1, m)
         beat(done / n)
-        if progress is not None:
-            progress(done)
     shape = n, *start.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1])
     return Orbit(map.coordinates, walls, states.reshape(n + 1, *start.shape), *each)

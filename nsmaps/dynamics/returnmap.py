@@ -108,7 +108,6 @@ def followed(
     start: Floats,
     run: Callable[[ReturnMap, Floats], Run],
     follow: bool,
-    progress: Callable[[int], None] | None = None,
 ) -> tuple[list[Run], list[str], Floats]:
     """Results of `run` for the maps at values, in this order; reasons, "" where there is a map; and the last states (..., n).
 
@@ -124,6 +123,4 @@ def followed(
                 final = runs[-1].final
                 start = np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, start)
         beat((k + 1) / len(values), f"{k + 1} of {len(values)} values")
-        if progress is not None:
-            progress(k + 1)
     return runs, reasons, start

@@ -26,6 +26,7 @@ from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
 from nsmaps.figures.returns.surfaces import sheets as surface_sheets
 from nsmaps.figures.style import STYLE, piece_label, units_of
+from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -47,6 +48,7 @@ class Film:
     fps: int
 
 
+@shows
 def animate(
     result: "StudyResult",
     name: str,
@@ -57,7 +59,7 @@ def animate(
     frames: int | None = None,
     fps: int | None = None,
     dpi: float = 100,
-    progress: Callable[[str, float, int], None] = lambda what, done, total: None,
+    progress: Progress | None = None,
 ) -> Path:
     """The file of an animation, `surfaces` or `cobweb`, written into `folder`, which is made if it is not there.
 
@@ -82,7 +84,7 @@ def animate(
         with TemporaryDirectory(dir=path.parent, prefix=".animate-", ignore_cleanup_errors=True) as beside:
             unfinished = Path(beside) / path.name
             try:
-                _write(film, _WRITERS[format](fps=fps or film.fps), unfinished, dpi, lambda share: progress(name, share, 1))
+                _write(film, _WRITERS[format](fps=fps or film.fps), unfinished, dpi)
             except CalledProcessError as error:
                 raise NsmapsError(
                     f"no {format} was written: ffmpeg ended with exit code {error.returncode}; ask for gif"
@@ -91,16 +93,16 @@ def animate(
     return path
 
 
-def _write(film: Film, writer: Writer, path: Path, dpi: float, progress: Callable[[float], None]) -> None:
+def _write(film: Film, writer: Writer, path: Path, dpi: float) -> None:
     """Every picture, written one after the other; panels stay where the first picture has them."""
     film.show(0)
     film.figure.draw_without_rendering()
     film.figure.set_layout_engine("none")
     writer.setup(film.figure, str(path), dpi)
     for k in range(film.frames):
-        progress(k / film.frames)
         film.show(k)
         writer.grab_frame()
+        beat((k + 1) / film.frames)
     writer.finish()
 
 

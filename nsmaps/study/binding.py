@@ -1,8 +1,7 @@
 """A study made ready: its system, grid, regions and fits as objects, or an error at the line that is wrong."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -13,6 +12,7 @@ from nsmaps.errors import SystemDefinitionError, UnknownSystemError
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.parallel import SERIAL, Jobs
 from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import as_number
 from nsmaps.reduced.conditions.region import Box, Where
@@ -35,8 +35,7 @@ class Plan:
     study: Study
     system: "ImpactSystem"
     bound: dict[str, Any]  #: what each section that the study names made ready, by key
-    told: Callable[[float], None] = field(default=lambda share: None, compare=False)  #: called with the share of a step done
-    keep: Path | None = field(default=None, compare=False)  #: a folder for finished parts of a step; None without a run folder
+    jobs: Jobs = field(default=SERIAL, compare=False)  #: of a step: its progress, and in a run with a folder its checkpoint
 
     @property
     def grid(self) -> Grid | None:
@@ -48,17 +47,9 @@ class Plan:
         """The study's families by name."""
         return self.bound.get("families", {})
 
-    def kept(self, *names: str) -> Path | None:
-        """The folder for the parts of one of some computations of a step."""
-        return self.keep and self.keep.joinpath(*names)
-
-    def part(self, number: int, of: int, units: int) -> Callable[[int], None]:
-        """A `progress` for one of some equal parts of a step, to be called with how many of its units are done."""
-        return lambda done: self.told((number + done / units) / of)
-
-    def levels(self, number: int, of: int, depth: int) -> Callable[..., None]:
-        """As `part`, for cells that are divided `depth` times, to be called with the level; each takes about twice the last."""
-        return lambda level, *_: self.told((number + 2.0 ** (level - depth)) / of)
+    def portion(self, number: int, of: int, *names: str) -> Jobs:
+        """The jobs of one of some equal portions of a step, with a folder of its own under these names."""
+        return self.jobs.share(number / of, (number + 1) / of, *names)
 
 
 def prepare(study: Study) -> Plan:

@@ -5,14 +5,15 @@ import shutil
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
 from nsmaps.errors import NsmapsError, StudyError
-from nsmaps.interrupts import heard
+from nsmaps.interrupts import Interrupted, heard
+from nsmaps.parallel import Jobs
 from nsmaps.plugins import is_file
-from nsmaps.progress import working
+from nsmaps.progress import Progress, Work, working
 from nsmaps.storage import missing_of, remove_empty
 from nsmaps.study.binding import Plan, prepare
 from nsmaps.study.limits import check_sizes
@@ -24,19 +25,6 @@ from nsmaps.study.store.checkpoint import PARTS, keep_step, with_steps
 from nsmaps.study.store.run_folder import check_folder, writable
 from nsmaps.study.study import Study
 from nsmaps.study.verdict import verdicts
-
-Progress = Callable[
-    [str, float, int], None
-]  #: what is being computed, how many steps are done and which share of it, of how many
-ALMOST = 0.999  #: the largest share of a step that is told before it is done
-
-
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run: `result` holds the steps that were finished, `folder` is where they were written, if any."""
-
-    def __init__(self, result: StudyResult, folder: Path | None) -> None:
-        self.result = result
-        self.folder = folder
 
 
 def run(
@@ -58,8 +46,8 @@ def run(
     more than `max_memory` gigabytes or `max_hours` on one core is refused before anything is computed: by default more than the
     environment variables `NSMAPS_MAX_MEMORY` and `NSMAPS_MAX_HOURS` say, else the memory of the machine and 24 hours.
 
-    `progress` is called with the step, how many are done with the share of it, and how many there are; without one a line on a
-    terminal says so.
+    `progress` is called with the fraction of the run that is done, each of its steps counted alike; `nsmaps.progress.outermost`
+    tells which step that is. Without one a line on a terminal shows both.
 
     What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
 
@@ -68,65 +56,85 @@ def run(
     have been written.
     """
     study = study if isinstance(study, Study) else load_study(study, installed_only=installed_only)
-    with working(study.name, progress) as work:
-
-        def line(what: str, done: float, total: int) -> None:
-            work.step_to(f"{what} ({min(int(done) + 1, total)} of {total})", done / total)
-
-        return _run(study, out, progress or line, resume, installed_only, max_memory, max_hours)
-
-
-def _run(
-    study: Study,
-    out: str | os.PathLike[str] | None,
-    progress: Progress,
-    resume: bool,
-    installed_only: bool,
-    max_memory: float | None,
-    max_hours: float | None,
-) -> StudyResult:
     if installed_only:
         check_installed(study)
-    plan = prepare(study)
-    check_sizes(study, plan.system, max_memory, max_hours)
-    folder = None if out is None else Path(out)
-    if folder:
-        check_folder(folder, study.name)
+    with working(study.name, progress) as work:
+        plan = prepare(study)
+        check_sizes(study, plan.system, max_memory, max_hours)
+        folder = None if out is None else Path(out)
+        if folder:
+            check_folder(folder, study.name)
+        return _Run(plan, folder, work, _at_first(plan, folder, resume)).result_of_all()
+
+
+def _at_first(plan: Plan, folder: Path | None, resume: bool) -> StudyResult:
+    """The result before the first step: empty, or with the steps that a stopped run left in the folder."""
+    study = plan.study
     result = StudyResult(study, plan.system, versions=versions_of(study.system))
-    if resume and folder and (folder / "result.json").is_file():
-        result = _kept(result, folder)
-    names = steps_of(study)
     if folder and resume:
-        result = with_steps(result, names, folder)
-    elif folder:
-        shutil.rmtree(folder / PARTS, ignore_errors=True)
-    missing = missing_of(folder / PARTS) if folder else []
-    try:
-        with heard() as stopped:
-            for done, name in enumerate(names):
-                progress(name, done, len(names))
-                if name not in result.timings:
-                    keep = folder and folder / PARTS / name
-                    told = _share(progress, stopped, name, done, len(names))
-                    result = _with_step(replace(plan, told=told, keep=keep), result, name, folder)
-                stopped()
-            progress("done", len(names), len(names))
-            timings = {name: result.timings[name] for name in names} | result.timings  # in the order of the steps
-            result = replace(result, timings=timings, verdicts=verdicts(result), finished=True)
-    except KeyboardInterrupt:
-        raise Interrupted(_unfinished(result, folder), folder) from None
-    except StudyError:  # what is kept of a study that is refused helps no later run
-        for parts in missing[:1]:
-            shutil.rmtree(parts, ignore_errors=True)
-        remove_empty(missing[1:])
-        raise
-    except Exception:
-        if result.timings:
-            _unfinished(result, folder)
-        raise
+        result = _kept(result, folder) if (folder / "result.json").is_file() else result
+        return with_steps(result, steps_of(study), folder)
     if folder:
-        _write(result, folder)
+        shutil.rmtree(folder / PARTS, ignore_errors=True)
     return result
+
+
+@dataclass(slots=True)
+class _Run:
+    """A run under way: its result grows by a step at a time."""
+
+    plan: Plan
+    folder: Path | None
+    work: Work
+    result: StudyResult
+
+    def result_of_all(self) -> StudyResult:
+        """The result of all steps, written if there is a folder; what was finished is written too where the run is stopped."""
+        missing = missing_of(self.folder / PARTS) if self.folder else []
+        try:
+            self._all_steps()
+        except KeyboardInterrupt:
+            raise Interrupted(_unfinished(self.result, self.folder), self.folder) from None
+        except StudyError:  # what is kept of a study that is refused helps no later run
+            for parts in missing[:1]:
+                shutil.rmtree(parts, ignore_errors=True)
+            remove_empty(missing[1:])
+            raise
+        except Exception:
+            if self.result.timings:
+                _unfinished(self.result, self.folder)
+            raise
+        if self.folder:
+            _write(self.result, self.folder)
+        return self.result
+
+    def _all_steps(self) -> None:
+        names = steps_of(self.plan.study)
+        with heard() as stopped:
+            for number, name in enumerate(names):
+                self.work.at(name, number, len(names))
+                if name not in self.result.timings:
+                    self._step(name, number, len(names), stopped)
+                stopped()
+            timings = {name: self.result.timings[name] for name in names} | self.result.timings  # in the order of the steps
+            self.result = replace(self.result, timings=timings, verdicts=verdicts(self.result), finished=True)
+
+    def _step(self, name: str, number: int, steps: int, stopped: Callable[[], None]) -> None:
+        """Compute one step, and add what it finds and its time to the result; kept in the folder, if there is one."""
+
+        def progress(share: float) -> None:
+            self.work.at(name, number, steps, share)
+            stopped()
+
+        begun = perf_counter()
+        with working(name, progress) as step:
+            jobs = Jobs(checkpoint=self.folder and self.folder / PARTS / name, progress=step.reached)
+            changes = STEPS[name](replace(self.plan, jobs=jobs), self.result)
+        timings = {**self.result.timings, name: perf_counter() - begun}
+        self.result = replace(self.result, **changes, timings=timings)
+        if self.folder:
+            with writable(self.folder):
+                keep_step(self.result, name, changes, self.folder)
 
 
 def _unfinished(result: StudyResult, folder: Path | None) -> StudyResult:
@@ -150,27 +158,6 @@ def _write(result: StudyResult, folder: Path) -> None:
             (folder / PARTS / f"{name}.npz").unlink()
     with suppress(OSError):  # not there, or with parts of a step that was stopped
         (folder / PARTS).rmdir()
-
-
-def _share(progress: Progress, stopped: Callable[[], None], name: str, done: int, total: int) -> Callable[[float], None]:
-    """What a step tells of itself, told as part of the run, which ends there if it was stopped."""
-
-    def told(share: float) -> None:
-        progress(name, done + min(share, ALMOST), total)
-        stopped()
-
-    return told
-
-
-def _with_step(plan: Plan, result: StudyResult, name: str, folder: Path | None) -> StudyResult:
-    """The result with what one step computes, and its time; kept in the folder, if there is one."""
-    begun = perf_counter()
-    changes = STEPS[name](plan, result)
-    result = replace(result, **changes, timings={**result.timings, name: perf_counter() - begun})
-    if folder:
-        with writable(folder):
-            keep_step(result, name, changes, folder)
-    return result
 
 
 def _kept(new: StudyResult, folder: Path) -> StudyResult:

@@ -13,6 +13,7 @@ from nsmaps.cells.transition_graph import graph_of, recurrent
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages
+from nsmaps.interrupts import Interrupted
 
 TURN = 2 * np.pi
 
@@ -152,11 +153,13 @@ def test_the_node_of_unknown_images_adds_no_recurrence_of_its_own():
 
 
 def test_interruption_keeps_the_last_finished_level():
-    def stop(level):
-        if level.shape == (32, 32):
+    def stop(share):
+        if share == 2.0**-3:  # the third of six levels
             raise KeyboardInterrupt
 
-    cover = morse_sets(Henon(), [[-2, 2], [-1, 1]], 5, progress=stop)
+    with pytest.raises(Interrupted) as stopped:
+        morse_sets(Henon(), [[-2, 2], [-1, 1]], 5, progress=stop)
+    cover = stopped.value.result
     assert not cover.finished
     assert cover.cells.shape == (32, 32)
     assert np.array_equal(cover.numbers, morse_sets(Henon(), [[-2, 2], [-1, 1]], 2).numbers)

@@ -18,7 +18,7 @@ def main(folder: Path, ours_alone: bool) -> None:
     peers = [one for one in nsmaps.bench.programs() if one.family == "nsmaps" or not ours_alone]
     result = nsmaps.bench.run(
         [CLoop(), CLoop(tuned=True), Single(), TwoBatches(), *peers],
-        progress=lambda what, done, total: print(f"{what} {done}/{total}", file=sys.stderr),
+        progress=lambda share: print(f"{100 * share:.0f} %", file=sys.stderr),
     )
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "bench.md").write_text(result.table(), encoding="utf-8")

@@ -127,18 +127,18 @@ def test_wrong_calls_are_errors(pair):
         nsmaps.bifurcation(of, [0.3], [0.8, 0.4, 0.1])
 
 
-def test_progress_counts_values():
+def test_progress_is_the_share_of_values():
     seen = []
-    nsmaps.bifurcation(Logistic, [2.8, 3.2], [0.3, 0.0], returns=2, transient=2, progress=seen.append)
-    assert seen == [1, 2]
+    nsmaps.bifurcation(Logistic, [2.8, 3.2], [0.3, 0.0], returns=2, transient=2, jobs=nsmaps.Jobs(progress=seen.append))
+    assert seen == [0.5, 1]
 
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_progress_both_ways_is_one_count(kept, tmp_path):
     seen = []
-    how = {"returns": 2, "transient": 2, "follow": "both", "part": 1, "progress": seen.append}
-    nsmaps.bifurcation(Logistic, [2.8, 3.0, 3.2], [0.3, 0.0], keep=tmp_path if kept else None, **how)
-    assert seen == [1, 2, 3, 4, 5, 6]
+    jobs = nsmaps.Jobs(checkpoint=tmp_path if kept else None, part=1, progress=seen.append)
+    nsmaps.bifurcation(Logistic, [2.8, 3.0, 3.2], [0.3, 0.0], returns=2, transient=2, follow="both", jobs=jobs)
+    assert seen == pytest.approx([1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6, 1])
 
 
 def test_angles_repeat_over_the_cut():

@@ -9,6 +9,7 @@ from toys import BouncingBall, Oscillator, Table
 
 import nsmaps
 from nsmaps.dynamics.diagrams.impacts import impact_diagram
+from nsmaps.dynamics.noise import orbits
 from nsmaps.dynamics.noise.orbits import Noise, exact_step, linear_law, noisy_orbits
 from nsmaps.dynamics.noise.residence import residence
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
@@ -106,10 +107,11 @@ def test_the_deterministic_limit_is_the_exact_map(pair):
         assert np.allclose(made.time[0], time, atol=1e-9, equal_nan=True)
 
 
-def test_finer_steps_of_the_same_path_agree_to_order_three_halves(pair):
+def test_finer_steps_of_the_same_path_agree_to_order_three_halves(pair, monkeypatch):
     def at(parts):
+        monkeypatch.setattr(orbits, "SUBSTEPS", parts)
         noise = Noise(sigma=0.05, tau=0.5)
-        return noisy_orbits(pair(0.35), [0.833, 0.364], 3, noise, 200, seed=1, step=0.1 / 64 * parts, parts=parts)
+        return noisy_orbits(pair(0.35), [0.833, 0.364], 3, noise, 200, seed=1, step=0.1 / 64 * parts)
 
     fine = at(1)
     off = [np.sqrt(((at(parts).states[-1] - fine.states[-1]) ** 2).mean(axis=0)) for parts in (8, 64)]
@@ -150,7 +152,7 @@ def test_realisations_depend_on_seed_and_number_alone(pair):
     noise, system = Noise(sigma=0.03, tau=0.5), pair(0.3)
     alone = noisy_orbits(system, [0.8, 0.4], 30, noise, 3, seed=4)
     with ThreadPoolExecutor(2) as pool:
-        pooled = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4, executor=pool)
+        pooled = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4, jobs=nsmaps.Jobs(pool))
     many = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4)
     other = noisy_orbits(system, [0.8, 0.4], 30, noise, 3, seed=5)
     assert np.array_equal(alone.states, many.states[:, :3])
@@ -163,7 +165,7 @@ def test_processes_give_the_same_numbers(pair):
     noise = Noise(sigma=0.03, tau=0.5)
     here = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4)
     with ProcessPoolExecutor(1) as pool:
-        there = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4, executor=pool)
+        there = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4, jobs=nsmaps.Jobs(pool))
     assert np.array_equal(here.states, there.states)
 
 

@@ -67,11 +67,11 @@ def numbers(result: Any) -> list[Any]:
 @pytest.mark.parametrize("name", SWEEPS)
 def test_two_processes_and_a_folder_have_the_numbers_of_one(name: str, two: Executor, tmp_path: Path) -> None:
     here = numbers(SWEEPS[name]())
-    assert numbers(SWEEPS[name](executor=two, keep=tmp_path)) == here
+    assert numbers(SWEEPS[name](jobs=nsmaps.Jobs(two, tmp_path))) == here
     files = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.npz")}
     assert len(files) == {"lyapunov up": 1, "impacts": 1}.get(name, len(files))
     assert len(files) > 1 or name in ("lyapunov up", "impacts")
-    assert numbers(SWEEPS[name](keep=tmp_path)) == here
+    assert numbers(SWEEPS[name](jobs=nsmaps.Jobs(checkpoint=tmp_path))) == here
     assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.npz")} == files, "nothing is written again"
 
 
@@ -110,25 +110,38 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
     whole = run()
     (tmp_path / "note").unlink()
 
-    def stop(done: int) -> None:
-        if done >= 4:
+    def stop(share: float) -> None:
+        if share >= 4 / 7:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run(keep=tmp_path / "kept", progress=stop)
+        run(jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept", progress=stop))
     before = (tmp_path / "note").read_text().split()
-    told: list[int] = []
-    again = run(keep=tmp_path / "kept", progress=told.append)
+    shares: list[float] = []
+    again = run(jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept", progress=shares.append))
     after = (tmp_path / "note").read_text().split()[len(before) :]
     once = sorted(map(str, values)) if follow is None else sorted(map(str, values * 2))
     assert sorted(before + after) == once, "each value of each part once"
     assert before
     assert after
-    assert told == sorted(told)
-    assert told[-1] == 7
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
     assert numbers(again) == numbers(whole)
     with pytest.raises(NsmapsError, match="parts of other work"):
-        nsmaps.bifurcation(Noted(tmp_path / "note"), values, starts, 20, 31, follow, keep=tmp_path / "kept")
+        nsmaps.bifurcation(
+            Noted(tmp_path / "note"), values, starts, 20, 31, follow, jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept")
+        )
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_a_part_of_any_size_has_the_same_numbers(name: str, tmp_path: Path) -> None:
+    here = numbers(SWEEPS[name]())
+    shares: list[float] = []
+    made = SWEEPS[name](jobs=nsmaps.Jobs(checkpoint=tmp_path, part=3, progress=shares.append))
+    assert numbers(made) == here
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    assert min(shares) >= 0
 
 
 def test_labels_do_not_depend_on_chunks() -> None:
@@ -137,7 +150,7 @@ def test_labels_do_not_depend_on_chunks() -> None:
     known = find_attractors(BISTABLE, starts[:20], 300)
     alone = [nsmaps.basins(BISTABLE, start[None], known, 300).label.item() for start in starts]
     with ThreadPoolExecutor(1) as executor:
-        assert nsmaps.basins(BISTABLE, starts, known, 300, executor=executor).label.tolist() == alone
+        assert nsmaps.basins(BISTABLE, starts, known, 300, jobs=nsmaps.Jobs(executor)).label.tolist() == alone
 
 
 @again
@@ -148,16 +161,16 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
     with workers as cluster, distributed.Client(cluster) as client:
         client.wait_for_workers(2)
         pid, other = client.run(os.getpid).values()
-        told: list[int] = []
+        shares: list[float] = []
 
-        def kill_one(done: int) -> None:
-            told.append(done)
-            if len(told) == 2:
+        def kill_one(share: float) -> None:
+            shares.append(share)
+            if len(shares) == 2:
                 os.kill(pid, signal.SIGKILL)
 
-        there = DIAGRAM(progress=kill_one, executor=client.get_executor(pure=False), keep=tmp_path)
+        there = DIAGRAM(jobs=nsmaps.Jobs(client.get_executor(pure=False), tmp_path, progress=kill_one))
         assert len({pid, other, os.getpid()}) == 3
-    assert told == [1, 2, 3, 4, 5]
+    assert shares == [0.2, 0.4, 0.6, 0.8, 1.0]
     assert numbers(there) == numbers(DIAGRAM())
 
 

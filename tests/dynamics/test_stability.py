@@ -28,13 +28,13 @@ def test_points_without_a_map_are_data(pair):
         return pair(0.3).at(d=d, r=r)
 
     seen = []
-    made = stability_diagram(of, [0.35, -0.1], [0.5, 1.5], [0.8, 0.4], progress=seen.append)
+    made = stability_diagram(of, [0.35, -0.1], [0.5, 1.5], [0.8, 0.4], jobs=nsmaps.Jobs(progress=seen.append))
     assert made.period.tolist() == [[1, -1], [-1, -1]]
     assert made.labels.tolist() == [["1:1/T", ""], ["", ""]]
     assert made.outcome.tolist() == [[Outcome.returned, Outcome.invalid], [Outcome.invalid] * 2]
     assert "greater than 0" in made.reasons[0]
     assert "less than or equal to 1" in made.reasons[1]
-    assert seen == [1, 2]
+    assert seen == [0.5, 1]
     with pytest.raises(NsmapsError, match="there is no row of 1"):
         stability_diagram(of, [0.35], [1.5], [0.8, 0.4])
 

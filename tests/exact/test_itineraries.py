@@ -6,7 +6,7 @@ import pytest
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.family import WordFamily
-from nsmaps.exact.surfaces.surface import Axis, Grid, returns_in_chunks, surfaces_among
+from nsmaps.exact.surfaces.surface import Axis, Grid, surfaces_among
 
 
 def grazes(reference):
@@ -102,10 +102,9 @@ def test_margin_only_where_it_is_asked_for_and_kept_by_what_selects(pair):
     itineraries = system.itineraries(some.start)
     assert np.array_equal(some.margin.clearance, itineraries.clearance)
     assert np.array_equal(some.margin.slowest, itineraries.slowest)
-    parts = list(returns_in_chunks(system, grid, chunk=250, margin=True))
+    parts = [system.first_return(grid.states(k, k + 250), margin=True) for k in range(0, grid.size, 250)]
     assert [len(part) for part in parts] == [250, 250, 100]
     assert np.array_equal(np.concatenate([part.margin.clearance for part in parts]), whole.margin.clearance)
-    assert all(part.margin is None for part in returns_in_chunks(system, grid))
     surface = surfaces_among(system, whole, grid, [WordFamily(name="BB", words=("BB",))])["BB"]
     assert np.array_equal(surface.returns.margin.slowest, some.margin.slowest)
 

@@ -16,7 +16,7 @@ from stumbles import again
 import nsmaps
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import sweep
-from nsmaps.parallel import Arrays, in_parts
+from nsmaps.parallel import SERIAL, Arrays, Jobs
 
 
 def square(x: float, note: str = "") -> Arrays:
@@ -42,57 +42,58 @@ def dies_elsewhere(x: float, home: int) -> Arrays:
 @pytest.mark.parametrize("make", [None, lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)])
 def test_the_same_everywhere(make) -> None:
     parts = [(float(x),) for x in range(5)]
-    counts: list[int] = []
+    shares: list[float] = []
     if make is None:
-        found = in_parts(square, parts, progress=counts.append)
+        found = Jobs(progress=shares.append).run(square, parts)
     else:
         with make() as executor:
-            found = in_parts(square, parts, executor, progress=counts.append)
+            found = Jobs(executor, progress=shares.append).run(square, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0]
-    assert counts == [1, 2, 3, 4, 5]
+    assert shares == [0.2, 0.4, 0.6, 0.8, 1.0]
 
 
 def test_what_is_finished_is_kept_and_taken_up(tmp_path: Path) -> None:
     note, parts = tmp_path / "note", [(float(x),) for x in range(6)]
     parts = [(x, str(note)) for (x,) in parts]
 
-    def stop(count: int) -> None:
-        if count == 3:
+    def stop(share: float) -> None:
+        if share == 0.5:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        in_parts(square, parts, keep=tmp_path / "kept", progress=stop)
+    with pytest.raises(nsmaps.Interrupted) as stopped:
+        Jobs(checkpoint=tmp_path / "kept", progress=stop).run(square, parts)
+    assert {number: part["square"].item() for number, part in stopped.value.result.items()} == {0: 0.0, 1: 1.0, 2: 4.0}
     assert note.read_text().split() == ["0.0", "1.0", "2.0"]
-    found = in_parts(square, parts, keep=tmp_path / "kept")
+    found = Jobs(checkpoint=tmp_path / "kept").run(square, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
     assert note.read_text().split() == ["0.0", "1.0", "2.0", "3.0", "4.0", "5.0"], "each once"
     with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
-        in_parts(square, parts[:5], keep=tmp_path / "kept")
+        Jobs(checkpoint=tmp_path / "kept").run(square, parts[:5])
 
 
 def test_an_unfinished_file_is_no_part(tmp_path: Path) -> None:
-    in_parts(square, [(1.0,), (2.0,)], keep=tmp_path)
+    Jobs(checkpoint=tmp_path).run(square, [(1.0,), (2.0,)])
     (tmp_path / "part-000001.npz").rename(tmp_path / "part-000001.unfinished")
-    assert in_parts(square, [(1.0,), (2.0,)], keep=tmp_path)[1]["square"].item() == 4.0
+    assert Jobs(checkpoint=tmp_path).run(square, [(1.0,), (2.0,)])[1]["square"].item() == 4.0
 
 
 def test_a_lost_worker_does_not_lose_the_sweep(tmp_path: Path) -> None:
     parts = [(float(x), os.getpid()) for x in range(6)]
     with ProcessPoolExecutor(2) as executor, pytest.warns(RuntimeWarning, match="workers were lost"):
-        found = in_parts(dies_elsewhere, parts, executor, keep=tmp_path)
+        found = Jobs(executor, tmp_path).run(dies_elsewhere, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
 
 
 def test_an_error_of_a_part_is_an_error() -> None:
     with ProcessPoolExecutor(1) as executor, pytest.raises(TypeError):
-        in_parts(square, [("x",)], executor)
+        Jobs(executor).run(square, [("x",)])
 
 
 def test_what_cannot_be_sent_or_told_says_so(tmp_path: Path) -> None:
     with ProcessPoolExecutor(1) as executor, pytest.raises(nsmaps.NsmapsError, match=r"cannot be sent .* nsmaps\.Along"):
-        in_parts(first_of, [(lambda d: d, 0.3)], executor)
+        Jobs(executor).run(first_of, [(lambda d: d, 0.3)])
     with pytest.raises(nsmaps.NsmapsError, match="cannot be recognised in another run"):
-        in_parts(first_of, [(lambda d: d, 0.3)], keep=tmp_path)
+        Jobs(checkpoint=tmp_path).run(first_of, [(lambda d: d, 0.3)])
 
 
 @pytest.mark.usefixtures("interpreted")
@@ -115,11 +116,16 @@ def test_a_system_of_a_file_reaches_a_fresh_process(tmp_path: Path) -> None:
 
 def test_the_note_tells_formulas_apart(tmp_path: Path) -> None:
     """An edited file is other work."""
+
+    def kept() -> None:
+        along = Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a")
+        Jobs(checkpoint=tmp_path / "kept").run(first_of, [(along, 0.9)])
+
     (tmp_path / "mine.py").write_text(BALL)
-    in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a"), 0.9)], keep=tmp_path / "kept")
+    kept()
     (tmp_path / "mine.py").write_text(BALL.replace("s**2 / 2", "s**2 / 3"))
     with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
-        in_parts(first_of, [(Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a"), 0.9)], keep=tmp_path / "kept")
+        kept()
 
 
 @again
@@ -128,18 +134,18 @@ def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     map_of = Along(nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113), "d")
     parts = [(map_of, float(d)) for d in np.linspace(0.26, 0.35, 8)]
-    here = in_parts(first_of, parts)
+    here = SERIAL.run(first_of, parts)
     workers = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True)
     with workers as cluster, distributed.Client(cluster) as client:
         client.wait_for_workers(2)
         pids = list(client.run(os.getpid).values())
         assert len({*pids, os.getpid()}) == 3
 
-        def kill_one(count: int) -> None:
-            if count == 2:
+        def kill_one(share: float) -> None:
+            if share == 2 / 8:
                 os.kill(pids[0], signal.SIGKILL)
 
-        there = in_parts(first_of, parts, client.get_executor(pure=False), progress=kill_one)
+        there = Jobs(client.get_executor(pure=False), progress=kill_one).run(first_of, parts)
     assert all(np.array_equal(a["image"], b["image"]) for a, b in zip(here, there, strict=True))
 
 
@@ -149,8 +155,8 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
     families = [nsmaps.WordFamily(name="BTB", words=("BTB",)), nsmaps.WordFamily(name="BB", words=("BB",))]
     here = sweep(system, "d", [0.26, 0.3, 0.35], grid, families)
     with ProcessPoolExecutor(2) as executor:
-        there = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, executor, tmp_path)
-    again = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, keep=tmp_path)
+        there = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, jobs=Jobs(executor, tmp_path))
+    again = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, jobs=Jobs(checkpoint=tmp_path))
     for other in (there, again):
         for (a, one), (b, two) in zip(here, other, strict=True):
             assert a == b
@@ -163,22 +169,22 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
 
 def test_a_broken_part_or_note_loses_nothing_else(tmp_path: Path) -> None:
     tasks = [(k,) for k in range(4)]
-    whole = in_parts(counted, tasks, keep=tmp_path)
+    whole = Jobs(checkpoint=tmp_path).run(counted, tasks)
     for note in ("", '{"work'):
         (tmp_path / "parts.json").write_text(note)
         file = tmp_path / "part-000002.npz"
         file.write_bytes(file.read_bytes()[:50])
         COUNTED.clear()
-        again = in_parts(counted, tasks, keep=tmp_path)
+        again = Jobs(checkpoint=tmp_path).run(counted, tasks)
         assert COUNTED == [2]
         assert [int(each["x"][0]) for each in again] == [int(each["x"][0]) for each in whole] == [0, 1, 2, 3]
 
 
 def test_parts_of_other_work_are_not_taken_where_the_note_is_broken(tmp_path: Path) -> None:
-    in_parts(counted, [(k,) for k in range(4)], keep=tmp_path)
+    Jobs(checkpoint=tmp_path).run(counted, [(k,) for k in range(4)])
     (tmp_path / "parts.json").write_text("")
     COUNTED.clear()
-    in_parts(counted, [(k + 1,) for k in range(4)], keep=tmp_path)
+    Jobs(checkpoint=tmp_path).run(counted, [(k + 1,) for k in range(4)])
     assert COUNTED == [1, 2, 3, 4]
 
 
@@ -201,6 +207,35 @@ def test_one_lost_part_leaves_the_others_to_their_workers(tmp_path: Path) -> Non
 
     COUNTED.clear()
     with Losing(1) as executor, pytest.warns(RuntimeWarning, match=r"workers were lost \(gone\); 1 of 4 parts are computed here"):
-        made = in_parts(counted, [(k,) for k in range(4)], executor)
+        made = Jobs(executor).run(counted, [(k,) for k in range(4)])
     assert COUNTED == [0, 2, 3, 1]
     assert [int(each["x"][0]) for each in made] == [0, 1, 2, 3]
+
+
+def test_what_is_no_executor_or_no_part_is_refused() -> None:
+    with pytest.raises(nsmaps.NsmapsError, match=r"the executor is a int; expected: a concurrent\.futures\.Executor"):
+        Jobs(2)
+    with pytest.raises(nsmaps.NsmapsError, match="a part has 0 items; expected: at least 1"):
+        Jobs(part=0)
+
+
+def test_the_items_of_parts_and_a_portion_with_a_folder_of_its_own(tmp_path: Path) -> None:
+    assert SERIAL.cuts(5, 2) == [slice(0, 2), slice(2, 4), slice(4, 5)]
+    assert Jobs(part=3).cuts(5, 2) == [slice(0, 3), slice(3, 5)]
+    shares: list[float] = []
+    portion = Jobs(checkpoint=tmp_path, progress=shares.append).share(0.5, 1.0, "second")
+    portion.run(square, [(1.0,), (2.0,)])
+    assert shares == [0.75, 1.0]
+    assert len(list((tmp_path / "second").glob("part-*.npz"))) == 2
+
+
+def long_part(x: float) -> Arrays:
+    """A part in which other long calls report their own progress."""
+    nsmaps.orbit(nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), [0.8, 0.4], 3)
+    return {"square": np.array([x * x])}
+
+
+def test_calls_within_a_part_do_not_report_as_the_whole() -> None:
+    shares: list[float] = []
+    Jobs(progress=shares.append).run(long_part, [(1.0,), (2.0,)])
+    assert shares == [0.5, 1.0]

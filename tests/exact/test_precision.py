@@ -8,8 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from nsmaps.errors import NsmapsError
-from nsmaps.exact.surfaces.surface import Axis, Grid, returns_in_chunks
+from nsmaps.exact.surfaces.surface import Axis, Grid
 
 
 def precise_return(system, word, times, v, phi):
@@ -125,13 +124,9 @@ def test_a_million_returns_need_little_memory(pair):
 def test_a_large_grid_runs_in_chunks(pair):
     system = pair(0.35)
     grid = Grid(axes={"v": Axis(low=0.01, high=1, points=700), "phi": Axis(low=0, high=3, points=500)})
-    done = []
     tracemalloc.start()
-    codes = [returns.codes for returns in returns_in_chunks(system, grid, 50_000, lambda k, n: done.append((k, n)))]
+    codes = [system.first_return(grid.states(k, k + 50_000)).codes for k in range(0, grid.size, 50_000)]
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert done == [(50_000 * k, 350_000) for k in range(1, 8)]
     assert peak < 150 * 50_000 + 8 * grid.size
     assert np.array_equal(np.concatenate(codes), system.first_return(grid.states()).codes)
-    with pytest.raises(NsmapsError, match="chunk is 0"):
-        next(returns_in_chunks(system, grid, 0))

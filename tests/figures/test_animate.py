@@ -24,13 +24,13 @@ def pictures(path: Path) -> np.ndarray:
 
 @pytest.mark.parametrize("name", FILMS)
 def test_a_gif_has_the_pictures_asked_for_and_no_two_alike(result, tmp_path, name):
-    told = []
-    path = animate(result, name, tmp_path / "new", frames=4, dpi=30, progress=lambda *step: told.append(step))
+    shares = []
+    path = animate(result, name, tmp_path / "new", frames=4, dpi=30, progress=shares.append)
     assert path == tmp_path / "new" / f"{name}.gif"
     film = pictures(path)
     assert len(film) == 4
     assert all((one != two).any() for one, two in pairwise(film))
-    assert told == [(name, k / 4, 1) for k in range(4)]
+    assert shares == [0.25, 0.5, 0.75, 1]
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -105,8 +105,8 @@ def test_an_ffmpeg_that_fails_is_told(result, tmp_path, monkeypatch):
 def test_ctrl_c_leaves_no_half_file_and_keeps_the_one_before(result, tmp_path):
     (tmp_path / "cobweb.gif").write_bytes(b"before")
 
-    def pressed(what: str, done: float, total: int) -> None:
-        if done > 0:
+    def pressed(share: float) -> None:
+        if share > 0.25:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

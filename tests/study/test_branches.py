@@ -18,8 +18,9 @@ from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
 from nsmaps.dynamics.diagrams import stability
+from nsmaps.interrupts import Interrupted
+from nsmaps.progress import outermost
 from nsmaps.study.result import StudyResult
-from nsmaps.study.run import Interrupted
 
 BALL = """\
 system: ball
@@ -267,8 +268,8 @@ def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = ran(BALL + STABILITY)
 
-    def stop(what: str, done: float, total: int) -> None:
-        if what == "stability" and done >= 2 + 3 / 5 / 3:  # three of five rows, which are a third of the step
+    def stop(share: float) -> None:
+        if outermost().step == "stability" and share >= (2 + 3 / 5 / 3) / 3:  # three of five rows, a third of the last step
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted):
@@ -291,9 +292,10 @@ def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_progress_of_branches_and_stability_never_goes_back() -> None:
-    told: list[tuple[str, float]] = []
-    ran(BALL + STABILITY, progress=lambda what, done, total: told.append((what, done)))
-    done = [share for _, share in told]
+    seen: list[tuple[str, float]] = []
+    ran(BALL + STABILITY, progress=lambda share: seen.append((outermost().step, share)))
+    done = [share for _, share in seen]
     assert done == sorted(done)
-    assert [share for what, share in told if what == "branches"] == [1, 1.999]
-    assert len([share for what, share in told if what == "stability"]) == 1 + 5 + 2
+    assert [share for step, share in seen if step == "branches"] == pytest.approx([1 / 3, 2 / 3])
+    assert [share for step, share in seen if step == "stability"][-1] == 1
+    assert len([share for step, share in seen if step == "stability"]) == 1 + 5 + 2

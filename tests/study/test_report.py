@@ -16,9 +16,10 @@ from typer.testing import CliRunner
 import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.interrupts import Interrupted
+from nsmaps.progress import outermost
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.html import formatted, tables, tag
-from nsmaps.study.run import Interrupted
 
 ROOT = Path(__file__).parents[2]
 VOID = {"meta", "img", "br"}
@@ -168,8 +169,8 @@ def test_report_makes_it_again_with_the_figures_that_are_there(good: str) -> Non
 
 
 def test_an_unfinished_run_is_said_to_be_one(good: str) -> None:
-    def stop(what: str, done: float, total: int) -> None:
-        if what == "orbits":
+    def stop(share: float) -> None:
+        if outermost().step == "orbits":
             raise KeyboardInterrupt
 
     Path("s.yaml").write_text(good)

@@ -17,33 +17,33 @@ from nsmaps.dynamics.diagrams import bifurcation
 from nsmaps.dynamics.noise import orbits as noise
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.system import ImpactSystem
+from nsmaps.interrupts import Interrupted
+from nsmaps.progress import outermost
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study import steps
-from nsmaps.study.run import Interrupted
 from nsmaps.study.sections import bifurcation as section
 from nsmaps.study.store import run_folder as folders
 
 
 def test_progress_never_goes_back_and_tells_of_shares(good: str) -> None:
     Path("s.yaml").write_text(good)
-    told: list[tuple[str, float, int]] = []
-    run("s.yaml", progress=lambda *given: told.append(given))
-    done = [share for _, share, _ in told]
+    seen: list[tuple[str, float]] = []
+    run("s.yaml", progress=lambda share: seen.append((outermost().step, share)))
+    done = [share for _, share in seen]
     assert done == sorted(done)
-    assert {total for *_, total in told} == {5}
-    assert told[0] == ("system", 0, 5)
-    assert told[-1] == ("done", 5, 5)
-    orbits = [share for what, share, _ in told if what == "orbits"]
-    assert orbits[0] == 3
-    assert orbits[-1] == 3.999, "a step that is not done is never told as done"
-    assert any(3 < share < 3.999 for share in orbits)
+    assert seen[0] == ("system", 0)
+    assert done[-1] == 1
+    orbits = [share for step, share in seen if step == "orbits"]
+    assert orbits[0] == 3 / 5
+    assert orbits[-1] == 4 / 5
+    assert any(3 / 5 < share < 4 / 5 for share in orbits)
 
 
 def stopped(study: str, at: str) -> Path:
     """The folder of a run that Ctrl-C stopped when a step began."""
 
-    def stop(what: str, done: float, total: int) -> None:
-        if what == at:
+    def stop(share: float) -> None:
+        if outermost().step == at:
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted):
@@ -111,8 +111,8 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
     whole = run("s.yaml")
     assert not Path("parts").exists(), "without a folder nothing is kept"
 
-    def stop(what: str, done: float, total: int) -> None:
-        if what == "bifurcation" and done >= 1 + 3 / 7:  # two of four parts
+    def stop(share: float) -> None:
+        if share >= (1 + 3 / 7) / 3:  # two of four parts of the second of three steps
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted):
@@ -174,10 +174,10 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
 @pytest.mark.parametrize("follow", ["", ", direction: up", ", direction: both"])
 def test_a_diagram_is_counted_once(follow: str) -> None:
     Path("s.yaml").write_text(COMPOSITE.replace("discard: 16", f"discard: 16{follow}"))
-    told: list[float] = []
-    run("s.yaml", progress=lambda what, done, total: told.append(done - 3) if what == "bifurcation" else None)
+    seen: list[float] = []
+    run("s.yaml", progress=lambda share: seen.append(4 * share - 3) if outermost().step == "bifurcation" else None)
     count = 7 * 2 * (2 if "both" in follow else 1)  # values, maps, ways
-    assert np.allclose(told, [*np.arange(count) / count, 0.999])
+    assert np.allclose(seen, np.arange(count + 1) / count)
 
 
 def test_noise_goes_on_at_its_finished_parts_and_a_fresh_run_does_not(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,10 +14,11 @@ from ruamel.yaml import YAML
 from nsmaps import StudyResult, load_study, read_result, run
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
+from nsmaps.interrupts import Interrupted
 from nsmaps.plugins import study_files
+from nsmaps.progress import outermost
 from nsmaps.study import steps
 from nsmaps.study.binding import Plan
-from nsmaps.study.run import Interrupted
 from nsmaps.study.store.archive import FORMAT, resolved
 
 WHOLE = """\
@@ -55,8 +56,8 @@ def whole() -> StudyResult:
 def test_only_what_is_named_is_computed() -> None:
     Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
     steps: list[str] = []
-    result = run("small.yaml", progress=lambda what, done, total: steps.append(what))
-    assert list(dict.fromkeys(steps)) == ["system", "orbits", "done"]
+    result = run("small.yaml", progress=lambda share: steps.append(outermost().step))
+    assert list(dict.fromkeys(steps)) == ["system", "orbits"]
     assert list(result.timings) == ["system", "orbits"]
     assert (result.surfaces, result.composite, result.domain, result.diagonal) == ({}, None, None, None)
     assert result.orbits[0].composite is None
@@ -336,8 +337,8 @@ def test_a_folder_that_holds_no_result(whole: StudyResult) -> None:
 
 
 def test_ctrl_c_keeps_what_is_finished() -> None:
-    def stop(what: str, done: int, total: int) -> None:
-        if what == "domains":
+    def stop(share: float) -> None:
+        if outermost().step == "domains":
             raise KeyboardInterrupt
 
     Path("whole.yaml").write_text(WHOLE)
@@ -394,10 +395,10 @@ def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) ->
     assert levels == [0, 1]
     assert "morse" not in read_result("out").timings
     shares: list[float] = []
-    result = run("s.yaml", out="out", progress=lambda what, done, total: shares.append(done), resume=True)
+    result = run("s.yaml", out="out", progress=shares.append, resume=True)
     assert result.morse is not None
     assert result.morse.finished
-    assert [share % 1 for share in shares if share % 1] == pytest.approx([0.25, 0.5, 0.999])
+    assert shares == pytest.approx([0, 1 / 2, 5 / 8, 3 / 4, 1])
 
 
 def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:

@@ -12,7 +12,7 @@ import pytest
 from typer.main import get_command
 
 from nsmaps.cli.cli import app
-from nsmaps.cli.terminal import clock
+from nsmaps.progress import clock
 
 CODES = re.compile(r"\x1b")
 COLOURS = re.compile(r"\x1b\[(?:\d+;)*(?:3[0-7]|9[0-7]|38;[\d;]+)(?:;\d+)*m")

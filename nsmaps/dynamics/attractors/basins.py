@@ -1,9 +1,8 @@
 """Basins of attraction: where each start of a grid ends up, after how many returns, and what lies between the basins."""
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +16,23 @@ from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.surface import Grid
-from nsmaps.parallel import Arrays, in_parts
-from nsmaps.progress import shows
+from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
+from nsmaps.progress import Progress, shows
 
 UNRESOLVED, ENDED = -1, -2
 SAMPLE = 100  #: starts that are followed to find attractors, at a time
-ENDS = "label", "arrival", "outcome", "stuck"
 CHUNK = 5000  #: starts in a part
 ROUNDS = 10  #: of looking for attractors among the starts that came to none
+ROUND = 0.1  #: what a round is assumed to leave to those after it, as `progress` reports it
 
-Ends = tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int8], NDArray[np.bool_]]
+
+class Ends(NamedTuple):
+    """Where the orbits of some starts end up, as of `Basins`."""
+
+    label: NDArray[np.int32]
+    arrival: NDArray[np.int32]
+    outcome: NDArray[np.int8]
+    stuck: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -107,7 +113,7 @@ class Boundary:
         return float(self.attractors[attractor].tree.query(own)[0].min())
 
 
-@shows
+@divides
 def basins(
     map: ReturnMap,
     grid: Grid | ArrayLike,
@@ -115,9 +121,8 @@ def basins(
     returns: int = 1000,
     tolerance: float = 1e-6,
     longest: int = 32,
-    progress: Callable[[int], None] | None = None,
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
+    *,
+    jobs: Jobs = SERIAL,
 ) -> Basins:
     """Which attractor each start comes to, and after how many returns.
 
@@ -132,8 +137,7 @@ def basins(
         attractors: the only ones that count, such as those of another run.
         returns: made before an orbit that has not arrived is given up, and to let go of transients when attractors are found.
         longest: period, in returns, of an attractor that is told from one without period.
-        progress: called with the number of starts that are done, after each return; after each part, of parts.
-        executor, keep: of `nsmaps.parallel.in_parts`, whose parts are starts, 5000 each. Attractors are found here.
+        jobs: see `nsmaps.Jobs`; parts are 5000 starts, in each round of looking for attractors, which are found in this process.
 
     Raises:
         StateError, NsmapsError: the grid has not the map's coordinates; other arguments that are not accepted.
@@ -143,8 +147,9 @@ def basins(
     if isinstance(grid, Grid) and tuple(grid.axes) != tuple(map.coordinates):
         raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; expected: {', '.join(map.coordinates)}, in this order")
     start = as_states(grid.states() if isinstance(grid, Grid) else grid, map.coordinates)
-    known, far = list(attractors or ()), _Far(map, executor, keep, progress)
-    label, arrival, outcome, stuck = far(start, known, returns if attractors else 0, "given")
+    known = list(attractors or ())
+    given = jobs.share(0.0, 1.0, "given") if known else SERIAL
+    label, arrival, outcome, stuck = _ends(map, start, known, returns if known else 0, given)
     for number in range(0 if attractors else ROUNDS):
         rest = np.flatnonzero(label == UNRESOLVED)
         sample = start[rest[np.unique(np.linspace(0, len(rest) - 1, min(SAMPLE, len(rest))).astype(int))]]
@@ -152,7 +157,8 @@ def basins(
         if not found and known:
             break
         known += found
-        label[rest], arrival[rest], outcome[rest], stuck[rest] = far(start[rest], known, returns, f"round-{number}")
+        round = jobs.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
+        label[rest], arrival[rest], outcome[rest], stuck[rest] = _ends(map, start[rest], known, returns, round)
         if not found:
             break
     if attractors is None:
@@ -163,29 +169,17 @@ def basins(
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Far:
-    """How starts are followed: here at once, or in parts in an executor or kept in a folder."""
-
-    map: ReturnMap
-    executor: Executor | None
-    keep: str | Path | None
-    progress: Callable[[int], None] | None
-
-    def __call__(self, start: Floats, attractors: Sequence[Attractor], returns: int, name: str) -> Ends:
-        if (self.executor is None and self.keep is None) or not attractors:
-            return follow(self.map, start, attractors, returns, self.progress)
-        progress, cuts = self.progress, np.split(start, range(CHUNK, len(start), CHUNK))
-        told = None if progress is None else lambda part: progress(part * len(start) // len(cuts))
-        parts = [(self.map, cut, tuple(attractors), returns) for cut in cuts]
-        made = in_parts(_followed, parts, self.executor, None if self.keep is None else Path(self.keep) / name, told)
-        label, arrival, outcome, stuck = (np.concatenate([part[end] for part in made]) for end in ENDS)
-        return label, arrival, outcome, stuck
+def _ends(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, jobs: Jobs) -> Ends:
+    """What `follow` finds: at once, or in parts in an executor or kept in a folder."""
+    if not jobs.divided or not attractors:
+        return follow(map, start, attractors, returns, jobs.progress)
+    parts = [(map, start[cut], tuple(attractors), returns) for cut in jobs.cuts(len(start), CHUNK)]
+    return Ends(**concatenated(jobs.run(_followed, parts))) if parts else follow(map, start, attractors, returns)
 
 
 def _followed(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int) -> Arrays:
     """What `follow` finds, by name."""
-    return dict(zip(ENDS, follow(map, start, attractors, returns), strict=True))
+    return follow(map, start, attractors, returns)._asdict()
 
 
 def follow(
@@ -193,7 +187,7 @@ def follow(
     start: Floats,
     attractors: Sequence[Attractor],
     returns: int,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Ends:
     """Label, arrival, outcome and stuck of each start, shape (N, n), as of `Basins`."""
     n = len(start)
@@ -212,13 +206,13 @@ def follow(
         open_ = label[going] == UNRESOLVED
         going, states = going[open_], states[open_]
         if progress is not None:
-            progress(n - len(going))
+            progress(max(k / max(returns, 1), 1 - len(going) / max(n, 1)))
         if not len(going) or k == returns:
             break
         made = map.first_return(states)
         outcome[going], arrival[going], states = made.outcome, k + made.valid, made.image
         stuck[going] |= made.outcome == Outcome.stuck
-    return label, arrival, outcome, stuck
+    return Ends(label, arrival, outcome, stuck)
 
 
 @shows

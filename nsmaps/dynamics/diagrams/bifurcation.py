@@ -1,10 +1,7 @@
 """Bifurcation diagrams: what a return map does in the long run over the values of a parameter (figs. bifexact, bifapprox)."""
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -18,13 +15,12 @@ from nsmaps.dynamics.returnmap import ReturnMap, followed
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import decoded
-from nsmaps.parallel import Arrays, in_parts, names_among, names_as_arrays
-from nsmaps.progress import shows
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-PART = 100_000  #: returns that a part of a diagram makes at least: many times what sending and keeping it costs
+PART = 100_000  #: returns that a part of a diagram makes at least, by default: many times what sending and keeping it costs
 Block = tuple[NDArray[np.int64], slice, Arrays]  #: numbers of values, starts, and what `_attractors` found there
 
 
@@ -81,7 +77,7 @@ class Bifurcation:
         return dataset(self.coordinates, rows, {"value": self.values}, walls=self.walls)
 
 
-@shows
+@divides
 def bifurcation(
     map_of: Callable[[float], ReturnMap],
     values: ArrayLike,
@@ -90,10 +86,8 @@ def bifurcation(
     transient: int = 2000,
     follow: Literal["up", "down", "both"] | None = None,
     tolerance: float = 1e-6,
-    progress: Callable[[int], None] | None = None,
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
-    part: int | None = None,
+    *,
+    jobs: Jobs = SERIAL,
 ) -> Bifurcation:
     """The attractors over the values of a parameter, as in remark num_bif.
 
@@ -109,11 +103,8 @@ def bifurcation(
             growing values first. Without it every value has the starts given.
         tolerance: within which each coordinate must repeat to be periodic, an angle in radians, others as a share of the largest
             magnitude in the diagram and its starts.
-        progress: called with the number of values done, after each; after each part, of parts. With "both" a value counts once
-            for each way, to twice their number.
-        executor, keep: of `nsmaps.parallel.in_parts`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts
-            are values, as many as make 100,000 returns; with `follow` each start goes by itself through so many at a time.
-        part: least number of returns of a part, instead; fewer where a map takes long to be made.
+        jobs: see `nsmaps.Jobs`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts are values, as many as make
+            100,000 returns; with `follow` each start passes by itself through the values of a part.
 
     Raises:
         StateError: the starts have not the map's coordinates.
@@ -122,19 +113,14 @@ def bifurcation(
     along, now = np.atleast_1d(np.asarray(values, float)), np.atleast_2d(np.asarray(starts, float))
     _check(along, returns, transient, follow)
     if follow == "both":
-        ways: tuple[Literal["up", "down"], ...] = ("up", "down")
-        made = []
-        for k, way in enumerate(ways):
-            told = None if progress is None else partial(_told_after, progress, k * len(along))
-            folder = None if keep is None else Path(keep) / way
-            how = returns, transient, way, tolerance, told, executor, folder, part
-            made.append(bifurcation(map_of, along, now, *how))
-        return _beside(*made)
+        how = returns, transient
+        up = bifurcation(map_of, along, now, *how, "up", tolerance, jobs=jobs.share(0.0, 0.5, "up"))
+        return _beside(up, bifurcation(map_of, along, now, *how, "down", tolerance, jobs=jobs.share(0.5, 1.0, "down")))
     order = np.argsort(-along if follow == "down" else along, kind="stable")
-    if (executor is None and keep is None) or not len(now):
-        found = _attractors(map_of, along[order], now, returns, transient, bool(follow), progress)
+    if not jobs.divided or not len(now):
+        found = _attractors(map_of, along[order], now, returns, transient, bool(follow))
         return _diagram(along, now, [(order, slice(None), found)], tolerance)
-    sweep = _Sweep(map_of, along, order, returns, transient, executor, keep, progress, part or PART)
+    sweep = _Sweep(map_of, along, order, returns, transient, jobs)
     return _diagram(along, now, sweep.followed(now) if follow else sweep.apart(now), tolerance)
 
 
@@ -147,49 +133,30 @@ class _Sweep:
     order: NDArray[np.int64]  #: in which the values are taken
     returns: int
     transient: int
-    executor: Executor | None
-    keep: str | Path | None
-    progress: Callable[[int], None] | None
-    part: int  #: least number of returns of a part
+    jobs: Jobs
 
     def apart(self, starts: Floats) -> list[Block]:
         """Every start at every value: parts are values."""
         cuts = self._cuts(len(starts))
         parts = [(self.map_of, self.values[cut], starts, self.returns, self.transient, False) for cut in cuts]
-        told = self._told(0, len(self.order), len(cuts))
-        return [
-            (cut, slice(None), part) for cut, part in zip(cuts, in_parts(_attractors, parts, *self._where(), told), strict=True)
-        ]
+        return [(cut, slice(None), part) for cut, part in zip(cuts, self.jobs.run(_attractors, parts), strict=True)]
 
     def followed(self, starts: Floats) -> list[Block]:
         """Each start through the values: parts are starts, links of their chains one after the other."""
         blocks: list[Block] = []
-        done = 0
+        done, count = 0, len(self.order)
         for cut in self._cuts(1):
             parts = [(self.map_of, self.values[cut], start[None], self.returns, self.transient, True) for start in starts]
-            told = self._told(done, len(cut), len(starts))
-            links = in_parts(_attractors, parts, *self._where(f"from-{done:06d}"), told)
+            jobs = self.jobs.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
+            links = jobs.run(_attractors, parts)
             blocks += [(cut, slice(s, s + 1), link) for s, link in enumerate(links)]
             starts, done = np.concatenate([link["last"] for link in links]), done + len(cut)
         return blocks
 
     def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
         """The numbers of the values, in their order, of each part or link."""
-        each = -(-self.part // ((self.returns + self.transient) * starts))
-        return [self.order[k : k + each] for k in range(0, len(self.order), each)]
-
-    def _where(self, link: str = "") -> tuple[Executor | None, Path | None]:
-        return self.executor, None if self.keep is None else Path(self.keep) / link
-
-    def _told(self, done: int, values: int, parts: int) -> Callable[[int], None] | None:
-        """What parts done tell as values done."""
-        progress = self.progress
-        return None if progress is None else lambda part: progress(done + part * values // parts)
-
-
-def _told_after(progress: Callable[[int], None], done: int, more: int) -> None:
-    """More values done, after others."""
-    progress(done + more)
+        most = -(-PART // ((self.returns + self.transient) * starts))
+        return [self.order[cut] for cut in self.jobs.cuts(len(self.order), most)]
 
 
 def _attractors(
@@ -199,11 +166,10 @@ def _attractors(
     returns: int,
     transient: int,
     follow: bool,
-    progress: Callable[[int], None] | None = None,
 ) -> Arrays:
     """What starts (S, n) come to at values, in this order, and the last states: arrays of a `Bifurcation`, where a map is."""
     runs, reasons, last = followed(
-        map_of, values, starts, lambda map, states: _attractor(map, states, transient, returns), follow, progress
+        map_of, values, starts, lambda map, states: _attractor(map, states, transient, returns), follow
     )
     about = {"last": last, "reasons": np.array(reasons, str)}
     if not runs:

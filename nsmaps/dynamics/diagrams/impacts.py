@@ -1,9 +1,7 @@
 """The speeds of impacts on every wall over a parameter, with or without noise: fig. comp_stoch."""
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -11,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
 from nsmaps.errors import NsmapsError
-from nsmaps.parallel import Arrays, in_parts
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -31,6 +29,7 @@ class ImpactDiagram:
     speed: Floats  #: shape (V, K), impact speed, at least zero
 
 
+@divides
 def impact_diagram(
     system_of: "Callable[[float], ImpactSystem]",
     values: ArrayLike,
@@ -41,14 +40,14 @@ def impact_diagram(
     transient: int = 500,
     seed: int = 0,
     step: float | None = None,
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
+    *,
+    jobs: Jobs = SERIAL,
 ) -> ImpactDiagram:
     """The impacts of one orbit that is followed through growing ("up") or falling ("down") values of a parameter.
 
     At each value the transient's returns are made and forgotten, and the impacts of `returns` more are kept, three a return at
     most. The noise begins anew from its long-run law. An orbit that ended starts again from the state given. Without noise
-    (sigma = 0) these are the deterministic impacts. The orbit is one part of `nsmaps.parallel.in_parts`.
+    (sigma = 0) these are the deterministic impacts. The whole orbit is one part of `jobs`, see `nsmaps.Jobs`.
 
     Raises:
         NsmapsError: a direction that is none; others as `noisy_orbits`.
@@ -57,7 +56,7 @@ def impact_diagram(
         raise NsmapsError(f"follow is {follow!r}; expected: 'up' or 'down'")
     along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if follow == "up" else -1]
     parts = [(system_of, along, np.asarray(state, float), noise, returns, transient, seed, step)]
-    made = in_parts(_impacts, parts, executor, keep)[0]
+    (made,) = jobs.run(_impacts, parts)
     return ImpactDiagram(tuple(made["walls"].tolist()), noise, follow, along, made["wall"], made["speed"])
 
 

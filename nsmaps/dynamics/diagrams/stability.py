@@ -1,9 +1,7 @@
 """Stability diagrams: which motion attracts over two parameters, and the curves on which it changes."""
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +15,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
-from nsmaps.parallel import Arrays, in_parts
+from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 from nsmaps.progress import shows
 
 
@@ -50,7 +48,7 @@ class EventCurve:
     reasons: tuple[str, ...]  #: W texts, why a branch ended without the event; "" where it has one
 
 
-@shows
+@divides
 def stability_diagram(
     map_of: Callable[[float, float], ReturnMap],
     along: ArrayLike,
@@ -60,9 +58,8 @@ def stability_diagram(
     transient: int = 1000,
     follow: Literal["up", "down"] | None = "down",
     tolerance: float = 1e-6,
-    progress: Callable[[int], None] | None = None,
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
+    *,
+    jobs: Jobs = SERIAL,
 ) -> StabilityDiagram:
     """The motions that attract over two parameters: a bifurcation diagram along one for each value of the other.
 
@@ -75,9 +72,7 @@ def stability_diagram(
         start: one state, shape (n,), of every row.
         longest: period looked for, in returns.
         transient, follow, tolerance: as in `bifurcation`.
-        progress: called with the number of rows done, after each.
-        executor, keep: of `nsmaps.parallel.in_parts`, whose parts are the rows; `map_of` may then be such as
-            `nsmaps.Along(system, "d", "r")`.
+        jobs: see `nsmaps.Jobs`; each row is a part, and `map_of` may then be such as `nsmaps.Along(system, "d", "r")`.
 
     Raises:
         NsmapsError, StateError: as `bifurcation`, where no row can be made.
@@ -85,13 +80,19 @@ def stability_diagram(
     rows, columns = np.atleast_1d(np.asarray(across, float)), np.atleast_1d(np.asarray(along, float))
     if rows.ndim != 1:
         raise NsmapsError(f"the values across have shape {rows.shape}; expected: one or more numbers in a row")
-    parts = [(map_of, columns, value, np.asarray(start, float), longest, transient, follow, tolerance) for value in rows.tolist()]
-    made = in_parts(_row, parts, executor, keep, progress)
-    reasons = tuple(str(row["reason"]) for row in made)
-    if all(reasons) and all((row["outcome"] == Outcome.invalid).all() for row in made):
+    how = np.asarray(start, float), longest, transient, follow, tolerance
+    parts = [(map_of, columns, rows[cut], *how) for cut in jobs.cuts(len(rows))]
+    made = concatenated(jobs.run(_rows, parts)) if parts else {}
+    reasons = tuple(made["reason"].tolist()) if made else ()
+    if all(reasons) and all((row == Outcome.invalid).all() for row in made.get("outcome", ())):
         raise NsmapsError(f"there is no row of {len(rows)}: {reasons[0] if reasons else 'no value across'}")
-    period, labels, outcome = (np.stack([row[name] for row in made]) for name in ("period", "labels", "outcome"))
-    return StabilityDiagram(columns, rows, period, labels, outcome, reasons)
+    return StabilityDiagram(columns, rows, made["period"], made["labels"], made["outcome"], reasons)
+
+
+def _rows(map_of: Callable[[float, float], ReturnMap], columns: Floats, rows: Floats, *how: Any) -> Arrays:
+    """What `_row` finds at some values of the other parameter, one after the other."""
+    made = [_row(map_of, columns, value, *how) for value in rows.tolist()]
+    return {name: np.stack([row[name] for row in made]) for name in made[0]}
 
 
 def _row(

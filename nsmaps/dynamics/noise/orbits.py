@@ -2,9 +2,8 @@
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass
-from pathlib import Path
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,13 +14,13 @@ from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import decoded
-from nsmaps.parallel import Arrays, in_parts
-from nsmaps.progress import shows
+from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
 CHUNK = 8  #: realisations a task of an executor holds
+SUBSTEPS = 1  #: exact steps that a step is made of: with 2 and `step=2*h` the path is every second point of that of `step=h`
 
 
 class Noise(BaseModel):
@@ -68,7 +67,7 @@ class NoisyOrbits:
         return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
 
 
-@shows
+@divides
 def noisy_orbits(
     system: "ImpactSystem",
     state: ArrayLike,
@@ -77,11 +76,10 @@ def noisy_orbits(
     realisations: int = 1,
     seed: int | Sequence[int] = 0,
     step: float | None = None,
-    parts: int = 1,
     chatter: float = 1e-6,
     impacts: int = 0,
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
+    *,
+    jobs: Jobs = SERIAL,
 ) -> NoisyOrbits:
     """The first n returns of an exact system with noise added to the acceleration of its flights, realised many times.
 
@@ -95,10 +93,9 @@ def noisy_orbits(
     Args:
         state: the start, shape (2,), or one for each realisation, shape (R, 2). The noise starts from its long-run law.
         step: of the grid in time; a hundredth of the period, or a tenth of tau if that is less. At most tau.
-        parts: exact steps that a step is made of: `step=2*h, parts=2` sees every second point of the path of `step=h`.
         chatter: as of `first_return`; what is left of the noise within the time of the sum is passed over.
         impacts: how many impacts of each realisation, on any wall, are kept.
-        executor, keep: of `nsmaps.parallel.in_parts`, whose parts are realisations, 8 each; threads on all cores if omitted.
+        jobs: see `nsmaps.Jobs`; a part is 8 realisations, in threads on all cores if there is no executor.
 
     Raises:
         StateError, NsmapsError: arguments that are not accepted.
@@ -108,21 +105,21 @@ def noisy_orbits(
         raise StateError(f"the start has shape {starts.shape}; expected: (2,) or ({max(realisations, 0)}, 2)")
     period = float(system.period())
     h = min(period / 100, noise.tau / 10) if step is None else float(step)
-    if n < 0 or parts < 1 or impacts < 0 or not 0 < h <= noise.tau or not chatter >= 0:
+    if n < 0 or impacts < 0 or not 0 < h <= noise.tau or not chatter >= 0:
         raise NsmapsError(
-            f"{n} returns, a step of {h:g} in {parts} parts, {impacts} impacts, chatter {chatter:g}; expected: a step "
-            f"above 0 and at most tau = {noise.tau:g}, at least one part, numbers that are not negative"
+            f"{n} returns, a step of {h:g}, {impacts} impacts, chatter {chatter:g}; expected: a step "
+            f"above 0 and at most tau = {noise.tau:g}, numbers that are not negative"
         )
     law = linear_law(system)
-    how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / parts), parts, chatter, n, impacts, seed
+    how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts, seed
     starts = np.broadcast_to(starts, (realisations, 2))
-    tasks = [(how, starts[k : k + CHUNK], range(k, min(k + CHUNK, realisations))) for k in range(0, realisations, CHUNK)]
-    if executor is None and len(tasks) > 1:
+    tasks = [(how, starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, CHUNK)]
+    if jobs.executor is None and len(tasks) > 1:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            made = in_parts(_realised, tasks, pool, keep)
+            made = replace(jobs, executor=pool).run(_realised, tasks)
     else:
-        made = in_parts(_realised, tasks, executor, keep)
-    tables = {name: np.concatenate([none, *(part[name] for part in made)]) for name, none in _blank(n, 0, impacts).items()}
+        made = jobs.run(_realised, tasks)
+    tables = concatenated([_blank(n, 0, impacts), *made])
     along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
     return NoisyOrbits(system.coordinates, system.wall_names, noise, h, seed, **along)
 

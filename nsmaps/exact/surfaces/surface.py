@@ -1,9 +1,7 @@
 """Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -14,7 +12,7 @@ from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import members
-from nsmaps.parallel import Arrays, in_parts
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -152,62 +150,38 @@ def surfaces_among(
     return {name: Surface(name, grid, member, own) for name, (member, own) in found.items()}
 
 
-def returns_in_chunks(
-    system: "ImpactSystem",
-    grid: Grid,
-    chunk: int = 1_000_000,
-    progress: Callable[[int, int], None] | None = None,
-    margin: bool = False,
-) -> Iterator[Returns]:
-    """The first returns over a grid of any size, in its order, chunk by chunk and therefore in constant memory.
-
-    Args:
-        chunk: states in one chunk, about 100 bytes each.
-        progress: called with the number of states done and of all states, after each chunk.
-        margin: also compute the distance of each return from a graze.
-
-    Raises:
-        NsmapsError: the grid's axes are not the system's coordinates, or the chunk is empty.
-    """
-    _check_axes(system, grid)
-    if chunk < 1:
-        raise NsmapsError(f"chunk is {chunk}; expected: at least one state")
-    for start in range(0, grid.size, chunk):
-        yield system.first_return(grid.states(start, start + chunk), margin=margin)
-        if progress is not None:
-            progress(min(start + chunk, grid.size), grid.size)
-
-
 def _check_axes(system: "ImpactSystem", grid: Grid) -> None:
     if tuple(grid.axes) != system.coordinates:
         raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; expected: {', '.join(system.coordinates)}, in this order")
 
 
+@divides
 def sweep(
     system: "ImpactSystem",
     parameter: str,
     values: ArrayLike,
     grid: Grid,
     families: Sequence["ReturnFamily"],
-    executor: Executor | None = None,
-    keep: str | Path | None = None,
-    progress: Callable[[int], None] | None = None,
+    *,
+    jobs: Jobs = SERIAL,
 ) -> list[tuple[float, dict[str, Surface]]]:
     """The return surfaces for each value of one parameter, in the order of the values.
 
-    The values are the parts of `nsmaps.parallel.in_parts`, to which the last three arguments go. Errors as `surfaces`.
+    Each value is a part of `jobs`, see `nsmaps.Jobs`. Errors as `surfaces`.
     """
     _check_axes(system, grid)
     along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
-    grids = in_parts(_returns_over, [(each, grid) for each in along], executor, keep, progress)
+    made = jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in jobs.cuts(len(along))])
+    grids = [{name: rows[k] for name, rows in part.items()} for part in made for k in range(len(part["codes"]))]
     found = [surfaces_among(each, _returns_of(each, arrays), grid, families) for each, arrays in zip(along, grids, strict=True)]
     return [(getattr(each, parameter), surfaces) for each, surfaces in zip(along, found, strict=True)]
 
 
-def _returns_over(system: "ImpactSystem", grid: Grid) -> Arrays:
-    """The arrays of the first returns of a whole grid."""
-    returns = system.first_return(grid.states())
-    return {name: getattr(returns, name) for name in ("start", "image", "turns", "codes", "outcome", "time")}
+def _returns_over(systems: Sequence["ImpactSystem"], grid: Grid) -> Arrays:
+    """The arrays of the first returns of a whole grid, of each system a row."""
+    made = [system.first_return(grid.states()) for system in systems]
+    names = "start", "image", "turns", "codes", "outcome", "time"
+    return {name: np.stack([getattr(returns, name) for returns in made]) for name in names}
 
 
 def _returns_of(system: "ImpactSystem", a: Arrays) -> Returns:

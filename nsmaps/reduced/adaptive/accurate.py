@@ -1,12 +1,12 @@
 """The accurate variant of the general algorithm: a map of strips over a grid's box, validated at held-out states."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from nsmaps.coordinates import angle_mask
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.progress import Progress
 from nsmaps.reduced.adaptive.surrogate import StripMap, Strips, strip_map
 from nsmaps.reduced.adaptive.validate import HeldOut, held_out
 
@@ -32,9 +32,7 @@ class AccurateResult:
         return StripMap(system, self.strips)
 
 
-def accurate(
-    system: "ImpactSystem", grid: Grid, tolerance: float, progress: Callable[[int, int], None] | None = None
-) -> AccurateResult:
+def accurate(system: "ImpactSystem", grid: Grid, tolerance: float, *, progress: Progress | None = None) -> AccurateResult:
     """The map of strips of a system over a grid's box; `progress` as in `strip_map`.
 
     Raises:

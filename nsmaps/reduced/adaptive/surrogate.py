@@ -2,7 +2,7 @@
 elsewhere.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
@@ -14,7 +14,7 @@ from nsmaps.arrays import ArrayLike, Floats, Ints, brief
 from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
-from nsmaps.progress import Work, working
+from nsmaps.progress import Progress, Work, working
 from nsmaps.reduced.adaptive.slabs import Slab, clear_phase, slabs
 from nsmaps.reduced.adaptive.tree import Node, cell_area, grow, roots_of, terms
 
@@ -134,7 +134,7 @@ def strip_map(
     speeds: tuple[float, float],
     phases: tuple[float, float],
     tolerance: float,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     max_seconds: float = inf,
 ) -> StripMap:
     """The map of strips of a system over a box of speeds and phases, to a tolerance.
@@ -146,7 +146,7 @@ def strip_map(
         speeds: lowest and highest, both above zero: at zero the ball does not leave the wall, and the map is not smooth.
         phases: lowest and highest, radians; a whole turn is taken as a circle, cut where that is best.
         tolerance: of the speed, and of the phase in radians, over the whole box but within 1e-11 of an edge.
-        progress: called with the leaves that are done and those that wait, before each round of fits.
+        progress: called before each round of fits with the fraction of the known leaves that is done, and with 1 at the end.
         max_seconds: time after which no round begins, and after half of which no search for edges begins: the exact map answers
             on the unfinished part, whose share is `report.exact_share`; `report.stopped` is then True.
 
@@ -155,7 +155,7 @@ def strip_map(
     """
     _check_box(speeds, phases, tolerance)
     with working("strip map", progress, max_seconds) as work:
-        return _strip_map(system, speeds, phases, tolerance, progress, work)
+        return _strip_map(system, speeds, phases, tolerance, work)
 
 
 def _strip_map(
@@ -163,7 +163,6 @@ def _strip_map(
     speeds: tuple[float, float],
     phases: tuple[float, float],
     tolerance: float,
-    progress: Callable[[int, int], None] | None,
     work: Work,
 ) -> StripMap:
     from nsmaps.reduced.adaptive.layout import build_tables
@@ -179,7 +178,7 @@ def _strip_map(
     trees = roots_of(bands, box[:, 1] - box[:, 0])
     degrees = next(each for least, each in DEGREES if tolerance >= least)
     roots = [leaf for cells in trees for cell in cells for leaf in cell]
-    returns, fitted = grow(system, bands, roots, tolerance, degrees, progress, work)
+    returns, fitted = grow(system, bands, roots, tolerance, degrees, work)
     leaves = [leaf for root in roots for leaf in _ends(root)]
     report = _report(tolerance, box, bands, leaves, returns, {"edges": cut_at - begun, "fits": perf_counter() - cut_at})
     cells = [(bands[leaf.slab], leaf.cell) for leaf in leaves if leaf.degree >= 0]

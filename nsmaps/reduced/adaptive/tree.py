@@ -1,6 +1,6 @@
 """The trees of a map of strips: each cell between two edges is divided until polynomials of low degree meet a tolerance."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -90,7 +90,6 @@ def grow(
     leaves: Sequence[Node],
     tolerance: float,
     degrees: Sequence[int],
-    progress: Callable[[int, int], None] | None,
     work: Work,
 ) -> tuple[int, bool]:
     """Fit leaves, dividing them until their polynomials are within `tolerance` (of speed and of phase in radians).
@@ -102,8 +101,6 @@ def grow(
     nodes = _nodes(max(degrees))
     while waiting and not work.over:
         beat(done / (done + len(waiting)), f"{done} leaves done, {len(waiting)} to fit")
-        if progress is not None:
-            progress(done, len(waiting))
         left: list[Node] = []
         for some in (waiting[k : k + 512] for k in range(0, len(waiting), 512)):
             if work.over:

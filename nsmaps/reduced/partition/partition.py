@@ -1,6 +1,5 @@
 """The general algorithm (section 4.1, steps 0 to vii): from a system with two coordinates and a tolerance to a composite map."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -8,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Grid
-from nsmaps.progress import shows
+from nsmaps.progress import Progress, working
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.conditions.condition import Number
 
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from nsmaps.reduced.adaptive.accurate import AccurateResult
 
 Role = Literal["attracting", "transient"]
-Progress = Callable[[int, int], None]  #: description of the current step, and of how many
 
 
 class Partition(BaseModel):
@@ -110,15 +108,14 @@ class PartitionResult:
         return [row for row in self.log if row.became.startswith(("accepted", "given up"))]
 
 
-@shows
 def partition(
-    system: "ImpactSystem", grid: Grid, spec: Partition, progress: Progress = lambda done, of: None
+    system: "ImpactSystem", grid: Grid, spec: Partition, *, progress: Progress | None = None
 ) -> "PartitionResult | AccurateResult":
     """The map of a planar system over a grid's box that meets a tolerance: in closed form with a log of its construction, or
     accurate.
 
     Args:
-        progress: called with the pieces made and the most there may be, or with the leaves done and all leaves so far.
+        progress: called with the fraction of `max_pieces` that is made, or of the known leaves that is done; at the end with 1.
 
     Raises:
         NsmapsError: the grid's axes are not the system's coordinates, or these are not two: the algorithm divides a plane.
@@ -132,7 +129,7 @@ def partition(
     if len(system.coordinates) != 2:
         names = ", ".join(system.coordinates)
         raise NsmapsError(f"the system has the coordinates {names}; expected: two, since the algorithm divides a plane by curves")
-    if spec.kind == "accurate":
-        return accurate(system, grid, spec.tolerance, lambda leaves, waiting: progress(leaves, leaves + waiting))
-    refinement = Refinement(system, grid, spec, progress)
-    return finalize(system, grid, spec, refinement.run())
+    with working("partition", progress) as work:
+        if spec.kind == "accurate":
+            return accurate(system, grid, spec.tolerance, progress=work.reached)
+        return finalize(system, grid, spec, Refinement(system, grid, spec).run())

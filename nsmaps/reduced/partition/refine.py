@@ -14,6 +14,7 @@ from nsmaps.errors import FitError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Region
 from nsmaps.reduced.fit.polyfit import Full
@@ -26,7 +27,7 @@ from nsmaps.reduced.partition.separators import best_separator, bound, sheets
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
-    from nsmaps.reduced.partition.partition import Partition, Progress, Role
+    from nsmaps.reduced.partition.partition import Partition, Role
 
 LOOSE = 0.1  #: error demanded of transient pieces, as a share of the grid's side
 STRAY = 0.05  #: share of the transient states that may have larger errors
@@ -86,7 +87,6 @@ class Refinement:
     system: "ImpactSystem"
     grid: Grid
     spec: "Partition"
-    progress: "Progress"
     log: list[Leaf] = field(default_factory=list)
     leaves: list[Leaf] = field(default_factory=list)
     taken: tuple[Region, ...] = ()  #: the union of the attracting pieces
@@ -188,7 +188,7 @@ class Refinement:
                 todo += parts
             elif leaf.chosen is not None:
                 self.leaves.append(self.log[-1])
-            self.progress(len(self.leaves), self.spec.max_pieces)
+            beat(len(self.leaves) / self.spec.max_pieces, f"{len(self.leaves)} pieces")
 
     def step(self, leaf: Leaf, enough: bool, room: int) -> tuple[str, list[Leaf]]:
         """The decision on a region, and its parts if it is split."""

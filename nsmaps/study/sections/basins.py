@@ -59,7 +59,7 @@ def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[s
 
     with plan.study.source.located(("basins",)):
         how = None, spec.returns, spec.tolerance, spec.max_period
-        made = basins(plan.system, plan.bound["basins"], *how, keep=plan.keep)
+        made = basins(plan.system, plan.bound["basins"], *how, jobs=plan.jobs)
         line = None if spec.boundary is None else boundary(plan.system, made, spec.boundary, spec.returns)
     return {"basins": made, "boundary": line}
 

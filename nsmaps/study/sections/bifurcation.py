@@ -1,7 +1,7 @@
 """The section `bifurcation`: what maps do in the long run over a parameter."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -102,8 +102,8 @@ def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> d
         made = {}
         for k, of in enumerate(spec.map):
             map_of, part = maps[of]
-            told = plan.part(k, len(spec.map), spec.ways * spec.points)
-            made[of] = bifurcation(map_of, values, start, *how, progress=told, keep=plan.kept(of), part=part)
+            jobs = replace(plan.portion(k, len(spec.map), of), part=part)
+            made[of] = bifurcation(map_of, values, start, *how, jobs=jobs)
         return {"bifurcation": made}
 
 

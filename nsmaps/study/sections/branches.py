@@ -12,6 +12,7 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.events import DOUBLING
 from nsmaps.dynamics.continuation.follow import CLOSED
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, in_order
@@ -109,7 +110,7 @@ def _compute(spec: Branches, plan: "Plan", result: "StudyResult") -> dict[str, A
     for number, section in enumerate(spec):
         with plan.study.source.located(("branches", number)):
             made[section.name] = _followed(plan, section, cycle_of(plan, number))
-        plan.told((number + 1) / len(spec))
+        beat((number + 1) / len(spec))
     return {"branches": made}
 
 

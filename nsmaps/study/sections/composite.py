@@ -8,6 +8,7 @@ from pydantic import BaseModel, model_validator
 
 from nsmaps.errors import FitError, NsmapsError
 from nsmaps.exact.surfaces.surface import Surface, surfaces
+from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite, data_of
 from nsmaps.reduced.composite.printed import PrintedMap
 from nsmaps.reduced.conditions.condition import Number
@@ -25,8 +26,6 @@ from nsmaps.study.sections.surfaces import bind_family
 from nsmaps.study.texts import finite, intervals, yes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from nsmaps.arrays import Floats
     from nsmaps.exact.system import ImpactSystem
     from nsmaps.reduced.composite.composite import Coverage
@@ -178,17 +177,15 @@ def _data(plan: "Plan", surfaces: dict[str, Surface], piece: PiecePlan) -> tuple
     return surfaces, replace(piece, region=data)
 
 
-def refits(
-    plan: "Plan", parameter: str, values: "Floats", told: "Callable[[int], None]"
-) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
-    """The composite map at each value of a parameter, with the exact data that its fitted pieces were fitted to."""
+def refits(plan: "Plan", parameter: str, values: "Floats", half: int) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
+    """The composite map at each value of a parameter, with the data of its fitted pieces: the first or second half of a step."""
     made = []
     for value in values.tolist():
         try:
             made.append((value, *refit(plan, plan.system.at(**{parameter: value}))))
         except NsmapsError as error:
             raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
-        told(len(made))
+        beat(half / 2 + len(made) / len(values) / 2)
     return made
 
 

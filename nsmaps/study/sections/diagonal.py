@@ -113,11 +113,8 @@ def _swept(spec: DiagonalSection, plan: "Plan", grid: Grid) -> list[tuple[float,
     if spec.sweep is None:
         return [(float("nan"), family.surface(plan.system, grid))]
     values = np.linspace(spec.sweep.low, spec.sweep.high, spec.sweep.points)
-    swept = []
-    for done, (value, found) in enumerate(sweep(plan.system, spec.sweep.parameter, values, grid, [family]), 1):
-        swept.append((value, found[spec.family]))
-        plan.told(done / spec.sweep.points)
-    return swept
+    swept = sweep(plan.system, spec.sweep.parameter, values, grid, [family], jobs=plan.jobs)
+    return [(value, found[spec.family]) for value, found in swept]
 
 
 def near_diagonals(plan: "Plan", surface: Surface) -> tuple[dict[str, Surface], Box]:

@@ -1,6 +1,6 @@
 """The section `domains`: attracting domains of one map from one box each."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
+from nsmaps.progress import Progress
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polyfit import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
@@ -78,14 +79,12 @@ def _compute(spec: Domains, plan: "Plan", result: "StudyResult") -> dict[str, An
     domains = {}
     for number, section in enumerate(spec):
         with plan.study.source.located(("domains", number)):
-            told = plan.part(number, len(spec), section.updates)
-            domains[section.name] = _domain_of(plan, result, section, told)
+            progress = plan.portion(number, len(spec)).progress
+            domains[section.name] = _domain_of(plan, result, section, progress)
     return {"domains": domains}
 
 
-def _domain_of(
-    plan: "Plan", result: "StudyResult", section: DomainSection, progress: Callable[[int], None]
-) -> "AttractingDomain":
+def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, progress: Progress | None) -> "AttractingDomain":
     """The attracting domain that a section asks for, of the map that it names."""
     pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
     maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
@@ -117,7 +116,7 @@ def _bounded(
     map: Any,
     start: tuple[Floats, Floats | None],
     of: str,
-    progress: Callable[[int], None],
+    progress: Progress | None,
 ) -> "AttractingDomain":
     """The domain; one whose bounds are inflated by the held-out error of its map is an estimate for the exact map."""
     from nsmaps.auxiliary.attracting_domain import attracting_domain

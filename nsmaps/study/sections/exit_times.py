@@ -59,10 +59,10 @@ def _compute(spec: ExitTimesSection, plan: "Plan", result: "StudyResult") -> dic
     with plan.study.source.located(("exit_times",)):
         if result.composite is None:
             raise NsmapsError("strips have no regions; expected: a 'composite' map, or a 'partition' of closed forms")
-        searched = plan.levels(0, 2, spec.depth)
-        found = find_cycles(plan.system, window, spec.period, *how, progress=searched) if spec.period else None
-        cycles, told = found.cycles if found else (), plan.levels(1, 2, spec.depth)
-        made = transient(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=told)
+        first, then = (plan.portion(half, 2).progress for half in (0, 1))
+        found = find_cycles(plan.system, window, spec.period, *how, progress=first) if spec.period else None
+        cycles = found.cycles if found else ()
+        made = transient(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=then)
     return {"cycles": found, "transient": made}
 
 

@@ -58,7 +58,7 @@ def _compute(spec: LyapunovSection, plan: "Plan", result: "StudyResult") -> dict
     values = np.linspace(spec.low, spec.high, spec.points)
     along, how = Along(plan.system, spec.parameter), (spec.returns, spec.discard, spec.direction)
     with plan.study.source.located(("lyapunov",)):
-        return {"lyapunov": lyapunov_sweep(along, values, plan.bound["lyapunov"], *how, keep=plan.keep)}
+        return {"lyapunov": lyapunov_sweep(along, values, plan.bound["lyapunov"], *how, jobs=plan.jobs)}
 
 
 def _describe(spec: LyapunovSection, study: "Study") -> str:

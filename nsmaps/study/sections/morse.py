@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import count
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, Field
@@ -47,12 +46,9 @@ def _compute(spec: MorseSection, plan: "Plan", result: "StudyResult") -> dict[st
     """A cover of what stays in a window, and the closed set about its first minimal component."""
     from nsmaps.cells.morse_sets import morse_sets, trap
 
-    told = plan.levels(0, 1, spec.depth)
     with plan.study.source.located(("morse",)):
-        window, levels = plan.bound["morse"].array, count()
-        cover = morse_sets(plan.system, window, spec.depth, spec.cells, progress=lambda _: told(next(levels)))
-    if not cover.finished:  # by Ctrl-C: a run that goes on begins this step anew
-        raise KeyboardInterrupt
+        window = plan.bound["morse"].array
+        cover = morse_sets(plan.system, window, spec.depth, spec.cells, progress=plan.jobs.progress)
     return {"morse": cover, "trap": trap(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
 
 

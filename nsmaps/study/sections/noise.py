@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.words import encode
+from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, NOISY, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, Range
@@ -95,19 +96,19 @@ def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[st
     from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
     from nsmaps.dynamics.noise.residence import residence
 
-    stays, ended = [], []
+    stays, ended, count = [], [], len(spec.sigma) + (spec.impacts is not None)
     with plan.study.source.located(("noise",)):
         for number, sigma in enumerate(spec.sigma):
             noise = Noise(sigma=sigma, tau=spec.tau)
             how = spec.returns, noise, spec.realisations, spec.seed, spec.step
-            made = noisy_orbits(plan.system, plan.bound["noise"], *how, keep=plan.kept(f"sigma-{number}"))
+            made = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
             stays.append(residence(made.words, made.time, spec.modes, spec.hold))
             ended.append(made.ended())
-        impacts = _impacts(spec, spec.impacts, plan) if spec.impacts else ()
+        impacts = _impacts(spec, spec.impacts, plan, plan.portion(count - 1, count, "impacts")) if spec.impacts else ()
         return {"noise": NoiseResult(spec.sigma, tuple(stays), tuple(ended), impacts)}
 
 
-def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan") -> "tuple[ImpactDiagram, ...]":
+def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jobs) -> "tuple[ImpactDiagram, ...]":
     """Down and up, each without noise and with it."""
     from nsmaps.dynamics.diagrams.impacts import impact_diagram
     from nsmaps.dynamics.noise.orbits import Noise
@@ -117,9 +118,9 @@ def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan") -> "tupl
     how = section.returns, section.discard, spec.seed, spec.step
     along, start = Along(plan.system, section.parameter), plan.bound["noise"]
     return tuple(
-        impact_diagram(along, values, start, size, follow, *how, keep=plan.kept("impacts", follow, str(number)))
-        for follow in DOWN_AND_UP
-        for number, size in enumerate(sizes)
+        impact_diagram(along, values, start, size, way, *how, jobs=jobs.share(k / 4 + n / 8, (k + n + 1) / 4, way, str(n)))
+        for k, way in enumerate(DOWN_AND_UP)
+        for n, size in enumerate(sizes)
     )
 
 

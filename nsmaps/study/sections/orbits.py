@@ -72,9 +72,9 @@ def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any
 
     pairs, count = [], 2 * len(spec)
     for k, (section, start) in enumerate(zip(spec, plan.bound["orbits"], strict=True)):
-        first, then = (plan.part(half, count, section.returns) for half in (2 * k, 2 * k + 1))
-        reduced = orbit(result.reduced, start, section.returns, first) if result.reduced else None
-        exact = orbit(plan.system, start, section.returns, then)
+        first, then = (plan.portion(half, count).progress for half in (2 * k, 2 * k + 1))
+        reduced = orbit(result.reduced, start, section.returns, progress=first) if result.reduced else None
+        exact = orbit(plan.system, start, section.returns, progress=then)
         reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
         kept = track(plan.system, start, section.track) if section.track else None
         pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends))

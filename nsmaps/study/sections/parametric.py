@@ -62,10 +62,9 @@ def _compute(spec: ParametricSection, plan: "Plan", result: "StudyResult") -> di
     ends = (spec.low, spec.high)
     nodes = chebyshev_nodes(*ends, spec.nodes or 2 * spec.order + 1)
     with plan.study.source.located(("parametric",)):
-        first, then = plan.part(0, 2, len(nodes)), plan.part(1, 2, len(nodes) + 1)
-        at_nodes = {value: composite for value, composite, _ in refits(plan, spec.parameter, nodes, first)}
+        at_nodes = {value: composite for value, composite, _ in refits(plan, spec.parameter, nodes, 0)}
         made = parametric_map(at_nodes, spec.parameter, *ends, spec.order)
-        held = refits(plan, spec.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), then)
+        held = refits(plan, spec.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), 1)
         return {"parametric": replace(made, report=report_on(made, held) if held[0][2] else None)}
 
 

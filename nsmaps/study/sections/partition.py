@@ -65,7 +65,7 @@ def _compute(spec: Partition, plan: "Plan", result: "StudyResult") -> dict[str, 
     grid = plan.bound["grid"]
     with plan.study.source.located(("partition",)):
         box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
-        made = partition(plan.system, grid, spec, lambda done, most: plan.told(done / most))
+        made = partition(plan.system, grid, spec, progress=plan.jobs.progress)
     if not isinstance(made, PartitionResult):
         return {"accurate": made, "speed": speeds(plan.system, made.map(plan.system), box)}
     speed = speeds(plan.system, made.composite, box)

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
 from nsmaps.study.reading.values import SPEC, Range
@@ -88,14 +89,13 @@ def _compute(spec: StabilitySection, plan: "Plan", result: "StudyResult") -> dic
     along, across = (np.linspace(span.low, span.high, span.points) for span in spans)
     count = 1 + len(spec.curves)
     how: Any = {"longest": spec.max_period, "transient": spec.discard, "follow": spec.direction}
-    how |= {"progress": plan.part(0, count, len(across)), "keep": plan.keep}
     map_of = Along(plan.system, *(span.parameter for span in spans))
     curves = {}
     with plan.study.source.located(("stability",)):
-        made = stability_diagram(map_of, along, across, plan.bound["stability"], **how)
+        made = stability_diagram(map_of, along, across, plan.bound["stability"], **how, jobs=plan.portion(0, count))
         for number, each in enumerate(spec.curves, 1):
             curves[f"{each.event} of {each.branch}"] = _curve(plan, result, each, map_of, across)
-            plan.told((number + 1) / count)
+            beat((number + 1) / count)
     return {"stability": made, "curves": curves}
 
 
