@@ -71,7 +71,6 @@ TO_DO = (
     "dynamics/lyapunov.py",
     "dynamics/noise/orbits.py",
     "study",
-    "figures",
     "parallel.py",
 )
 

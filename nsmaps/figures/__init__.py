@@ -25,7 +25,7 @@ def draw(
     Nothing is written if one of the figures cannot be drawn for want of data.
 
     Raises:
-        NsmapsError: a name that is no figure; a figure whose data the result has not; a format matplotlib cannot write.
+        NsmapsError: an unknown figure; a figure whose data the result lacks; a format matplotlib cannot write.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

@@ -67,7 +67,7 @@ def animate(
     `frames` - 1 returns of an orbit, by number from 1, one a picture (video 2). The file appears whole or not at all.
 
     Raises:
-        NsmapsError: a name that is no animation, or no format; data that the result has not; `mp4` without ffmpeg.
+        NsmapsError: an unknown animation or format; data that the result lacks; `mp4` without ffmpeg.
     """
     for kind, word, accepted in (("animation", name, FILMS), ("format", format, _WRITERS)):
         if word not in accepted:
@@ -139,8 +139,8 @@ def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
         active = int(by[k - 1]) if k else -1
         for each in panels:
             each.show(k, active)
-        made = f"return {k}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
-        figure.suptitle(made, fontsize=13)
+        title = f"return {k}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
+        figure.suptitle(title, fontsize=13)
 
     return Film(figure, show, count, 1)
 

@@ -38,8 +38,8 @@ class Row:
         """The sheets of the figure; NsmapsError if the result lacks what it shows."""
         for need in self.needs:
             need.of(result, self.name)
-        made: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(result)
-        return made
+        drawn: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(result)
+        return drawn
 
     def check(self, study: "Study") -> None:
         """NsmapsError if a study names the sections of the figure and yet does not ask for what it shows."""

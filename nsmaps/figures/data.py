@@ -60,8 +60,8 @@ class Need(Generic[T]):
             raise NsmapsError(f"the figure {figure!r} has nothing to show: {error}") from error
         if not part:
             raise NsmapsError(
-                f"the figure {figure!r} shows {self.what}, and the result has none; name {self.wanted} in the study, "
-                f"go on with a run that was stopped (--resume), or leave {figure!r} out of its figures"
+                f"the figure {figure!r} shows {self.what}, which the result lacks; name {self.wanted} in the study, "
+                f"resume a run that was stopped (--resume), or leave {figure!r} out of its figures"
             )
         if self.planar:
             _check_plane(result.system.coordinates, figure)
@@ -87,11 +87,11 @@ def _check_plane(coordinates: Sequence[str], figure: str) -> None:
         )
 
 
-def section(made: T | None, name: str) -> T:
+def section(found: T | None, name: str) -> T:
     """A section of the study that a result was computed from; NsmapsError where the study lacks it."""
-    if made is None:
+    if found is None:
         raise NsmapsError(f"the study of this result has no section {name!r}; expected: the study from which it was computed")
-    return made
+    return found
 
 
 def position(coordinates: Sequence[str], coordinate: str) -> int:

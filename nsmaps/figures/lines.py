@@ -1,4 +1,4 @@
-"""The lines that several figures share: diagonals, cobwebs, the last tenth of an orbit, and where a line is none."""
+"""The lines that several figures share: diagonals, cobwebs, the last tenth of an orbit, and interruptions of lines."""
 
 from typing import TYPE_CHECKING
 from warnings import catch_warnings, simplefilter
@@ -79,7 +79,7 @@ def jumps(values: Floats, least: float) -> NDArray[np.bool_]:
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(size, [*ends, (3, 3)], constant_values=np.nan), 7, axis=-1)
     jump = np.isnan(size)
     with np.errstate(invalid="ignore"), catch_warnings():
-        simplefilter("ignore", RuntimeWarning)  # of a step with nothing beside it, which is no jump
+        simplefilter("ignore", RuntimeWarning)  # of a step without neighbours, which is not a jump
         wide = size > least
         jump[wide] = size[wide] > 5 * np.nanmedian(np.delete(beside[wide], 3, axis=-1), axis=-1)
         large = ~jump & (size > least / 2)

@@ -24,7 +24,7 @@ from nsmaps.figures.style import STYLE
 
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 _TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend
-LONG = 40  #: letters of a panel's title in a line, beside its letter
+LONG = 40  #: letters of a panel's title on one line, after its letter
 Panel = Callable[[Axes], Axes]
 
 
@@ -128,7 +128,7 @@ def _remembered(ax: Axes) -> Callable[..., Bbox | None]:
 
 
 def _as_it_stands(figure: Figure) -> None:
-    """Draw a name such as `$\\frac{`, which is no mathematics, as it stands.
+    """Draw a name such as `$\\frac{`, which is not mathematics, literally.
 
     What is parsed here is what will be drawn, by one parser for all figures, which remembers it.
     """

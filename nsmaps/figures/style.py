@@ -1,4 +1,4 @@
-"""How figures look: one palette that colour-blind readers can tell apart (Okabe and Ito), one type, one way to label.
+"""The style of figures: one palette for colour-blind readers (Okabe and Ito), one typeface, uniform labels.
 
 Colours follow the paper: words BB black and BTB magenta, exact orbits orange and composite orbits green, upper maps blue.
 """
@@ -76,7 +76,7 @@ def tint(colour: str, amount: float = 0.65) -> tuple[float, float, float]:
 def family_colours(names: Sequence[str]) -> dict[str, str]:
     """A colour a family, by the length of its word: two impacts black, three magenta, four yellow, as in the paper.
 
-    Eight are told apart; all that come after them are grey.
+    Eight are distinguished; all further ones are grey.
 
     >>> family_colours(["BTB", "BB"]) == {"BTB": MAGENTA, "BB": BLACK}
     True
@@ -98,8 +98,8 @@ def piece_colours(names: Sequence[str], resets: Sequence[bool]) -> list[str]:
     numbers = [re.fullmatch(r"R_?(\d+)", name) for name in names]
     own = {k: (int(found[1]) - 1) % len(PIECES) for k, found in enumerate(numbers) if found and not resets[k]}
     free = [slot for slot in reversed(range(len(PIECES))) if slot not in own.values()] or [0]
-    rest = [k for k, reset in enumerate(resets) if k not in own and not reset]
-    own |= {k: free[n % len(free)] for n, k in enumerate(rest)}
+    others = [k for k, reset in enumerate(resets) if k not in own and not reset]
+    own |= {k: free[n % len(free)] for n, k in enumerate(others)}
     return [PIECES[own[k]] if k in own else "#FFFFFF" for k in range(len(names))]
 
 

@@ -84,7 +84,7 @@ def test_the_algorithm_names_every_step_and_counts_the_log(result, ax):
     assert [step[0] for _, _, steps in STEPS for step in steps] == ["0", "i", "ii", "iii", "iv", "v", "vi", "vii"]
     assert {part for _, _, steps in STEPS for step in steps for part in step} <= set(texts)
     (told,) = [text for text in texts if "log" in text]
-    assert re.search(r"4 regions .* \(1 split, 2 accepted, 1 given up\),\n3 pieces, 1 of them attracting", told)
+    assert re.search(r"4 regions .* \(1 split, 2 accepted, 1 given up\),\n3 pieces, 1 attracting", told)
 
 
 def test_no_text_of_the_algorithm_leaves_its_box(result):

@@ -1,4 +1,4 @@
-"""What a map does for ever within a window: the cells of its recurrent components, and orbits that came to them."""
+"""The recurrent dynamics of a map in a window: the cells of its Morse sets, and orbits that approach them."""
 
 from collections.abc import Sequence
 from functools import partial

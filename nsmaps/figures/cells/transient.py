@@ -1,4 +1,4 @@
-"""After how many returns each cell's states have all left its region, and what stays, with the periodic points known there."""
+"""The number of returns after which all states of a cell have left its region, with known periodic points."""
 
 from functools import partial
 from typing import TYPE_CHECKING
@@ -20,42 +20,42 @@ from nsmaps.figures.style import GREEN, RED, dress, tint
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-MOST = 12  #: steps with a shade of their own; more have that of the last
+MOST = 12  #: numbers of returns with a shade of their own; larger ones have the last shade
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: steps to leave the region, and beside them steps to arrive, where the study has a closed set to arrive in."""
-    made = TRANSIENT.of(result, "transient")
-    panels = [partial(transient, result)] + ([partial(transient, result, arrives=True)] if made.arrived is not None else [])
+    """One sheet: steps to leave the region, and steps to arrive, if the study has a closed target set."""
+    times = TRANSIENT.of(result, "transient")
+    panels = [partial(transient, result)] + ([partial(transient, result, arrives=True)] if times.arrived is not None else [])
     return (Sheet("transient", tuple(panels), len(panels), (6.8, 5.2)),)
 
 
 def transient(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
     """Cells by the number of returns within which all their states have left their region, or with `arrives` have arrived.
 
-    Red is what of which it is not shown; green, what has arrived from the start; crosses are known periodic points.
+    Cells for which this is not shown are red, cells that have arrived from the start green; crosses are known periodic points.
     """
-    made = TRANSIENT.of(result, "transient")
-    steps = made.left if not arrives or made.arrived is None else made.arrived
-    steps = np.where((made.region < 0) & (steps != 0), -2, steps)
-    most = int(min(max(steps.max(), 1), MOST))
+    times = TRANSIENT.of(result, "transient")
+    steps = times.left if not arrives or times.arrived is None else times.arrived
+    steps = np.where((times.region < 0) & (steps != 0), -2, steps)
+    shades = int(min(max(steps.max(), 1), MOST))
     greens = tint(GREEN, 0.3), tint(RED, 0.25)
-    blues: list[tuple[float, ...]] = [tuple(shade) for shade in colormaps["Blues"](np.linspace(0.15, 0.95, most))]
-    number = np.select([steps == -1, steps == 0, steps > 0], [1, 0 if arrives else -1, 1 + np.minimum(steps, most)], -1)
-    show(ax, made.cells, number, [*greens, *blues])
-    _borders(ax, made.cells.window, made.region.reshape(made.cells.shape))
-    points = made.points
+    blues: list[tuple[float, ...]] = [tuple(shade) for shade in colormaps["Blues"](np.linspace(0.15, 0.95, shades))]
+    number = np.select([steps == -1, steps == 0, steps > 0], [1, 0 if arrives else -1, 1 + np.minimum(steps, shades)], -1)
+    show(ax, times.cells, number, [*greens, *blues])
+    _borders(ax, times.cells.window, times.region.reshape(times.cells.shape))
+    points = times.points
     ax.plot(*points.T, "x", ms=6, mew=1.4, color="k", label="periodic points")
     if steps.max() > 0:
-        scale = ScalarMappable(BoundaryNorm(np.arange(most + 1) + 0.5, most), ListedColormap(blues))
-        bar = ax.figure.colorbar(scale, ax=ax, ticks=np.arange(1, most + 1))
-        more = f" ({most}: or more)" if steps.max() > most else ""
+        scale = ScalarMappable(BoundaryNorm(np.arange(shades + 1) + 0.5, shades), ListedColormap(blues))
+        bar = ax.figure.colorbar(scale, ax=ax, ticks=np.arange(1, shades + 1))
+        more = f" ({shades}: or more)" if steps.max() > shades else ""
         bar.set_label(f"returns until {'arrived' if arrives else 'left'}" + more)
     patches = [Patch(color=greens[1], label="not shown"), Patch(color=greens[0], label="target")]
     handles: list[Artist] = [*patches[: 1 + (arrives and bool((number == 0).any()))], *(ax.lines if len(points) else ())]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
-    ax.set(xlim=made.cells.window[0], ylim=made.cells.window[1])
-    return dress(ax, (made.cells.coordinates[0], "k"), (made.cells.coordinates[1], "k"))
+    ax.set(xlim=times.cells.window[0], ylim=times.cells.window[1])
+    return dress(ax, (times.cells.coordinates[0], "k"), (times.cells.coordinates[1], "k"))
 
 
 def _borders(ax: Axes, window: NDArray[np.float64], region: NDArray[np.int64]) -> None:

@@ -31,8 +31,8 @@ def colours_of(result: "StudyResult", figure: str) -> list[str]:
     Of more than eight pieces with a word, those have a colour in which the orbits end, then the largest; all others are grey.
     """
     pieces = COMPOSITE.of(result, figure).pieces
-    made = [k for k, piece in enumerate(pieces) if piece.word]
-    if len(made) <= MOST:
+    fitted = [k for k, piece in enumerate(pieces) if piece.word]
+    if len(fitted) <= MOST:
         return piece_colours([piece.name for piece in pieces], [not piece.word for piece in pieces])
     number = COMPOSITE.of(result, figure).piece_once
     states = next(iter(SURFACES.of(result, figure).values())).grid.states()
@@ -40,7 +40,7 @@ def colours_of(result: "StudyResult", figure: str) -> list[str]:
     for pair in result.orbits:
         if pair.composite is not None:
             size[np.setdiff1d(number(last_tenth(finite_states(pair.composite))), [-1])] += len(states)
-    first = sorted(sorted(made, key=lambda k: -size[k])[:MOST])
+    first = sorted(sorted(fitted, key=lambda k: -size[k])[:MOST])
     return [PIECES[first.index(k)] if k in first else REST if piece.word else "#FFFFFF" for k, piece in enumerate(pieces)]
 
 

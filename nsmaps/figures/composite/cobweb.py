@@ -117,8 +117,8 @@ def draw_pieces(result: "StudyResult", ax: Axes, i: int) -> dict[int, list[Line2
             drawn[k] += [
                 _draw(ax, x, low - middle + t, high - middle + t, flat, colours[k], "_", above) for t in (-TWO_PI, TWO_PI)
             ]
-    if rest := [k for k in drawn if colours[k] == REST]:
-        ax.fill_between([], [], color=REST, lw=0, label=f"{len(rest)} more pieces")
+    if others := [k for k in drawn if colours[k] == REST]:
+        ax.fill_between([], [], color=REST, lw=0, label=f"{len(others)} more pieces")
     return drawn
 
 
@@ -146,13 +146,13 @@ def _images(composite: CompositeMap, axes: tuple[Axis, ...], i: int) -> dict[int
     inner = composite.piece_once(between)
     images = np.concatenate([images, _of_pieces(composite, between, inner, i)])
     number, row = np.concatenate([number, inner]), np.concatenate([row, row[of]])
-    made = {}
+    ranges = {}
     for k in shown:
         own, (low, high) = number == k, np.full((2, grid.shape[i]), np.nan)
         np.fmin.at(low, row[own], images[own])
         np.fmax.at(high, row[own], images[own])
-        made[k] = low, high, float(share[k])
-    return made
+        ranges[k] = low, high, float(share[k])
+    return ranges
 
 
 def _of_pieces(composite: CompositeMap, states: Floats, number: Ints, i: int) -> Floats:

@@ -33,7 +33,7 @@ def orbits(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     """The two orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths.
 
     An orbit that ends before has none: a cross marks its last state, or the last one in the picture, if it leaves that.
-    A step across the seam of a phase, where it is wrapped, is no line across the picture: the line leaves at one edge and
+    A step across the seam of a phase, where it is wrapped, is not a line across the figure: the line leaves at one edge and
     comes in at the other.
     """
     pair = ORBITS.of(result, "orbits")[number]
@@ -72,8 +72,8 @@ def _end(ax: Axes, states: Floats, colour: str, name: str) -> None:
 
 def _arrival(states: Floats) -> int:
     """The number of the first state that is near one of the last tenth, in which the orbit has come to its attractor."""
-    apart = np.abs(states[:, np.newaxis] - last_tenth(states)) / np.maximum(np.ptp(states, axis=0), 1e-300)
-    return int(np.argmax((apart < _NEAR).all(axis=2).any(axis=1)))
+    distance = np.abs(states[:, np.newaxis] - last_tenth(states)) / np.maximum(np.ptp(states, axis=0), 1e-300)
+    return int(np.argmax((distance < _NEAR).all(axis=2).any(axis=1)))
 
 
 def around(states: Floats, coordinates: Sequence[str]) -> Floats:

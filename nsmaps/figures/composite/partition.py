@@ -27,17 +27,17 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 def partition(result: "StudyResult", ax: Axes) -> Axes:
     """The state space by region: attracting ones blue, transient ones in the colour of their word, with lines between them."""
-    made = PARTITION.of(result, "partition")
+    found = PARTITION.of(result, "partition")
     grid = next(iter(SURFACES.of(result, "partition").values())).grid
-    pieces = made.composite.pieces
-    number = pieces_on(made.composite, grid)
+    pieces = found.composite.pieces
+    number = pieces_on(found.composite, grid)
     words = list(dict.fromkeys(piece.word for piece in pieces if piece.word))
     colours = {"attracting": tint(BLUE, 0.45)} | {word: tint(c, 0.75) for word, c in family_colours(words).items()}
     order = {name: k for k, name in enumerate(colours)}
-    kinds = [order.get("attracting" if piece.name in made.attracting else piece.word, -1) for piece in pieces]
+    kinds = [order.get("attracting" if piece.name in found.attracting else piece.word, -1) for piece in pieces]
     kind = np.array([*kinds, -1])[number]
     paint(ax, grid, kind, list(colours.values()))
-    names = {row.name.partition(".")[0]: row.name[1:] for row in made.table()}
+    names = {row.name.partition(".")[0]: row.name[1:] for row in found.table()}
     for k, piece in enumerate(pieces):
         _name(ax, grid, (number == k).reshape(grid.shape), names.get(piece.name, ""))
     shown = {name: colour for name, colour in colours.items() if (kind == order[name]).any()}
@@ -47,7 +47,7 @@ def partition(result: "StudyResult", ax: Axes) -> Axes:
     beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": len(handles)}
     ax.legend(handles=handles, frameon=False, **(beside if len(handles) > _ABOVE else above))
-    return dress(ax, (made.composite.coordinates[0], "k"), (made.composite.coordinates[1], "k"))
+    return dress(ax, (found.composite.coordinates[0], "k"), (found.composite.coordinates[1], "k"))
 
 
 def _name(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str) -> None:

@@ -16,7 +16,7 @@ from nsmaps.figures.style import REST, dress, piece_label, tint
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-POINTS = 601  #: an axis, so that edges that are no grid lines are drawn straight
+POINTS = 601  #: per axis, so that edges that do not follow grid lines appear straight
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
@@ -45,9 +45,9 @@ def regions(result: "StudyResult", ax: Axes) -> Axes:
             continue
         text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"
         handles.append(Patch(fc=tint(colour, 0.65), ec="0.25", lw=0.9, label=text))
-    rest = np.isin(number, [k for k, colour in enumerate(colours) if colour == REST])
-    if rest.any():
-        text = f"{len(np.unique(number[rest]))} more: {100 * rest.mean():.3g} %"
+    resets = np.isin(number, [k for k, colour in enumerate(colours) if colour == REST])
+    if resets.any():
+        text = f"{len(np.unique(number[resets]))} more: {100 * resets.mean():.3g} %"
         handles.append(Patch(fc=REST, ec="0.25", lw=0.9, label=text))
     if np.any(number < 0):
         handles.append(Patch(fc="none", ec="0.6", hatch="////", lw=0, label=f"in no piece: {100 * np.mean(number < 0):.3g} %"))

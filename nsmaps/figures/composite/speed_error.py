@@ -23,7 +23,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def speed_error(result: "StudyResult", ax: Axes) -> Axes:
     """The largest errors at held-out states against the time a state, with the tolerance and the exact map's time as lines.
 
-    Errors of closed forms are told apart by the role of their pieces, those of strips by how near to an edge the states lie.
+    Errors of closed forms are shown by the role of their pieces, those of strips by the distance of the states from an edge.
     Left of the exact map's time a map is worth its error. The exact map has none here: it is what the others are held against.
     """
     speed = SPEED.of(result, "speed_error")

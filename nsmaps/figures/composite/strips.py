@@ -26,14 +26,14 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 def strips(result: "StudyResult", ax: Axes) -> Axes:
     """The leaves by the total degree of their polynomials, with white lines between them and the edges of the map in black."""
-    made = ACCURATE.of(result, "strips").strips
-    (v0, v1), (phi0, phi1) = made.bounds
-    degrees = sorted(made.report.degrees)
-    degree = np.array([*made.tables.leaf[:, DEGREE], np.nan])[made.tables.raster]
+    strips = ACCURATE.of(result, "strips").strips
+    (v0, v1), (phi0, phi1) = strips.bounds
+    degrees = sorted(strips.report.degrees)
+    degree = np.array([*strips.tables.leaf[:, DEGREE], np.nan])[strips.tables.raster]
     shades = ListedColormap(colormaps["cividis_r"](np.linspace(0.1, 0.75, len(degrees))))
     norm = BoundaryNorm([degrees[0] - 1, *(np.add(degrees[1:], degrees[:-1]) / 2), degrees[-1] + 1], len(degrees))
     image = ax.imshow(degree.T, extent=(v0, v1, phi0, phi1), origin="lower", aspect="auto", cmap=shades, norm=norm)
-    for slab in made.slabs:
+    for slab in strips.slabs:
         s = np.linspace(-1, 1, POINTS)
         for phi in slab.phases(s)[1:-1]:
             ax.plot(slab.speeds(s), phi, color="k", lw=1.2)

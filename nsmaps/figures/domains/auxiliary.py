@@ -19,13 +19,13 @@ _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """A sheet a domain, the first's named `auxiliary`: the families of all coordinates, below them their worst case."""
-    made = []
+    drawn = []
     for k, (name, domain) in enumerate(ENVELOPED.of(result, "auxiliary").items()):
         file = file_of("auxiliary", name if k else "")
         parts = [(steps, coordinate) for steps in (False, True) for coordinate in domain.coordinates]
         panels = tuple(partial(auxiliary, result, coordinate=c, steps=steps, domain=name) for steps, c in parts)
-        made.append(Sheet(file, panels, len(domain.coordinates), (6.2, 4.3)))
-    return tuple(made)
+        drawn.append(Sheet(file, panels, len(domain.coordinates), (6.2, 4.3)))
+    return tuple(drawn)
 
 
 def auxiliary(
@@ -56,6 +56,6 @@ def auxiliary(
             ax.axvspan(*step.worst[1, i], color=GREEN, alpha=0.25, lw=0, zorder=0, label=rf"$I_{{1{bare(name)}}}$")
         ax.plot(*worst_steps(step, i), color="black", lw=1.6, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel() if steps else []]))
-    ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}" + ("" if step.trapped else ", not trapped"))
+    ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}" + ("" if step.trapped else ", not forward invariant"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))

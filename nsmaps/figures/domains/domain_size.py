@@ -27,8 +27,8 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "", legend: bool = True) -> Axes:
     """The width of every domain in one coordinate after each update; the box it started from is update 0.
 
-    The legend of all panels of the sheet is beside the last. A map that has several domains is told by their names in the
-    study. A hollow marker: the worst case of the next update leaves this box, so that its width is no bound.
+    The legend of all panels of the sheet is beside the last. A map with several domains is labelled by their names in the
+    study. A hollow marker: the worst case of the next update leaves this box, so that its width is not a bound.
     """
     named = DOMAINS.of(result, "domain_size")
     first = next(iter(named.values()))
@@ -42,8 +42,8 @@ def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "", legend: b
         width = max(9 - 3 * k, 4)  # a later one on top of an earlier one hides it not
         text = domain.of if maps.count(domain.of) == 1 else key
         look: dict[str, Any] = {"color": colour, "ls": dashes, "marker": marker, "ms": width}
-        look["label"] = text + ("" if domain.trapped else ", not trapped")
-        if len(sizes) == 1:  # a box that is not trapped at once
+        look["label"] = text + ("" if domain.trapped else ", not forward invariant")
+        if len(sizes) == 1:  # a box that is not forward invariant at once
             look |= {"ls": "", "mfc": "white"}
         elif not domain.trapped:
             ax.plot([len(sizes) - 1], sizes[-1:], marker, mfc="white", mec=colour, ms=width, zorder=3)

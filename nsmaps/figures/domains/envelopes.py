@@ -29,13 +29,13 @@ _GENERIC = {True: "generic", False: "generic: no cycle"}  #: by whether it comes
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, as far as they differ."""
-    made = []
+    drawn = []
     for k, (name, domain) in enumerate(ENVELOPED.of(result, "envelopes").items()):
         file = file_of("envelopes", name if k else "")
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
         panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
-        made.append(Sheet(file, panels, len(domain.coordinates), (5.8, 4.4)))
-    return tuple(made)
+        drawn.append(Sheet(file, panels, len(domain.coordinates), (5.8, 4.4)))
+    return tuple(drawn)
 
 
 def shown(domain: "AttractingDomain") -> list[int]:
@@ -53,8 +53,8 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
     """The upper and lower map of one coordinate at one update, by position (eq. auxv, auxphi).
 
     Dotted: the worst-case steps from the update's box (eq. WCScobweb-v, -phi); thin: the generic cobweb, its last tenth
-    red, if it comes to rest; pale yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
-    box is trapped.
+    red, if it converges; pale yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
+    box is forward invariant.
     """
     named = ENVELOPED.of(result, "envelopes")
     chosen = named[domain or next(iter(named))]
@@ -78,7 +78,7 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
     ax.plot(envelope.x, lower, color=ORANGE, lw=2.2, zorder=3, label=bounding(i, "L", chosen))
     ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, worst.ravel()]))
-    ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.trapped else ", not trapped"))
+    ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.trapped else ", not forward invariant"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))
 
@@ -126,8 +126,8 @@ def outer(domain: "AttractingDomain", step: "Update", index: int) -> tuple[Float
         return envelope.lower, envelope.upper
     low, high = step.worst[1, index] if step.number == 1 or not step.trapped else (-np.inf, np.inf)
     rough = [_toothed(curve) for curve in (envelope.lower, envelope.upper)]
-    made = np.clip(envelope.lower, low, None), np.clip(envelope.upper, None, high)
-    lower, upper = (np.where(at, level(curve, _TEETH), curve) for at, curve, level in zip(rough, made, _LEVEL, strict=True))
+    drawn = np.clip(envelope.lower, low, None), np.clip(envelope.upper, None, high)
+    lower, upper = (np.where(at, level(curve, _TEETH), curve) for at, curve, level in zip(rough, drawn, _LEVEL, strict=True))
     return lower, upper
 
 

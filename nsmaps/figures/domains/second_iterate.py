@@ -59,7 +59,7 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
     bottom, top = window(x[0], x[-1], np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines]), 1.0)
     margin = 0.03 * (top - bottom)
     ax.set_ylim(bottom - margin, top + margin)
-    ax.set_title(f"{domain.of}, update {step.number}" + ("" if step.trapped else ", not trapped"))
+    ax.set_title(f"{domain.of}, update {step.number}" + ("" if step.trapped else ", not forward invariant"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.8)
     return dress(ax, (name, "k"), (name, "k+2"))
 
@@ -71,9 +71,9 @@ def _domain(result: "StudyResult") -> "AttractingDomain":
 
 def _meets(x: Floats, curve: Floats) -> bool:
     """Whether a curve given at x, NaN where it leads out, touches the diagonal."""
-    apart = curve - x
-    near = np.abs(apart) <= 1e-9 * np.ptp(x)
-    return bool((near | np.append(apart[1:] * apart[:-1] < 0, False)).any())
+    difference = curve - x
+    near = np.abs(difference) <= 1e-9 * np.ptp(x)
+    return bool((near | np.append(difference[1:] * difference[:-1] < 0, False)).any())
 
 
 def _after(x: Floats, second: Floats, first: Floats) -> Floats:

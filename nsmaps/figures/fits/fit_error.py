@@ -26,13 +26,13 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """A sheet an order, the first's named `fit_error`: a row a delta, a column a coordinate."""
     near = ORDERS.of(result, "fit_error")
     coordinates = near[0].surface.coordinates
-    made = []
+    drawn = []
     for k, order in enumerate(near[0].maps):
         file = file_of("fit_error", order if k else "")
         rows = range(len(near))
         panels = tuple(partial(fit_error, result, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
-        made.append(Sheet(file, panels, len(coordinates), (5.6, 3.6), title=order))
-    return tuple(made)
+        drawn.append(Sheet(file, panels, len(coordinates), (5.6, 3.6), title=order))
+    return tuple(drawn)
 
 
 def fit_error(result: "StudyResult", ax: Axes, coordinate: str = "", delta: int = 0, order: str = "") -> Axes:

@@ -26,20 +26,20 @@ _POINTS = 200  #: of a curve of the separable map
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """A sheet a piece, the first's named `separable`: the phase planes above the surfaces, coordinates as columns."""
-    made = []
+    drawn = []
     for k, piece in enumerate(SEPARABLE.of(result, "separable")):
         names = COMPOSITE.of(result, "separable").coordinates
         file = file_of("separable", piece if k else "")
         panels = [partial(of, result, coordinate=name, piece=piece) for of in (separable, separable_surface) for name in names]
         kinds = (*(None for _ in names), *("3d" for _ in names))
-        made.append(Sheet(file, tuple(panels), len(names), (5.4, 4.5), kinds, piece_label(piece)))
-    return tuple(made)
+        drawn.append(Sheet(file, tuple(panels), len(names), (5.4, 4.5), kinds, piece_label(piece)))
+    return tuple(drawn)
 
 
 def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str = "") -> Axes:
     """The phase plane of one coordinate: the exact map along one line of the grid, and the separable map.
 
-    The line is the one that the fit is made `along`, or else through the median of the states. Grey: all other states of the
+    The line is the one that the fit is drawn `along`, or else through the median of the states. Grey: all other states of the
     region, of which a separable map knows nothing.
     """
     part = _part(result, piece)

@@ -28,17 +28,17 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 def basins(result: "StudyResult", ax: Axes) -> Axes:
     """A colour for each basin, its attractor marked on it; what came to none is grey, what ended is black."""
-    made = BASINS.of(result, "basins")
-    present = [k for k in (*range(len(made.attractors)), *_KINDS) if (made.label == k).any()]
+    found = BASINS.of(result, "basins")
+    present = [k for k in (*range(len(found.attractors)), *_KINDS) if (found.label == k).any()]
     colours = [_KINDS[k][1] if k < 0 else tint(_COLOURS[k % len(_COLOURS)], 0.35) for k in present]
-    numbers = np.select([made.label == k for k in present], range(len(present)), 0)
+    numbers = np.select([found.label == k for k in present], range(len(present)), 0)
     _paint(ax, result, numbers, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(present) - 0.5)
     handles = []
     for k, colour in zip(present, colours, strict=True):
-        name = _KINDS[k][0] if k < 0 else f"{_motion(made.attractors[k])}"
-        handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * made.fractions[k]:.3g} %"))
+        name = _KINDS[k][0] if k < 0 else f"{_motion(found.attractors[k])}"
+        handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * found.fractions[k]:.3g} %"))
         if k >= 0:
-            states, many = made.attractors[k].states, made.attractors[k].period == 0
+            states, many = found.attractors[k].states, found.attractors[k].period == 0
             look = {"mfc": _COLOURS[k % len(_COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
             ax.plot(*states[:, :2].T, _MARKS[k % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
     ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=2, fontsize=8.5)
@@ -53,8 +53,8 @@ def _motion(attractor: "Attractor") -> str:
 
 def arrival(result: "StudyResult", ax: Axes) -> Axes:
     """Returns to arrive at the attractor; white where a start did not."""
-    made = BASINS.of(result, "basins")
-    shown = np.where(made.label >= 0, made.arrival, np.nan).astype(float)
+    found = BASINS.of(result, "basins")
+    shown = np.where(found.label >= 0, found.arrival, np.nan).astype(float)
     mesh = _paint(ax, result, shown, cmap="cividis")
     figure = ax.get_figure()
     assert figure is not None
@@ -71,8 +71,8 @@ def _paint(ax: Axes, result: "StudyResult", values: Floats, **look: Any) -> Any:
 
 
 def _dressed(ax: Axes, result: "StudyResult") -> Axes:
-    made = BASINS.of(result, "basins")
-    assert made.grid is not None
-    first, second = made.grid.axes.values()
+    found = BASINS.of(result, "basins")
+    assert found.grid is not None
+    first, second = found.grid.axes.values()
     ax.set(xlim=(first.low, first.high), ylim=(second.low, second.high))
-    return dress(ax, (made.coordinates[0], ""), (made.coordinates[1], ""))
+    return dress(ax, (found.coordinates[0], ""), (found.coordinates[1], ""))

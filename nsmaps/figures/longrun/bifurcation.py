@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 _DOTS: dict[str, Any] = {"ms": 2.6, "mew": 0, "rasterized": True}
 _ROOM = 0.017  #: of the width of a panel that a letter of the name of a motion needs
 _UPRIGHT = 0.024  #: of the width of a panel that a name needs that is written upwards
-_VALUES = 4  #: of the parameter that a window with a name has; beside a doubling, motions that have not settled pass for chaos
+_VALUES = 4  #: of the parameter that a window with a name has; beside a doubling, motions that have not converged pass for chaos
 _COLUMNS = 5  #: of words in the legend
 _TIGHT: dict[str, Any] = {"handletextpad": 0.0, "columnspacing": 0.7, "borderaxespad": 0.0, "borderpad": 0.0}
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: a row a map, a column a coordinate."""
-    made = BIFURCATION.of(result, "bifurcation")
-    coordinates = range(len(next(iter(made.values())).coordinates))
-    panels = tuple(partial(bifurcation, result, of=of, coordinate=i) for of in made for i in coordinates)
+    diagrams = BIFURCATION.of(result, "bifurcation")
+    coordinates = range(len(next(iter(diagrams.values())).coordinates))
+    panels = tuple(partial(bifurcation, result, of=of, coordinate=i) for of in diagrams for i in coordinates)
     return (Sheet("bifurcation", panels, len(coordinates)),)
 
 
@@ -37,29 +37,29 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     Motions n:m/pT of the first orbit are named above where their interval has the room; grey bands: values without an attractor.
     """
     diagrams = BIFURCATION.of(result, "bifurcation")
-    made = diagrams[of]
-    words, values = made.words, np.broadcast_to(made.values[:, np.newaxis, np.newaxis], made.codes.shape)
+    diagram = diagrams[of]
+    words, values = diagram.words, np.broadcast_to(diagram.values[:, np.newaxis, np.newaxis], diagram.codes.shape)
     every = {word for each in diagrams.values() for word in np.unique(each.words).tolist() if word}
     colours = family_colours(sorted((word for word in every if LONGER not in word), key=len))
-    shown = np.isfinite(made.states[..., coordinate])
+    shown = np.isfinite(diagram.states[..., coordinate])
     for word in np.unique(words[shown]).tolist():
         own = shown & (words == word)
-        ax.plot(values[own], made.states[..., coordinate][own], ".", color=colours.get(word, "0.5"), label=word, **_DOTS)
-    ax.set_xlim(made.values.min(), made.values.max())
-    _name_motions(ax, made)
+        ax.plot(values[own], diagram.states[..., coordinate][own], ".", color=colours.get(word, "0.5"), label=word, **_DOTS)
+    ax.set_xlim(diagram.values.min(), diagram.values.max())
+    _name_motions(ax, diagram)
     if shown.any():
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.1), frameon=False, markerscale=4, ncols=_COLUMNS, **_TIGHT)
     else:
         ax.text(0.5, 0.5, "no attractor", transform=ax.transAxes, ha="center")
     parameter = section(result.study.bifurcation, "bifurcation").parameter
     ax.set_title(f"{of} map", loc="right")
-    return dress(ax, (parameter, ""), (made.coordinates[coordinate], "k"))
+    return dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
 
 
-def _name_motions(ax: Axes, made: "Bifurcation") -> None:
+def _name_motions(ax: Axes, diagram: "Bifurcation") -> None:
     """The names of motions along the upper edge, lines where they change, bands where there is no attractor."""
-    order = np.argsort(made.values)
-    labels, values = made.labels[order, 0], made.values[order]
+    order = np.argsort(diagram.values)
+    labels, values = diagram.labels[order, 0], diagram.values[order]
     middles = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
     edges = np.flatnonzero(labels[1:] != labels[:-1]) + 1
     low, high = ax.get_ylim()

@@ -34,10 +34,10 @@ _MARKERS = {
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet a parameter, a panel a coordinate; none of a parameter in which no start led to an orbit."""
-    made = BRANCHES.of(result, "branches")
+    found = BRANCHES.of(result, "branches")
     along: dict[str, list[Branch]] = {}
     for each in result.study.branches:
-        along.setdefault(each.parameter, []).extend(branch for branch in made[each.name] if len(branch.parameter))
+        along.setdefault(each.parameter, []).extend(branch for branch in found[each.name] if len(branch.parameter))
     sheets = []
     for parameter, own in along.items():
         last = len(own[0].returns.coordinates) - 1 if own else -1
@@ -47,15 +47,15 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     return tuple(sheets)
 
 
-def branches(made: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter: str = "", legend: bool = True) -> Axes:
+def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter: str = "", legend: bool = True) -> Axes:
     """One coordinate of all states of cycles over the parameter: a colour a motion, lines dashed where it is unstable.
 
-    Lines and marks are the finer the longer the period. `legend` is no where a panel beside this one has it.
+    Lines and marks are finer for longer periods. `legend` is False if a neighbouring panel has it.
 
     Raises:
         NsmapsError: there is no branch with orbits.
     """
-    shown = [branch for branch in made if len(branch.parameter)]
+    shown = [branch for branch in found if len(branch.parameter)]
     if not shown:
         raise NsmapsError("there is no branch with orbits; expected: at least one")
     motions = list(dict.fromkeys(str(branch.labels[-1]) for branch in shown))
@@ -80,8 +80,8 @@ def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
     """A line for each state of the cycle, solid where it is stable."""
     stable = branch.stable
     for path in branch.points[..., coordinate].T:
-        for keep, dashes in ((stable, "-"), (_neighbours(~stable), "--")):
-            line = np.where(keep, path, np.nan)
+        for chosen, dashes in ((stable, "-"), (_neighbours(~stable), "--")):
+            line = np.where(chosen, path, np.nan)
             line = cut(line, np.pi) if isinstance(branch.returns.coordinates[coordinate], Angle) else line
             ax.plot(branch.parameter, line, dashes, color=colour, lw=1.8 * _fineness(branch.period))
 
@@ -91,6 +91,6 @@ def _fineness(period: int) -> float:
     return float(period**-0.4)
 
 
-def _neighbours(keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _neighbours(chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """A mask with the places next to those it keeps."""
-    return np.convolve(keep, np.ones(3), "same") > 0
+    return np.convolve(chosen, np.ones(3), "same") > 0

@@ -24,10 +24,10 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
     """The exponents with bands of two standard errors, a colour each; above the line at zero nearby orbits part."""
-    made = LYAPUNOV.of(result, "lyapunov")
-    exponents, error = (made.at.per_time, made.at.per_time_error) if per_time else (made.at.exponents, made.at.error)
-    order = np.argsort(made.values)
-    x = made.values[order]
+    sweep = LYAPUNOV.of(result, "lyapunov")
+    exponents, error = (sweep.at.per_time, sweep.at.per_time_error) if per_time else (sweep.at.exponents, sweep.at.error)
+    order = np.argsort(sweep.values)
+    x = sweep.values[order]
     for i in range(exponents.shape[-1]):
         y, spread = (np.where(np.isfinite(table), table, np.nan)[order, ..., i] for table in (exponents, error))
         colour = _COLOURS[i % len(_COLOURS)]

@@ -19,8 +19,8 @@ _COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY)
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet of panels: impacts with falling and growing parameter, if the study has them, shares and rates."""
-    made = NOISE.of(result, "noise")
-    diagrams = [partial(impacts, result, follow=follow) for follow in ("down", "up")] if made.impacts else []
+    found = NOISE.of(result, "noise")
+    diagrams = [partial(impacts, result, follow=follow) for follow in ("down", "up")] if found.impacts else []
     return (Sheet("noise", (*diagrams, partial(shares, result), partial(rates, result)), 2),)
 
 
@@ -29,15 +29,15 @@ def impacts(result: "StudyResult", ax: Axes, follow: str = "down") -> Axes:
 
     Open circles without noise, blue on the base wall and black on the other; dots with noise, green and red.
     """
-    made = [diagram for diagram in NOISE.of(result, "noise").impacts if diagram.follow == follow]
-    for diagram in sorted(made, key=lambda each: -each.noise.sigma):
+    found = [diagram for diagram in NOISE.of(result, "noise").impacts if diagram.follow == follow]
+    for diagram in sorted(found, key=lambda each: -each.noise.sigma):
         noisy = diagram.noise.sigma > 0
         for wall, name in enumerate(diagram.walls):
             colour = (GREEN, RED)[wall] if noisy else (BLUE, BLACK)[wall]
             label = f"{name}, " + (rf"$\sigma = {diagram.noise.sigma:.3g}$" if noisy else "no noise")
             look = {"ms": 2.2, "mew": 0, "alpha": 0.7} if noisy else {"ms": 3.4, "mew": 0.5, "mfc": "none"}
             ax.plot(*_points(diagram, wall), "." if noisy else "o", color=colour, label=label, rasterized=True, **look)
-    values = made[0].values
+    values = found[0].values
     ax.set_xlim(values.min(), values.max())
     ax.axhline(0, color="0.8", lw=0.6, zorder=0)
     parameter = section(section(result.study.noise, "noise").impacts, "impacts").parameter
@@ -63,9 +63,9 @@ def _points(diagram: "ImpactDiagram", wall: int) -> tuple[list[float], list[floa
 
 def shares(result: "StudyResult", ax: Axes) -> Axes:
     """The share of the time that is spent in each motion against the size of the noise."""
-    made = NOISE.of(result, "noise")
-    for k, name in enumerate(made.stays[0].modes):
-        ax.plot(made.sigma, [stay.share[k] for stay in made.stays], "o-", ms=4, color=_COLOURS[k % len(_COLOURS)], label=name)
+    found = NOISE.of(result, "noise")
+    for k, name in enumerate(found.stays[0].modes):
+        ax.plot(found.sigma, [stay.share[k] for stay in found.stays], "o-", ms=4, color=_COLOURS[k % len(_COLOURS)], label=name)
     ax.set_ylim(-0.03, 1.03)
     ax.set_ylabel("share of the time")
     return _over_sizes(ax)
@@ -73,11 +73,11 @@ def shares(result: "StudyResult", ax: Axes) -> Axes:
 
 def rates(result: "StudyResult", ax: Axes) -> Axes:
     """Changes from motion to motion per unit of time in the first, with standard errors; sizes without a change are left out."""
-    made = NOISE.of(result, "noise")
-    modes = made.stays[0].modes
+    found = NOISE.of(result, "noise")
+    modes = found.stays[0].modes
     pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
     for number, (i, j) in enumerate(pairs):
-        kept = [(sigma, stay) for sigma, stay in zip(made.sigma, made.stays, strict=True) if stay.switches[i, j] > 0]
+        kept = [(sigma, stay) for sigma, stay in zip(found.sigma, found.stays, strict=True) if stay.switches[i, j] > 0]
         x, y = [sigma for sigma, _ in kept], [stay.rates[i, j] for _, stay in kept]
         wide = [min(stay.rates_error[i, j], 0.99 * stay.rates[i, j]) for _, stay in kept]
         look = {"color": _COLOURS[number % len(_COLOURS)], "capsize": 2, "ms": 4, "label": f"{modes[i]} to {modes[j]}"}

@@ -26,9 +26,9 @@ _LINES = ("-", "--", ":", "-.")
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: the motions, with the curves of events."""
-    made, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
+    diagrams, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
     names, curves = (asked.along.parameter, asked.across.parameter), result.curves
-    return (Sheet("stability", (lambda ax: stability(made, ax, names, "motion", curves),), 1, (7.2, 4.8)),)
+    return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, (7.2, 4.8)),)
 
 
 def stability(
@@ -74,5 +74,5 @@ def _names(diagram: "StabilityDiagram", by: str) -> NDArray[np.str_]:
     """What each point is called, shape (W, V)."""
     if by not in ("period", "motion"):
         raise NsmapsError(f"the colours are by {by!r}; expected: 'period' or 'motion'")
-    told = diagram.period.astype(str) if by == "period" else diagram.labels
-    return np.where(diagram.period > 0, told, np.where(diagram.period == 0, _CHAOS, _NONE))
+    shown = diagram.period.astype(str) if by == "period" else diagram.labels
+    return np.where(diagram.period > 0, shown, np.where(diagram.period == 0, _CHAOS, _NONE))

@@ -35,9 +35,9 @@ def diagonal_surface(result: "StudyResult", ax: Axes, coordinate: str = "") -> A
     family = section(result.study.diagonal, "diagonal").family
     surface = result.surfaces[family]
     i = position(surface.coordinates, coordinate or surface.coordinates[0])
-    rest = surface.restricted(~near.surface.member[surface.member]) if near.surface.grid == surface.grid else surface
+    others = surface.restricted(~near.surface.member[surface.member]) if near.surface.grid == surface.grid else surface
     colours = {family: family_colours(list(result.surfaces))[family], rf"near diagonals, $\delta = {near.delta:g}$": BLUE}
-    parts = [(part, part.image[:, i], colour) for part, colour in zip((rest, near.surface), colours.values(), strict=True)]
+    parts = [(part, part.image[:, i], colour) for part, colour in zip((others, near.surface), colours.values(), strict=True)]
     raised(ax, "diagonal_surface", parts, surface.coordinates[i])
     handles = [Patch(color=tint(colour, 0.15), label=text) for text, colour in colours.items()]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)

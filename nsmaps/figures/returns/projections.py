@@ -66,16 +66,16 @@ def projections(result: "StudyResult", ax: Axes, coordinate: str = "", family: s
     name = surface.coordinates[i]
     axes = list(surface.grid.axes.values())
     low, high = part or (axes[-1].low, axes[-1].high)
-    keep = (surface.start[:, -1] >= low - 1e-9) & (surface.start[:, -1] <= high + 1e-9)
+    mask = (surface.start[:, -1] >= low - 1e-9) & (surface.start[:, -1] <= high + 1e-9)
     scale = ScalarMappable(Normalize(low, high), _COLOURS)
-    if keep.any():
-        _draw(ax, surface, keep, i, scale)
+    if mask.any():
+        _draw(ax, surface, mask, i, scale)
     ends = (low, high) if i == len(axes) - 1 else (axes[i].low, axes[i].high)
     top = TWO_PI if isinstance(name, Angle) else 1.05 * float(surface.image[:, i].max(initial=ends[1]))
     ax.set(xlim=ends, ylim=(min(0.0, ends[0]), top))
     diagonal(ax, *ends).set_label("_")
-    if result.diagonal is not None and keep.any():
-        _stars(result.diagonal, surface, keep, ax, i)
+    if result.diagonal is not None and mask.any():
+        _stars(result.diagonal, surface, mask, ax, i)
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(scale, cax=ax.inset_axes((1.03, 0, 0.035, 1)))
     bar.set_label(label(surface.coordinates[-1], "k"))
     if isinstance(surface.coordinates[-1], Angle):
@@ -85,10 +85,10 @@ def projections(result: "StudyResult", ax: Axes, coordinate: str = "", family: s
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def _draw(ax: Axes, surface: Surface, keep: NDArray[np.bool_], i: int, scale: ScalarMappable) -> None:
+def _draw(ax: Axes, surface: Surface, mask: NDArray[np.bool_], i: int, scale: ScalarMappable) -> None:
     """The strands of one coordinate's next value against its present one."""
     columns = surface.start[:, i], surface.image[:, i], surface.start[:, -1]
-    x, y, shade = (_strands(surface, keep, column, 1 - i) for column in columns)
+    x, y, shade = (_strands(surface, mask, column, 1 - i) for column in columns)
     steps = np.concatenate([_segments(one, two) for one, two in zip(x, y, strict=True)])
     colour = np.concatenate([each[:-1] for each in shade])
     shown = ~np.concatenate([jumps(each, 0.02 * float(np.ptp(surface.image[:, i]))) for each in y])
@@ -102,20 +102,20 @@ def _segments(x: Floats, y: Floats) -> Floats:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def _strands(surface: Surface, keep: NDArray[np.bool_], values: Floats, other: int) -> Floats:
+def _strands(surface: Surface, mask: NDArray[np.bool_], values: Floats, other: int) -> Floats:
     """Values of the members that are kept as rows, for at most so many values of the other coordinate, NaN between."""
-    rows = np.moveaxis(surface.on_grid(np.where(keep, values, np.nan)), other, 0)
+    rows = np.moveaxis(surface.on_grid(np.where(mask, values, np.nan)), other, 0)
     across = list(surface.grid.axes.values())[other].values()
-    there = np.flatnonzero(np.isin(across, surface.start[keep, other]))
+    there = np.flatnonzero(np.isin(across, surface.start[mask, other]))
     return rows[there[np.unique(np.linspace(0, len(there) - 1, _STRANDS).round().astype(np.intp))]]
 
 
-def _stars(diagonal: DiagonalRegion, surface: Surface, keep: NDArray[np.bool_], ax: Axes, i: int) -> None:
+def _stars(diagonal: DiagonalRegion, surface: Surface, mask: NDArray[np.bool_], ax: Axes, i: int) -> None:
     """Stars on the strands near both diagonals: filled on gentle slopes, hollow on steep ones and next to an edge."""
-    near = keep & near_diagonal(surface.returns, diagonal.delta)
+    near = mask & near_diagonal(surface.returns, diagonal.delta)
     gentle = (np.abs(own_slopes(surface)) <= (diagonal.slope or GENTLE)).all(axis=1)
     for chosen, colour, fill, text in ((near & gentle, BLACK, RED, "gentle"), (near & ~gentle, BROWN, "white", "steep")):
-        x, y = (_strands(surface, keep, np.where(chosen, c[:, i], np.nan), 1 - i) for c in (surface.start, surface.image))
+        x, y = (_strands(surface, mask, np.where(chosen, c[:, i], np.nan), 1 - i) for c in (surface.start, surface.image))
         if np.isfinite(x).any():
             look: dict[str, Any] = {"mfc": fill, "mec": colour, "mew": 0.6, "ms": 9.5, "markevery": 0.02, "zorder": 4}
             ax.plot(x[np.isfinite(x)], y[np.isfinite(x)], "*", label=f"near both, {text}", **look)

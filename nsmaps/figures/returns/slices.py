@@ -20,22 +20,22 @@ _ABOVE = 3  #: entries of a legend above the picture; one of more stands beside 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: a row a slice, a column a coordinate of the image."""
-    made = SLICES.of(result, "slices")
-    coordinates = made[0].returns.coordinates
-    panels = tuple(partial(slices, result, coordinate=name, number=k) for k in range(len(made)) for name in coordinates)
+    found = SLICES.of(result, "slices")
+    coordinates = found[0].returns.coordinates
+    panels = tuple(partial(slices, result, coordinate=name, number=k) for k in range(len(found)) for name in coordinates)
     return (Sheet("slices", panels, len(coordinates), (5.6, 4.0)),)
 
 
 def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
     """One coordinate of the image along the coordinate that runs, in the colour of its word, with gaps where the map jumps."""
-    made = SLICES.of(result, "slices")[number]
-    returns = made.returns
+    found = SLICES.of(result, "slices")[number]
+    returns = found.returns
     names = returns.coordinates
-    i, along = position(names, coordinate or names[0]), position(names, made.along)
+    i, along = position(names, coordinate or names[0]), position(names, found.along)
     words = returns.words
     colours = family_colours(sorted((word for word in np.unique(words).tolist() if word and LONGER not in word), key=len))
     x, y = returns.start[:, along], returns.image[:, i]
-    pieces = np.split(np.arange(len(x)), np.flatnonzero(made.jump | (words[1:] != words[:-1])) + 1)
+    pieces = np.split(np.arange(len(x)), np.flatnonzero(found.jump | (words[1:] != words[:-1])) + 1)
     named = set()
     for rows in pieces:
         word = str(words[rows[0]])
@@ -47,7 +47,7 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not isinstance(names[i], Angle) else 0.0)
     angles = {name for name in names if isinstance(name, Angle)}
-    held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in made.at.items()]
+    held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items()]
     ax.set_title(", ".join(held))
     if more := sum(colour == GREY for colour in colours.values()):
         ax.plot([], [], color=GREY, lw=2.2, label=f"{more} more words")

@@ -26,7 +26,7 @@ Colour = str | tuple[float, float, float]
 
 _LIGHT = np.array([-0.40, -0.50, 0.77])  #: where the light comes from
 _STEEP = 1.5  #: cells' share of the whole height, beyond which points are put between those of the grid
-_JUMP = 0.02  #: of a surface's height, below which a step is no jump
+_JUMP = 0.02  #: of a surface's height, below which a step is not a jump
 ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
 

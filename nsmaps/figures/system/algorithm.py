@@ -55,7 +55,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def algorithm(result: "StudyResult", ax: Axes) -> Axes:
     """Boxes for the steps, a row an activity: what is done, the section of a study for it, the function that does it.
 
-    Where the study has a partition, what its log counts is said beside the loop.
+    If the study has a partition, the counts of its log are shown beside the loop.
     """
     for row, (name, colour, steps) in enumerate(STEPS):
         y = -row * _ROW
@@ -119,9 +119,9 @@ def _loop(ax: Axes) -> None:
     ax.text((left + right) / 2, turn + 0.03, text, ha="center", va="bottom", fontsize=10, color="0.25")
 
 
-def _counts(made: "PartitionResult") -> str:
+def _counts(partition: "PartitionResult") -> str:
     """What the log of the partition counts."""
-    became = Counter(re.findall(r"given up|\w+", row.became)[0] for row in made.log)
-    told = ", ".join(f"{count} {word}" for word, count in became.items())
-    regions = f"{len(made.log)} regions $\\mathcal{{R}}_{{n.m}}$ ({told})"
-    return f"Its log of this run: {regions},\n{len(made.composite.pieces)} pieces, {len(made.attracting)} of them attracting"
+    became = Counter(re.findall(r"given up|\w+", row.became)[0] for row in partition.log)
+    counts = ", ".join(f"{count} {word}" for word, count in became.items())
+    regions = f"{len(partition.log)} regions $\\mathcal{{R}}_{{n.m}}$ ({counts})"
+    return f"Its log of this run: {regions},\n{len(partition.composite.pieces)} pieces, {len(partition.attracting)} attracting"
