@@ -26,6 +26,17 @@ from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 
 from nsmaps.exact.kept import cache_folder, kept, store
+from nsmaps.exact.libraries import (
+    Entry,
+    EntryCompiler,
+    NamedCompiler,
+    Part,
+    PartCompiler,
+    Unspecialised,
+    linked,
+    reached,
+    unspecialised,
+)
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
@@ -33,11 +44,17 @@ FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")
 
 
 def njit(**options: Any) -> Any:
-    """`numba.njit`; a function with `cache=True` is stored in the folder of compiled code."""
-    cache = options.pop("cache", False)
+    """`numba.njit`; a function with `cache=True` is stored in the folder of compiled code.
+
+    A function with `part=True` is a part of the entries that call it, one with `part=False` is an entry: see `libraries.py`.
+    """
+    cache, part = options.pop("cache", False), options.pop("part", None)
+    options["pipeline_class"] = NamedCompiler if part is None else PartCompiler if part else EntryCompiler
 
     def wrapper(function: Any) -> Any:
         dispatcher = numba.njit(**options)(function)
+        if part is not None and isinstance(dispatcher, CPUDispatcher):
+            unspecialised(dispatcher)
         if cache and isinstance(dispatcher, CPUDispatcher):
             dispatcher._cache = _Kept(dispatcher)
         return dispatcher
@@ -60,6 +77,7 @@ def code_of(*functions: Any) -> str:
 def compilers() -> tuple[str, ...]:
     """The versions and settings of the compiler, except for the processor, which numba identifies."""
     settings = [f"{name}={vars(numba.config)[name]}" for name in SETTINGS]
+    settings.append(code_of(Part.alone, Entry.finalize, linked, reached, Unspecialised.fold_argument_types))
     return (numba.__version__, llvmlite.__version__, np.__version__, sys.version, *settings)
 
 
@@ -70,7 +88,9 @@ def _described(function: Any) -> tuple[str, tuple[Any, ...]]:
     cells = [cell.cell_contents for cell in plain.__closure__ or ()]
     referred = {name: plain.__globals__[name] for name in _names(plain.__code__) if name in plain.__globals__}
     values = [*referred.values(), *cells, *(plain.__defaults__ or ())]
-    texts = [plain.__qualname__, repr(sorted(options.items())), *_texts(plain.__code__), *referred, *map(_identified, values)]
+    kind = function._compiler.pipeline_class.__name__ if isinstance(function, CPUDispatcher) else ""
+    options = [kind, *sorted(options.items())]
+    texts = [plain.__qualname__, repr(options), *_texts(plain.__code__), *referred, *map(_identified, values)]
     return "\1".join(texts), tuple(value for value in values if _is_ours(value))
 
 

@@ -7,11 +7,18 @@ from numba import cfunc, types
 
 from nsmaps.exact.compiled import njit
 
-LEAN = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+LEAN = {
+    "part": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+}
 inner = njit(**LEAN)  #: without wrappers, and without counting references to arrays: it allocates none
 inlined = njit(**LEAN, forceinline=True)
 allocating = njit(**{**LEAN, "_nrt": True})  #: as `inner`, for functions that allocate arrays
-entry = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+entry = njit(cache=True, part=False, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 
 
 def law_of(text: str) -> Any:
