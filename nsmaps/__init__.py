@@ -84,9 +84,9 @@ if TYPE_CHECKING:
     from nsmaps.reduced.fit.polyfit import PolyFit as PolyFit
     from nsmaps.reduced.fit.polyfit import Separable as Separable
     from nsmaps.reduced.fit.polymap import PolyMap as PolyMap
-    from nsmaps.reduced.partition.partition import Partition as Partition
-    from nsmaps.reduced.partition.partition import PartitionResult as PartitionResult
     from nsmaps.reduced.partition.partition import partition as partition
+    from nsmaps.reduced.partition.result import PartitionResult as PartitionResult
+    from nsmaps.reduced.partition.spec import Partition as Partition
     from nsmaps.study.reading.reader import load_study as load_study
     from nsmaps.study.result import StudyResult as StudyResult
     from nsmaps.study.run import run as run
@@ -149,7 +149,9 @@ _PUBLIC = {
     "reduced.composite.composite": ("CompositeMap", "Piece"),
     "reduced.fit.filter": ("Diagonal",),
     "reduced.composite.parametric": ("ParametricMap",),
-    "reduced.partition.partition": ("Partition", "PartitionResult", "partition"),
+    "reduced.partition.partition": ("partition",),
+    "reduced.partition.result": ("PartitionResult",),
+    "reduced.partition.spec": ("Partition",),
     "reduced.fit.polyfit": ("Full", "PolyFit", "Separable"),
     "reduced.fit.polymap": ("PolyMap",),
     "reduced.composite.printed": ("PrintedMap",),

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.reduced.fit.filter import DiagonalRegion
     from nsmaps.reduced.fit.filter_errors import NearDiagonals
-    from nsmaps.reduced.partition.partition import PartitionResult
+    from nsmaps.reduced.partition.result import PartitionResult
     from nsmaps.reduced.validation.speed import Speed
     from nsmaps.study.result import StudyResult
     from nsmaps.study.sections.composite import PieceSection

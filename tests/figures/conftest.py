@@ -39,7 +39,7 @@ from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.reduced.partition.partition import PartitionResult
+from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.validation.speed import Speed
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.noise import NoiseResult

@@ -19,9 +19,10 @@ from nsmaps.reduced.adaptive.accurate import AccurateResult
 from nsmaps.reduced.partition.candidates import attracting_boxes
 from nsmaps.reduced.partition.cell import Cell, Cut, sample
 from nsmaps.reduced.partition.orders import Demand, choose_order
-from nsmaps.reduced.partition.partition import Partition, partition
+from nsmaps.reduced.partition.partition import partition
 from nsmaps.reduced.partition.refine import roots
 from nsmaps.reduced.partition.separators import best_separator, sheets
+from nsmaps.reduced.partition.spec import Partition
 
 NAMES, WALLS = ("v", Angle("phi")), ("B", "T")
 

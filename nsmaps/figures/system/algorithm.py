@@ -12,7 +12,7 @@ from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, GREY, ORANGE, tint
 
 if TYPE_CHECKING:
-    from nsmaps.reduced.partition.partition import PartitionResult
+    from nsmaps.reduced.partition.result import PartitionResult
     from nsmaps.study.result import StudyResult
 
 Step = tuple[str, str, str, str]  #: number, what is done, section of a study, function

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
 from nsmaps.coordinates import TWO_PI, as_states
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 #: total degrees that are tried, by the tolerance down to which they are the best choice
 DEGREES = ((3e-3, (2, 3, 4, 6)), (3e-4, (3, 4, 6, 8)), (3e-5, (4, 6, 8, 10)), (3e-7, (6, 8, 10, 14)), (0.0, (8, 10, 14, 18)))
 LEAST_TOLERANCE = 1e-10
+Number = TypeVar("Number", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,12 +106,28 @@ class StripMap:
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
         """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
-        from nsmaps.reduced.adaptive.compiled import orbits
-
-        returns = orbits(self, as_states(states, self.coordinates), n)
+        returns = self._orbits(as_states(states, self.coordinates), n)
         return (
             replace(returns, derivative=self.first_return(returns.start, derivative=True).derivative) if derivative else returns
         )
+
+    def _orbits(self, start: Floats, n: int) -> Returns:
+        """The first n returns in a compiled loop, interrupted only by returns that the exact map computes."""
+        from nsmaps.reduced.adaptive.kernel import chain
+
+        m, strips, rate = len(start), self.strips, self.system.phase_rate()
+        states, turns = np.empty((m, n + 1, 2)), np.empty((m, n, 2), np.int32)
+        codes, outcome, time = np.empty((m, n), np.int64), np.empty((m, n), np.int8), np.empty((m, n))
+        states[:, 0] = start
+        for k in range(m):
+            own, at = (states[k], turns[k], codes[k], outcome[k], time[k]), 0
+            while (at := chain(strips.tables, strips.bounds[1], strips.words, rate, at, *own)) < n:
+                exact = self.system.first_return(states[k, at : at + 1])
+                states[k, at + 1], turns[k, at], codes[k, at] = exact.image[0], exact.turns[0], exact.codes[0]
+                outcome[k, at], time[k, at] = exact.outcome[0], exact.time[0]
+                at += 1
+        rows = _by_return(states[:, :-1]), _by_return(states[:, 1:]), _by_return(turns), _by_return(codes), _by_return(outcome)
+        return Returns(self.coordinates, self.walls, *rows, _by_return(time), fitted=True)
 
     def _evaluated(self, start: Floats) -> tuple[Floats, Floats, Floats, Ints]:
         """Phases in the box's turn, speeds and advances of the phase after the return, and leaves, each (N,)."""
@@ -120,6 +138,11 @@ class StripMap:
         turned_into(self.strips.bounds[1], start, v, phi)
         evaluate(self.strips.tables, v, phi, speed, advance, leaf)
         return phi, speed, advance, leaf
+
+
+def _by_return(rows: NDArray[Number]) -> NDArray[Number]:
+    """Rows of n returns of each of M states, shape (M, n, ...), as (n M, ...): the first return of every state first."""
+    return np.swapaxes(rows, 0, 1).reshape(-1, *rows.shape[2:])
 
 
 def _put(returns: Returns, rows: Ints, given: Returns) -> None:

@@ -15,12 +15,12 @@ from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.partition.candidates import box_of
 from nsmaps.reduced.partition.orders import errors
-from nsmaps.reduced.partition.partition import LogRow, PartitionResult
+from nsmaps.reduced.partition.result import LogRow, PartitionResult
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
-    from nsmaps.reduced.partition.partition import Partition
     from nsmaps.reduced.partition.refine import Leaf, Refinement
+    from nsmaps.reduced.partition.spec import Partition
 
 VALIDATION = 20_000  #: random states of the grid's box, and of each attracting piece
 STARTS, RETURNS, TAIL = 500, 160, 32  #: random starts whose orbits must arrive, their returns, and the number of last returns

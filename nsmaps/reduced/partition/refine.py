@@ -27,7 +27,7 @@ from nsmaps.reduced.partition.separators import best_separator, bound, sheets
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
-    from nsmaps.reduced.partition.partition import Partition, Role
+    from nsmaps.reduced.partition.spec import Partition, Role
 
 LOOSE = 0.1  #: error demanded of transient pieces, as a share of the grid's side
 STRAY = 0.05  #: share of the transient states that may have larger errors

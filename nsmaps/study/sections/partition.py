@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.reduced.composite.composite import CompositeMap
-from nsmaps.reduced.partition.partition import Partition, PartitionResult, partition
+from nsmaps.reduced.partition.partition import partition
+from nsmaps.reduced.partition.result import PartitionResult
+from nsmaps.reduced.partition.spec import Partition
 from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.reading.values import ATTRACTING
 from nsmaps.study.sections.base import Need, Section, Table, Verdict
