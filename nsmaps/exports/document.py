@@ -4,33 +4,35 @@ The layout is that of `VERSION`; docs/export.md describes it. Nothing that is re
 """
 
 import ast
-import math
 import os
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.reading import json_of, odd_character, text_of
+from nsmaps.exports.closed_forms import (
+    closed_document,
+    closed_of_document,
+    held_document,
+    held_parts,
+    second_of_document,
+)
+from nsmaps.exports.plain_data import Document, coordinates_of, floats, name_of, names_of, number_of, numbers, powers_of
+from nsmaps.reading import json_of, text_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport
 from nsmaps.reduced.conditions.region import Box, Region, Where
 from nsmaps.reduced.fit.polymap import FitReport, PolyMap
-from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate, Values, held_of, second_of
+from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate, held_of
 from nsmaps.symbolic.map_iterates import ClosedMap
 
 SCHEMA, VERSION = "nsmaps", 1
 TABLE = "MAP"  #: the name of the table in a Python module
 LARGEST = 2**28  #: bytes of a file that is read
-DENSEST = 10_000_000  #: products of powers of all coordinates up to those that occur
-FRACTION = re.compile(r"-?\d{1,4300}(/0*[1-9]\d{0,4299})?")  #: not 1e999999999, whose digits would fill the memory
 
-Document = dict[str, Any]
 AnyMap = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | ClosedMap
 
 
@@ -82,65 +84,12 @@ def _table(module: str) -> Document:
     raise NsmapsError(f"there is no table {TABLE}; expected: a module that nsmaps exported")
 
 
-def _numbers(values: Any) -> Any:
-    """An array as nested lists; what JSON has no number for as text: 'inf', '-inf', 'nan'."""
-    if isinstance(values, np.ndarray):
-        values = values.tolist()
-    if isinstance(values, list):
-        return [_numbers(value) for value in values]
-    return values if not isinstance(values, float) or math.isfinite(values) else str(values)
-
-
-def _floats(values: Any) -> Any:
-    return np.array(values, dtype=str).astype(float) if _has_text(values) else np.array(values, float)
-
-
-def _has_text(values: Any) -> bool:
-    return any(map(_has_text, values)) if isinstance(values, list) else isinstance(values, str)
-
-
-def _coordinates(names: Sequence[str]) -> list[Document]:
-    return [{"name": str(name), "angle": isinstance(name, Angle)} for name in names]
-
-
-def _names(data: Sequence[Document]) -> tuple[str, ...]:
-    return tuple((Angle if each["angle"] else str)(_name(each["name"])) for each in data)
-
-
-def _name(name: Any) -> str:
-    """A name that can stand on one line of a program's comment."""
-    if not (isinstance(name, str) and 0 < len(name) <= 100 and len(name.splitlines()) == 1 and not odd_character(name)):
-        raise NsmapsError(f"{name!r:.60} is not a name; expected: one line of at most 100 characters")
-    return name
-
-
-def _number(value: Any) -> float:
-    """A number, never a text, which sympy would evaluate."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise NsmapsError(f"{value!r:.60} is not a number; expected: a number")
-    return float(value)
-
-
-def _domain(data: Document) -> dict[str, tuple[float, float]]:
-    return {_name(name): (_number(low), _number(high)) for name, (low, high) in data["domain"].items()}
-
-
-def _powers(rows: Any, coordinates: int) -> Any:
-    """Exponents, shape (terms, coordinates), of polynomials that can be evaluated."""
-    powers = np.array(rows, np.int64).reshape(-1, coordinates)
-    if powers.min(initial=0) < 0 or np.prod(powers.max(axis=0, initial=0) + 1.0) > DENSEST:
-        raise NsmapsError(f"powers from {powers.min()} to {powers.max()}; expected: from 0, of at most {DENSEST:,} products")
-    return powers
-
-
 def _report(report: Any) -> Document | None:
     """A report of arrays as plain data."""
     if report is None:
         return None
     values = {field.name: getattr(report, field.name) for field in fields(report)}
-    return {
-        name: [str(each) for each in value] if isinstance(value, tuple) else _numbers(value) for name, value in values.items()
-    }
+    return {name: [str(each) for each in value] if isinstance(value, tuple) else numbers(value) for name, value in values.items()}
 
 
 def _report_of(cls: type, data: Document | None, coordinates: tuple[str, ...]) -> Any:
@@ -153,19 +102,19 @@ def _report_of(cls: type, data: Document | None, coordinates: tuple[str, ...]) -
         elif name in ("names", "warnings"):
             values[name] = tuple(value)
         else:
-            values[name] = np.array(value, np.int64) if name in ("points", "terms") else _floats(value)
+            values[name] = np.array(value, np.int64) if name in ("points", "terms") else floats(value)
     return cls(**values)
 
 
 def _polymap(polymap: PolyMap) -> Document:
     return {
-        "coordinates": _coordinates(polymap.coordinates),
-        "centre": _numbers(polymap.centre),
-        "scale": _numbers(polymap.scale),
-        "domain": _numbers(polymap.domain),
+        "coordinates": coordinates_of(polymap.coordinates),
+        "centre": numbers(polymap.centre),
+        "scale": numbers(polymap.scale),
+        "domain": numbers(polymap.domain),
         "absolute": [str(name) for name in polymap.absolute],
         "outputs": [
-            {"exponents": _numbers(exponents), "coefficients": _numbers(coefficients)}
+            {"exponents": numbers(exponents), "coefficients": numbers(coefficients)}
             for exponents, coefficients in zip(polymap.exponents, polymap.coefficients, strict=True)
         ],
         "report": _report(polymap.report),
@@ -173,10 +122,10 @@ def _polymap(polymap: PolyMap) -> Document:
 
 
 def _polymap_of(data: Document) -> PolyMap:
-    names = _names(data["coordinates"])
-    exponents = tuple(_powers(each["exponents"], len(names)) for each in data["outputs"])
-    coefficients = tuple(_floats(each["coefficients"]) for each in data["outputs"])
-    centre, scale, domain = (_floats(data[name]) for name in ("centre", "scale", "domain"))
+    names = names_of(data["coordinates"])
+    exponents = tuple(powers_of(each["exponents"], len(names)) for each in data["outputs"])
+    coefficients = tuple(floats(each["coefficients"]) for each in data["outputs"])
+    centre, scale, domain = (floats(data[name]) for name in ("centre", "scale", "domain"))
     n = len(names)
     shapes = [(centre.shape, (n,)), (scale.shape, (n,)), (domain.shape, (n, 2)), ((len(exponents),), (n,))]
     shapes += [(c.shape, (len(e),)) for c, e in zip(coefficients, exponents, strict=True)]
@@ -189,7 +138,7 @@ def _polymap_of(data: Document) -> PolyMap:
 
 def _region(region: Region) -> Document:
     if isinstance(region, Box):
-        return {"box": _numbers(region.array)}
+        return {"box": numbers(region.array)}
     if isinstance(region, Where):
         return {"where": region.text}
     raise NsmapsError(f"a region of the class {type(region).__name__}, which no file describes; expected: Box, Where")
@@ -202,17 +151,17 @@ def _piece(piece: Piece) -> Document:
 def _piece_of(data: Document, names: tuple[str, ...]) -> Piece:
     region = data["region"]
     held: Region = Box.of(names, region["box"]) if "box" in region else Where(text=region["where"], coordinates=names)
-    return Piece(_name(data["name"]), held, _polymap_of(data["map"]), data["word"])
+    return Piece(name_of(data["name"]), held, _polymap_of(data["map"]), data["word"])
 
 
 def _composite(composite: CompositeMap) -> Document:
     pieces = [_piece(piece) for piece in composite.pieces]
-    return {"coordinates": _coordinates(composite.coordinates), "walls": list(composite.walls), "pieces": pieces}
+    return {"coordinates": coordinates_of(composite.coordinates), "walls": list(composite.walls), "pieces": pieces}
 
 
 def _composite_of(data: Document) -> CompositeMap:
-    names = _names(data["coordinates"])
-    return CompositeMap(names, tuple(map(_name, data["walls"])), tuple(_piece_of(piece, names) for piece in data["pieces"]))
+    names = names_of(data["coordinates"])
+    return CompositeMap(names, tuple(map(name_of, data["walls"])), tuple(_piece_of(piece, names) for piece in data["pieces"]))
 
 
 def _parametric(parametric: ParametricMap) -> Document:
@@ -220,102 +169,22 @@ def _parametric(parametric: ParametricMap) -> Document:
         "parameter": parametric.parameter,
         "low": parametric.low,
         "high": parametric.high,
-        "coordinates": _coordinates(parametric.coordinates),
+        "coordinates": coordinates_of(parametric.coordinates),
         "walls": list(parametric.walls),
         "pieces": [_piece(piece) for piece in parametric.pieces],
-        "nodes": _numbers(parametric.nodes),
+        "nodes": numbers(parametric.nodes),
         "condition": parametric.condition,
         "report": _report(parametric.report),
     }
 
 
 def _parametric_of(data: Document) -> ParametricMap:
-    names = _names(data["coordinates"])
+    names = names_of(data["coordinates"])
     pieces = tuple(_piece_of(piece, names) for piece in data["pieces"])
     report = _report_of(ParametricReport, data["report"], names)
-    ends = (_number(data["low"]), _number(data["high"]))
-    walls, nodes = tuple(map(_name, data["walls"])), _floats(data["nodes"])
-    return ParametricMap(_name(data["parameter"]), *ends, names, walls, pieces, nodes, _number(data["condition"]), report)
-
-
-def _terms(expr: Any, names: Sequence[str]) -> Document:
-    """A sympy polynomial by its exponents, its coefficients as fractions in text."""
-    import sympy as sp
-
-    from nsmaps.symbolic.formula import symbol
-
-    terms = sp.Poly(sp.sympify(expr, strict=True), *(symbol(name) for name in names)).terms()
-    return {"exponents": [list(map(int, key)) for key, _ in terms], "coefficients": [str(sp.Rational(c)) for _, c in terms]}
-
-
-def _expr(data: Document, names: Sequence[str]) -> Any:
-    import sympy as sp
-
-    from nsmaps.symbolic.formula import symbol
-
-    x = [symbol(_name(name)) for name in names]
-    powers = _powers(data["exponents"], len(names)).tolist()
-    if bad := [c for c in data["coefficients"] if not (isinstance(c, str) and FRACTION.fullmatch(c))]:
-        raise NsmapsError(f"the coefficient {bad[0]!r:.60}; expected: a fraction of whole numbers in text")
-    pairs = zip(powers, data["coefficients"], strict=True)
-    return sp.Add(*(sp.Rational(c) * sp.Mul(*(g**e for g, e in zip(x, key, strict=True))) for key, c in pairs))
-
-
-def _held(iterate: SecondIterate | HeldIterate) -> Document:
-    free = {s for curve in iterate.curves for s in curve.free_symbols} - {iterate.variable}
-    names = [str(iterate.variable), *sorted(map(str, free))]
-    return {
-        "variable": names[0],
-        "symbols": names,
-        "curves": [_terms(curve, names) for curve in iterate.curves],
-        "domain": {name: list(ends) for name, ends in iterate.domain.items()},
-        "held": [{name: _value(value) for name, value in values.items()} for values in iterate.held],
-    }
-
-
-def _value(value: Any) -> float | Document:
-    """A number, or a sympy polynomial with its symbols."""
-    if isinstance(value, float):
-        return value
-    names = sorted(map(str, value.free_symbols))
-    return {"symbols": names, **_terms(value, names)}
-
-
-def _held_parts(data: Document) -> tuple[Any, list[Any], Mapping[str, tuple[float, float]], list[Values]]:
-    from nsmaps.symbolic.formula import symbol
-
-    curves = [_expr(curve, data["symbols"]) for curve in data["curves"]]
-    held: list[Values] = [
-        {
-            _name(name): _expr(value, value["symbols"]) if isinstance(value, dict) else _number(value)
-            for name, value in values.items()
-        }
-        for values in data.get("held", [])
-    ]
-    return symbol(_name(data["variable"])), curves, _domain(data), held
-
-
-def _second_of(data: Document) -> SecondIterate:
-    variable, (first, second), domain, held = _held_parts(data)
-    return second_of(variable, first, second, data["order"], domain, held)
-
-
-def _closed(closed: ClosedMap) -> Document:
-    names = [*map(str, closed.coordinates), *closed.symbols]
-    return {
-        "coordinates": _coordinates(closed.coordinates),
-        "symbols": list(closed.symbols),
-        "images": {name: _terms(image, names) for name, image in closed.images.items()},
-        "absolute": [str(name) for name in closed.absolute],
-        "degree": closed.degree,
-        "domain": {name: list(ends) for name, ends in closed.domain.items()},
-    }
-
-
-def _closed_of(data: Document) -> ClosedMap:
-    names, symbols = _names(data["coordinates"]), tuple(map(_name, data["symbols"]))
-    images = {name: _expr(image, [*names, *symbols]) for name, image in data["images"].items()}
-    return ClosedMap(names, symbols, images, tuple(data["absolute"]), int(_number(data["degree"])), _domain(data))
+    ends = (number_of(data["low"]), number_of(data["high"]))
+    walls, nodes = tuple(map(name_of, data["walls"])), floats(data["nodes"])
+    return ParametricMap(name_of(data["parameter"]), *ends, names, walls, pieces, nodes, number_of(data["condition"]), report)
 
 
 Kind = tuple[type, Callable[[Any], Document], Callable[[Document], AnyMap]]
@@ -323,7 +192,7 @@ KINDS: dict[str, Kind] = {
     "polynomial map": (PolyMap, _polymap, _polymap_of),
     "composite map": (CompositeMap, _composite, _composite_of),
     "parametric map": (ParametricMap, _parametric, _parametric_of),
-    "second iterate": (SecondIterate, lambda it: _held(it) | {"order": it.order}, _second_of),
-    "held iterate": (HeldIterate, _held, lambda data: held_of(*_held_parts(data))),
-    "closed map": (ClosedMap, _closed, _closed_of),
+    "second iterate": (SecondIterate, lambda it: held_document(it) | {"order": it.order}, second_of_document),
+    "held iterate": (HeldIterate, held_document, lambda data: held_of(*held_parts(data))),
+    "closed map": (ClosedMap, closed_document, closed_of_document),
 }

@@ -4,7 +4,8 @@ from inspect import getsource
 from pprint import pformat
 
 from nsmaps.exports.conditions import PYTHON
-from nsmaps.exports.document import TABLE, Document, document
+from nsmaps.exports.document import TABLE, document
+from nsmaps.exports.plain_data import Document
 from nsmaps.exports.program import Program
 from nsmaps.reduced.fit import polymap
 
