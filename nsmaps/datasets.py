@@ -33,7 +33,7 @@ AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by cl
     },
     "OrbitPair": {"start": "coordinate"},
     "ParametricMap": {"nodes": "node"},
-    "ParametricReport": {"values": "value"} | dict.fromkeys(("refit", "error", "apart"), "piece value coordinate"),
+    "ParametricReport": {"values": "value"} | dict.fromkeys(("refit", "error", "difference"), "piece value coordinate"),
     "PolyMap": {"centre": "input", "scale": "input", "domain": "input end"},
     "Residence": {"time": "mode", "switches": "mode next_mode"},
     "StabilityDiagram": {

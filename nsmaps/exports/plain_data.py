@@ -1,4 +1,4 @@
-"""Arrays, names and numbers of exported maps as plain data and back; what is read is checked, and nothing of it is executed."""
+"""Arrays, names and numbers of exported maps as plain data and back; what is read is checked and never executed."""
 
 import math
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def numbers(values: Any) -> Any:
 
 
 def floats(values: Any) -> Any:
-    """An array of the numbers in nested lists, in which text stands for what JSON has no number for."""
+    """An array of the numbers in nested lists, in which text stands for infinities and NaN."""
     return np.array(values, dtype=str).astype(float) if _has_text(values) else np.array(values, float)
 
 

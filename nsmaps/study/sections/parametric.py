@@ -83,7 +83,7 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     if made is None:
         return {}
     report = made.report
-    worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "apart")}
+    worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "difference")}
     names = () if report is None else report.names
     pieces = {name: {key: finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
     ends = {"parameter": made.parameter, "from": made.low, "to": made.high, "condition": made.condition}
