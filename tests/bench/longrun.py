@@ -12,33 +12,46 @@ from numba import njit
 from pynamicalsys import DiscreteDynamicalSystem
 
 import nsmaps
+from nsmaps.exact.engine.flow import Flow
+from nsmaps.exact.engine.layout import AT_PARAMETERS, BOTTOM, FLIGHT_SIZE, TOP
+from nsmaps.exact.engine.returns import first_return
 from nsmaps.exact.kernel import kernel_of
 
 VALUES, TRANSIENT, RETURNS, ROUNDS = np.linspace(0.26, 0.35, 600), 2000, 100, 7
 START = [0.8, 0.3]
 SYSTEM = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
-first_return = kernel_of(SYSTEM).module.first_return
-PARAMETERS = kernel_of(SYSTEM).vector(SYSTEM)
-D = list(SYSTEM.parameters).index("d")
-OTHERS = np.delete(PARAMETERS, D)
+TABLE = kernel_of(SYSTEM).table
+SIZE = len(TABLE)
+PARAMETERS = np.concatenate([TABLE, np.zeros(int(TABLE[FLIGHT_SIZE]))])  # with room for the coefficients of a flight
+OTHERS = np.delete(PARAMETERS, TOP)
+
+
+def check_table() -> None:
+    """Of the numbers of a table only the walls, at d/2 and -d/2, follow from d, besides d itself, which no flight reads."""
+    for d in VALUES:
+        table = TABLE.copy()
+        table[[TOP, BOTTOM, int(TABLE[AT_PARAMETERS]) + list(SYSTEM.parameters).index("d")]] = d / 2, -d / 2, d
+        np.testing.assert_array_equal(table, kernel_of(SYSTEM.at(d=d)).table)
 
 
 @njit
 def bare(values: np.ndarray, p: np.ndarray, v: float, phi: float, transient: int, kept: np.ndarray) -> None:
     """What one would write by hand around the map: states alone."""
+    flow = Flow(p[:SIZE], p[SIZE:])
     for k in range(len(values)):
-        p[D] = values[k]
+        p[TOP], p[BOTTOM] = values[k] / 2, -values[k] / 2
         for i in range(-transient, kept.shape[1]):
-            _, v, phi, _, _, _, _ = first_return(p, v, phi, 1e-12, False)
+            _, v, phi, _, _, _, _ = first_return(flow, v, phi, 1e-12, False)
             if i >= 0:
                 kept[k, i, 0], kept[k, i, 1] = v, phi
 
 
 @njit
 def mapping(u: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """The map as pynamicalsys takes it."""
+    """The map as pynamicalsys takes it; its parameter is the place of the upper wall."""
     out = np.empty(2)
-    _, out[0], out[1], _, _, _, _ = first_return(p, u[0], u[1], 1e-12, False)
+    p[BOTTOM] = -p[TOP]
+    _, out[0], out[1], _, _, _, _ = first_return(Flow(p[:SIZE], p[SIZE:]), u[0], u[1], 1e-12, False)
     return out
 
 
@@ -63,8 +76,8 @@ PEER = DiscreteDynamicalSystem(mapping=mapping, system_dimension=2, number_of_pa
 def peer() -> np.ndarray:
     """Both ways by pynamicalsys, the speed alone."""
     how = {"total_time": TRANSIENT + RETURNS, "transient_time": TRANSIENT, "continuation": True, "return_last_state": True}
-    last = PEER.bifurcation_diagram(START, D, VALUES, parameters=OTHERS, **how)[2]
-    return np.asarray(PEER.bifurcation_diagram(last, D, VALUES[::-1].copy(), parameters=OTHERS, **how)[1][::-1])
+    last = PEER.bifurcation_diagram(START, TOP, VALUES / 2, parameters=OTHERS, **how)[2]
+    return np.asarray(PEER.bifurcation_diagram(last, TOP, VALUES[::-1] / 2, parameters=OTHERS, **how)[1][::-1])
 
 
 def timed(run: Callable[[], np.ndarray]) -> float:
@@ -76,6 +89,7 @@ def timed(run: Callable[[], np.ndarray]) -> float:
 
 def main() -> None:
     """Check that all iterate the same map, then race."""
+    check_table()
     a, b, c = ours(), by_hand(), peer()
     calm = np.ptp(a[:, ::2, 0], axis=1) < 1e-9  # the chaotic values differ by rounding
     print("values with a two-cycle or less:", int(calm.sum()), "; apart from the bare loop by", float(np.abs(a - b)[calm].max()))
