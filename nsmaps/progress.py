@@ -113,7 +113,7 @@ def beat(fraction: float, note: str = "") -> None:
 def portion(progress: Progress | None, first: float, last: float) -> Progress | None:
     """The progress of a part of a call, which takes it from one fraction to another.
 
-    >>> within(print, 0.5, 1.0)(0.5)
+    >>> portion(print, 0.5, 1.0)(0.5)
     0.75
     """
     return None if progress is None else lambda fraction: progress(first + (last - first) * fraction)
