@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.set_valued import FullAuxiliaryMap as FullAuxiliaryMap
     from nsmaps.cells.conley import MorseGraph as MorseGraph
     from nsmaps.cells.conley import conley_indices as conley_indices
-    from nsmaps.cells.exit_times import Transient as Transient
-    from nsmaps.cells.exit_times import transient as transient
+    from nsmaps.cells.exit_times import ExitTimes as ExitTimes
+    from nsmaps.cells.exit_times import exit_times as exit_times
     from nsmaps.cells.morse_sets import MorseCover as MorseCover
     from nsmaps.cells.morse_sets import Trap as Trap
     from nsmaps.cells.morse_sets import closed_box as closed_box
@@ -115,7 +115,7 @@ _PUBLIC = {
     "auxiliary.set_valued": ("FullAuxiliaryMap",),
     "symbolic.curve_iterates": ("HeldIterate", "SecondIterate", "held_iterate", "second_iterate"),
     "cells.periodic_points": ("CycleSearch", "find_cycles"),
-    "cells.exit_times": ("Transient", "transient"),
+    "cells.exit_times": ("ExitTimes", "exit_times"),
     "dynamics.attractors.basins": ("Basins", "Boundary", "basins", "boundary"),
     "dynamics.diagrams.bifurcation": ("Bifurcation", "bifurcation"),
     "dynamics.attractors.attractor": ("Attractor",),

@@ -48,7 +48,7 @@ AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by cl
         "sides": "wall",
         "at": "wall",
     },
-    "Transient": dict.fromkeys(("region", "left", "arrived"), "cell"),
+    "ExitTimes": dict.fromkeys(("region", "left", "arrived"), "cell"),
     "Trap": {"numbers": "cell"},
 }
 

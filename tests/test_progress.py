@@ -127,7 +127,7 @@ REPORTING = {
     "strip_map": lambda system, how: nsmaps.strip_map(system, (0.6, 0.95), (0.1, 1.0), 1e-2, **how),
     "morse_sets": lambda system, how: nsmaps.morse_sets(system, BOX, 2, **how),
     "find_cycles": lambda system, how: nsmaps.find_cycles(system, BOX, 1, 2, **how),
-    "transient": lambda system, how: nsmaps.transient(system, {"all": WHOLE}, BOX, 1, 8, **how),
+    "exit_times": lambda system, how: nsmaps.exit_times(system, {"all": WHOLE}, BOX, 1, 8, **how),
     "orbit": lambda system, how: nsmaps.orbit(system, [0.2, 0.1], 300_000, **how),
     "partition": lambda system, how: nsmaps.partition(system, GRID, nsmaps.Partition(tolerance=0.05, kind="accurate"), **how),
 }

@@ -12,7 +12,7 @@ from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FullAuxiliaryMap:
-    """The set-valued map M_A of eq. auxM, as a map of boxes: for `morse_sets`, `trap` and `transient` a map like any other.
+    """The set-valued map M_A of eq. auxM, as a map of boxes: for `morse_sets`, `trap` and `exit_times` a map like any other.
 
     From a state in a box A_n each coordinate may go to all that lies between its auxiliary maps (eq. auxv, auxphi): to its
     images over all values that the other coordinates have in A_n. From other states it goes where the map goes.

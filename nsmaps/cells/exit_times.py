@@ -45,7 +45,7 @@ class TransientRow:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Transient:
+class ExitTimes:
     """The number of returns after which all states of each cell of a window have left its region, or are in a closed set."""
 
     __repr__ = brief
@@ -118,7 +118,7 @@ def _listed(point: tuple[float, ...]) -> str:
 
 
 @shows
-def transient(
+def exit_times(
     map: BoxMap | Fitted,
     regions: CompositeMap | Mapping[str, Region],
     window: BoxLike,
@@ -129,7 +129,7 @@ def transient(
     cycles: Sequence[PeriodicOrbit] = (),
     of: str = "",
     progress: Progress | None = None,
-) -> Transient:
+) -> ExitTimes:
     """Exit times of the cells of each region and their arrival times in a target, in returns, for all states, by box images.
 
     A region is here the union of the cells, of the last level, whose centre lies in it, and in no region before it. A cell is
@@ -167,7 +167,7 @@ def transient(
     for k in range(len(names)):
         left[region == k] = steps[k][region == k]
     arrived = None if target is None else steps[-1]
-    return Transient(of or name_of(map), finest, names, region, left, arrived, tuple(cycles))
+    return ExitTimes(of or name_of(map), finest, names, region, left, arrived, tuple(cycles))
 
 
 def _regions(cells: Cells, regions: CompositeMap | Mapping[str, Region]) -> tuple[tuple[str, ...], Ints]:

@@ -259,11 +259,11 @@ _ROWS = (
         (data.MORSE,),
     ),
     Row(
-        "cells.transient",
+        "cells.exit_times",
         "The cells of the regions coloured by the number of returns after which they have been left.",
         "The number of returns after which all states of a cell have left its region, by enclosure, with the cells for which "
         "this is not shown and the periodic points found there.",
-        (data.TRANSIENT,),
+        (data.EXIT_TIMES,),
     ),
 )
 CATALOGUE: Mapping[str, Row] = {row.name: row for row in _ROWS}

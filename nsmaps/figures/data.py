@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
-    from nsmaps.cells.exit_times import Transient
+    from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.morse_sets import MorseCover
     from nsmaps.dynamics.attractors.basins import Basins
     from nsmaps.dynamics.continuation.branch import Branch
@@ -244,5 +244,5 @@ DOMAINS: "Need[Mapping[str, AttractingDomain]]" = Need("attracting domains", ("d
 ENVELOPED: "Need[Mapping[str, AttractingDomain]]" = Need("auxiliary maps", ("domains",), _enveloped)
 SECOND_ITERATE: "Need[SecondIterate]" = Need("a second-iterate map", ("second_iterate",), lambda result: result.second_iterate)
 MORSE: "Need[MorseCover]" = Need("a cover by Morse sets", ("morse",), lambda result: result.morse, planar=True)
-TRANSIENT: "Need[Transient]" = Need("transient regions", ("exit_times",), lambda result: result.transient, planar=True)
+EXIT_TIMES: "Need[ExitTimes]" = Need("exit times", ("exit_times",), lambda result: result.exit_times, planar=True)
 PLANE: "Need[Any]" = Need("the plane of states", (), lambda result: result.system, planar=True)

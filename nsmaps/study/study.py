@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, PrivateAttr, create_model
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PrivateAttr, create_model
 
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.catalogue import FigureName
+from nsmaps.figures.catalogue import CATALOGUE, FigureName
 from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import read_number
 from nsmaps.study.reading.locations import Source
@@ -32,6 +32,13 @@ def scalar(value: object) -> object:
 
 
 Parameter = Annotated[Any, AfterValidator(scalar)]
+
+
+def _current(figure: object) -> object:
+    """The name of a figure; an earlier name is an error that states the new one."""
+    if isinstance(figure, str) and figure in _Head.was and figure not in CATALOGUE:
+        raise ValueError(f"{figure!r} is now {_Head.was[figure]!r}")
+    return figure
 
 
 class _Head(BaseModel):
@@ -83,7 +90,7 @@ class _Sections(_Head):
 
 
 _FIELDS: dict[str, Any] = {section.key: (section.type, section.default) for section in SECTIONS} | {
-    "figures": (tuple[FigureName, ...], ()),
+    "figures": (tuple[Annotated[FigureName, BeforeValidator(_current)], ...], ()),
     "require": (tuple[Literal["covered", "tolerance"], ...], ()),
     "expected_failures": (dict[str, str], {}),  # what the failure of a verdict that is not required shows, by its name
 }

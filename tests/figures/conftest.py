@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from nsmaps import read_result
 from nsmaps.auxiliary.attracting_domain import attracting_domain
-from nsmaps.cells.exit_times import Transient
+from nsmaps.cells.exit_times import ExitTimes
 from nsmaps.cells.grid import Cells
 from nsmaps.cells.morse_sets import MorseCover
 from nsmaps.coordinates import Angle, wrap
@@ -163,7 +163,7 @@ def covers() -> dict[str, Any]:
     left = np.where(np.arange(16) == 5, -1, 1 + np.arange(16) % 3)
     arrived = np.where(np.arange(16) < 8, -1, np.arange(16) % 4)
     cycle = periodic_orbit(_fixed(0.1), [0.7, 0.4])
-    return {"morse": morse, "transient": Transient("exact map", cells, ("R1", "R2"), region, left, arrived, (cycle,))}
+    return {"morse": morse, "exit_times": ExitTimes("exact map", cells, ("R1", "R2"), region, left, arrived, (cycle,))}
 
 
 def swept(surface: Surface) -> list[tuple[float, Surface]]:

@@ -113,7 +113,7 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
 
 def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):
     envelopes(result, ax, "v", domain="loose")
-    assert ax.get_title() == "exact map, update 1, not trapped"
+    assert ax.get_title() == "exact map, update 1, not forward invariant"
     assert not ax.patches
     assert "generic" not in by_label(ax)
 
@@ -134,7 +134,7 @@ def test_domain_size_has_a_line_a_domain_and_says_which_is_no_bound(result, ax):
     lines = by_label(ax)
     assert np.array_equal(lines["fitted map R1"].get_ydata(), result.domains["fitted"].sizes[:, 1])
     assert np.array_equal(lines["fitted map R1"].get_xdata(), np.arange(6))
-    assert "exact map, not trapped" in lines
+    assert "exact map, not forward invariant" in lines
     assert ax.get_ylabel() == r"width in $\phi$ (rad)"
 
 
@@ -262,7 +262,7 @@ def test_sizes_have_one_legend_and_a_single_box_that_is_not_trapped_is_hollow(re
     figure = sheet.figure()
     assert [panel.get_legend() is not None for panel in figure.axes] == [False, True]
     domain_size(result, ax, "v")
-    (line,) = [line for line in ax.lines if line.get_label() == "exact map, not trapped"]
+    (line,) = [line for line in ax.lines if line.get_label() == "exact map, not forward invariant"]
     assert len(line.get_xdata()) == len(result.domains["loose"].sizes) == 1
     assert (line.get_markerfacecolor(), line.get_linestyle()) == ("white", "None")
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from nsmaps.figures.cells.exit_times import exit_times, sheets
 from nsmaps.figures.cells.morse import morse
-from nsmaps.figures.cells.transient import sheets, transient
 
 
 def shown(ax):
@@ -24,8 +24,8 @@ def test_components_have_their_colours_and_cells(result, ax):
 
 
 def test_what_stays_is_apart_from_what_is_left(result, ax):
-    transient(result, ax)
-    made, drawn = result.transient, shown(ax)
+    exit_times(result, ax)
+    made, drawn = result.exit_times, shown(ax)
     assert np.flatnonzero(drawn == 1).tolist() == [5]
     left = (made.left > 0) & (made.region >= 0)
     assert (drawn[left] == 1 + made.left[left]).all()
@@ -39,5 +39,5 @@ def test_arrival_is_a_second_panel_with_its_target(result, ax):
     assert len(sheet.panels) == 2
     sheet.panels[1](ax)
     drawn = shown(ax)
-    assert np.flatnonzero(drawn == 0).tolist() == np.flatnonzero(result.transient.arrived == 0).tolist()
+    assert np.flatnonzero(drawn == 0).tolist() == np.flatnonzero(result.exit_times.arrived == 0).tolist()
     assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["not shown", "target"]

@@ -28,7 +28,7 @@ STORED = {
     "partition": "words regions surfaces projections partition speed_error",
     "accurate": "words surfaces projections strips speed_error",
     "long": "motion impacts slices words regions surfaces projections diagonal diagonal_surface orders fit_error orbits cobweb "
-    "branches stability lyapunov basins noise auxiliary envelopes domain_size morse transient",
+    "branches stability lyapunov basins noise auxiliary envelopes domain_size morse exit_times",
 }  #: what can be drawn of each stored run, beside what asks nothing
 MISSING = {
     "motion": ("orbits", (), "'track' in an entry of 'orbits'"),
@@ -59,7 +59,7 @@ MISSING = {
     "domain_size": ("domains", {}, "'domains'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),
     "morse": ("morse", None, "'morse'"),
-    "transient": ("transient", None, "'exit_times'"),
+    "exit_times": ("exit_times", None, "'exit_times'"),
 }
 
 

@@ -47,7 +47,7 @@ def count(monkeypatch):
 
 
 @pytest.mark.parametrize("formats", [("png",), ("png", "svg", "pdf")])
-@pytest.mark.parametrize("name", ["words", "surfaces", "projections", "auxiliary", "envelopes", "cobweb", "basins", "transient"])
+@pytest.mark.parametrize("name", ["words", "surfaces", "projections", "auxiliary", "envelopes", "cobweb", "basins", "exit_times"])
 def test_a_sheet_is_laid_out_once_and_drawn_once_a_file(result, tmp_path, count, name, formats):
     count(Figure, "draw")
     counts = count(ConstrainedLayoutEngine, "execute")

@@ -201,5 +201,5 @@ def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
 
 def test_a_run_that_kept_no_images_says_so(result, ax):
     older = replace(result.diagonal, images=())
-    with pytest.raises(NsmapsError, match="the region near the diagonals with its images, and the result has none"):
+    with pytest.raises(NsmapsError, match="the region near the diagonals with its images, which the result lacks"):
         diagonal(replace(result, diagonal=older), ax)

@@ -214,7 +214,7 @@ BAD = {
         "unknown word 'cobwebs'; expected: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
         "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
         "orbits, cobweb, bifurcation, branches, stability, lyapunov, basins, noise, auxiliary, envelopes, domain_size, "
-        "second_iterate, morse, transient, did you mean 'cobweb'?",
+        "second_iterate, morse, exit_times, did you mean 'cobweb'?",
     ),
     "deltas of no orders": (
         "require:",
@@ -455,6 +455,12 @@ BAD = {
     "section by its earlier key": (
         "require:",
         "transient: {box: {v: [0, 1], phi: [0, 1]}}\nrequire:",
+        "transient",
+        "'transient' is now 'exit_times'",
+    ),
+    "figure by its earlier name": (
+        "require:",
+        "figures: [transient]\nrequire:",
         "transient",
         "'transient' is now 'exit_times'",
     ),

@@ -21,7 +21,9 @@ import nsmaps
 from nsmaps.errors import NsmapsError
 from nsmaps.study.result import KEPT, StudyResult
 from nsmaps.study.store.archive import FORMAT
+from nsmaps.study.store.renewed import renewed
 from nsmaps.study.store.serialize import HOME, is_ours, stored_class
+from nsmaps.study.study import Study
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}"
 ABSTRACT = {"Region", "ReturnMap"}  #: of which a file holds subclasses only
@@ -81,6 +83,7 @@ def test_a_stored_study_is_read_under_the_keys_of_today() -> None:
     assert (run.bifurcation.map, run.bifurcation.discard) == (("exact", "composite"), 10)
     with pytest.raises(NsmapsError, match=r"study\.yaml:89:1: 'transient' is now 'exit_times'"):
         nsmaps.load_study(STORED / "long" / "study.yaml")
+    assert renewed({"figures": ["words", "transient"]}, Study) == {"figures": ["words", "exit_times"]}
 
 
 def test_maps_of_a_stored_run_are_maps() -> None:

@@ -14,7 +14,7 @@ from nsmaps.study.sections.base import Need, Section, Table
 from nsmaps.study.texts import finite
 
 if TYPE_CHECKING:
-    from nsmaps.cells.exit_times import Transient
+    from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.periodic_points import CycleSearch
     from nsmaps.exact.system import ImpactSystem
     from nsmaps.study.binding import Binding, Plan
@@ -37,7 +37,7 @@ class Stored:
     """What a run keeps of exit times."""
 
     cycles: "CycleSearch | None" = None  #: of the window of the transient regions
-    transient: "Transient | None" = None
+    exit_times: "ExitTimes | None" = None
 
 
 def _needs(spec: ExitTimesSection) -> Iterator[Need]:
@@ -50,7 +50,7 @@ def _bind(spec: ExitTimesSection, binding: "Binding") -> Box:
 
 def _compute(spec: ExitTimesSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """What of the regions of the composite map is left and arrives, and the cycles up to a period."""
-    from nsmaps.cells.exit_times import transient
+    from nsmaps.cells.exit_times import exit_times
     from nsmaps.cells.periodic_points import find_cycles
 
     window = plan.bound["exit_times"].array
@@ -62,8 +62,8 @@ def _compute(spec: ExitTimesSection, plan: "Plan", result: "StudyResult") -> dic
         first, then = (plan.portion(half, 2).progress for half in (0, 1))
         found = find_cycles(plan.system, window, spec.period, *how, progress=first) if spec.period else None
         cycles = found.cycles if found else ()
-        made = transient(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=then)
-    return {"cycles": found, "transient": made}
+        made = exit_times(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=then)
+    return {"cycles": found, "exit_times": made}
 
 
 def _describe(spec: ExitTimesSection, study: "Study") -> str:
@@ -79,19 +79,19 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     if result.cycles is not None:
         states = [[finite(state) for state in cycle.states] for cycle in result.cycles.cycles]
         sections["cycles"] = {"coverage": result.cycles.coverage, "states": states}
-    if result.transient is not None:
-        sections["transient"] = [
+    if result.exit_times is not None:
+        sections["exit_times"] = [
             {name: finite([value])[0] if isinstance(value, float) else value for name, value in asdict(row).items()}
-            for row in result.transient.rows
+            for row in result.exit_times.rows
         ]
     return sections
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
     """What is left of each region, and how complete the search for cycles is."""
-    if result.transient is not None:
-        title = f"Transient regions of the {result.transient.of}, by enclosure"
-        yield Table(title, (), (), (result.transient.table(),))
+    if result.exit_times is not None:
+        title = f"Exit times of the regions of the {result.exit_times.of}, by enclosure"
+        yield Table(title, (), (), (result.exit_times.table(),))
     if result.cycles is not None:
         yield Table("", (), (), (result.cycles.coverage,))
 

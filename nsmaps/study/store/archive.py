@@ -158,7 +158,7 @@ class _Record(BaseModel):
 
 def _result(study: Study, record: _Record, arrays: Arrays) -> StudyResult:
     """The result of a record and its arrays."""
-    kept: dict[str, Any] = {name: decode(value, arrays) for name, value in record.objects.items()}
+    kept: dict[str, Any] = {Study.was.get(name, name): decode(value, arrays) for name, value in record.objects.items()}
     told = {name: getattr(record, name) for name in _Record.model_fields if name != "objects"}
     return StudyResult(study, study.system_object(), **told, **kept)
 

@@ -1,4 +1,4 @@
-"""Studies of stored runs as today's: a key that has another name now is read under that."""
+"""Studies of stored runs in the current grammar: keys and figures that were renamed are read under their new names."""
 
 from typing import Any
 
@@ -6,11 +6,13 @@ from nsmaps.complaints import bare, inside
 
 
 def renewed(data: Any, model: Any) -> Any:
-    """What a study's file says, each key of a model under the name that its `was` gives it."""
+    """The content of a study's file, each key of a model, and each figure, under the name that the model's `was` gives it."""
     if isinstance(data, list):
         return [renewed(item, inside(model, 0)) for item in data]
     if not isinstance(data, dict):
         return data
     was = getattr(bare(model), "was", {})
     named = {was.get(key, key): value for key, value in data.items()}
+    if isinstance(named.get("figures"), list):
+        named["figures"] = [was.get(name, name) if isinstance(name, str) else name for name in named["figures"]]
     return {key: renewed(value, inside(model, str(key))) for key, value in named.items()}

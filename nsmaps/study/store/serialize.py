@@ -23,7 +23,7 @@ STORED = {  #: the classes that a file may name, by module; a class may move to 
     "auxiliary.attracting_domain": ("AttractingDomain",),
     "auxiliary.envelope": ("Envelope",),
     "cells.periodic_points": ("CycleSearch",),
-    "cells.exit_times": ("Transient",),
+    "cells.exit_times": ("ExitTimes",),
     "auxiliary.worst_case_limits": ("TwoCycle",),
     "auxiliary.worst_case": ("Update",),
     "dynamics.attractors.attractor": ("Attractor",),
@@ -62,7 +62,7 @@ STORED = {  #: the classes that a file may name, by module; a class may move to 
     "study.sections.noise": ("NoiseResult",),
     "study.sections.orbits": ("OrbitPair",),
 }
-FORMER = {"Ending": "LimitSet"}  #: names of classes in earlier files
+FORMER = {"Ending": "LimitSet", "Transient": "ExitTimes"}  #: names of classes in earlier files
 HOME = {name: f"nsmaps.{module}" for module, names in STORED.items() for name in names}
 Arrays = dict[str, NDArray[Any]]
 

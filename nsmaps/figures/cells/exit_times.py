@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from nsmaps.figures.cells.morse import show
-from nsmaps.figures.data import TRANSIENT
+from nsmaps.figures.data import EXIT_TIMES
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREEN, RED, dress, tint
 
@@ -25,17 +25,17 @@ MOST = 12  #: numbers of returns with a shade of their own; larger ones have the
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: steps to leave the region, and steps to arrive, if the study has a closed target set."""
-    times = TRANSIENT.of(result, "transient")
-    panels = [partial(transient, result)] + ([partial(transient, result, arrives=True)] if times.arrived is not None else [])
-    return (Sheet("transient", tuple(panels), len(panels), (6.8, 5.2)),)
+    times = EXIT_TIMES.of(result, "exit_times")
+    panels = [partial(exit_times, result)] + ([partial(exit_times, result, arrives=True)] if times.arrived is not None else [])
+    return (Sheet("exit_times", tuple(panels), len(panels), (6.8, 5.2)),)
 
 
-def transient(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
+def exit_times(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
     """Cells by the number of returns within which all their states have left their region, or with `arrives` have arrived.
 
     Cells for which this is not shown are red, cells that have arrived from the start green; crosses are known periodic points.
     """
-    times = TRANSIENT.of(result, "transient")
+    times = EXIT_TIMES.of(result, "exit_times")
     steps = times.left if not arrives or times.arrived is None else times.arrived
     steps = np.where((times.region < 0) & (steps != 0), -2, steps)
     shades = int(min(max(steps.max(), 1), MOST))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from nsmaps import load_study, run
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.set_valued import FullAuxiliaryMap
-from nsmaps.cells.exit_times import transient
+from nsmaps.cells.exit_times import exit_times
 from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.coordinates import Angle, nearest_turn
@@ -225,7 +225,7 @@ def test_what_takes_box_maps_takes_fitted_maps():
     found = find_cycles(map, window, 1, 3)
     assert found.cycles[0].states[0] == pytest.approx(fixed, abs=1e-12)
     regions = {"far": Box.of(NAMES, [[0.2, 0.4], [-0.3, 0.8]])}
-    made = transient(map, regions, window, 2, 16, target=held, cycles=found.cycles)
+    made = exit_times(map, regions, window, 2, 16, target=held, cycles=found.cycles)
     assert made.rows[0].left == 1.0
     boxes = np.array([[[0.6, 1.0], [0.1, 0.4]]])
     full = FullAuxiliaryMap(map, boxes)
