@@ -31,13 +31,7 @@ MaxHours = Annotated[
 ]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")]
 
-
-class Format(StrEnum):
-    """File formats of figures."""
-
-    png = "png"
-    svg = "svg"
-    pdf = "pdf"
+Format = StrEnum("Format", ["png", "svg", "pdf"])  #: file formats of figures
 
 
 def add_to(app: typer.Typer) -> None:
