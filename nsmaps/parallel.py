@@ -56,7 +56,7 @@ class Jobs:
         progress: called with the fraction of the computation that is done, from 0 to 1; after each part, where there are parts.
 
     Raises:
-        NsmapsError: an executor that is none, or a part without items.
+        NsmapsError: an invalid executor, or a part without items.
     """
 
     executor: Executor | None = None
@@ -79,7 +79,7 @@ class Jobs:
         return self.executor is not None or self.checkpoint is not None
 
     def cuts(self, items: int, default: int = 1) -> list[slice]:
-        """The items of each part: `part` of them or, if that is None, the default of a function."""
+        """The items of each part: `part` of them, by default as many as the function sets."""
         size = self.part or default
         return [slice(k, min(k + size, items)) for k in range(0, items, size)]
 

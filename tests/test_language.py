@@ -65,13 +65,11 @@ NAMES = {
 
 #: rooms and modules of nsmaps that are not yet checked
 TO_DO = (
-    "exact/surfaces/surface.py",
     "dynamics/attractors/basins.py",
     "dynamics/diagrams",
     "dynamics/lyapunov.py",
     "dynamics/noise/orbits.py",
     "study",
-    "parallel.py",
 )
 
 #: (file, phrase or name) -> why the word stands there in its ordinary sense

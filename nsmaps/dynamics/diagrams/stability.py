@@ -117,8 +117,8 @@ def event_curve(
     value: float,
     across: ArrayLike,
     kind: str,
-    within: tuple[float, float],
-    toward: Literal["up", "down"] = "down",
+    bounds: tuple[float, float],
+    direction: Literal["up", "down"] = "down",
     step: float = 0.02,
 ) -> EventCurve:
     """The first event of a kind on the branch of an orbit in one parameter, before it folds, for each value of another.
@@ -131,7 +131,7 @@ def event_curve(
         orbit: at `value` and the first value across.
         across: shape (W,), in the order in which they are taken.
         kind: of the event, such as `period doubling`; see `Event`.
-        value, within, toward, step: as in `continue_branch`.
+        value, bounds, direction, step: as in `continue_branch`.
     """
     rows = np.atleast_1d(np.asarray(across, float))
     found, precision = np.full((2, len(rows)), np.nan)
@@ -141,7 +141,7 @@ def event_curve(
         if map is None:
             continue
         here = periodic_orbit(map, orbit.states, len(orbit.states))
-        made = continue_branch(_at(map_of, other), here, value, within, toward, step, until=(kind, FOLD))
+        made = continue_branch(_at(map_of, other), here, value, bounds, direction, step, until=(kind, FOLD))
         if events := made.of_kind(kind):
             found[k], precision[k] = events[0].parameter, events[0].precision
         else:

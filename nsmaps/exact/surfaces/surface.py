@@ -171,17 +171,17 @@ def sweep(
     """
     _check_axes(system, grid)
     along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
-    made = jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in jobs.cuts(len(along))])
-    grids = [{name: rows[k] for name, rows in part.items()} for part in made for k in range(len(part["codes"]))]
+    parts = jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in jobs.cuts(len(along))])
+    grids = [{name: rows[k] for name, rows in part.items()} for part in parts for k in range(len(part["codes"]))]
     found = [surfaces_among(each, _returns_of(each, arrays), grid, families) for each, arrays in zip(along, grids, strict=True)]
     return [(getattr(each, parameter), surfaces) for each, surfaces in zip(along, found, strict=True)]
 
 
 def _returns_over(systems: Sequence["ImpactSystem"], grid: Grid) -> Arrays:
     """The arrays of the first returns of a whole grid, of each system a row."""
-    made = [system.first_return(grid.states()) for system in systems]
+    sweeps = [system.first_return(grid.states()) for system in systems]
     names = "start", "image", "turns", "codes", "outcome", "time"
-    return {name: np.stack([getattr(returns, name) for returns in made]) for name in names}
+    return {name: np.stack([getattr(returns, name) for returns in sweeps]) for name in names}
 
 
 def _returns_of(system: "ImpactSystem", a: Arrays) -> Returns:
