@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from nsmaps.cells.periodic_points import CycleSearch as CycleSearch
     from nsmaps.cells.periodic_points import find_cycles as find_cycles
     from nsmaps.coordinates import Angle as Angle
+    from nsmaps.coordinates import Coordinates as Coordinates
     from nsmaps.dynamics.attractors.attractor import Attractor as Attractor
     from nsmaps.dynamics.attractors.basins import Basins as Basins
     from nsmaps.dynamics.attractors.basins import Boundary as Boundary
@@ -134,7 +135,7 @@ _PUBLIC = {
     "dynamics.continuation.branch": ("Branch",),
     "errors": ("NsmapsError",),
     "exact.surfaces.family": ("ReturnFamily", "WordFamily"),
-    "coordinates": ("Angle",),
+    "coordinates": ("Angle", "Coordinates"),
     "exact.outcome": ("Outcome",),
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),

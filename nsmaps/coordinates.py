@@ -1,12 +1,13 @@
-"""The coordinates of a state: angles on the circle, states and boxes of states as arrays."""
+"""The coordinates of a state: their names, the angles among them, and states and boxes of states as arrays."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, overload
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
-from nsmaps.errors import StateError, near_match
+from nsmaps.errors import NsmapsError, StateError, near_match
 
 TWO_PI = 2 * np.pi
 
@@ -24,7 +25,7 @@ BoxLike = ArrayLike | Mapping[str, tuple[float, float]] | Bounded  #: see `as_bo
 
 
 class Angle(str):
-    """The name of a coordinate that lives on the circle [0, 2 pi), in radians."""
+    """The name of one coordinate that lives on the circle [0, 2 pi), in radians."""
 
     __slots__ = ()
 
@@ -41,9 +42,122 @@ def nearest_turn(angle: ArrayLike, to: ArrayLike) -> Floats:
     return angle - TWO_PI * np.round((angle - np.asarray(to, float)) / TWO_PI)
 
 
-def angle_mask(coordinates: Sequence[str]) -> Bools:
-    """Which coordinates are angles, shape (n,)."""
-    return np.array([isinstance(name, Angle) for name in coordinates], bool)
+@dataclass(frozen=True, init=False, eq=False)
+class Coordinates(Sequence[str]):
+    """The names of the n coordinates of a state, and which of them are angles; a sequence of names, angles as `Angle`.
+
+    Arrays of states have the coordinates as their last axis, shape (..., n).
+
+    >>> c = Coordinates(("v", "phi"), angles=("phi",))
+    >>> c == Coordinates(("v", Angle("phi"))), c.angles.tolist(), str(c)
+    (True, [False, True], 'v, phi')
+    >>> c.difference([1.0, 0.1], [0.5, 6.2]).round(3).tolist()
+    [0.5, 0.183]
+    """
+
+    names: tuple[str, ...]
+    angles: Bools  #: shape (n,), which coordinates are angles
+
+    def __init__(self, names: Sequence[str], angles: Collection[str] = ()) -> None:
+        """Coordinates by their names, in their order.
+
+        Args:
+            names: at least one, each once; an `Angle` among them, also one of other coordinates, is an angle.
+            angles: the names of further angles.
+
+        Raises:
+            NsmapsError: there is no name, one occurs twice or is not a printable text, or an angle is not among the names.
+        """
+        plain = tuple(map(_plain, names)) if isinstance(names, Iterable) and not isinstance(names, str) else ()
+        wrong = [name for name in plain if not name or plain.count(name) > 1] + [name for name in angles if name not in plain]
+        if wrong or not plain:
+            given = repr(names) if not angles else f"{names!r} with the angles {angles!r}"
+            why = f": {wrong[0]!r} is not printable, occurs twice or is not among the names" if wrong else ""
+            raise NsmapsError(f"the coordinates are {given}{why}; expected: distinct names, such as ('v', Angle('phi'))")
+        mask = np.array([isinstance(name, Angle) or name in angles for name in names], bool)
+        mask.flags.writeable = False
+        object.__setattr__(self, "names", plain)
+        object.__setattr__(self, "angles", mask)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+    @overload
+    def __getitem__(self, index: slice) -> "Coordinates": ...
+    def __getitem__(self, index: int | slice) -> "str | Coordinates":
+        if isinstance(index, slice):
+            return Coordinates([self[k] for k in range(*index.indices(len(self)))])
+        return Angle(self.names[index]) if self.angles[index] else self.names[index]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Coordinates) and self.plain == other.plain
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.plain.values()))
+
+    def __str__(self) -> str:
+        return ", ".join(self.names)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Coordinates, tuple(self.plain.values())
+
+    @property
+    def plain(self) -> dict[str, tuple[str, ...]]:
+        """The arguments that make the same coordinates, as plain texts, which JSON can hold."""
+        return {"names": self.names, "angles": tuple(name for name, angle in zip(self.names, self.angles, strict=True) if angle)}
+
+    def wrap(self, states: ArrayLike) -> Floats:
+        """States with their angles brought to [0, 2 pi)."""
+        x = np.asarray(states, float)
+        with np.errstate(invalid="ignore"):
+            return np.where(self.angles, wrap(x), x)
+
+    def lift(self, states: ArrayLike, to: ArrayLike) -> Floats:
+        """States with their angles on the turn nearest to that of `to`; where this is not finite, as they are."""
+        x = np.asarray(states, float)
+        with np.errstate(invalid="ignore"):
+            near = nearest_turn(x, to)
+        return np.where(self.angles & np.isfinite(near), near, x)
+
+    def difference(self, a: ArrayLike, b: ArrayLike) -> Floats:
+        """a - b, of angles the shorter way round, in (-pi, pi]."""
+        gap = np.subtract(a, b, dtype=float)
+        with np.errstate(invalid="ignore"):
+            turned = np.fmod(gap, TWO_PI)  # exact, as the sums below are
+        turned = np.where(turned > np.pi, turned - TWO_PI, np.where(turned <= -np.pi, turned + TWO_PI, turned))
+        return np.where(self.angles, turned, gap)
+
+    def near(self, a: ArrayLike, b: ArrayLike, tolerance: ArrayLike, scale: ArrayLike = 1.0) -> Bools:
+        """True where a and b differ in no coordinate by more than `tolerance * scale`, shape (...); see `magnitudes`."""
+        return np.asarray((np.abs(self.difference(a, b)) <= np.multiply(tolerance, scale)).all(axis=-1))
+
+    def magnitudes(self, *states: Floats) -> Floats:
+        """Scale of each coordinate for relative tolerances, shape (n,): its largest finite magnitude among the states.
+
+        One radian of an angle; 1 where every state is zero.
+        """
+        sizes = np.concatenate([np.abs(some).reshape(-1, len(self)) for some in states])
+        largest = sizes.max(axis=0, initial=0.0, where=np.isfinite(sizes))
+        return np.where(self.angles | (largest == 0), 1.0, largest)
+
+
+class WithCoordinates:
+    """A dataclass with coordinates that may be given as names, of which an `Angle` is an angle."""
+
+    __slots__ = ()
+
+    coordinates: Coordinates
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.coordinates, Coordinates):
+            object.__setattr__(self, "coordinates", Coordinates(self.coordinates))
+
+
+def _plain(name: object) -> str:
+    """The name as a plain text, "" of what is not a printable one."""
+    return str(name) if isinstance(name, str) and name.isprintable() else ""
 
 
 def as_numbers(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
@@ -90,7 +204,10 @@ def as_box(box: BoxLike, coordinates: Sequence[str]) -> Floats:
         array = np.array(bounds, float)
     except (TypeError, ValueError):
         array = np.empty(0)
-    if array.shape != (len(coordinates), 2) or not (np.isfinite(array).all() and (array[:, 0] < array[:, 1]).all()):
-        given = array.tolist() if array.size else repr(box)
-        raise StateError(f"the box is {given}; expected: finite ends (low, high), low < high, for each of {names}")
+    bad = [repr(box) if not array.size else str(array.tolist())]
+    if array.shape == (len(coordinates), 2):
+        ends = zip(coordinates, array.tolist(), strict=True)
+        bad = [f"{name} from {low!r} to {high!r}" for name, (low, high) in ends if not -np.inf < low < high < np.inf]
+    if bad:
+        raise StateError(f"the box is {bad[0]}; expected: finite ends (low, high), low < high, for each of {names}")
     return array

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from nsmaps.coordinates import angle_mask
+from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def dataset(
         from xarray import Dataset
     except ImportError as error:
         raise NsmapsError("xarray is not installed; expected: pip install 'nsmaps[data]'") from error
-    units = ["rad" if angle else "1" for angle in angle_mask(coordinates)]
+    units = ["rad" if isinstance(name, Angle) else "1" for name in coordinates]
     arrays = {
         name: (dims.split(), array, ({"units": unit} if unit else {}) | {"long_name": text})
         for name, (dims, array, unit, text) in rows.items()

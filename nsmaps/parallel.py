@@ -17,7 +17,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.coordinates import Angle, angle_mask
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress, beat, portion, silent, working
@@ -30,15 +30,15 @@ NOTE, OF = "parts.json", "part_of"  #: of a folder of parts: the file that says 
 LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: errors of dask for a worker that is lost permanently
 
 
-def names_as_arrays(coordinates: Sequence[str], walls: Sequence[str] = ()) -> Arrays:
+def names_as_arrays(coordinates: Coordinates, walls: Sequence[str] = ()) -> Arrays:
     """Names among the arrays of a part; see `names_among`."""
-    return {"coordinates": np.array(coordinates, str), "angles": angle_mask(coordinates), "walls": np.array(walls, str)}
+    return {"coordinates": np.array(coordinates.names, str), "angles": coordinates.angles, "walls": np.array(walls, str)}
 
 
-def names_among(arrays: Arrays) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def names_among(arrays: Arrays) -> tuple[Coordinates, tuple[str, ...]]:
     """The coordinates, with their angles, and the walls that `names_as_arrays` has put there."""
-    named = zip(arrays["coordinates"].tolist(), arrays["angles"], strict=True)
-    return tuple(Angle(name) if angle else name for name, angle in named), tuple(arrays["walls"].tolist())
+    names = arrays["coordinates"]
+    return Coordinates(names.tolist(), names[arrays["angles"]].tolist()), tuple(arrays["walls"].tolist())
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,10 +1,19 @@
-"""Boxes of states are taken in one way: by name, as a `Box`, or as an array; anything else is refused with a reason."""
+"""Coordinates keep their angles and measure by them; boxes of states are taken in one way, anything else is refused."""
+
+import json
+import pickle
+from copy import deepcopy
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import nsmaps
-from nsmaps.coordinates import as_box
+from nsmaps.coordinates import TWO_PI, Coordinates, as_box
+from nsmaps.parallel import names_among, names_as_arrays
+from nsmaps.study.store.serialize import decode, encode
 
 NAMES = ("v", nsmaps.Angle("phi"))
 ROWS = [[0.7, 1.0], [0.2, 1.14]]
@@ -38,7 +47,7 @@ def test_the_array_of_a_box_is_a_copy() -> None:
     [
         ({"v": (0.7, 1.0)}, "'phi' is missing; expected: bounds of each of v, phi"),
         ({"v": (0.7, 1.0), "phj": (0, 1)}, "'phj' is not a coordinate, did you mean 'phi'?"),
-        ({"v": (0.7, 1.0), "phi": (1, 1)}, r"the box is \[\[0.7, 1.0\], \[1.0, 1.0\]\]; expected: finite ends"),
+        ({"v": (0.7, 1.0), "phi": (1, 1)}, "the box is phi from 1.0 to 1.0; expected: finite ends"),
         ([[0.7, 1.0], [0.2, np.nan]], "expected: finite ends"),
         ([[0.7, 1.0], [0.2, np.inf]], "expected: finite ends"),
         ([[1.0, 0.7], [0.2, 1.14]], "low < high, for each of v, phi"),
@@ -59,3 +68,89 @@ def test_domains_and_covers_take_a_box_by_name() -> None:
     assert np.array_equal(first, second)
     first_cover, second_cover = (nsmaps.morse_sets(map, box, depth=2) for box in (by_name, rows))
     assert np.array_equal(first_cover.boxes, second_cover.boxes)
+
+
+names_and_angles = st.lists(st.text(min_size=1, max_size=4).filter(str.isprintable), min_size=1, max_size=5, unique=True).flatmap(
+    lambda names: st.tuples(st.just(names), st.lists(st.sampled_from(names), unique=True))
+)
+FLOATS = st.floats(-1e9, 1e9)
+
+
+@given(names_and_angles)
+def test_coordinates_survive_json_numpy_pickle_and_copies(given: tuple[list[str], list[str]]) -> None:
+    names, angles = given
+    coordinates = Coordinates(names, angles)
+    arrays: dict[str, np.ndarray] = {}
+    text = json.dumps(encode(coordinates, "coordinates", arrays))
+    by_array = names_among(names_as_arrays(coordinates))[0]
+    for same in (decode(json.loads(text), arrays), by_array, pickle.loads(pickle.dumps(coordinates)), deepcopy(coordinates)):
+        assert same == coordinates
+        assert hash(same) == hash(coordinates)
+        assert same.angles.tolist() == [name in angles for name in names]
+    assert not arrays
+    assert Coordinates(coordinates) == Coordinates(tuple(coordinates)) == coordinates
+    assert [type(name) for name in coordinates] == [nsmaps.Angle if name in angles else str for name in names]
+
+
+@given(st.lists(st.tuples(FLOATS, FLOATS), min_size=1, max_size=20))
+def test_a_difference_of_angles_is_the_exact_remainder_in_minus_pi_to_pi(pairs: list[tuple[float, float]]) -> None:
+    """Whole turns are those of the float 2 pi, by which rational arithmetic takes the remainder without rounding."""
+    a, b = np.array(pairs).T
+    found = Coordinates(("x", "phi"), ("phi",)).difference(np.stack([a, a], axis=1), np.stack([b, b], axis=1))
+    assert found[:, 0].tolist() == (a - b).tolist()
+    turn = Fraction(TWO_PI)
+    for gap, angle in zip((a - b).tolist(), found[:, 1].tolist(), strict=True):
+        assert -np.pi < angle <= np.pi
+        assert (Fraction(gap) - Fraction(angle)) % turn == 0
+
+
+@given(st.lists(st.tuples(FLOATS, FLOATS), min_size=1, max_size=20))
+def test_wrap_is_idempotent_and_a_lift_of_it_is_the_state_again(states: list[tuple[float, float]]) -> None:
+    coordinates, x = Coordinates(("x", "phi"), ("phi",)), np.array(states)
+    wrapped = coordinates.wrap(x)
+    assert ((wrapped[:, 1] >= 0) & (wrapped[:, 1] < TWO_PI)).all()
+    np.testing.assert_array_equal(wrapped[:, 0], x[:, 0])
+    np.testing.assert_array_equal(coordinates.wrap(wrapped), wrapped)
+    np.testing.assert_allclose(coordinates.lift(wrapped, x), x, rtol=4e-16, atol=4e-16 * TWO_PI)
+
+
+def test_what_is_not_finite_stays_what_it_is() -> None:
+    coordinates = Coordinates(("phi", "theta", "v"), ("phi", "theta"))
+    state = [0.5, np.nan, np.inf]
+    for to in ([np.inf] * 3, [np.nan] * 3):
+        np.testing.assert_array_equal(coordinates.lift(state, to), state)
+    np.testing.assert_array_equal(coordinates.lift([7.0, -np.inf, 1.0], [0.0, 0.0, 0.0]), [7.0 - TWO_PI, -np.inf, 1.0])
+    assert not coordinates.near([[np.nan, 0, 0], [0, np.inf, 0], [0, 0, 0]], [0, 0, 0], 1.0)[:2].any()
+
+
+def test_near_is_relative_to_a_scale_which_angles_have_of_their_own() -> None:
+    coordinates = Coordinates(("v", "phi"), ("phi",))
+    states = np.array([[1e-9, 6.2], [-2e-9, 0.1], [np.nan, 0.2]])
+    scale = coordinates.magnitudes(states)
+    assert scale.tolist() == [2e-9, 1.0]
+    assert coordinates.near([2e-9, 0.05], [2.1e-9, TWO_PI], 0.06, scale)
+    assert not coordinates.near([2e-9, 0.05], [2.2e-9, TWO_PI], 0.06, scale)
+    assert not coordinates.near([2e-9, 0.07], [2e-9, TWO_PI], 0.06, scale)
+
+
+@pytest.mark.parametrize("angles", [(), ("c",), ("a", "b", "c", "d")])
+def test_any_number_of_coordinates_may_be_angles(angles: tuple[str, ...]) -> None:
+    found = Coordinates(list("abcd"), angles).difference(np.full((2, 4), 6.0), np.zeros(4))
+    assert found.tolist() == [[6.0 - TWO_PI if name in angles else 6.0 for name in "abcd"]] * 2
+
+
+@pytest.mark.parametrize("names", [(), "phi", 5, ("v", "v"), ("v", 1), ("v", ""), ("v\0",)])
+def test_what_names_no_coordinates_is_refused(names: object) -> None:
+    with pytest.raises(nsmaps.NsmapsError, match="expected: distinct names, such as"):
+        Coordinates(names)  # type: ignore[arg-type]
+    with pytest.raises(nsmaps.NsmapsError, match="'theta' is not printable, occurs twice or is not among"):
+        Coordinates(("v", "phi"), ("theta",))
+
+
+def test_a_system_and_a_plain_map_may_give_names() -> None:
+    class Turned(nsmaps.ImpactSystem):
+        coordinates = ("w", nsmaps.Angle("theta"))  # type: ignore[assignment]
+
+    assert Turned.coordinates == Coordinates(("w", "theta"), ("theta",))
+    plain = nsmaps.PolyMap.reset(NAMES, {"v": 1.0})
+    assert plain.coordinates == Coordinates(NAMES)

@@ -13,7 +13,7 @@ from nsmaps.auxiliary.reasons import about_fixed_point, without_image
 from nsmaps.auxiliary.smallest_box import found_box
 from nsmaps.auxiliary.worst_case import SLACK, Part, Update, update, with_generic
 from nsmaps.auxiliary.worst_case_limits import ROUNDED, TwoCycle, two_cycles
-from nsmaps.coordinates import BoxLike, as_box
+from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box
 from nsmaps.enclosures.box_images import name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.progress import Progress, Work, beat, working
@@ -27,13 +27,13 @@ REST = 1e-10  # largest move of a bound in an update, relative to the start box,
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class AttractingDomain:
+class AttractingDomain(WithCoordinates):
     """A box to which the worst case of a map converges; `claim` states whether it bounds orbits, and of which map."""
 
     __repr__ = brief
 
     of: str  #: the map that the bound, or the estimate, is for, such as "fitted map R1" or "exact map"
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     boxes: Floats  #: shape (U + 1, n, 2), the start box first, then one row for each update
     updates: tuple[Update, ...]
     trapped: bool  #: the box of every update is forward invariant: one worst-case step carries it into itself
@@ -146,7 +146,7 @@ def attracting_domain(
     accuracy = _accuracy(maps, start, done[-1])
     return AttractingDomain(
         of or (error.of if error is not None else name_of(map)),
-        map.coordinates,
+        Coordinates(map.coordinates),
         np.array(boxes),
         tuple(done),
         trapped,

@@ -10,7 +10,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
 from nsmaps.auxiliary.sampled import Sampled
-from nsmaps.coordinates import TWO_PI, angle_mask
+from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.enclosures.branch_and_bound import Hulls, ranges
 from nsmaps.exact.enclosure.images import BoxMap
@@ -77,7 +77,7 @@ def of_polynomials(map: PolyMap, error: Floats, status: str, box: Floats) -> Pol
     """The auxiliary maps of polynomials moved out by an error, shape (n,), angles on the turn nearest to the box's centre."""
     polynomials, centre = Polynomials.of(map), box.mean(axis=1)
     turns = TWO_PI * np.round((map(centre[None])[0] - centre) / TWO_PI)
-    shift = np.where(angle_mask(map.coordinates), -turns, 0.0)
+    shift = np.where(map.coordinates.angles, -turns, 0.0)
     return Polynomial(box, status, polynomials.hulls, error, map, shift)
 
 
@@ -146,7 +146,7 @@ def _worst(
 
 def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxes: Floats) -> Hulls:
     """What the enclosure says of boxes (M, n, 2), with angles on the turn nearest to the centre of `box`."""
-    found, angles = map.image_boxes(boxes), angle_mask(map.coordinates)
+    found, angles = map.image_boxes(boxes), Coordinates(map.coordinates).angles
     known = np.where(np.isfinite(found.images), found.images, 0.0)  # what has no end is on every turn
     turns = TWO_PI * np.round((known.mean(axis=2) - box.mean(axis=1)) / TWO_PI)
     images = found.images - np.where(angles, turns, 0.0)[..., None]

@@ -11,7 +11,7 @@ from nsmaps.arrays import Floats
 from nsmaps.auxiliary.bounded import Enclosed, of_polynomials
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_function
 from nsmaps.auxiliary.sampled import Sampled
-from nsmaps.coordinates import BoxLike, angle_mask, as_box, nearest_turn
+from nsmaps.coordinates import BoxLike, as_box
 from nsmaps.enclosures.box_images import box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
@@ -72,7 +72,7 @@ def held_out_error(map: PolyMap, truth: AnyMap, box: BoxLike, states: int = 20_0
     inside = array[:, 0] + np.ptp(array, axis=1) * np.random.default_rng(seed).random((states, len(array)))
     x = np.concatenate([corners, inside])
     ours, exact = image_function(map, array)(x), image_function(truth, array)(x)
-    difference = np.abs(np.where(angle_mask(map.coordinates), nearest_turn(exact, ours), exact) - ours)
+    difference = np.abs(map.coordinates.difference(exact, ours))
     return ErrorBound(np.where(np.isfinite(difference), difference, np.inf).max(axis=0), "held-out")
 
 

@@ -7,7 +7,7 @@ from typing import Literal, Protocol, Self
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, angle_mask, nearest_turn
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.enclosures.branch_and_bound import Ranges
 
@@ -16,7 +16,7 @@ class PlainMap(Protocol):
     """A map given by a formula, such as a PolyMap: states (N, n) to images (N, n), angles not wrapped."""
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Sequence[str]:
         """The names of the n coordinates."""
 
     def __call__(self, states: Floats) -> Floats:
@@ -30,19 +30,18 @@ CURVES = 9  #: of a family that are kept
 
 def image_function(map: AnyMap, box: Floats) -> Callable[[Floats], Floats]:
     """The map as a function of states (N, n) whose angles come out on the turn nearest to the box's centre, shape (n, 2)."""
-    angles = angle_mask(map.coordinates)
+    coordinates = Coordinates(map.coordinates)
     centre = box.mean(axis=1)
     if isinstance(map, ReturnMap):
         exact = map
 
         def of_returns(states: Floats) -> Floats:
-            image = exact.first_return(states).image
-            return np.where(angles, nearest_turn(image, centre), image)
+            return coordinates.lift(exact.first_return(states).image, centre)
 
         return of_returns
     plain = map
-    shift = plain(centre[None, :])[0] - centre
-    turns = np.where(angles, TWO_PI * np.round(shift / TWO_PI), 0.0)  # one for all, so that the formula stays continuous
+    image = plain(centre[None, :])[0]
+    turns = image - coordinates.lift(image, centre)  # one for all, so that the formula stays continuous
     return lambda states: plain(states) - turns
 
 

@@ -1,12 +1,12 @@
 """Why a box is not carried into itself: states without image, or a derivative whose worst case expands."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.auxiliary.envelope import AnyMap, image_function
-from nsmaps.coordinates import angle_mask, nearest_turn
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -41,7 +41,8 @@ def about_fixed_point(map: AnyMap, box: Floats) -> str:
     if not found:
         return ""
     radius, point = max(found, key=lambda each: each[0])
-    where = f"its stable fixed point {_assigned(map.coordinates, _on_turn(map.coordinates, point.states[0], box))}"
+    state = Coordinates(map.coordinates).lift(point.states[0], box.mean(axis=1))
+    where = f"its stable fixed point {_assigned(map.coordinates, state)}"
     criterion = f"the absolute derivatives have spectral radius {radius:.4g}"
     if radius > 1:
         no = "no small box about it is carried into itself, whatever its sides"
@@ -73,15 +74,10 @@ def _stable(map: AnyMap, box: Floats) -> Iterator[PeriodicOrbit]:
         final = orbit(returning, starts, RETURNS).final
     for state in final[np.isfinite(final).all(axis=1)]:
         point = periodic_orbit(returning, state)
-        there = _on_turn(map.coordinates, point.states[0], box)
+        there = Coordinates(map.coordinates).lift(point.states[0], box.mean(axis=1))
         if point.converged and point.exists and point.stable and ((box[:, 0] <= there) & (there <= box[:, 1])).all():
             yield point
 
 
-def _on_turn(names: tuple[str, ...], state: Floats, box: Floats) -> Floats:
-    """A state with its angles on the turn nearest to the centre of a box."""
-    return np.where(angle_mask(names), nearest_turn(state, box.mean(axis=1)), state)
-
-
-def _assigned(names: tuple[str, ...], state: Floats) -> str:
+def _assigned(names: Sequence[str], state: Floats) -> str:
     return "(" + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, state, strict=True)) + ")"

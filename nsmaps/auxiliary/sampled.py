@@ -8,15 +8,16 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family, image_function
+from nsmaps.coordinates import Coordinates, WithCoordinates
 
 Function = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sampled:
+class Sampled(WithCoordinates):
     """The auxiliary maps of a map on a box, shape (n, 2), on grids of `samples` points an axis, its ends included."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     box: Floats
     function: Function
     samples: int
@@ -34,7 +35,7 @@ class Sampled:
             Envelope(name, axes[i], *_over_others(images[..., i], i), *family(function, i, axes[i], box))
             for i, name in enumerate(map.coordinates)
         ]
-        return cls(map.coordinates, box, function, samples, tuple(curves))
+        return cls(Coordinates(map.coordinates), box, function, samples, tuple(curves))
 
     def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
         """See AuxiliaryMaps."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
-from nsmaps.coordinates import angle_mask
+from nsmaps.coordinates import Coordinates
 from nsmaps.enclosures.box_images import Fitted, Parts, box_map
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 
@@ -23,9 +23,9 @@ class FullAuxiliaryMap:
     boxes: ArrayLike  #: shape (R, n, 2), the boxes A_n, angles on any turn; a state may lie in several of them
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Coordinates:
         """The names of the n coordinates."""
-        return self.map.coordinates
+        return Coordinates(self.map.coordinates)
 
     def image_boxes(self, boxes: ArrayLike) -> BoxImages:
         """Outer images of boxes of shape (N, n, 2), angles on any turn."""
@@ -51,7 +51,7 @@ class FullAuxiliaryMap:
         A box that goes round the circle may meet a region at both of its ends: in a part for each.
         """
         whole = Parts(np.arange(len(boxes)), boxes, np.zeros(boxes.shape[:2], np.int64))
-        parts = whole.near(np.where(angle_mask(self.coordinates), region.mean(axis=1), np.nan))
+        parts = whole.near(np.where(self.coordinates.angles, region.mean(axis=1), np.nan))
         low, high = np.maximum(parts.boxes[:, :, 0], region[:, 0]), np.minimum(parts.boxes[:, :, 1], region[:, 1])
         beyond = ((low > parts.boxes[:, :, 0]) | (high < parts.boxes[:, :, 1])).any(axis=1)
         is_inside = np.ones(len(boxes), bool)

@@ -1,5 +1,7 @@
 """The start box R1+ by search: the smallest box around a given one that a map's worst case carries into itself."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from nsmaps.arrays import Floats
@@ -57,6 +59,6 @@ def _grown(
     return None, f"no useful box: {text(names, start)} grows under its own image to {text(names, grown)} and further"
 
 
-def text(names: tuple[str, ...], box: Floats) -> str:
+def text(names: Sequence[str], box: Floats) -> str:
     """A box as intervals by name."""
     return " x ".join(f"{name} in [{low:.4g}, {high:.4g}]" for name, (low, high) in zip(names, box, strict=True))

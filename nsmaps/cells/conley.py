@@ -6,7 +6,7 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.cells.grid import Cells
-from nsmaps.coordinates import TWO_PI, BoxLike, angle_mask
+from nsmaps.coordinates import TWO_PI, BoxLike
 from nsmaps.enclosures.box_images import Fitted, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
@@ -67,5 +67,5 @@ def _in_window(cells: Cells, hulls: Floats) -> Floats:
     hulls = hulls.copy()
     hulls[unknown] = cells.window + size * [-0.5, 0.5]
     hulls[none] = cells.window + 2 * size
-    turns = np.floor((hulls[:, :, 0] - low) / TWO_PI) * angle_mask(cells.coordinates)
+    turns = np.floor((hulls[:, :, 0] - low) / TWO_PI) * cells.coordinates.angles
     return hulls - TWO_PI * turns[:, :, None]

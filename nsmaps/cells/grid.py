@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
-from nsmaps.coordinates import TWO_PI, BoxLike, angle_mask, as_box, as_states, wrap
+from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box, as_states, wrap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap
 
@@ -36,23 +36,23 @@ class Targets:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cells:
+class Cells(WithCoordinates):
     """A box of states divided into equal cells, numbered as C arrays are; an angle of a whole turn closes to a circle."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     window: Floats  #: shape (n, 2)
     shape: tuple[int, ...]  #: cells an axis
 
     @classmethod
     def over(cls, coordinates: Sequence[str], window: BoxLike, cells: int | Sequence[int]) -> Self:
         """A window, as `as_box` takes it, in so many cells an axis. NsmapsError if either is not valid."""
-        box, n = as_box(window, coordinates), len(coordinates)
-        if (np.ptp(box, axis=1) > TWO_PI)[angle_mask(coordinates)].any():
+        own, box, n = Coordinates(coordinates), as_box(window, coordinates), len(coordinates)
+        if (np.ptp(box, axis=1) > TWO_PI)[own.angles].any():
             raise NsmapsError(f"the window is {box.tolist()}; expected: at most a whole turn of an angle")
         shape = (cells,) * n if isinstance(cells, int) else tuple(cells)
         if len(shape) != n or min(shape) < 1:
             raise NsmapsError(f"cells is {cells}; expected: a number from 1 on, or one for each of {', '.join(coordinates)}")
-        return cls(tuple(coordinates), box, shape)
+        return cls(own, box, shape)
 
     @property
     def size(self) -> int:
@@ -62,7 +62,7 @@ class Cells:
     @property
     def circles(self) -> Bools:
         """Which axes are whole turns of an angle, shape (n,)."""
-        return angle_mask(self.coordinates) & (np.ptp(self.window, axis=1) >= TWO_PI)
+        return self.coordinates.angles & (np.ptp(self.window, axis=1) >= TWO_PI)
 
     def edges(self, axis: int) -> Floats:
         """Where the cells of an axis begin, and the end of the last one."""
@@ -96,7 +96,7 @@ class Cells:
         """The number of the cell of each state (N, n), shape (N,); -1 outside of the window."""
         x = as_states(states, self.coordinates)
         low, high = self.window.T
-        x = np.where(angle_mask(self.coordinates), low + wrap(x - low), x)
+        x = np.where(self.coordinates.angles, low + wrap(x - low), x)
         inside = ((low <= x) & (x <= high)).all(axis=1)
         places = [self._place(k, x[inside, k]) for k in range(len(self.shape))]
         numbers = np.full(len(x), -1, np.int64)
@@ -139,7 +139,7 @@ class Cells:
         """Image boxes as they meet the window along one axis, an angle on every turn; and which of all lie within it."""
         a, b = self.window[axis]
         low, high = ends[:, axis].T
-        if not angle_mask(self.coordinates)[axis]:
+        if not self.coordinates.angles[axis]:
             contained = (a <= boxes[:, axis, 0]) & (boxes[:, axis, 1] <= b)
             meets = (low <= b) & (a <= high)
             return row[meets], ends[meets], contained

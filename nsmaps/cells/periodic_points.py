@@ -12,8 +12,7 @@ from nsmaps.cells.grid import Cells, targets_of
 from nsmaps.cells.morse_sets import MOST_CELLS
 from nsmaps.cells.pseudo_orbits import spliced
 from nsmaps.cells.transition_graph import graph_of, recurrent
-from nsmaps.coordinates import BoxLike
-from nsmaps.dynamics.motion import differences, magnitudes
+from nsmaps.coordinates import BoxLike, Coordinates
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.enclosures.box_images import Fitted, box_map, name_of
@@ -160,12 +159,12 @@ def _cycles(map: ReturnMap, cells: Cells, guesses: Sequence[Floats], period: int
 def _add(map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]) -> None:
     """Add to the cycles found those to which Newton's method comes from guesses of shape (W, p, n), each once."""
     points = np.concatenate([np.empty((0, len(cells.shape))), *(cycle.states for cycle in found)])
-    scale = magnitudes(cells.coordinates, cells.window.T)
+    scale = cells.coordinates.magnitudes(cells.window.T)
     solutions = _newton(map, guess, scale)
     _, firsts = np.unique(np.rint(solutions / scale / SAME), axis=0, return_index=True)
     for states in solutions[firsts]:
         states = states[: _least_period(states, cells.coordinates, scale)]
-        if _near(states[0], points, cells.coordinates, scale).any() or (cells.numbers_of(states) < 0).any():
+        if cells.coordinates.near(points, states[0], SAME, scale).any() or (cells.numbers_of(states) < 0).any():
             continue
         cycle = periodic_orbit(map, states, len(states), RESIDUAL, scale)
         if cycle.converged and cycle.exists:
@@ -173,25 +172,21 @@ def _add(map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]
             points = np.concatenate([points, cycle.states])
 
 
-def _near(state: Floats, points: Floats, coordinates: tuple[str, ...], scale: Floats) -> Bools:
-    return np.asarray((np.abs(differences(points, state, coordinates)) < SAME * scale).all(axis=1))
-
-
-def _least_period(states: Floats, coordinates: tuple[str, ...], scale: Floats) -> int:
+def _least_period(states: Floats, coordinates: Coordinates, scale: Floats) -> int:
     p = len(states)
-    distances = ((np.abs(differences(states, np.roll(states, -q, axis=0), coordinates)) / scale).max() for q in range(1, p + 1))
-    return next(q for q, distance in enumerate(distances, 1) if p % q == 0 and distance < SAME)
+    same = (coordinates.near(states, np.roll(states, -q, axis=0), SAME, scale).all() for q in range(1, p + 1))
+    return next(q for q, repeats in enumerate(same, 1) if p % q == 0 and repeats)
 
 
 def _newton(map: ReturnMap, x: Floats, scale: Floats) -> Floats:
     """The cycles, shape (C, p, n), to which full Newton steps in all states at once come from guesses (W, p, n)."""
-    done, (p, n) = [x[:0]], x.shape[1:]
+    coordinates, done, (p, n) = Coordinates(map.coordinates), [x[:0]], x.shape[1:]
     for _ in range(MOST_STEPS):
         if not len(x):
             break
         returns = map.first_return(x.reshape(-1, n), derivative=True)
         assert returns.derivative is not None
-        gaps = differences(returns.image.reshape(x.shape), np.roll(x, -1, axis=1), map.coordinates)
+        gaps = coordinates.difference(returns.image.reshape(x.shape), np.roll(x, -1, axis=1))
         with np.errstate(invalid="ignore"):
             worst = np.abs(gaps / scale).max(axis=(1, 2), initial=0.0)
         done.append(x[worst <= RESIDUAL])
@@ -213,5 +208,5 @@ def _beside(cells: Cells, numbers: Ints, points: Floats) -> Bools:
     boxes = cells.boxes(numbers)
     middle, reach = boxes.mean(axis=2), 1.5 * np.ptp(boxes, axis=2)
     for point in points:
-        near |= (np.abs(differences(middle, point, cells.coordinates)) <= reach * (1 + 1e-12)).all(axis=1)
+        near |= cells.coordinates.near(middle, point, 1 + 1e-12, reach)
     return near

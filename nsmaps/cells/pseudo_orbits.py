@@ -3,7 +3,7 @@
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats, Ints
-from nsmaps.dynamics.motion import differences
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.returnmap import ReturnMap
 
 NEAR = 0.05  #: of the window's sides, that a jump may be long in every coordinate
@@ -21,7 +21,7 @@ def spliced(map: ReturnMap, points: Floats, sides: Floats, period: int) -> list[
     rng = np.random.default_rng(len(points))
     points = rng.permutation(points)[:MOST_POINTS]
     images = map.first_return(points).image
-    near = np.all(np.abs(differences(images[:, None], points, map.coordinates)) <= NEAR * sides, axis=2)
+    near = Coordinates(map.coordinates).near(images[:, None], points, NEAR, sides)
     reach = [np.eye(len(points), dtype=bool)]
     for _ in range(period):
         reach.append(reach[-1].astype(np.float32) @ near.astype(np.float32) > 0)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from nsmaps.arrays import ArrayLike
-from nsmaps.coordinates import as_states
+from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
@@ -24,9 +24,9 @@ class Iterated:
             raise NsmapsError(f"{self.times} returns; expected: at least one")
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Coordinates:
         """The coordinates of the map."""
-        return self.map.coordinates
+        return Coordinates(self.map.coordinates)
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The last of `times` returns of states of shape (N, n), with the words, turns, times and derivatives of all of them."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import as_numbers
+from nsmaps.coordinates import Coordinates, WithCoordinates, as_numbers
 from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
@@ -22,7 +22,7 @@ BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that 
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Lyapunov:
+class Lyapunov(WithCoordinates):
     """Lyapunov exponents of the orbits of one or more starts; `...` is the shape of the starts without their last axis.
 
     An orbit that ended has none: its exponents are NaN, `outcome` says why. A return that comes to rest on a wall forgets where
@@ -31,7 +31,7 @@ class Lyapunov:
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     returns: int  #: that were averaged over, after the transient
     exponents: Floats  #: shape (..., dim), a return, the largest first
     error: Floats  #: shape (..., dim), their standard errors, by batch means; see `lyapunov`
@@ -68,7 +68,7 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
     """
     start, dim = as_numbers(state, map.coordinates), len(map.coordinates)
     if start.ndim == 0 or start.shape[-1] != dim:
-        raise StateError(f"the start has shape {start.shape}; its last axis must hold {', '.join(map.coordinates)}")
+        raise StateError(f"the start has shape {start.shape}; its last axis must hold {map.coordinates}")
     if n < BATCHES or transient < 0:
         raise NsmapsError(f"{n} returns after {transient}; expected: at least {BATCHES}, one a batch, after zero or more")
     flat = start.reshape(-1, dim)
@@ -150,7 +150,7 @@ def _summary(
     means, error, per_time, per_time_error = (x.reshape(shape) for x in (means, error, per_time, per_time_error))
     running = running.reshape(BATCHES, *shape)
     return Lyapunov(
-        coordinates=map.coordinates,
+        coordinates=Coordinates(map.coordinates),
         returns=n,
         exponents=means,
         error=error,

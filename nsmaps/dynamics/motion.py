@@ -7,30 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import angle_mask, nearest_turn
+from nsmaps.coordinates import Coordinates
 from nsmaps.exact.words import CHATTER, LONGER, REST
 
 _RESTING = (CHATTER, REST, LONGER)
 _SPELLED = 3  #: longest period, in returns, of a motion with rest or chatter that is named by all of its words
 
 
-def differences(a: Floats, b: Floats, coordinates: Sequence[str]) -> Floats:
-    """The difference a - b of states, shape (..., n), with angles on the nearest turn."""
-    difference = a - b
-    return np.where(angle_mask(coordinates), nearest_turn(difference, 0.0), difference)
-
-
-def magnitudes(coordinates: Sequence[str], *states: Floats) -> Floats:
-    """The scale of tolerances of n coordinates, shape (n,): the largest magnitude of each among states (..., n).
-
-    It is one radian for an angle. Values that are not finite are ignored; the scale is one where all others are zero.
-    """
-    sizes = [np.abs(some).reshape(-1, len(coordinates)) for some in states]
-    largest = np.concatenate(sizes).max(axis=0, initial=0.0, where=np.isfinite(np.concatenate(sizes)))
-    return np.where(angle_mask(coordinates) | (largest == 0), 1.0, largest)
-
-
-def periods(states: Floats, codes: NDArray[np.int64], coordinates: Sequence[str], tolerance: ArrayLike) -> NDArray[np.int64]:
+def periods(states: Floats, codes: NDArray[np.int64], coordinates: Coordinates, tolerance: ArrayLike) -> NDArray[np.int64]:
     """The least number of returns after which orbits repeat, at most K/2; 0 where there is none.
 
     Args:
@@ -58,12 +42,11 @@ def _repeat(
     codes: NDArray[np.int64],
     here: NDArray[np.int64],
     there: NDArray[np.int64],
-    coordinates: Sequence[str],
+    coordinates: Coordinates,
     tolerance: ArrayLike,
 ) -> NDArray[np.bool_]:
     """A mask: states (N, K, n) and words (N, K) at some places agree with those at others, shape (N, places)."""
-    difference = differences(states[:, here], states[:, there], coordinates)
-    return (np.abs(difference) <= np.asarray(tolerance)).all(axis=-1) & (codes[:, here] == codes[:, there])
+    return coordinates.near(states[:, here], states[:, there], tolerance) & (codes[:, here] == codes[:, there])
 
 
 def joined(words: Sequence[str]) -> str:

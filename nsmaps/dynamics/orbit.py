@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import as_numbers
+from nsmaps.coordinates import Coordinates, WithCoordinates, as_numbers
 from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, continued, single_returns
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
@@ -24,12 +24,12 @@ MANY = 1000  #: states for which a call costs next to nothing beside their retur
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Orbit:
+class Orbit(WithCoordinates):
     """The orbits of one or more starts under a return map; `...` is the shape of the starts without their last axis."""
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     walls: tuple[str, ...]
     states: Floats  #: shape (n + 1, ..., dim), the starts first; NaN after an orbit's end
     turns: NDArray[np.int32]  #: shape (n, ..., dim), whole turns of an angle on each return, see `Returns.known_turns`
@@ -79,7 +79,7 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, *, progress: Progress | None
     """
     start, dim = as_numbers(state, map.coordinates), len(map.coordinates)
     if start.ndim == 0 or start.shape[-1] != dim:
-        raise StateError(f"the start has shape {start.shape}; its last axis must hold {', '.join(map.coordinates)}")
+        raise StateError(f"the start has shape {start.shape}; its last axis must hold {map.coordinates}")
     if n < 0:
         raise StateError(f"n is {n}; expected: a number of returns >= 0")
     flat = start.reshape(-1, dim)
@@ -95,7 +95,7 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, *, progress: Progress | None
         beat(done / n)
     shape = n, *start.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1])
-    return Orbit(map.coordinates, walls, states.reshape(n + 1, *start.shape), *each)
+    return Orbit(Coordinates(map.coordinates), walls, states.reshape(n + 1, *start.shape), *each)
 
 
 def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import angle_mask, wrap
-from nsmaps.dynamics.motion import differences, joined, label, magnitudes
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, StateError
@@ -47,7 +47,7 @@ class PeriodicOrbit:
     @property
     def label(self) -> str:
         """The motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`."""
-        turns = self.returns.known_turns[:, angle_mask(self.returns.coordinates)].sum(axis=1)
+        turns = self.returns.known_turns[:, self.returns.coordinates.angles].sum(axis=1)
         return label(self.words, turns.tolist(), len(self.states), self.returns.walls)
 
     @property
@@ -60,7 +60,7 @@ class PeriodicOrbit:
 
     @property
     def _scale(self) -> Floats:
-        return magnitudes(self.returns.coordinates, self.states) if self.scale is None else self.scale
+        return self.returns.coordinates.magnitudes(self.states) if self.scale is None else self.scale
 
     @property
     def gaps(self) -> Floats:
@@ -132,30 +132,27 @@ def periodic_orbit(
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
     states = np.atleast_2d(np.asarray(guess, float))
-    dim = len(map.coordinates)
+    coordinates = Coordinates(map.coordinates)
+    dim = len(coordinates)
     if states.shape not in ((1, dim), (period, dim)):
         raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")
     if len(states) < period:
         states = orbit(map, states[0], period - 1).states
     now = map.first_return(states, derivative=True)
-    size = magnitudes(map.coordinates, states) if scale is None else np.asarray(scale, float)
+    size = coordinates.magnitudes(states) if scale is None else np.asarray(scale, float)
     for _ in range(MOST_STEPS):
         step = _step(now, size)
         nearer = _nearer(map, now, step, size)
         if nearer is None:
             break
         now = nearer
-    returns = map.first_return(_wrapped(now), derivative=True)
-    return PeriodicOrbit(returns, tolerance, magnitudes(map.coordinates, states, returns.start) if scale is None else size)
-
-
-def _wrapped(returns: Returns) -> Floats:
-    return np.where(angle_mask(returns.coordinates), wrap(returns.start), returns.start)
+    returns = map.first_return(coordinates.wrap(now.start), derivative=True)
+    return PeriodicOrbit(returns, tolerance, coordinates.magnitudes(states, returns.start) if scale is None else size)
 
 
 def _gaps(returns: Returns) -> Floats:
     """The differences of the image of each state and the next state, shape (q, n)."""
-    return differences(returns.image, np.roll(returns.start, -1, axis=0), returns.coordinates)
+    return returns.coordinates.difference(returns.image, np.roll(returns.start, -1, axis=0))
 
 
 def shooting_jacobian(derivative: Floats, scale: Floats) -> Floats:

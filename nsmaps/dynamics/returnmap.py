@@ -28,8 +28,8 @@ class ReturnMap(Protocol):
     """A map with coordinates and first returns of batches of states."""
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
-        """The names of the n coordinates; an `Angle` lives on the circle."""
+    def coordinates(self) -> Sequence[str]:
+        """The n coordinates: `Coordinates`, or names of which an `Angle` lives on the circle."""
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """First returns of states of shape (N, n)."""

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import as_states
-from nsmaps.dynamics.motion import differences, magnitudes
+from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.progress import shows
@@ -55,5 +54,5 @@ def periodic_orbits(
 
 
 def _same(map: ReturnMap, one: Floats, other: Floats, min_distance: float) -> bool:
-    near = min_distance * magnitudes(map.coordinates, one, other)
-    return bool((np.abs(differences(one, other, map.coordinates)) <= near).all())
+    coordinates = Coordinates(map.coordinates)
+    return bool(coordinates.near(one, other, min_distance, coordinates.magnitudes(one, other)).all())

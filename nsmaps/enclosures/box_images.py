@@ -7,7 +7,7 @@ from typing import TypeVar, overload
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
-from nsmaps.coordinates import TWO_PI, angle_mask
+from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.enclosures.first_match import Winners, turns_of
 from nsmaps.enclosures.intervals import ROUNDING
@@ -88,7 +88,7 @@ class FittedBoxes:
         return cls(map, Winners.of([piece.region for piece in map.pieces]))
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Coordinates:
         """The names of the n coordinates."""
         return self.map.coordinates
 
@@ -103,7 +103,7 @@ class FittedBoxes:
         no piece; not `bounded` if a polynomial overflows there.
         """
         given = as_boxes(boxes, self.coordinates)
-        angles = angle_mask(self.coordinates)
+        angles = self.coordinates.angles
         count, n = given.shape[:2]
         whole = Parts(np.arange(count), given, np.zeros((count, n), np.int64)).near(np.where(angles, np.pi, np.nan))
         wins, none = self.winners(whole.boxes)
@@ -148,7 +148,7 @@ def _common(piece: Piece, whole: Parts) -> Iterator[Parts]:
     if not isinstance(piece.region, Box) or not len(whole.source):
         yield from [whole][: len(whole.source)]
         return
-    angles = angle_mask(piece.region.coordinates)
+    angles = piece.region.coordinates.angles
     parts = [whole]
     for k, (low, high) in enumerate(piece.region.array.tolist()):
         if angles[k] and high - low > TWO_PI * (1 - 1e-9):
@@ -169,7 +169,7 @@ def _cut(parts: Parts, k: int, low: float, high: float, is_moved: bool) -> Parts
 
 def _images(map: PolyMap, parts: Parts) -> tuple[Ints, Floats]:
     """The images of parts, moved by the turns of these, of a map whose angles are nearest to where it was fitted."""
-    fitted = angle_mask(map.coordinates) & np.isfinite(map.domain).all(axis=1)
+    fitted = map.coordinates.angles & np.isfinite(map.domain).all(axis=1)
     here = np.where(fitted, parts.turns, 0)
     parts = Parts(parts.source, moved(parts.boxes, parts.turns - here), here).near(np.where(fitted, map.centre, np.nan))
     found = Polynomials.of(map).hulls(parts.boxes)

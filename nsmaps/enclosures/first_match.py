@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Ints
-from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.coordinates import TWO_PI
 from nsmaps.enclosures import intervals
 from nsmaps.enclosures.intervals import ROUNDING, Interval, difference
 from nsmaps.reduced.conditions.fold import Algebra, fold
@@ -115,7 +115,7 @@ class Winners:
         """A box; of an angle on every turn on which its interval may meet [0, 2 pi)."""
         sides: list[Formula] = []
         for k, (low, high) in enumerate(box.bounds.values()):
-            if not isinstance(box.coordinates[k], Angle):
+            if not box.coordinates.angles[k]:
                 sides.append(self._interval(k, 0.0, (low, high)))
             elif high - low <= TWO_PI * (1 + ROUNDING):
                 shifts = [-TWO_PI * turn for turn in turns_of(low, high)]

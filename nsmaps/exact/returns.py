@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import TWO_PI
+from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import decoded, encode
 
@@ -32,7 +32,7 @@ class Margin:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Returns:
+class Returns(WithCoordinates):
     """First returns of a batch of N states with n coordinates, by an exact or a composite map.
 
     Besides the fields there are `words`, `lifted`, `valid` and `certified`, each an array of N rows like the others.
@@ -40,7 +40,7 @@ class Returns:
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     walls: tuple[str, ...]
     start: Floats  #: shape (N, n), as given
     image: Floats  #: shape (N, n), angles in [0, 2 pi); NaN where there is none
@@ -61,7 +61,7 @@ class Returns:
         order = np.argsort(-numbers, kind="stable")[:FEW]
         shown = ", ".join(f"{words[k]} {numbers[k]}" for k in order) + ", ..." * (len(words) > FEW)
         ends = ", ".join(f"{number} {outcome}" for outcome, number in self.counts().items())
-        return f"{len(self)} first returns of ({', '.join(self.coordinates)}): {ends or 'none'}; words: {shown or 'none'}"
+        return f"{len(self)} first returns of ({self.coordinates}): {ends or 'none'}; words: {shown or 'none'}"
 
     @property
     def words(self) -> NDArray[np.str_]:

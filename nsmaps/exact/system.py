@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike
-from nsmaps.coordinates import TWO_PI, Angle, as_states
+from nsmaps.coordinates import TWO_PI, Angle, Coordinates, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
 from nsmaps.exact.files import REFUSED, defined_at
 from nsmaps.exact.parameters import ParametricSystem
@@ -35,7 +35,7 @@ class ImpactSystem(ParametricSystem):
     of the forcing in radians. Fields that are not float (a choice, a switch) are part of the formula rather than symbols in it.
     """
 
-    coordinates: ClassVar[tuple[str, ...]] = ("v", Angle("phi"))
+    coordinates: ClassVar[Coordinates] = Coordinates(("v", Angle("phi")))
     horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
 
     @abstractmethod
@@ -189,6 +189,7 @@ class ImpactSystem(ParametricSystem):
         Formulas are checked only if sympy has been loaded by then, as by a file that imports it for them; it is not loaded for
         this check.
         """
+        cls.coordinates = Coordinates(cls.coordinates)
         if isabstract(cls):
             return
         try:

@@ -3,7 +3,6 @@
 import math
 from string import Template
 
-from nsmaps.coordinates import Angle
 from nsmaps.exports.conditions import C, number
 from nsmaps.exports.program import Part, Program
 
@@ -190,7 +189,7 @@ def _chain(program: Program) -> str:
 def _pieces(program: Program) -> str:
     """The composite map: regions in order, and the piece of the first that holds."""
     name, names, n, m = program.name, program.variables, len(program.inputs), len(program.outputs)
-    angles = [isinstance(each, Angle) for each in program.inputs]
+    angles = program.inputs.angles.tolist()
     seen = [f"wrap(state[{j}])" if angles[j] else f"state[{j}]" for j in range(n)]
     finite = [f"isfinite({x})" for x in names.values()]
     finite += [f"{number(low)} <= state[{i}] && state[{i}] <= {number(high)}" for i, low, high in program.limits]

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.closed_forms import (
     closed_document,
@@ -89,10 +90,10 @@ def _report(report: Any) -> Document | None:
     if report is None:
         return None
     values = {field.name: getattr(report, field.name) for field in fields(report)}
-    return {name: [str(each) for each in value] if isinstance(value, tuple) else numbers(value) for name, value in values.items()}
+    return {k: numbers(v) if isinstance(v, np.ndarray) else [str(each) for each in v] for k, v in values.items()}
 
 
-def _report_of(cls: type, data: Document | None, coordinates: tuple[str, ...]) -> Any:
+def _report_of(cls: type, data: Document | None, coordinates: Coordinates) -> Any:
     if data is None:
         return None
     values: Document = {}
@@ -148,7 +149,7 @@ def _piece(piece: Piece) -> Document:
     return {"name": piece.name, "word": piece.word, "region": _region(piece.region), "map": _polymap(piece.map)}
 
 
-def _piece_of(data: Document, names: tuple[str, ...]) -> Piece:
+def _piece_of(data: Document, names: Coordinates) -> Piece:
     region = data["region"]
     held: Region = Box.of(names, region["box"]) if "box" in region else Where(text=region["where"], coordinates=names)
     return Piece(name_of(data["name"]), held, _polymap_of(data["map"]), data["word"])

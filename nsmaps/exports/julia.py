@@ -2,7 +2,6 @@
 
 from string import Template
 
-from nsmaps.coordinates import Angle
 from nsmaps.exports.conditions import JULIA, number
 from nsmaps.exports.program import Part, Program
 
@@ -152,7 +151,7 @@ def _chain(program: Program) -> str:
 
 def _pieces(program: Program) -> str:
     names, m = program.variables, len(program.outputs)
-    angles = [isinstance(each, Angle) for each in program.inputs]
+    angles = program.inputs.angles.tolist()
     seen = [f"wrap(state[{j}])" if angle else f"state[{j}]" for j, angle in enumerate(angles, 1)]
     finite = [f"isfinite({x})" for x in names.values()]
     finite += [f"{number(low)} <= state[{i + 1}] <= {number(high)}" for i, low, high in program.limits]

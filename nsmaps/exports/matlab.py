@@ -2,7 +2,6 @@
 
 from string import Template
 
-from nsmaps.coordinates import Angle
 from nsmaps.exports.conditions import MATLAB, number
 from nsmaps.exports.program import Part, Program
 
@@ -129,7 +128,7 @@ def _chain(program: Program) -> str:
 
 def _pieces(program: Program) -> str:
     names, m = program.variables, len(program.outputs)
-    angles = [isinstance(each, Angle) for each in program.inputs]
+    angles = program.inputs.angles.tolist()
     seen = [f"wrap(states(:, {j}))" if angle else f"states(:, {j})" for j, angle in enumerate(angles, 1)]
     finite = [f"isfinite({x})" for x in names.values()]
     finite += [f"{number(low)} <= states(:, {i + 1}) & states(:, {i + 1}) <= {number(high)}" for i, low, high in program.limits]

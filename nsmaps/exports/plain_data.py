@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.reading import odd_character
 
@@ -38,9 +38,9 @@ def coordinates_of(names: Sequence[str]) -> list[Document]:
     return [{"name": str(name), "angle": isinstance(name, Angle)} for name in names]
 
 
-def names_of(data: Sequence[Document]) -> tuple[str, ...]:
+def names_of(data: Sequence[Document]) -> Coordinates:
     """The coordinates of plain data."""
-    return tuple((Angle if each["angle"] else str)(name_of(each["name"])) for each in data)
+    return Coordinates([name_of(each["name"]) for each in data], [each["name"] for each in data if each["angle"]])
 
 
 def name_of(name: Any) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.headers import curve_titles, order_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
@@ -80,8 +80,8 @@ class Program:
     name: str  #: an identifier
     title: str
     kind: str  #: `map` (one part), `pieces` (the first whose region holds the state) or `chain` (parts one after the other)
-    inputs: tuple[str, ...]  #: coordinates, and behind them parameters
-    outputs: tuple[str, ...]
+    inputs: Coordinates  #: coordinates, and behind them parameters
+    outputs: Coordinates
     parts: tuple[Part, ...]
     limits: tuple[tuple[int, float, float], ...] = ()  #: inputs with their admissible intervals
     notes: tuple[str, ...] = ()
@@ -119,7 +119,7 @@ def _program(result: Exportable, name: str) -> Program:
         return _pieces(name, "A composite map: the first piece that holds a state decides", result, result.coordinates)
     if isinstance(result, ParametricMap):
         title = f"A composite map for every {result.parameter} from {result.low!r} to {result.high!r}"
-        names = (*result.coordinates, result.parameter)
+        names = Coordinates((*result.coordinates, result.parameter))
         return _pieces(name, title, result, names, ((len(names) - 1, result.low, result.high),))
     return _chain(result, name)
 
@@ -140,7 +140,7 @@ def _pieces(
     name: str,
     title: str,
     result: CompositeMap | ParametricMap,
-    inputs: tuple[str, ...],
+    inputs: Coordinates,
     limits: tuple[tuple[int, float, float], ...] = (),
 ) -> Program:
     if not result.pieces:
@@ -165,17 +165,17 @@ def _chain(result: SecondIterate | HeldIterate, name: str) -> Program:
     variable = str(result.variable)
     parameters = sorted({str(s) for curve in result.curves for s in curve.free_symbols} - {variable})
     _check_numbers(parameters, result.domain)
-    names = (variable, *parameters)
+    names = Coordinates((variable, *parameters))
     title = f"The iterate {len(result.curves)} of {variable} in closed form: its curves one after the other"
     pairs = zip(curve_titles(result), result.curves, strict=True)
     parts = [Part(f"curve_{k}", each, curve_map(c, names, result.domain), 1) for k, (each, c) in enumerate(pairs, 1)]
-    return Program(name, title, "chain", names, (variable,), tuple(parts), notes=(f"Image: {variable}.",))
+    return Program(name, title, "chain", names, names[:1], tuple(parts), notes=(f"Image: {variable}.",))
 
 
 def curve_map(curve: Any, names: Sequence[str], domain: "Domain") -> PolyMap:
     """A sympy polynomial in named variables as a PolyMap, which leaves all but the first as they are."""
-    images = dict.fromkeys(names[:1], curve)
-    closed = ClosedMap(tuple(names[:1]), tuple(names[1:]), images, (), 0, domain)
+    variable, *parameters = names
+    closed = ClosedMap(Coordinates((variable,)), tuple(parameters), {variable: curve}, (), 0, domain)
     return closed.over([domain.get(name, (-1.0, 1.0)) for name in names])
 
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import angle_mask, nearest_turn
 from nsmaps.reduced.fit.polyfit import POOR
 from nsmaps.study.reading.values import DIAGONAL
 
@@ -37,7 +36,7 @@ def elsewhere(result: "StudyResult", domain: "AttractingDomain") -> str:
 def inside(domain: "AttractingDomain", states: Floats) -> NDArray[np.bool_]:
     """Which states, shape (N, n), lie in the last box of a domain, angles on any turn."""
     box = domain.box
-    x = np.where(angle_mask(domain.coordinates), nearest_turn(states, box.mean(axis=1)), states)
+    x = domain.coordinates.lift(states, box.mean(axis=1))
     return np.asarray(((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1))
 
 
@@ -73,7 +72,7 @@ def _outside(result: "StudyResult", states: Floats) -> NDArray[np.bool_]:
     if not result.study.grid:
         return np.zeros(len(states), bool)
     low, high = np.array([(span.low, span.high) for span in result.study.grid.values()]).T
-    x = np.where(angle_mask(result.system.coordinates), nearest_turn(states, (low + high) / 2), states)
+    x = result.system.coordinates.lift(states, (low + high) / 2)
     return np.asarray(((x < low) | (x > high)).any(axis=1))
 
 
@@ -98,7 +97,7 @@ def _words(result: "StudyResult", domain: "AttractingDomain") -> str:
         return ""
     box, names = domain.boxes[0], domain.coordinates
     x = result.returns.start
-    x = np.where(angle_mask(names), nearest_turn(x, box.mean(axis=1)), x)
+    x = names.lift(x, box.mean(axis=1))
     inside = ((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1) & result.returns.valid
     words, counts = np.unique(result.returns.words[inside], return_counts=True)
     if len(words) < 2:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, near_match
 
 if TYPE_CHECKING:
@@ -187,7 +188,7 @@ def held_of(variable: Any, curves: Sequence[Any], domain: "Domain", held: Sequen
     general = not {str(s) for s in others} <= set(domain)
     whole = ring(variable)
     for number, curve in enumerate(curves, 1):
-        step = Formula((name,), (), {name: ring.from_expr(sp.sympify(curve, strict=True))}, (), {}, general)
+        step = Formula(Coordinates((name,)), (), {name: ring.from_expr(sp.sympify(curve, strict=True))}, (), {}, general)
         whole = composed(step, {name: whole}, number)[name]
     parts: dict[int, dict[tuple[int, ...], Any]] = {}
     for key, c in whole.terms():

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
 from nsmaps.reduced.composite.parametric import ParametricMap
@@ -23,10 +24,10 @@ Domain = Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Formula:
+class Formula(WithCoordinates):
     """The images of a map as elements of a sympy ring in its coordinates, its parameters and its general coefficients."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     parameters: tuple[str, ...]  #: of a ParametricMap
     images: Mapping[str, Any]  #: by coordinate
     absolute: tuple[str, ...]
@@ -63,10 +64,10 @@ def formula(map: AnyPolynomial, piece: str | None = None, coordinates: Sequence[
         NsmapsError: there are several pieces and none is named, or a piece is named of what has none.
     """
     if isinstance(map, PolyFit):
-        return _general(map, tuple(coordinates))
+        return _general(map, Coordinates(coordinates))
     parameters = (map.parameter,) if isinstance(map, ParametricMap) else ()
     polymap = _polymap(map, piece)
-    names = tuple(name for name in polymap.coordinates if name not in parameters)
+    names = Coordinates([name for name in polymap.coordinates if name not in parameters])
     ring = sp.ring([symbol(name) for name in polymap.coordinates], sp.QQ)[0]
     images = {}
     for name in names:
@@ -87,7 +88,7 @@ def _polymap(map: PolyMap | Piece | CompositeMap | ParametricMap, piece: str | N
     return map.map if isinstance(map, Piece) else map
 
 
-def _general(fit: PolyFit, names: tuple[str, ...]) -> Formula:
+def _general(fit: PolyFit, names: Coordinates) -> Formula:
     """The images of a fit with symbols for its coefficients."""
     rows = {name: fit.exponents(names, name).tolist() for name in names}
     letters = zip(LETTERS, names, strict=False)

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.arrays import ArrayLike
+from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, near_match
 
 if TYPE_CHECKING:
@@ -17,10 +18,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ClosedMap:
+class ClosedMap(WithCoordinates):
     """A composition of maps in closed form: the image of each coordinate as one polynomial in all coordinates."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     symbols: tuple[str, ...]  #: carried through in the coefficients, such as d or b_0
     images: Mapping[str, Any]  #: by coordinate, sympy polynomials with exact coefficients; within an absolute value
     absolute: tuple[str, ...]  #: coordinates of whose polynomial the absolute value is taken

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, angle_mask
-from nsmaps.errors import NsmapsError
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box
 
 if TYPE_CHECKING:
     from nsmaps.reduced.fit.polymap import PolyMap
@@ -29,10 +28,10 @@ class CurveCycles:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TwoCycles:
+class TwoCycles(WithCoordinates):
     """The two-cycles of a whole map, x -> y -> x."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     unknowns: tuple[Any, ...]  #: sympy symbols of the coordinates of x and then of y, such as v_1, phi_1, v_2, phi_2
     equations: tuple[Any, ...]  #: of f(x) - y and then of f(y) - x, to be zero, in the unknowns
     points: Floats  #: shape (C, 2, n), x and y of each cycle found, the lesser first coordinate first
@@ -58,24 +57,21 @@ def curve_cycles(iterate: "SecondIterate") -> CurveCycles:
     return CurveCycles(iterate.expr - x, np.array(rows).reshape(-1, 2), np.array(slopes))
 
 
-def two_cycles(map: "PolyMap", box: ArrayLike | None = None) -> TwoCycles:
+def two_cycles(map: "PolyMap", box: BoxLike | None = None) -> TwoCycles:
     """The two-cycles of a polynomial map that lie in a box, with the polynomial system that they solve.
 
     Newton's method from a grid of starts: what it finds are solutions, but nothing proves that it finds all. An angle's image is
     taken on the turn that brings the image of the box's middle nearest to it. Fixed points are left out.
 
     Args:
-        box: shape (n, 2); that of the map's data if omitted.
+        box: as of `as_box`; that of the map's data if omitted.
 
     Raises:
-        NsmapsError: the box has another shape or is not bounded.
+        StateError: the box is not one, or is not bounded.
     """
-    sides = np.array(map.domain if box is None else box, float)
-    n = len(map.coordinates)
-    if sides.shape != (n, 2) or not np.isfinite(sides).all() or not (sides[:, 0] < sides[:, 1]).all():
-        raise NsmapsError(f"the box is {sides.tolist()}; expected: bounded sides, low < high, of {', '.join(map.coordinates)}")
+    sides = as_box(map.domain if box is None else box, map.coordinates)
     middle = sides.mean(axis=1)
-    turns = np.where(angle_mask(map.coordinates), np.round((map(middle[None])[0] - middle) / TWO_PI), 0.0)
+    turns = np.where(map.coordinates.angles, np.round((map(middle[None])[0] - middle) / TWO_PI), 0.0)
     x, y = _solutions(map, sides, TWO_PI * turns)
     slopes = map.derivative(y) @ map.derivative(x)
     values = np.linalg.eigvals(slopes).astype(complex)

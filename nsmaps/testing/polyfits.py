@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, Angle, angle_mask, wrap
+from nsmaps.coordinates import TWO_PI, Angle, Coordinates, wrap
 from nsmaps.errors import CheckError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -28,7 +28,7 @@ def check_polyfit(fit: PolyFit, coordinates: Sequence[str] = ("v", Angle("phi"))
     """
     if not isinstance(fit, PolyFit):
         raise CheckError(f"{fit!r} is not a fit; expected: an object of a class that inherits from nsmaps.PolyFit")
-    names = tuple(coordinates)
+    names = Coordinates(coordinates)
     exponents = [_exponents(fit, names, name) for name in names]
     polymap = _polynomials(names, exponents)
     surface = _surface(polymap, 2 * max(int(each.max()) for each in exponents) + 10)
@@ -46,7 +46,7 @@ def check_polyfit(fit: PolyFit, coordinates: Sequence[str] = ("v", Angle("phi"))
             )
 
 
-def _exponents(fit: PolyFit, names: tuple[str, ...], output: str) -> np.ndarray:
+def _exponents(fit: PolyFit, names: Coordinates, output: str) -> np.ndarray:
     """The exponents of an output, checked."""
     given = fit.exponents(names, output)
     subject = f"{type(fit).__name__}.exponents for {output}'"
@@ -61,7 +61,7 @@ def _exponents(fit: PolyFit, names: tuple[str, ...], output: str) -> np.ndarray:
     return given
 
 
-def _polynomials(names: tuple[str, ...], exponents: list[np.ndarray]) -> PolyMap:
+def _polynomials(names: Coordinates, exponents: list[np.ndarray]) -> PolyMap:
     """Polynomials of these monomials with random coefficients, over the box of the data."""
     rng, n = np.random.default_rng(2), len(names)
     coefficients = [rng.uniform(0.5, 1, len(each)) * rng.choice([-1, 1], len(each)) / len(each) for each in exponents]
@@ -75,8 +75,7 @@ def _surface(polymap: PolyMap, points: int) -> Surface:
     grid = Grid(axes={name: Axis(low=LOW, high=HIGH, points=points) for name in polymap.coordinates})
     start, m = grid.states(), grid.size
     lifted: Floats = polymap(start)
-    angles = angle_mask(polymap.coordinates)
-    image = np.where(angles, wrap(lifted), lifted)
+    image = polymap.coordinates.wrap(lifted)
     turns = np.round((lifted - image) / TWO_PI).astype(np.int32)
     rows = np.zeros(m, np.int64), np.full(m, Outcome.returned, np.int8), np.full(m, np.nan)
     return Surface("trial", grid, np.ones(m, bool), Returns(polymap.coordinates, ("B",), start, image, turns, *rows, fitted=True))

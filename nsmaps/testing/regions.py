@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, angle_mask, as_states
+from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
 from nsmaps.reduced.conditions.region import Region
 
@@ -38,7 +38,7 @@ def check_region(region: Region, states: ArrayLike | None = None) -> None:
 
 
 def _random_states(region: Region) -> Floats:
-    rng, angles = np.random.default_rng(1), angle_mask(region.coordinates)
+    rng, angles = np.random.default_rng(1), region.coordinates.angles
     shape = TRIALS, len(angles)
     return np.concatenate([np.where(angles, rng.uniform(0, TWO_PI, shape), rng.uniform(-size, size, shape)) for size in SIZES])
 

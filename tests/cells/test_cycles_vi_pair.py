@@ -5,7 +5,6 @@ import pytest
 
 import nsmaps
 from nsmaps.cells.periodic_points import find_cycles
-from nsmaps.dynamics.motion import differences
 
 COUNTS = [0, 3, 3, 10, 21, 58, 149]  #: of least period 0, 1, ..., 6
 
@@ -35,7 +34,7 @@ def missed(system, cycles, window, period, depth):
     inside = [each for each in states if (found.cells.numbers_of(each) >= 0).all()]
     here = np.array([each[0] for each in inside])
     firsts = np.array([cycle.states[np.argmin(cycle.states[:, 0])] for cycle in found.cycles])
-    off = np.abs(differences(firsts[:, None], here, system.coordinates)).max(axis=2)
+    off = np.abs(system.coordinates.difference(firsts[:, None], here)).max(axis=2)
     assert off.min(axis=1).max() < 1e-12
     assert np.isin(found.cells.numbers_of(np.concatenate(inside)), found.numbers).all()
     return int((off.min(axis=0) > 1e-12).sum())

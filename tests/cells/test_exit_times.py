@@ -15,9 +15,9 @@ from nsmaps.reduced.conditions.region import Box, Where
 
 WINDOW = [[-5.5, 2.5], [-2, 2]]
 REGIONS = {
-    "inner": Box(bounds={"x": (0.5, 2), "y": (-1, 1)}),
+    "inner": Box(coordinates=("x", "y"), bounds={"x": (0.5, 2), "y": (-1, 1)}),
     "below": Where(text="y < -0.5", coordinates=("x", "y")),
-    "rest": Box(bounds={"x": (-6, 6), "y": (-2, 2)}),
+    "rest": Box(coordinates=("x", "y"), bounds={"x": (-6, 6), "y": (-2, 2)}),
 }
 
 
@@ -65,7 +65,7 @@ def test_what_has_arrived_at_the_start_is_told_as_no_returns(found):
     assert replace(row, left_steps=None, arrives_steps=0).texts()[3::3] == ("-", "0")
     cells = Cells.over(("x", "y"), [[0.5, 1.5], [0, 0.5]], 16)
     held = closed_box(Henon(0.2), cells.window, 16)
-    made = exit_times(Henon(0.2), {"all": Box(bounds={"x": (0.5, 1.5), "y": (0, 0.5)})}, cells.window, 0, 16, target=held)
+    made = exit_times(Henon(0.2), {"all": Box.of(("x", "y"), [(0.5, 1.5), (0, 0.5)])}, cells.window, 0, 16, target=held)
     assert made.rows[0].arrives_steps == 0
     assert made.table().splitlines()[1].split()[-3] == "0"
 
@@ -94,7 +94,7 @@ class Fall:
 
 
 def test_steps_of_a_map_in_closed_form():
-    regions = {"near": Box(bounds={"x": (0.25, 1)}), "far": Box(bounds={"x": (1, 2)})}
+    regions = {"near": Box.of(("x",), [(0.25, 1)]), "far": Box.of(("x",), [(1, 2)])}
     made = exit_times(Fall(), regions, [[0, 2]], 2, 16)
     x = made.cells.centres(np.arange(64))[:, 0]
     assert set(made.left[(x > 0.63) & (x < 1)]) == {2}

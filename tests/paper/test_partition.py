@@ -80,7 +80,7 @@ def test_beyond_the_papers_range_of_d_there_is_no_map():
 
 def test_coefficients_in_d_written_out_lose_few_digits():
     piece = ran("parametric").parametric.piece("R1")
-    assert piece.map.coordinates == ("v", "phi", "d")
+    assert piece.map.coordinates.names == ("v", "phi", "d")
     assert {str(symbol) for symbol in piece.map.symbolic("v").free_symbols} == {"v", "phi", "d"}
     for name in ("v", "phi"):
         assert 1e-16 < piece.map.monomial_error(name) < 1e-4

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from nsmaps.coordinates import Angle, angle_mask, nearest_turn, wrap
+from nsmaps.coordinates import Angle, Coordinates, nearest_turn, wrap
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import OrbitMap
@@ -140,7 +140,7 @@ SPACES = [("x",), (Angle("phi"),), NAMES, ("v", "x", Angle("phi"))]
 
 def by_numpy(map: CompositeMap, state: NDArray[np.float64]) -> tuple[Outcome, str, NDArray[np.float64]]:
     """The outcome, the word and the image, angles not wrapped, of one state, by the regions' and polynomials' own NumPy."""
-    angles, nowhere = angle_mask(map.coordinates), np.full(len(state), np.nan)
+    angles, nowhere = map.coordinates.angles, np.full(len(state), np.nan)
     if not np.isfinite(state).all():
         return Outcome.invalid, "", nowhere
     for piece in map.pieces:
@@ -156,7 +156,7 @@ def by_numpy(map: CompositeMap, state: NDArray[np.float64]) -> tuple[Outcome, st
 @pytest.mark.parametrize("names", SPACES, ids=[" ".join(names) for names in SPACES])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_return_is_that_of_the_regions_and_polynomials(names: tuple[str, ...], seed: int) -> None:
-    map, rng, angles = random_map(names, seed), np.random.default_rng(seed), angle_mask(names)
+    map, rng, angles = random_map(names, seed), np.random.default_rng(seed), Coordinates(names).angles
     states = np.concatenate([rng.uniform(-2, 7, (1400, len(names))), rng.uniform(-0.3, 0.4, (20, len(names)))])
     states[0], states[1, 0], states[2:9, -1] = np.nan, np.inf, [-1e-20, 2 * np.pi, -2 * np.pi, 12.6, -6.3, 4 * np.pi, 100.0]
     outcomes, words, lifted = zip(*(by_numpy(map, state) for state in states), strict=True)

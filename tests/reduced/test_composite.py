@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from nsmaps.coordinates import Angle, wrap
+from nsmaps.coordinates import Angle, Coordinates, wrap
 from nsmaps.errors import FitError, NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -78,7 +78,7 @@ def test_where_a_composite_map_misleads():
 
 
 RESET = where("reset", "phi > pi or phi < 0", reset={"phi": 1.2})
-R1 = PieceSpec(name="R1", region=Box(bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}), family="BTB", fit=LINEAR)
+R1 = PieceSpec(name="R1", region=Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}), family="BTB", fit=LINEAR)
 R2 = fitted("R2", "v > 0.5", "BTB", Separable(degrees={"v": 1, "phi": 1}))
 R3 = fitted("R3", "v < 0.3", "BB")
 MAP = composite(RESET, R1, R2, R3)
@@ -105,7 +105,7 @@ def test_returns_are_those_of_the_piece():
     assert returns.words.tolist() == ["BTB", "BB", "", "", ""]
     assert np.isnan(returns.time).all()
     assert returns.derivative is None
-    assert returns.coordinates == NAMES
+    assert returns.coordinates == Coordinates(NAMES)
     np.testing.assert_array_equal(returns.start, states)
     assert len(MAP.first_return(np.empty((0, 2)))) == 0
 
@@ -152,7 +152,7 @@ def test_a_piece_over_the_seam_of_the_circle():
         return v, 1 + 0.5 * np.where(phi > math.pi, phi - TWO_PI, phi) + TWO_PI * (phi > math.pi)
 
     surfaces = {"F": surface_of(f, lambda v, phi: "BB", phi=(0, TWO_PI, 201))}
-    piece = PieceSpec(name="F", region=Box(bounds={"v": (0, 1), "phi": (-0.4, 0.4)}), family="F", fit=LINEAR)
+    piece = PieceSpec(name="F", region=Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (-0.4, 0.4)}), family="F", fit=LINEAR)
     map = build_composite(NAMES, WALLS, surfaces, [piece])
     assert map.pieces[0].map.report.max_error.max() < 1e-12
     np.testing.assert_allclose(map.first_return([[0.5, 0.3], [0.5, TWO_PI - 0.3], [0.5, -0.3]]).image[:, 1], [1.15, 0.85, 0.85])
@@ -183,7 +183,9 @@ def test_a_piece_is_fitted_to_all_its_region_and_nothing_else():
         return np.where(v > 0.5, 2 * v, 77.0), phi
 
     surfaces = {"F": surface_of(f, lambda v, phi: "BB")}
-    first = PieceSpec(name="inner", region=Box(bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}), family="F", fit=LINEAR)
+    first = PieceSpec(
+        name="inner", region=Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}), family="F", fit=LINEAR
+    )
     map = build_composite(NAMES, WALLS, surfaces, [first, fitted("outer", "v > 0.5", "F")])
     inside = surfaces["F"].start[:, 0] > 0.5
     assert map.pieces[1].map.report.points.tolist() == [inside.sum()] * 2

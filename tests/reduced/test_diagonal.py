@@ -9,6 +9,7 @@ import sheets
 from pydantic import ValidationError
 from sheets import NAMES, TWO_PI, returns_of
 
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import FitError
 from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region, near_diagonal, own_slopes
@@ -73,7 +74,7 @@ def test_only_gentle_slopes_attract():
 
 def test_within_restricts():
     surface = surface_of(lambda v, phi: (v, phi))
-    for within in (Where(text="phi < pi/2", coordinates=NAMES), Box(bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
+    for within in (Where(text="phi < pi/2", coordinates=NAMES), Box(coordinates=NAMES, bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
         keep = attracting(Diagonal(delta=1.2, within=within), surface)
         np.testing.assert_array_equal(keep, surface.start[:, 1] < math.pi / 2)
 
@@ -90,7 +91,7 @@ def test_the_union_over_a_parameter():
     np.testing.assert_array_equal(found.box, [[union.min(), union.max()], [0.1, 3.0]])
     assert [value for value, _ in found.values] == [0.4, 0.5, 0.8]
     assert [len(states) for _, states in found.values] == [41 * len(each) for each in passing]
-    assert found.coordinates == NAMES
+    assert found.coordinates == Coordinates(NAMES)
     for c, (_, states), images in zip((0.4, 0.5, 0.8), found.values, found.images, strict=True):
         np.testing.assert_allclose(images, np.column_stack([np.full(len(states), c), states[:, 1]]), rtol=1e-15)
 

@@ -44,8 +44,8 @@ def test_what_is_no_monomial(text):
         ({"images": {"v": {"v*phi": 1, "phi*v": 2}, **KEEP}}, "'phi\\*v' is given twice"),
         ({"images": {"v": {"1": (1, 2)}, **KEEP}}, "a polynomial of a parameter that has no value"),
         ({"absolute": ("w",)}, "the image of 'w'"),
-        ({"over": {"v": (0, 1)}}, "'phi' has no bounds"),
-        ({"over": {"v": (1, 1), "phi": (0, 1)}}, "v from 1.0 to 1.0 is empty"),
+        ({"over": {"v": (0, 1)}}, "'phi' is missing"),
+        ({"over": {"v": (1, 1), "phi": (0, 1)}}, "low < high"),
     ],
 )
 def test_what_is_refused(change, message):

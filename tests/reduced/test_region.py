@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from nsmaps.coordinates import Angle
-from nsmaps.errors import ConditionError, StateError
+from nsmaps.coordinates import Angle, Coordinates
+from nsmaps.errors import StateError
 from nsmaps.reduced.conditions.region import Box, Region, Where
 
 NAMES = ("v", Angle("phi"))
@@ -70,7 +70,7 @@ def test_where_states_what_it_contains(text):
 
 
 def test_a_box_is_closed_and_a_plain_coordinate_does_not_wrap():
-    box = Box(bounds={"v": (0.63, 0.94), "x": (-0.2, 0.2)})
+    box = Box(coordinates=("v", "x"), bounds={"v": (0.63, 0.94), "x": (-0.2, 0.2)})
     corners = [[0.63, -0.2], [0.94, 0.2], [0.7, 0.2 + TWO_PI], [math.nextafter(0.63, 0), 0]]
     assert box.contains(corners).tolist() == [True, True, False, False]
     assert box.condition() == sp.And(
@@ -105,21 +105,20 @@ def test_what_is_no_state_lies_nowhere(region):
 
 
 def test_a_box_and_its_array():
-    box = Box(bounds={"v": (0.7, 1), "phi": (0.2, "pi/3")})
-    assert box.coordinates == ("v", "phi")
+    box = Box(coordinates=NAMES, bounds={"v": (0.7, 1), "phi": (0.2, "pi/3")})
+    assert box.coordinates == Coordinates(("v", "phi"), angles=("phi",))
     np.testing.assert_array_equal(box.array, [[0.7, 1], [0.2, math.pi / 3]])
     np.testing.assert_array_equal(box.lower, [0.7, 0.2])
     np.testing.assert_array_equal(box.upper, [1, math.pi / 3])
-    assert Box.of(("v", "phi"), box.array) == box
-    assert Box.model_validate_json('{"bounds": {"v": [0.7, 1], "phi": [0.2, "pi/3"]}}') == box
+    assert Box.of(NAMES, box.array) == box
+    assert Box.model_validate_json(box.model_dump_json()) == box == Box.model_validate(box.model_dump())
 
 
 def test_angles_stay_angles_and_the_coordinates_give_the_order():
-    box = Box(bounds={"phi": (-0.2, 0.2), "v": (0, 1)}).over(NAMES)
+    box = Box(coordinates=("phi", "v"), bounds={"phi": (-0.2, 0.2), "v": (0, 1)}).over(NAMES)
     assert list(box.bounds) == ["v", "phi"]
     assert isinstance(box.coordinates[1], Angle)
     assert box.contains([[0.5, 6.2]]).all()
-    assert isinstance(Box(bounds={NAMES[1]: (0, 1)}).coordinates[0], Angle)
     where = Where(text="v < phi", coordinates=("phi", "v")).over(NAMES)
     assert where.contains([[1, 2], [2, 1]]).tolist() == [True, False]
 
@@ -127,26 +126,34 @@ def test_angles_stay_angles_and_the_coordinates_give_the_order():
 @pytest.mark.parametrize(
     ("bounds", "message"),
     [
-        ({"v": (1, 1)}, "v from 1.0 to 1.0 is empty"),
-        ({"v": (2, 1)}, "expected: lower < upper"),
+        ({"v": (1, 1)}, "the box is v from 1.0 to 1.0"),
+        ({"v": (2, 1)}, "low < high, for each of v"),
         ({"v": (0, math.nan)}, "not finite"),
         ({"v": (0, "x")}, "unknown name 'x'"),
         ({"v": (0, 1, 2)}, "at most 2 items"),
-        ({}, "at least 1 item"),
+        ({}, "'v' is missing"),
     ],
 )
 def test_bad_bounds_are_refused(bounds, message):
     with pytest.raises(ValidationError, match=message):
-        Box(bounds=bounds)
+        Box(coordinates=("v",), bounds=bounds)
 
 
 def test_a_box_must_bound_every_coordinate_and_no_other():
-    with pytest.raises(ValidationError, match="'phi' has no bounds"):
+    with pytest.raises(ValidationError, match="'phi' is missing"):
         Box(coordinates=NAMES, bounds={"v": (0, 1)})
     with pytest.raises(ValidationError, match="'ph' is not a coordinate, did you mean 'phi'"):
         Box(coordinates=NAMES, bounds={"v": (0, 1), "ph": (0, 1), "phi": (0, 1)})
-    with pytest.raises(ConditionError, match=r"shape \(2,\)"):
+    with pytest.raises(StateError, match=r"the box is \[0.0, 1.0\]"):
         Box.of(NAMES, [0, 1])
+
+
+def test_a_box_needs_coordinates_which_state_the_angles_among_them():
+    with pytest.raises(ValidationError, match=r"coordinates\s+Field required"):
+        Box(bounds={"v": (0, 1), "phi": (-0.2, 0.2)})
+    for names in ((), "phi", 5, ("v", "v"), ("v", 1)):
+        with pytest.raises(ValidationError, match="expected: distinct names, such as"):
+            Box(coordinates=names, bounds={"v": (0, 1)})
 
 
 def test_a_bad_condition_is_refused_when_the_region_is_made():

@@ -120,7 +120,7 @@ BAD = {
         "v: [0.1, 0.3]",
         "v: [0.5, 0.3]",
         "{v: [0.5",
-        "a box: v from 0.5 to 0.3 is empty; expected: lower < upper",
+        "the box is v from 0.5 to 0.3; expected: finite ends (low, high), low < high, for each of v, phi",
     ),
     "unreadable condition": (
         '"v <= 0.2"',
@@ -251,7 +251,7 @@ BAD = {
         "require:",
         "morse: {box: {v: [1, 0.1], phi: [0, 1]}}\nrequire:",
         "{v: [1",
-        "a box: v from 1.0 to 0.1 is empty; expected: lower < upper",
+        "the box is v from 1.0 to 0.1; expected: finite ends (low, high), low < high, for each of v, phi",
     ),
     "bifurcation of no parameter": (
         "require:",
@@ -546,7 +546,7 @@ BAD = {
         "reset: {phi: pi/2}",
         "polynomial: {images: {v: {v: 1}, phi: {phi: 1}}, over: {v: [1, 0], phi: [0, 1]}}",
         "{v: [1, 0]",
-        "a box: v from 1.0 to 0.0 is empty; expected: lower < upper",
+        "the box is v from 1.0 to 0.0; expected: finite ends (low, high), low < high, for each of v, phi",
     ),
     "parametric parameter": (
         "orbits:\n",

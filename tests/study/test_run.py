@@ -12,7 +12,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from nsmaps import StudyResult, load_study, read_result, run
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.interrupts import Interrupted
 from nsmaps.plugins import study_files
@@ -231,7 +231,9 @@ def test_a_result_reads_back_as_it_was(whole: StudyResult) -> None:
     assert again.system == whole.system
     assert again.verdicts == whole.verdicts
     assert again.returns is not None
-    assert isinstance(again.returns.coordinates[1], Angle)
+    assert again.returns.coordinates == whole.returns.coordinates == Coordinates(("v", "phi"), ("phi",))
+    stored = json.dumps(json.loads(Path("out/result.json").read_text()))
+    assert '{"$": "Coordinates", "names": ["v", "phi"], "angles": ["phi"]}' in stored
     states = whole.returns.start[:50]
     assert np.array_equal(again.composite.first_return(states).image, whole.composite.first_return(states).image)
     assert np.array_equal(again.surfaces["low"].lifted, whole.surfaces["low"].lifted)

@@ -50,7 +50,7 @@ def test_a_stored_run_is_read_and_says_what_it_said(name: str) -> None:
 def test_the_stored_runs_hold_every_class_that_a_run_can_keep() -> None:
     text = "".join(file.read_text() for file in STORED.glob("*/result.json"))
     found = {stored_class(name).__name__ for name in set(re.findall(r'"\$": "((?:[\w.]+:)?[A-Z]\w*)"', text))}
-    assert set(HOME) <= found | {"Margin", "Diagonal", "PrintedMap"}  # of specs and of calls with a margin
+    assert set(HOME) <= found | {"Margin", "Diagonal", "PrintedMap", "Coordinates"}  # specs, margins; names were texts
     missing = [name for name, module in HOME.items() if not hasattr(import_module(module), name)]
     assert missing == []
 
@@ -88,6 +88,7 @@ def test_a_stored_study_is_read_under_the_keys_of_today() -> None:
 
 def test_maps_of_a_stored_run_are_maps() -> None:
     result = nsmaps.read_result(STORED / "run")
+    assert result.composite.coordinates == result.returns.coordinates == result.system.coordinates
     numbers = json.loads((STORED / "run" / "result.json").read_text())["numbers"]
     start = result.orbits[0].start
     again = nsmaps.orbit(result.composite, start, 6)

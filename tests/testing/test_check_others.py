@@ -18,9 +18,9 @@ NAMES = ("v", Angle("phi"))
 @pytest.mark.parametrize(
     "region",
     [
-        Box(bounds={"v": (0.63, 0.94), "phi": (0.15, 0.45)}).over(NAMES),
-        Box(bounds={"v": (0.6, 0.9), "phi": (-0.4, 0.4)}).over(NAMES),
-        Box(bounds={"v": (0.6, 0.9), "phi": (-1, 6)}).over(NAMES),
+        Box(coordinates=NAMES, bounds={"v": (0.63, 0.94), "phi": (0.15, 0.45)}),
+        Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (-0.4, 0.4)}),
+        Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (-1, 6)}),
         Where(text="v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55", coordinates=NAMES),
         Where(text="not (v < 1 or phi != 2) or v**2 < phi", coordinates=NAMES),
     ],

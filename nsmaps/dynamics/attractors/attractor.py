@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, angle_mask, wrap
+from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.distance import distances, extents
-from nsmaps.dynamics.motion import label, magnitudes, periods
+from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -25,10 +25,10 @@ STAY = 50  #: successive states within the reach of an attractor without period 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Attractor:
+class Attractor(WithCoordinates):
     """A set of states that orbits approach and stay on."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, or states visited
     period: int  #: in returns; 0 without one
     label: str  #: name of the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
@@ -46,7 +46,7 @@ class Attractor:
         """A search tree of the states, around the circle."""
         from scipy.spatial import KDTree
 
-        return KDTree(self.states, boxsize=np.where(angle_mask(self.coordinates), TWO_PI, 0.0))
+        return KDTree(self.states, boxsize=np.where(self.coordinates.angles, TWO_PI, 0.0))
 
     def near(self, states: Floats) -> NDArray[np.bool_]:
         """A mask of the states, shape (N, n), angles in [0, 2 pi), within its reach, shape (N,); False for states that are not
@@ -61,19 +61,19 @@ class Attractor:
         return bool(self.near(states).mean() > 0.5)
 
 
-def own_reach(states: Floats, coordinates: Sequence[str], scale: Floats) -> float:
+def own_reach(states: Floats, coordinates: Coordinates, scale: Floats) -> float:
     """The largest distance of the second half of states (K, n), in order, from the first half; inf for less than 50 states."""
     half = len(states) // 2
     return np.inf if len(states) < STAY else float(distances(states[:half], states[half:], coordinates, scale, np.inf).max())
 
 
-def kept(coordinates: tuple[str, ...], states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
+def kept(coordinates: Coordinates, states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
     """The set on which an orbit was found, from states (K, n) in order, to be compared with others by `may_be_one`.
 
     Its reach is `near` in the scale, (n,); without a period it is a sample of the last 1000 states, whose reach is at least
     its own.
     """
-    there = on_circle(states[:period] if period else states[-SAMPLE:], coordinates)
+    there = coordinates.wrap(states[:period] if period else states[-SAMPLE:])
     reach = near if period else max(near, own_reach(there, coordinates, scale))
     return Attractor(coordinates, there, period, label, (), reach, scale)
 
@@ -88,11 +88,6 @@ def may_be_one(one: Attractor, other: Attractor) -> bool:
     if one.period and other.period:
         return bool(one.near(other.states).all() and other.near(one.states).all())
     return one.holds(other.states) or other.holds(one.states)
-
-
-def on_circle(states: Floats, coordinates: Sequence[str]) -> Floats:
-    """The states with angles in [0, 2 pi)."""
-    return np.where(angle_mask(coordinates), wrap(states), states)
 
 
 def find_attractors(
@@ -120,7 +115,7 @@ def find_attractors(
     for part in returns_of(map, last, transient):
         last = part.image[-len(last) :]
     kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * max_period)
-    scale, found = magnitudes(kept.coordinates, np.array(starts, float), kept.states), list[Attractor]()
+    scale, found = kept.coordinates.magnitudes(np.array(starts, float), kept.states), list[Attractor]()
     for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
         if not _is_of(kept, k, (*known, *found)):
             found_here = _attractor(map, kept, k, tolerance, scale)
@@ -131,7 +126,7 @@ def find_attractors(
 
 def _is_of(kept: Orbit, k: int, attractors: Sequence[Attractor]) -> bool:
     """True if an orbit stays on one of the attractors."""
-    tail = on_circle(kept.states[1:, k], kept.coordinates)
+    tail = kept.coordinates.wrap(kept.states[1:, k])
     return any(attractor.holds(tail) for attractor in attractors)
 
 
@@ -157,7 +152,7 @@ def _periodic(kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor
         return None
     words = kept.words[:, k].tolist()
     name = label(words, _turns(kept, k), period, kept.walls)
-    states = on_circle(kept.states[1 : period + 1, k], kept.coordinates)
+    states = kept.coordinates.wrap(kept.states[1 : period + 1, k])
     return Attractor(kept.coordinates, states, period, name, tuple(words[1 : period + 1]), tolerance, scale)
 
 
@@ -171,7 +166,7 @@ def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
     """
     if map.first_return(seen.states, derivative=True).derivative is None:
         return seen
-    scale = magnitudes(seen.coordinates, seen.states)
+    scale = seen.coordinates.magnitudes(seen.states)
     for period in (q for q in range(1, seen.period + 1) if seen.period % q == 0):
         found = periodic_orbit(map, seen.states[:period], period, scale=scale)
         if found.converged and found.exists and found.stable:
@@ -184,12 +179,12 @@ def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
 
 def _visited(path: Orbit) -> Attractor:
     """The attractor of one orbit without a period, as the states that it visits."""
-    states, words = on_circle(path.states[1:, 0], path.coordinates), path.words[:, 0].tolist()
+    states, words = path.coordinates.wrap(path.states[1:, 0]), path.words[:, 0].tolist()
     name, every = label(words, _turns(path, 0), 0, path.walls), tuple(sorted(set(words)))
     scale = extents(states, path.coordinates)
     return Attractor(path.coordinates, states, 0, name, every, own_reach(states, path.coordinates, scale), scale)
 
 
 def _turns(path: Orbit, k: int) -> list[int]:
-    turns: list[int] = path.turns[:, k, angle_mask(path.coordinates)].sum(axis=-1).tolist()
+    turns: list[int] = path.turns[:, k, path.coordinates.angles].sum(axis=-1).tolist()
     return turns

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.continuation.bisection import bisect_change
-from nsmaps.coordinates import TWO_PI, angle_mask, as_states
-from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors, on_circle
-from nsmaps.dynamics.motion import magnitudes
+from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, as_states
+from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.exact.surfaces.surface import Grid, check_axes
 from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 from nsmaps.progress import Progress, shows
 
@@ -36,12 +35,12 @@ class Ends(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Basins:
+class Basins(WithCoordinates):
     """Where the orbits of N starts of n coordinates end up."""
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     grid: Grid | None  #: whose states the starts are, in its order
     start: Floats  #: shape (N, n)
     attractors: tuple[Attractor, ...]  #: the one that most starts come to first, unless they were given
@@ -72,7 +71,7 @@ class Basins:
         if self.grid is None:
             raise NsmapsError("the starts are no grid and have no neighbours; expected: basins of a Grid")
         label, states = self.label.reshape(self.grid.shape), self.start.reshape(*self.grid.shape, -1)
-        pairs, labels, circle = [], [], angle_mask(self.coordinates)
+        pairs, labels, circle = [], [], self.coordinates.angles
         for i, axis in enumerate(self.grid.axes.values()):
             step, turn = (axis.high - axis.low) / (axis.points - 1), np.zeros(len(self.coordinates))
             if circle[i] and axis.high - axis.low < 2 * np.pi <= axis.high - axis.low + 1.5 * step:
@@ -144,9 +143,10 @@ def basins(
     """
     if returns < 1 or longest < 1 or not tolerance > 0:
         raise NsmapsError(f"{returns} returns, period up to {longest}, tolerance {tolerance}; expected: 1 or more, above 0")
-    if isinstance(grid, Grid) and tuple(grid.axes) != tuple(map.coordinates):
-        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; expected: {', '.join(map.coordinates)}, in this order")
-    start = as_states(grid.states() if isinstance(grid, Grid) else grid, map.coordinates)
+    coordinates = Coordinates(map.coordinates)
+    if isinstance(grid, Grid):
+        check_axes(grid, coordinates)
+    start = as_states(grid.states() if isinstance(grid, Grid) else grid, coordinates)
     known = list(attractors or ())
     given = jobs.share(0.0, 1.0, "given") if known else SERIAL
     label, arrival, outcome, stuck = _ends(map, start, known, returns if known else 0, given)
@@ -164,9 +164,8 @@ def basins(
     if attractors is None:
         order = np.argsort([-(label == k).sum() for k in range(len(known))], kind="stable")
         known, label = [known[k] for k in order], np.append(np.argsort(order), [ENDED, UNRESOLVED])[label].astype(np.int32)
-    return Basins(
-        tuple(map.coordinates), grid if isinstance(grid, Grid) else None, start, tuple(known), label, arrival, outcome, stuck
-    )
+    over = grid if isinstance(grid, Grid) else None
+    return Basins(coordinates, over, start, tuple(known), label, arrival, outcome, stuck)
 
 
 def _ends(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, jobs: Jobs) -> Ends:
@@ -193,7 +192,7 @@ def follow(
     n = len(start)
     label, arrival = np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32)
     outcome, stuck = np.full(n, Outcome.returned, np.int8), np.zeros(n, bool)
-    streak, going, states = np.zeros((len(attractors), n), np.int32), np.arange(n), on_circle(start, map.coordinates)
+    streak, going, states = np.zeros((len(attractors), n), np.int32), np.arange(n), Coordinates(map.coordinates).wrap(start)
     for k in range(returns + 1):
         ended = ~np.isfinite(states).all(axis=1)
         label[going[ended]] = ENDED
@@ -229,11 +228,11 @@ def boundary(map: ReturnMap, made: Basins, tolerance: float = 1e-6, returns: int
     if not tolerance > 0:
         raise NsmapsError(f"the tolerance is {tolerance}; a positive length is accepted")
     ends, sides = made.edges()
-    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), magnitudes(made.coordinates, ends)
+    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), made.coordinates.magnitudes(ends)
 
     def label(states: Floats) -> NDArray[np.int32]:
         return follow(map, states, made.attractors, returns)[0]
 
     low, high, beyond = bisect_change(label, ends[:, 0], ends[:, 1], sides[:, 0], sides[:, 1], tolerance * scale)
-    middle = on_circle((low + high) / 2, made.coordinates)
+    middle = made.coordinates.wrap((low + high) / 2)
     return Boundary(made.attractors, middle, np.column_stack([sides[:, 0], beyond]), tolerance)

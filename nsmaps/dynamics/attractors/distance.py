@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, angle_mask, as_states, wrap
+from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.errors import StateError
 
 FLAT = 0.01  #: share of the largest magnitude of a coordinate, or of the circle: a smaller extent is not used as a scale
@@ -24,7 +24,7 @@ def extents(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
     Raises:
         StateError: a set of another shape, empty, or with states that are not finite.
     """
-    x, circle = _placed(states, coordinates), angle_mask(coordinates)
+    x, circle = _placed(states, coordinates), Coordinates(coordinates).angles
     ordered = np.sort(x, axis=0)
     gaps = np.diff(ordered, axis=0, append=ordered[:1] + TWO_PI)
     extent = np.where(circle, TWO_PI - gaps.max(axis=0), np.ptp(x, axis=0))
@@ -61,7 +61,8 @@ def distances(known: Floats, states: Floats, coordinates: Sequence[str], scale: 
     from scipy.spatial import KDTree
 
     unit = np.broadcast_to(np.asarray(scale, float), len(coordinates))
-    around = np.where(angle_mask(coordinates), np.nextafter(TWO_PI / unit, np.inf), 0.0)  # above every state, after rounding too
+    above = np.nextafter(TWO_PI / unit, np.inf)  # above every state, after rounding too
+    around = np.where(Coordinates(coordinates).angles, above, 0.0)
     return np.asarray(KDTree(known / unit, boxsize=around).query(states / unit, p=p)[0])
 
 
@@ -71,4 +72,4 @@ def _placed(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
         raise StateError(
             f"a set of {len(x)} states, {int(np.isfinite(x).all(axis=1).sum())} of them finite; expected: all, at least one"
         )
-    return np.where(angle_mask(coordinates), wrap(x), x)
+    return Coordinates(coordinates).wrap(x)

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import angle_mask
-from nsmaps.dynamics.attractors.attractor import on_circle
+from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.lyapunov import lyapunov
-from nsmaps.dynamics.motion import differences, label, magnitudes
+from nsmaps.dynamics.motion import label
 from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap
@@ -27,10 +26,10 @@ LONG = 40  #: number of letters from which a sentence omits a label
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LimitSet:
+class LimitSet(WithCoordinates):
     """The limit set of one orbit in n coordinates."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     period: int  #: in returns; 0 where none was found
     looked: int  #: longest period tested
     label: str  #: name of the motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`
@@ -118,7 +117,7 @@ def _least(map: ReturnMap, found: PeriodicOrbit) -> PeriodicOrbit:
     """
     period = len(found.states)
     for shorter in range(1, period):
-        distance = np.abs(differences(found.states, np.roll(found.states, shorter, axis=0), found.returns.coordinates))
+        distance = np.abs(found.returns.coordinates.difference(found.states, np.roll(found.states, shorter, axis=0)))
         if period % shorter == 0 and (distance / found.scale).max() <= SAME:
             return periodic_orbit(map, found.states[:shorter], shorter, scale=found.scale)
     return found
@@ -126,7 +125,7 @@ def _least(map: ReturnMap, found: PeriodicOrbit) -> PeriodicOrbit:
 
 def _scale(path: Orbit) -> Floats:
     """The scale of small quantities in each coordinate of an orbit, shape (n,)."""
-    return magnitudes(path.coordinates, path.states)
+    return path.coordinates.magnitudes(path.states)
 
 
 def _repeats(path: Orbit, looked: int, close: float) -> int:
@@ -135,7 +134,7 @@ def _repeats(path: Orbit, looked: int, close: float) -> int:
     for period in range(1, looked + 1):
         window = min(max(2 * period, WINDOW), len(path.codes))
         states, codes = path.states[-window:], path.codes[-window:]
-        distance = np.abs(differences(states[period:], states[:-period], path.coordinates))
+        distance = np.abs(path.coordinates.difference(states[period:], states[:-period]))
         if len(distance) and (distance <= near).all() and (codes[period:] == codes[:-period]).all():
             return period
     return 0
@@ -146,14 +145,14 @@ def _is_found(found: PeriodicOrbit, path: Orbit, close: float) -> bool:
     if not (found.converged and found.exists and np.isfinite(found.derivative).all()):
         return False
     last = path.states[-1:]
-    distance = (np.abs(differences(found.states, last, path.coordinates)) / _scale(path)).max(axis=1).min()
+    distance = (np.abs(path.coordinates.difference(found.states, last)) / _scale(path)).max(axis=1).min()
     return bool(distance <= 10 * close) and (found.stable or close <= RESTED)
 
 
 def _of(path: Orbit, looked: int, states: Floats, words: Sequence[str], name: str, factors: NDArray[np.complex128]) -> LimitSet:
     """A cycle, from its state with the least first coordinate on."""
     first = int(np.argmin(states[:, 0]))
-    there = on_circle(np.roll(states, -first, axis=0), path.coordinates)
+    there = path.coordinates.wrap(np.roll(states, -first, axis=0))
     return LimitSet(path.coordinates, len(states), looked, name, (*words[first:], *words[:first]), there, factors)
 
 
@@ -161,7 +160,7 @@ def _visited(map: ReturnMap, seen: Orbit) -> LimitSet:
     """The states that an orbit without a period visits."""
     words = seen.words.tolist()
     name = label(words, _turns(seen), 0, seen.walls)
-    states = on_circle(seen.states[1:], seen.coordinates)
+    states = seen.coordinates.wrap(seen.states[1:])
     grows = lyapunov(map, seen.final, VISITED, 0) if isinstance(map, OrbitMap) else None
     exponent = (float(grows.exponents[0]), float(grows.error[0])) if grows else (math.nan, math.nan)
     every = tuple(sorted(set(words)))
@@ -169,7 +168,7 @@ def _visited(map: ReturnMap, seen: Orbit) -> LimitSet:
 
 
 def _turns(path: Orbit) -> list[int]:
-    turns: list[int] = path.turns[:, angle_mask(path.coordinates)].sum(axis=-1).tolist()
+    turns: list[int] = path.turns[:, path.coordinates.angles].sum(axis=-1).tolist()
     return turns
 
 

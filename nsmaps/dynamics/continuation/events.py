@@ -10,7 +10,6 @@ from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Step, correct, tangent
 from nsmaps.continuation.zeros import ASIDE, PRECISION, locate
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
-from nsmaps.dynamics.motion import differences
 from nsmaps.dynamics.periodic import PeriodicOrbit
 
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
@@ -124,7 +123,7 @@ def halving(curve: OrbitCurve, step: Step[OrbitPoint]) -> tuple[float, OrbitPoin
     """The place within a step where a cycle has half its period, as in `located`: a doubling of the cycle of half the period."""
     half, at = replace(curve, period=curve.period // 2), step.start
     first, second = np.split(at.orbit.states, 2)
-    middle = first + differences(second, first, curve.coordinates) / 2
+    middle = first + curve.coordinates.difference(second, first) / 2
     upward = np.append(np.zeros(middle.size), 1.0)
     here = correct(half, half.y(middle, at.value), upward)
     if here is None:

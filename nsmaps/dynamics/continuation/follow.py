@@ -12,7 +12,6 @@ from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
 from nsmaps.dynamics.continuation.events import COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, TESTS, Event, between
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
-from nsmaps.dynamics.motion import magnitudes
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
@@ -161,7 +160,7 @@ def _curve(
 ) -> OrbitCurve:
     """The curve of orbits near one, with coordinates in the scale of the residual of that one."""
     coordinates = orbit.returns.coordinates
-    scale = magnitudes(coordinates, orbit.states) if orbit.scale is None else orbit.scale
+    scale = coordinates.magnitudes(orbit.states) if orbit.scale is None else orbit.scale
     return OrbitCurve(map_of, period, *bounds, tolerance, coordinates, scale)
 
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import angle_mask, wrap
-from nsmaps.dynamics.motion import differences
+from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, map_or_reason
 from nsmaps.exact.outcome import Outcome
@@ -35,7 +34,7 @@ class OrbitPoint:
 
 
 @dataclass(frozen=True, slots=True)
-class OrbitCurve:
+class OrbitCurve(WithCoordinates):
     """The periodic orbits of q returns of a map that depends on a parameter, as a curve that can be continued."""
 
     map_of: Callable[[float], ReturnMap]
@@ -43,7 +42,7 @@ class OrbitCurve:
     low: float  #: least value of the parameter
     high: float  #: its greatest
     tolerance: float  #: tolerance of the residual
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     scale: Floats  #: shape (n,), scale of the coordinates
 
     @property
@@ -70,8 +69,7 @@ class OrbitCurve:
         value = float(y[-1] * self.unit)
         for end in (self.low, self.high):
             value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # no map may exist beyond
-        map, states = self.map_of(value), self.states(y)
-        states = np.where(angle_mask(map.coordinates), wrap(states), states)
+        map, states = self.map_of(value), self.coordinates.wrap(self.states(y))
         returns = map.first_return(states, derivative=True)
         if not returns.valid.all() or returns.derivative is None:
             return None
@@ -94,7 +92,7 @@ class OrbitCurve:
 
     def difference(self, one: Floats, other: Floats) -> Floats:
         """The unknowns `one - other`, with angles the shorter way round."""
-        states = differences(self.states(one), self.states(other), self.coordinates)
+        states = self.coordinates.difference(self.states(one), self.states(other))
         return self.y(states, (one[-1] - other[-1]) * self.unit)
 
     def _margins(self, map: ReturnMap, states: Floats) -> Floats:
@@ -113,7 +111,7 @@ class OrbitCurve:
             there = self.map_of(value).first_return(returns.start)
             if not (there.valid.all() and np.array_equal(there.codes, returns.codes)):
                 return None
-            return differences(there.image, returns.image, returns.coordinates)
+            return returns.coordinates.difference(there.image, returns.image)
 
         def parameters(value: float) -> Floats:
             there = self.map_of(value)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import angle_mask
-from nsmaps.dynamics.motion import label, magnitudes, periods
+from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap, followed
 from nsmaps.errors import NsmapsError
@@ -25,7 +25,7 @@ Block = tuple[NDArray[np.int64], slice, Arrays]  #: numbers of values, starts, a
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Bifurcation:
+class Bifurcation(WithCoordinates):
     """What orbits do after a transient, for V values of a parameter and S starts each: K states of n coordinates.
 
     Where no map could be made, or an orbit ended, states are NaN; `reasons` and `outcome` say why.
@@ -33,7 +33,7 @@ class Bifurcation:
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     walls: tuple[str, ...]
     values: Floats  #: shape (V,), as given
     states: Floats  #: shape (V, S, K, n), in the order of the returns; angles in [0, 2 pi)
@@ -51,7 +51,7 @@ class Bifurcation:
     @property
     def labels(self) -> NDArray[np.str_]:
         """The motion of each orbit, shape (V, S), such as 1:1/2T; "" where it ended. See `nsmaps.dynamics.motion.label`."""
-        turns = self.turns[..., angle_mask(self.coordinates)].sum(axis=-1)
+        turns = self.turns[..., self.coordinates.angles].sum(axis=-1)
         words, table = self.words, np.empty(self.period.shape, object)
         for k in np.ndindex(table.shape):
             table[k] = label(words[k].tolist(), turns[k].tolist(), int(self.period[k]), self.walls)
@@ -208,7 +208,7 @@ def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
-    period = periods(states, codes, coordinates, tolerance * magnitudes(coordinates, starts, states))
+    period = periods(states, codes, coordinates, tolerance * coordinates.magnitudes(starts, states))
     return Bifurcation(coordinates, walls, values, states, turns, codes, outcome, tuple(reasons.tolist()), period)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import decoded
@@ -33,12 +34,12 @@ class Noise(BaseModel):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class NoisyOrbits:
+class NoisyOrbits(WithCoordinates):
     """R realisations of n returns to the base wall under noise."""
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     walls: tuple[str, ...]
     noise: Noise
     step: float  #: of the grid in time, in the system's time

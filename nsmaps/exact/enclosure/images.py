@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import TWO_PI, angle_mask
+from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.errors import StateError
 from nsmaps.exact.words import decoded
 
@@ -52,7 +52,7 @@ class BoxMap(Protocol):
     """A map that encloses the images of boxes, rounding errors included: exact systems, polynomial maps, composite maps."""
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Sequence[str]:
         """The names of the n coordinates."""
 
     def image_boxes(self, boxes: Floats) -> BoxImages:
@@ -70,9 +70,9 @@ def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
     if array.ndim != 3 or array.shape[1:] != (n, 2):
         raise StateError(
             f"boxes have shape {array.shape}; expected: a batch of shape (N, {n}, 2), "
-            f"the lower and the upper end of each of {', '.join(coordinates)}"
+            f"the lower and the upper end of each of {coordinates}"
         )
-    angles = np.abs(array[:, angle_mask(coordinates)]).max(axis=(1, 2), initial=0.0)
+    angles = np.abs(array[:, Coordinates(coordinates).angles]).max(axis=(1, 2), initial=0.0)
     right = np.isfinite(array).all(axis=(1, 2)) & (array[:, :, 0] <= array[:, :, 1]).all(axis=1) & (angles <= MOST_PHASE)
     if not right.all():
         i = int(np.argmin(right))

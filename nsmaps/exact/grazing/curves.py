@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.bisection import bisect_change
-from nsmaps.coordinates import TWO_PI, nearest_turn
+from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, nearest_turn
 from nsmaps.errors import StateError
 from nsmaps.exact.engine.itinerary import itinerary as itinerary_of
 from nsmaps.exact.grazing.equations import NEAR, Frame, Touch
@@ -28,12 +28,12 @@ CHANGES = 8  # changes of itinerary that are sought between two neighbours of th
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class GrazingCurve:
+class GrazingCurve(WithCoordinates):
     """States whose first return touches a wall with speed zero; M points along the curve, exact to rounding."""
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     wall: str  #: the wall touched
     word: str  #: the impacts up to the touch, the start on the base wall included: `B`, `BT`
     points: Floats  #: shape (M, 2), states (v, phi); phi is continued along the curve, not wrapped

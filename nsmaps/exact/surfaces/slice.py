@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.continuation.bisection import bisect_change
-from nsmaps.coordinates import angle_mask
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis
@@ -43,7 +42,7 @@ def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str,
     """
     if along in at or {along, *at} != set(system.coordinates):
         given = ", ".join([along, *at])
-        raise NsmapsError(f"a slice of the coordinates {given}; expected: {', '.join(system.coordinates)}, each once")
+        raise NsmapsError(f"a slice of the coordinates {given}; expected: {system.coordinates}, each once")
 
     def states(x: Floats) -> Floats:
         return np.column_stack([x if name == along else np.full(len(x), at[name]) for name in system.coordinates])
@@ -57,7 +56,7 @@ def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str,
     x = np.unique(np.concatenate([x, low, high]))
     returns = system.first_return(states(x))
     below = np.isin(x[:-1], low) & np.isin(x[1:], high)
-    scale = np.where(angle_mask(system.coordinates), 1.0, np.nanmax(np.abs(returns.image), axis=0, initial=0.0))
+    scale = np.where(system.coordinates.angles, 1.0, np.nanmax(np.abs(returns.image), axis=0, initial=0.0))
     near = (np.abs(np.diff(returns.image, axis=0)) <= APART * scale).all(axis=1)
     return Slice(along, dict(at), returns, below & ~near)
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import members
@@ -81,7 +82,7 @@ class Surface:
     returns: Returns  #: the M members, in the grid's order
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Coordinates:
         """The names of the coordinates."""
         return self.returns.coordinates
 
@@ -138,7 +139,7 @@ def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamil
     Raises:
         NsmapsError: the grid's axes are not the system's coordinates, in their order.
     """
-    _check_axes(system, grid)
+    check_axes(grid, system.coordinates)
     return surfaces_among(system, system.first_return(grid.states()), grid, families)
 
 
@@ -150,9 +151,10 @@ def surfaces_among(
     return {name: Surface(name, grid, member, own) for name, (member, own) in found.items()}
 
 
-def _check_axes(system: "ImpactSystem", grid: Grid) -> None:
-    if tuple(grid.axes) != system.coordinates:
-        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; expected: {', '.join(system.coordinates)}, in this order")
+def check_axes(grid: Grid, coordinates: Sequence[str]) -> None:
+    """Raise a NsmapsError unless the axes of a grid are these coordinates, in their order."""
+    if tuple(grid.axes) != tuple(coordinates):
+        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; expected: {', '.join(coordinates)}, in this order")
 
 
 @divides
@@ -169,7 +171,7 @@ def sweep(
 
     Each value is a part of `jobs`, see `nsmaps.Jobs`. Errors as `surfaces`.
     """
-    _check_axes(system, grid)
+    check_axes(grid, system.coordinates)
     along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
     parts = jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in jobs.cuts(len(along))])
     grids = [{name: rows[k] for name, rows in part.items()} for part in parts for k in range(len(part["codes"]))]

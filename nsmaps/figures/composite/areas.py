@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt, minimum_filter
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.coordinates import TWO_PI, angle_mask
+from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.data import COMPOSITE, SURFACES
 from nsmaps.figures.lines import finite_states, last_tenth
@@ -71,7 +71,7 @@ def pieces_on(composite: CompositeMap, grid: Grid) -> Ints:
 @lru_cache(maxsize=4)  # several figures show the same
 def _pieces_over(composite: CompositeMap, axes: tuple[Axis, ...]) -> Ints:
     states = Grid(axes={str(k): axis for k, axis in enumerate(axes)}).states()
-    below = np.where(angle_mask(composite.coordinates) & (states == TWO_PI), np.nextafter(TWO_PI, 0), states)
+    below = np.where(composite.coordinates.angles & (states == TWO_PI), np.nextafter(TWO_PI, 0), states)
     number = composite.piece_once(below)
     number.flags.writeable = False
     return number

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import angle_mask, wrap
+from nsmaps.coordinates import Coordinates
 from nsmaps.figures.data import COMPOSITE, SEPARABLE, position, section
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.page import Sheet, file_of
@@ -85,7 +85,7 @@ class _Part:
     target: Floats  #: (M, n), as the polynomials have them
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> Coordinates:
         return self.surface.coordinates
 
     def exact(self, i: int) -> Floats:
@@ -115,8 +115,7 @@ def _part(result: "StudyResult", piece: str) -> _Part:
     spec = specs[piece or next(iter(specs))]
     asked, family = section(spec.fit, "fit"), section(spec.family, "family")
     whole, region = result.surfaces[family], composite.piece(spec.name).region
-    seen = np.where(angle_mask(whole.coordinates), wrap(whole.start), whole.start)
-    surface = whole.restricted(region.contains(seen))
+    surface = whole.restricted(region.contains(whole.coordinates.wrap(whole.start)))
     start, target = unwrapped(surface)
     medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))
     fit = Separable(degrees=section(asked.separable, "separable"), along=asked.along or medians, absolute=())

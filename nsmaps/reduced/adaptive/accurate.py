@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from nsmaps.coordinates import angle_mask
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.progress import Progress
@@ -38,8 +37,8 @@ def accurate(system: "ImpactSystem", grid: Grid, tolerance: float, *, progress: 
     Raises:
         FitError: the box or the tolerance is invalid, or the coordinates are not an impact speed and a phase.
     """
-    if angle_mask(system.coordinates).tolist() != [False, True]:
-        raise FitError(f"the coordinates are {', '.join(system.coordinates)}; expected: an impact speed and a phase")
+    if system.coordinates.angles.tolist() != [False, True]:
+        raise FitError(f"the coordinates are {system.coordinates}; expected: an impact speed and a phase")
     speeds, phases = ((axis.low, axis.high) for axis in (grid.axes[name] for name in system.coordinates))
     strips = strip_map(system, speeds, phases, tolerance, progress=progress)
     return AccurateResult(strips.strips, *held_out(strips))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
-from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
 from nsmaps.progress import Progress, Work, working
@@ -69,7 +69,7 @@ class StripMap:
     strips: Strips
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Coordinates:
         """The names of the coordinates."""
         return self.system.coordinates
 

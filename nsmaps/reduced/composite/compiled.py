@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, Ints
-from nsmaps.coordinates import angle_mask, as_states
+from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import LONGER, encode
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CompiledComposite:
+class CompiledComposite(WithCoordinates):
     """A composite map as arrays, with the loops that evaluate it; its numbers do not depend on the batch."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     walls: tuple[str, ...]
     tables: CompositeTables
 
@@ -100,7 +100,7 @@ def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> Composite
     given = len(codes) < len(conditions)
     codes = [[] for _ in conditions] if given else codes
     maps, names = [piece.map for piece in map.pieces], map.coordinates
-    n, angles = len(names), angle_mask(names)
+    n, angles = len(names), names.angles
     operations = np.array([each for code in codes for each in code], float).reshape(-1, 2)
     terms = np.array([[len(each) for each in polymap.exponents] for polymap in maps], np.int64).reshape(-1, n)
     ends = terms.cumsum().reshape(terms.shape)

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
-from nsmaps.coordinates import angle_mask, as_states, nearest_turn, wrap
+from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
 from nsmaps.dynamics.returnmap import single_returns
 from nsmaps.errors import FitError, NsmapsError, near_match
 from nsmaps.exact.returns import Returns
@@ -60,12 +60,12 @@ class Coverage:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CompositeMap:
+class CompositeMap(WithCoordinates):
     """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     walls: tuple[str, ...]
     pieces: tuple[Piece, ...]
 
@@ -141,7 +141,7 @@ class CompositeMap:
 
     def _pieces_by_region(self, states: Floats) -> Ints:
         """As `_pieces_of`, by the regions themselves."""
-        x = _wrapped(states, self.coordinates)
+        x = self.coordinates.wrap(states)
         number = np.where(np.isfinite(x).all(axis=1), -1, -2)
         left = np.flatnonzero(number == -1)
         for k, piece in enumerate(self.pieces):
@@ -163,9 +163,7 @@ class CompositeMap:
 
     def _near(self, polymap: PolyMap, states: Floats) -> Floats:
         """The states with angles on the turn nearest to the fitted box."""
-        bounded = angle_mask(self.coordinates) & np.isfinite(polymap.domain).all(axis=1)
-        middle = np.where(bounded, polymap.centre, 0.0)
-        return np.where(bounded, nearest_turn(states, middle), states)
+        return self.coordinates.lift(states, np.where(np.isfinite(polymap.domain).all(axis=1), polymap.centre, np.nan))
 
 
 class PieceLike(Protocol):
@@ -211,20 +209,20 @@ def build_composite(
     Raises:
         FitError: names the piece, and states the error in its family, its data, its region or its fit.
     """
-    built: list[Piece] = []
+    built, names = list[Piece](), Coordinates(coordinates)
     for piece in pieces:
         if piece.name in {other.name for other in built}:
             raise FitError(f"piece {piece.name!r}: two pieces have this name; expected: distinct names")
         try:
-            built.append(_piece(tuple(coordinates), surfaces, piece))
+            built.append(_piece(names, surfaces, piece))
         except ValidationError as error:
             raise FitError(f"piece {piece.name!r}: {error.errors()[0]['msg']}") from error
         except NsmapsError as error:
             raise FitError(f"piece {piece.name!r}: {error}") from error
-    return CompositeMap(tuple(coordinates), tuple(walls), tuple(built))
+    return CompositeMap(names, tuple(walls), tuple(built))
 
 
-def _piece(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece: PieceLike) -> Piece:
+def _piece(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: PieceLike) -> Piece:
     _one_way(piece)
     region = piece.region.over(coordinates)
     if piece.reset is not None:
@@ -235,15 +233,15 @@ def _piece(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece:
     return Piece(piece.name, region, piece.fit.fit(data), str(values[np.argmax(counts)]))
 
 
-def data_of(coordinates: tuple[str, ...], surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:
+def data_of(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:
     """The data of a piece: its family's surface within its region. FitError where there is none."""
     family, region = piece.family or "", piece.region.over(coordinates)
     if family not in surfaces:
         raise FitError(f"no surface of a family {family!r}{near_match(family, surfaces)}; expected: {', '.join(surfaces)}")
     surface = surfaces[family]
     if surface.coordinates != coordinates:
-        raise FitError(f"the surface has coordinates {', '.join(surface.coordinates)}, not {', '.join(coordinates)}")
-    inside = surface.restricted(region.contains(_wrapped(surface.start, coordinates)))
+        raise FitError(f"the surface has coordinates {surface.coordinates}, not {coordinates}")
+    inside = surface.restricted(region.contains(coordinates.wrap(surface.start)))
     if not len(inside.start):
         raise FitError(f"no data of family {family!r} where {region.condition()}; {_whereabouts(surface)}")
     return inside
@@ -262,8 +260,3 @@ def _whereabouts(surface: Surface) -> str:
     ends = zip(surface.coordinates, surface.start.min(axis=0), surface.start.max(axis=0), strict=True)
     hull = ", ".join(f"{name} in [{low:.6g}, {high:.6g}]" for name, low, high in ends)
     return f"the family's {len(surface.start)} states lie within {hull}, and regions see angles in [0, 2 pi)"
-
-
-def _wrapped(states: Floats, coordinates: Sequence[str]) -> Floats:
-    with np.errstate(invalid="ignore"):
-        return np.where(angle_mask(coordinates), wrap(states), states)

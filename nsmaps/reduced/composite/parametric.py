@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.coordinates import angle_mask, nearest_turn
+from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError, NsmapsError
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
@@ -35,7 +35,7 @@ class ParametricReport:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ParametricMap:
+class ParametricMap(WithCoordinates):
     """A composite map for every value of a parameter from `low` to `high`.
 
     The map of a piece is a PolyMap in the coordinates and the parameter, which it leaves unchanged; all values share one
@@ -45,7 +45,7 @@ class ParametricMap:
     parameter: str
     low: float
     high: float
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     walls: tuple[str, ...]
     pieces: tuple[Piece, ...]
     nodes: Floats  #: shape (K,), the values from which it is computed
@@ -108,9 +108,7 @@ def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -
     """Largest errors of the refit and of ours, and the largest difference between both, shape (3, n)."""
     start, target = unwrapped(data)
     a, b = (map(composite._near(map, start)) for composite in (ours, refit) for map in (composite.piece(name).map,))
-    differences = np.array([b - target, a - target, a - b])
-    short = np.where(angle_mask(data.coordinates), nearest_turn(differences, 0.0), differences)
-    return np.asarray(np.abs(short).max(axis=1), float)
+    return np.abs(data.coordinates.difference([b, a, a], [target, target, b])).max(axis=1)
 
 
 def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Floats) -> PolyMap:
@@ -126,14 +124,14 @@ def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Float
     identity = np.array([[0] * n + [0], [0] * n + [1]]), np.array([middle, half])
     exponents, coefficients = zip(*whole, identity, strict=True)
     centre, scale = np.append(alike[0].centre, middle), np.append(alike[0].scale, half)
-    names, domain = (*first.coordinates, parameter), np.vstack([box, ends])
+    names, domain = Coordinates((*first.coordinates, parameter)), np.vstack([box, ends])
     return PolyMap(names, exponents, coefficients, centre, scale, domain, first.absolute)
 
 
 def _on_one_turn(maps: Sequence[PolyMap]) -> list[PolyMap]:
     """The maps at increasing values of a parameter, with their angles on consecutive turns."""
     centres = np.array([each.centre for each in maps])
-    shifts = np.where(angle_mask(maps[0].coordinates), np.unwrap(centres, axis=0) - centres, 0.0)
+    shifts = np.where(maps[0].coordinates.angles, np.unwrap(centres, axis=0) - centres, 0.0)
     moved = [(each.centre + shift, each.domain + shift[:, None]) for each, shift in zip(maps, shifts, strict=True)]
     return [replace(each, centre=centre, domain=domain) for each, (centre, domain) in zip(maps, moved, strict=True)]
 
@@ -143,7 +141,7 @@ def _joined_output(maps: Sequence[PolyMap], i: int, powers: Floats) -> tuple[Int
     names = maps[0].coordinates
     constant = (0,) * len(names)
     terms = [dict(zip(map(tuple, each.exponents[i].tolist()), each.coefficients[i], strict=True)) for each in maps]
-    if angle_mask(names)[i]:
+    if names.angles[i]:
         middles = np.array([each(each.centre[None])[0, i] for each in maps])
         for own, shift in zip(terms, np.unwrap(middles) - middles, strict=True):
             own[constant] = own.get(constant, 0.0) + shift
@@ -154,7 +152,7 @@ def _joined_output(maps: Sequence[PolyMap], i: int, powers: Floats) -> tuple[Int
     return np.array(exponents, int), np.asarray(fitted.ravel(), float)
 
 
-def _at(polymap: PolyMap, coordinates: tuple[str, ...], value: float) -> PolyMap:
+def _at(polymap: PolyMap, coordinates: Coordinates, value: float) -> PolyMap:
     """The map of the coordinates alone, at one value of the parameter that is its last."""
     n = len(coordinates)
     exponents: list[Ints] = []

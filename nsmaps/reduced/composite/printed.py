@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import FitError, near_match
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
@@ -54,7 +55,7 @@ class PrintedMap(BaseModel):
 
     def at(self, coordinates: Sequence[str], value: float | None = None) -> PolyMap:
         """The map at one value of its parameter. FitError for names that are not coordinates or an output that is missing."""
-        names = tuple(coordinates)
+        names = Coordinates(coordinates)
         for name in (*self.images, *self.absolute):
             if name not in names:
                 raise FitError(f"the image of {name!r}{near_match(name, names)}; expected: {', '.join(names)}")

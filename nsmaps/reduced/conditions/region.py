@@ -3,18 +3,21 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, InstanceOf, ValidationInfo, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, PlainSerializer, ValidationInfo, field_validator
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
-from nsmaps.coordinates import TWO_PI, Angle, angle_mask, as_states, nearest_turn
-from nsmaps.errors import ConditionError, near_match
+from nsmaps.coordinates import TWO_PI, Angle, Coordinates, as_box, as_states
 from nsmaps.reduced.conditions.condition import Condition, Number, read_condition
 
 if TYPE_CHECKING:
     import sympy as sp
+
+
+def _coordinates(given: Any) -> Coordinates:
+    return Coordinates(**given) if isinstance(given, dict) else Coordinates(given)
 
 
 class Region(BaseModel, ABC):
@@ -25,7 +28,7 @@ class Region(BaseModel, ABC):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    coordinates: tuple[InstanceOf[str], ...] = Field(min_length=1)
+    coordinates: Annotated[InstanceOf[Coordinates], BeforeValidator(_coordinates), PlainSerializer(lambda given: given.plain)]
 
     @abstractmethod
     def contains(self, states: ArrayLike) -> Bools:
@@ -37,7 +40,7 @@ class Region(BaseModel, ABC):
 
     def over(self, coordinates: Sequence[str]) -> Self:
         """The same region over the coordinates of a system, which determine their order and which of them are angles."""
-        return type(self).model_validate({**dict(self), "coordinates": tuple(coordinates)})
+        return type(self).model_validate({**dict(self), "coordinates": coordinates})
 
 
 class Box(Region):
@@ -45,41 +48,23 @@ class Box(Region):
 
     An angle is taken on the turn nearest to the interval's middle, so that [-0.2, 0.2] also holds 6.2 radians.
 
-    >>> Box(bounds={"v": (0.63, 0.94), "phi": ("pi/6", "pi/3")}).contains([[0.7, 1.0], [0.7, 0.5]])
+    >>> Box(coordinates=("v", Angle("phi")), bounds={"v": (0.63, 0.94), "phi": (-0.2, "pi/3")}).contains([[0.7, 6.2], [0.7, 3.0]])
     array([ True, False])
     """
 
     bounds: dict[str, tuple[Number, Number]]  #: by coordinate
 
-    @model_validator(mode="before")
-    @classmethod
-    def _named_by_bounds(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("bounds"), dict) and "coordinates" not in data:
-            return {**data, "coordinates": tuple(data["bounds"])}
-        return data
-
     @field_validator("bounds")
     @classmethod
     def _bounded(cls, bounds: dict[str, tuple[float, float]], info: ValidationInfo) -> dict[str, tuple[float, float]]:
-        names = info.data.get("coordinates", tuple(bounds))
-        for name in [*bounds, *names]:
-            if name not in bounds or name not in names:
-                text = "is not a coordinate" + near_match(name, names) if name in bounds else "has no bounds"
-                raise ConditionError(f"a box: {name!r} {text}; expected: bounds of each of {', '.join(names)}")
-        for name, (lower, upper) in bounds.items():
-            if not lower < upper:
-                raise ConditionError(f"a box: {name} from {lower!r} to {upper!r} is empty; expected: lower < upper")
-        return {str(name): bounds[name] for name in names}
+        names = info.data.get("coordinates", ())
+        return dict(zip(names, map(tuple, as_box(bounds, names).tolist()), strict=True)) if names else bounds
 
     @classmethod
     def of(cls, coordinates: Sequence[str], array: ArrayLike) -> Self:
-        """The box of an array of lower and upper bounds, shape (n, 2)."""
-        rows = np.asarray(array, float)
-        if rows.shape != (len(coordinates), 2):
-            shape = f"({len(coordinates)}, 2)"
-            raise ConditionError(f"a box: an array of shape {rows.shape}; expected: {shape}, rows (lower, upper)")
-        bounds = dict(zip(coordinates, map(tuple, rows.tolist()), strict=True))
-        return cls.model_validate({"coordinates": tuple(coordinates), "bounds": bounds})
+        """The box of an array of lower and upper bounds, shape (n, 2). StateError if it is not one."""
+        bounds = dict(zip(coordinates, as_box(array, coordinates).tolist(), strict=True))
+        return cls.model_validate({"coordinates": coordinates, "bounds": bounds})
 
     @property
     def array(self) -> Floats:
@@ -100,8 +85,7 @@ class Box(Region):
         """Which states lie in the box, its boundary included, states (N, n) -> shape (N,)."""
         x = as_states(states, self.coordinates)
         lower, upper = self.array.T
-        with np.errstate(invalid="ignore"):
-            x = np.where(angle_mask(self.coordinates), nearest_turn(x, (lower + upper) / 2), x)
+        x = self.coordinates.lift(x, (lower + upper) / 2)
         return np.asarray(np.logical_and(lower <= x, x <= upper).all(axis=1))
 
     def condition(self) -> "sp.Basic":

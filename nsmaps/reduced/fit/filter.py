@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.coordinates import angle_mask, wrap
+from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Surface
@@ -26,10 +26,10 @@ class Diagonal(BaseModel):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DiagonalRegion:
+class DiagonalRegion(WithCoordinates):
     """The states near the diagonals for at least one value of a parameter (eq. r1uniond)."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     delta: float
     start: Floats  #: shape (M, n), the union over the parameter, each state once
     box: Floats  #: shape (n, 2), the hull of `start`; NaN if it is empty
@@ -81,7 +81,7 @@ def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]])
     """
     names = {surface.coordinates for _, surface in sweeps}
     if len(names) != 1:
-        given = " and ".join(f"({', '.join(each)})" for each in sorted(names)) or "none"
+        given = " and ".join(f"({each})" for each in sorted(names, key=str)) or "none"
         raise FitError(f"the surfaces near the diagonals have coordinates {given}; expected: one or more, of the same")
     near = [(float(value), surface.restricted(attracting(diagonal, surface))) for value, surface in sweeps]
     values = tuple((value, surface.start) for value, surface in near)
@@ -93,4 +93,4 @@ def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]])
 
 def _wrapped(states: Floats, returns: Returns) -> Floats:
     with np.errstate(invalid="ignore"):
-        return np.where(angle_mask(returns.coordinates), wrap(states), states)
+        return returns.coordinates.wrap(states)

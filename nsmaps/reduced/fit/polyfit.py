@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.arrays import Bools, Floats, Ints
-from nsmaps.coordinates import TWO_PI, angle_mask, nearest_turn, wrap
+from nsmaps.coordinates import TWO_PI, nearest_turn, wrap
 from nsmaps.errors import FitError, near_match
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.conditions.condition import Number
@@ -166,7 +166,7 @@ def unwrapped(surface: Surface) -> tuple[Floats, Floats]:
     continued from their starts, minus one common number of turns that brings their median to [0, 2 pi).
     """
     start, lifted = np.array(surface.start, float), np.array(surface.lifted, float)
-    for i in np.flatnonzero(angle_mask(surface.coordinates)):
+    for i in np.flatnonzero(surface.coordinates.angles):
         if len(start) and np.isfinite(lifted[:, i]).all() and np.isfinite(start[:, i]).all():
             stretch = stretch_of(start[:, i])
             lifted[:, i] += stretch - start[:, i]
@@ -192,7 +192,7 @@ def _line(surface: Surface, j: int, value: float) -> Bools:
     axis = surface.grid.axes[name]
     step = (axis.high - axis.low) / (axis.points - 1)
     x = surface.start[:, j]
-    away = np.abs((nearest_turn(x, value) if angle_mask(surface.coordinates)[j] else x) - value)
+    away = np.abs((nearest_turn(x, value) if surface.coordinates.angles[j] else x) - value)
     if not len(x) or away.min() > 1.001 * step:
         where = f"lie in [{x.min():.6g}, {x.max():.6g}]" if len(x) else "are empty"
         raise FitError(f"along: no data within a grid step of {name} = {value!r}; the data {where}")
@@ -270,7 +270,7 @@ def _warnings(report: FitReport, data: _Data, error: Floats, i: int) -> list[str
         largest = f"its largest error is {report.max_error[i]:.2g}, and the data span {reach:.2g}"
         texts.append(f"{name}': R2 is {report.r2[i]:.3g}, below {POOR:g}: the polynomial does not follow the data; {largest}")
     outside = np.mean((y < 0) | (y >= TWO_PI))
-    if angle_mask(report.coordinates)[i] and outside > 0:
+    if report.coordinates.angles[i] and outside > 0:
         where = f"{name}' reaches from {y.min():.4g} to {y.max():.4g}, {100 * outside:.3g} % of it outside [0, 2 pi)"
         more = "; flights of different numbers of periods may be mixed in it" if np.ptp(y) > TWO_PI else ""
         texts.append(f"{where}{more}")

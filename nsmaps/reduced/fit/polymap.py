@@ -10,7 +10,7 @@ from numpy.polynomial.chebyshev import chebder, chebvander
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
-from nsmaps.coordinates import as_states
+from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
 from nsmaps.errors import FitError, near_match
 
 if TYPE_CHECKING:
@@ -22,10 +22,10 @@ ROWS, FLOATS = 2**14, 2**21  #: states evaluated at a time, to stay in the cache
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FitReport:
+class FitReport(WithCoordinates):
     """The errors of the polynomials of a map at the data of their fit; arrays have one entry per output."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     r2: Floats  #: shape (n,), 1 - SSE/SST as in table TableDeltaErr; NaN where the data do not vary
     sse: Floats  #: shape (n,), the sum of squared errors
     max_error: Floats  #: shape (n,), the largest error at a data point
@@ -45,7 +45,7 @@ class FitReport:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class PolyMap:
+class PolyMap(WithCoordinates):
     """A map whose coordinates are polynomials: sums of products of Chebyshev polynomials of (x - centre) / scale.
 
     An angle's image is not wrapped. The map is that of its formula everywhere: outside of `domain` it extrapolates.
@@ -53,7 +53,7 @@ class PolyMap:
 
     __repr__ = brief
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     exponents: tuple[Ints, ...]  #: for each output, shape (m, n): the degree of each coordinate in each term
     coefficients: tuple[Floats, ...]  #: for each output, shape (m,), of the Chebyshev products
     centre: Floats  #: shape (n,)
@@ -65,7 +65,7 @@ class PolyMap:
     @classmethod
     def reset(cls, coordinates: Sequence[str], values: Mapping[str, float]) -> "PolyMap":
         """The map that sets some coordinates to constants and preserves the others (step vi of the general algorithm)."""
-        names = tuple(coordinates)
+        names = Coordinates(coordinates)
         for name in values:
             _index(name, names, "reset")
         n = len(names)
@@ -85,7 +85,7 @@ class PolyMap:
 
         Conversion is in exact rational arithmetic with one rounding, so that cancellation on the box costs no digits.
         """
-        names, domain = tuple(coordinates), np.array(box, float)
+        names, domain = Coordinates(coordinates), np.array(box, float)
         centre, scale = domain.mean(axis=1), np.ptp(domain, axis=1) / 2
         if not np.isfinite(domain).all() or not (scale > 0).all():
             raise FitError(f"Chebyshev products of the box {domain.tolist()}; expected: bounded sides, lower < upper")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.coordinates import TWO_PI, angle_mask, nearest_turn
+from nsmaps.coordinates import TWO_PI, nearest_turn
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -32,7 +32,7 @@ def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float,
         returns: of the whole grid, in its order.
     """
     box = box_of(grid)
-    circles = angle_mask(returns.coordinates) & (box[:, 1] - box[:, 0] >= TWO_PI)
+    circles = returns.coordinates.angles & (box[:, 1] - box[:, 0] >= TWO_PI)
     stay = ends_of_orbits(map, grid)
     if not len(stay):
         return np.empty((0, *box.shape)), stay

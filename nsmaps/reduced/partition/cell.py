@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.coordinates import TWO_PI, Angle, Coordinates, WithCoordinates
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
@@ -56,10 +56,10 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class Cell:
+class Cell(WithCoordinates):
     """A box cut by curves: the states of one region of a partition."""
 
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     bounds: tuple[tuple[float, float], ...]  #: of the box, one pair a coordinate
     closed: tuple[bool, ...] = (True, True)  #: True if the lower bound belongs to the cell
     cuts: tuple[Cut, ...] = ()  #: curves; plain bounds are in `bounds`

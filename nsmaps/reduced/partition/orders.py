@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import angle_mask, nearest_turn
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Surface
@@ -105,15 +104,14 @@ def held_out_error(polymap: PolyMap, held_out: Returns, demand: Demand) -> tuple
     exact = held_out.select(held_out.valid)
     if not len(exact):
         return np.zeros(len(held_out.coordinates)), 0.0
-    start = np.where(angle_mask(exact.coordinates), nearest_turn(exact.start, polymap.centre), exact.start)
+    start = exact.coordinates.lift(exact.start, polymap.centre)
     error = errors(polymap(start), exact)
     return error.max(axis=0), float((error > demand.errors).any(axis=1).mean())
 
 
 def errors(image: Floats, exact: Returns) -> Floats:
     """The errors of images in each coordinate, angles the shorter way round, shape (N, n)."""
-    near = np.where(angle_mask(exact.coordinates), nearest_turn(image, exact.image), image)
-    return np.abs(near - exact.image)
+    return np.abs(exact.coordinates.difference(image, exact.image))
 
 
 def _worse(best: Chosen, other: Chosen, demand: Demand) -> bool:

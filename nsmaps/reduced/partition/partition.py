@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.exact.surfaces.surface import Grid, check_axes
 from nsmaps.progress import Progress, working
 from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition
@@ -29,11 +29,10 @@ def partition(
     from nsmaps.reduced.partition.finalize import finalize
     from nsmaps.reduced.partition.refine import Refinement
 
-    if tuple(grid.axes) != system.coordinates:
-        raise NsmapsError(f"the grid has axes {', '.join(grid.axes)}; expected: {', '.join(system.coordinates)}, in this order")
+    check_axes(grid, system.coordinates)
     if len(system.coordinates) != 2:
-        names = ", ".join(system.coordinates)
-        raise NsmapsError(f"the system has the coordinates {names}; expected: two, since the algorithm divides a plane by curves")
+        given = system.coordinates
+        raise NsmapsError(f"the system has the coordinates {given}; expected: two, since the algorithm divides a plane by curves")
     with working("partition", progress) as work:
         if spec.kind == "accurate":
             return accurate(system, grid, spec.tolerance, progress=work.reached)

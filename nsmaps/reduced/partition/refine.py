@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, angle_mask
+from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.errors import FitError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -75,7 +75,7 @@ class Leaf:
         assert self.chosen is not None
         polymap = self.chosen.map
         held_out = self.sample.held_out
-        negative = (polymap(held_out.start) < 0).any(axis=0) & ~angle_mask(held_out.coordinates)
+        negative = (polymap(held_out.start) < 0).any(axis=0) & ~held_out.coordinates.angles
         names = tuple(name for name, each in zip(held_out.coordinates, negative, strict=True) if each)
         return Piece(f"R{self.number}", self.cell.region, replace(polymap, absolute=names), self.chosen.word)
 
@@ -268,15 +268,15 @@ class Refinement:
         return again
 
 
-def roots(coordinates: Sequence[str], box: Floats) -> list[Cell]:
+def roots(names: Sequence[str], box: Floats) -> list[Cell]:
     """The cells that make up a box, with angles in [0, 2 pi], as in conditions."""
-    spans = [[(float(low), float(high))] for low, high in box]
-    for i in np.flatnonzero(angle_mask(coordinates)):
+    coordinates, spans = Coordinates(names), [[(float(low), float(high))] for low, high in box]
+    for i in np.flatnonzero(coordinates.angles):
         low, high = box[i] - TWO_PI * np.floor(box[i, 0] / TWO_PI)
         spans[i] = (
             [(float(low), float(high))] if high <= TWO_PI else [(float(low), TWO_PI), (0.0, float(min(high - TWO_PI, low)))]
         )
-    return [Cell(tuple(coordinates), (first, second)) for first in spans[0] for second in spans[1] if second[0] < second[1]]
+    return [Cell(coordinates, (first, second)) for first in spans[0] for second in spans[1] if second[0] < second[1]]
 
 
 def splits(cell: Cell) -> Iterator[Cut]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, Angle, angle_mask, nearest_turn
+from nsmaps.coordinates import TWO_PI, Angle, Coordinates
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -36,7 +36,7 @@ def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
             region = Where(text=text, coordinates=names)
             states = left[region.contains(left)] if len(left) else left
             if not len(states):
-                states = _beyond(box, i, side, isinstance(name, Angle))
+                states = _beyond(box, i, side, bool(names.angles[i]))
             state = _entrance(map, states[:: -(-len(states) // STARTS)], box)
             if state is not None:
                 values = {each: rounded(x, width) for each, x, width in zip(names, state, np.ptp(box, axis=1), strict=True)}
@@ -66,7 +66,7 @@ def _entrance(map: ReturnMap, states: Floats, box: Floats) -> Floats | None:
     enters.
     """
     path = orbit(map, states, RETURNS).states[1:]
-    shifted = np.where(angle_mask(map.coordinates), nearest_turn(path, box.mean(axis=1)), path)
+    shifted = Coordinates(map.coordinates).lift(path, box.mean(axis=1))
     enclosed = inside(shifted.reshape(-1, len(box)), box).reshape(path.shape[:2])
     if enclosed[-1].any():
         rows = np.flatnonzero(enclosed[-1])

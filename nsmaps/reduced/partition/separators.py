@@ -10,7 +10,6 @@ from numpy.polynomial import Polynomial
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.continuation.bisection import bisect_change
-from nsmaps.coordinates import angle_mask, nearest_turn
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Itineraries, Returns
@@ -165,5 +164,4 @@ def _codes(itineraries: Itineraries) -> Ints:
 
 def _jump(a: Returns, b: Returns) -> Floats:
     """The largest difference of the images in any coordinate, shape (N,)."""
-    image = np.where(angle_mask(a.coordinates), nearest_turn(a.image, b.image), a.image)
-    return np.asarray(np.abs(image - b.image).max(axis=1))
+    return np.abs(a.coordinates.difference(a.image, b.image)).max(axis=1)

@@ -127,7 +127,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     """The branch of a cycle in each direction and those of its doublings; one without orbits where there is no such cycle."""
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
-    from nsmaps.dynamics.motion import magnitudes, periods
+    from nsmaps.dynamics.motion import periods
 
     value, map_of = section.value(plan.system.parameters), Along(plan.system, section.parameter)
     about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
@@ -140,7 +140,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
             break
     first = made[0].orbits[0]
     twice = np.tile(first.states, (2, 1)), np.tile(first.returns.codes, 2)
-    least = int(periods(*twice, plan.system.coordinates, REPEATS * magnitudes(plan.system.coordinates, first.states)))
+    least = int(periods(*twice, plan.system.coordinates, REPEATS * plan.system.coordinates.magnitudes(first.states)))
     if least < section.period:
         told = f"no orbit of period {section.period} at {value:.9g}: Newton's method arrives at one of period {least}"
         return (Branch.empty(orbit, told),)

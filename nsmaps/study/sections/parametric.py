@@ -99,7 +99,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     share = report.difference / report.refit
     k, h, i = np.unravel_index(np.argmax(share), share.shape)
     apart = f"{report.difference[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
-    where = f"at worst ({made.coordinates[i]} of {report.names[k]} at {made.parameter} = {report.values[h]:.4g})"
+    where = f"at worst ({made.coordinates.names[i]} of {report.names[k]} at {made.parameter} = {report.values[h]:.4g})"
     text = f"{yes(report.follows)}: {where} {apart}; {len(report.values)} values held out"
     yield Verdict("parametric: follows", "parametric map", report.follows, "follows" in section.require, text)
 

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import NsmapsError
 
 KIND = "$"  #: the key that marks what is not plain JSON
 STORED = {  #: the classes that a file may name, by module; a class may move to another module, its name stays as it is
+    "coordinates": ("Coordinates",),
     "cells.grid": ("Cells",),
     "cells.morse_sets": ("Level", "MorseCover", "Trap"),
     "auxiliary.attracting_domain": ("AttractingDomain",),
@@ -118,6 +119,8 @@ def _label(item: Any, number: int) -> str:
 
 
 def _members(value: Any) -> dict[str, Any]:
+    if isinstance(value, Coordinates):
+        return {name: list(texts) for name, texts in value.plain.items()}
     if isinstance(value, BaseModel):
         return dict(value)
     if isinstance(value, tuple):  # a named one
