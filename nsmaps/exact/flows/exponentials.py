@@ -75,7 +75,7 @@ def _collect(expr: sp.Expr, numbers: dict[sp.Expr, int]) -> None:
         numbers.setdefault(expr, len(numbers))
     elif expr.is_Add or expr.is_Mul:
         free, timed = expr.as_independent(S, PHI, Z, W, as_Add=expr.is_Add)
-        if free not in (0, 1):
+        if free != (0 if expr.is_Add else 1):
             numbers.setdefault(free, len(numbers))
         for part in timed.args if isinstance(timed, expr.func) else (timed,):
             _collect(part, numbers)

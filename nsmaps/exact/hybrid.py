@@ -1,0 +1,120 @@
+"""A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.parameters import ParametricSystem
+from nsmaps.exact.returns import Returns
+
+if TYPE_CHECKING:
+    from nsmaps.exact.modes.kernel import ModeKernel
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """An event: a function of the state that falls through zero in one or several modes, and what happens then.
+
+    Of guards with the same function in the same mode the first whose conditions hold takes place.
+    """
+
+    modes: str | Sequence[str]  #: in which it is watched
+    function: Any  #: affine in the states, with harmonics of the forcing; positive before the event
+    to: str = ""  #: the mode that follows; "" for the same
+    reset: Mapping[str, Any] = field(default_factory=dict)  #: states just after the event, affine in the states just before
+    where: Sequence[Any] = ()  #: affine functions that must not be negative for the event to take place
+    letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
+    ends: bool = False  #: whether the motion ends here, with the outcome `escaped`
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """The events between which the return map leads, and the coordinates of states there."""
+
+    guards: str | Sequence[str]  #: names of the events
+    coordinates: Sequence[str]  #: names of states, and of one that is none: the phase of the forcing, radians
+    side: Literal["before", "after"] = "before"  #: of the reset, of start and image
+    states: Mapping[str, Any] = field(default_factory=dict)  #: of the other states, by the coordinates, but one that the guard gives
+
+
+class HybridSystem(ParametricSystem):
+    """A system whose state follows linear differential equations that change at events.
+
+    Subclass it: the fields are the parameters, `states` the names of the states, and `modes`, `guards` and `section` are formulas
+    in `self`, in the time t and in the states y.x, y.v, ..., which sympy symbols stand for. The rates of a mode are affine in the states,
+    with harmonics of the forcing. A state of the return map is a row of the section's coordinates.
+    """
+
+    states: ClassVar[tuple[str, ...]] = ()
+    horizon: ClassVar[float] = 1000.0  #: longest flight between two events, in periods of the forcing or units of time
+
+    def period(self) -> Any:
+        """Period of the forcing, in the system's time; None where there is no forcing."""
+        return None
+
+    @abstractmethod
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        """The rates of all states in each mode, by the names of modes and states."""
+
+    @abstractmethod
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        """The events by their names."""
+
+    @abstractmethod
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        """Where the return map is taken."""
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the coordinates of the return map, the phase of the forcing an `Angle`."""
+        return self._kernel().coordinates
+
+    @property
+    def wall_names(self) -> tuple[str, ...]:
+        """The letters of events in words."""
+        return self._kernel().letters
+
+    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+        """The first returns to the section of a batch of states.
+
+        Args:
+            states: shape (N, n), rows of the section's coordinates in the system's units, phases in radians on any turn.
+            derivative: also the derivative of the image, shape (N, n, n), through every event (saltation matrices).
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n).
+        """
+        return self._kernel().first_returns(as_states(states, self.coordinates), derivative)
+
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
+        """The first n returns of each of M states: n M rows, the first return of every state first.
+
+        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
+        Other arguments and errors as `first_return`.
+        """
+        return self._kernel().orbits(as_states(states, self.coordinates), n, derivative)
+
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
+        """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
+
+        Through every event; NaN where there is no return. Other arguments and errors as `first_return`.
+        """
+        way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
+        return self._kernel().sensitivities(as_states(states, self.coordinates), way)
+
+    def phase_rate(self) -> float:
+        """Radians of phase a unit of the system's time; zero without forcing."""
+        period = self.period()
+        return 0.0 if period is None else TWO_PI / float(period)
+
+    def _kernel(self) -> "ModeKernel":
+        from nsmaps.exact.modes.kernel import kernel_of
+
+        return kernel_of(self)

@@ -1,0 +1,189 @@
+"""A system with modes in numbers: the table that compiled code follows.
+
+A flow is y' = Y z, where z holds the states y, 1, and cosine and sine of the multiples of the phase. Times of a mode are in units of its
+longest step.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.exact.modes.definition import Definition, Numbers, Row, filled, in_digits
+
+REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
+SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
+ENDS = -1
+
+
+class Tables(NamedTuple):
+    """One system at its parameters: n states, N = n + 1 + 2 H features, M modes, T transitions, S functions watched."""
+
+    rate: float  #: radians of phase a unit of time
+    horizon: float  #: longest flight
+    steps: Any  #: shape (M,), longest step
+    first: Any  #: shape (M, n + 1), where the coefficients of each state's rate begin
+    columns: Any  #: the features of these coefficients
+    values: Any  #: and the coefficients, times the mode's longest step
+    growth: Any  #: shape (M, N, N), exp(|Y| step): bounds what a remainder grows to within a step
+    watched: Any  #: shape (M + 1,), where the functions of each mode begin
+    functions: Any  #: shape (S, N), positive before their event
+    bounds: Any  #: shape (S, N), |function| growth
+    choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
+    chosen: Any  #: shape (T,)
+    target: Any  #: shape (T,), mode that follows, -1 where the motion ends
+    resets: Any  #: shape (T, n, N)
+    moves: Any  #: shape (T,), whether there is a reset
+    conditions: Any  #: shape (T + 1,), where the conditions of each transition begin
+    where: Any  #: rows over the features that must not be negative
+    digit: Any  #: shape (T,), of the letter in words, 0 for none
+    base: int  #: of the numbers of words
+    on: Any  #: shape (T, S), whether the function is zero just after the event, but for rounding
+    is_section: Any  #: shape (T,)
+    after: bool  #: whether start and image are just after the reset
+    starts: Any  #: shape (number of starts,), the transition of each
+    states: Any  #: shape (number of starts, n, N), the state by that which the coordinates are
+    places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
+
+
+@dataclass(frozen=True)
+class Rows:
+    """All rows in floats, in the parts of a definition."""
+
+    rates: Floats  #: shape (M, n, N)
+    functions: Floats  #: shape (T, N)
+    resets: Floats  #: shape (T, n, N)
+    where: list[Floats]  #: of each transition
+    starts: Floats  #: shape (number of starts, n, N)
+
+
+def rows_of(definition: Definition, made: Sequence[Any], harmonics: int) -> Rows:
+    """The rows of a definition, given in the order of `Definition.rows`."""
+    waiting = iter([filled(row, harmonics) for row in made])
+    n, width = len(definition.states), len(definition.states) + 1 + 2 * harmonics
+    rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
+    functions, resets, where = [], [], []
+    for one in definition.transitions:
+        functions.append(next(waiting))
+        resets.append([next(waiting) for _ in one.reset])
+        where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
+    starts = np.array([[next(waiting) for _ in range(n)] for _ in definition.starts])
+    return Rows(rates, np.array(functions), np.array(resets), where, starts)
+
+
+def harmonics_of(made: Sequence[Any]) -> int:
+    """The highest multiple of the phase in rows."""
+    return max([0, *(abs(m) for _, waves in made for m in waves)])
+
+
+def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
+    """The table of a system at values of its parameters."""
+    made = in_digits(definition, values)
+    harmonics = harmonics_of(made)
+    rows = rows_of(definition, made, harmonics)
+    rate, horizon = (float(x) for x in numbers(definition, values))
+    n, width = rows.rates.shape[1:]
+    count = len(definition.modes)
+    flows = np.array([flow_matrix(mode, rate, harmonics) for mode in rows.rates])
+    steps = np.array([longest_step(flow, horizon) for flow in flows])
+    growth = np.array([expm(np.abs(flow) * step) for flow, step in zip(flows, steps, strict=True)])
+    first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
+    groups = [grouped(definition, rows, mode) for mode in range(count)]
+    leads = [group[0] for mode in groups for group in mode]
+    functions = rows.functions[leads]
+    modes = np.array([definition.transitions[k].mode for k in leads])
+    letters = definition.letters
+    names = {definition.transitions[start.transition].name for start in definition.starts}
+    ends = [one.target for one in definition.transitions]
+    places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
+    return Tables(
+        rate=rate,
+        horizon=horizon,
+        steps=steps,
+        first=first,
+        columns=columns,
+        values=coefficients,
+        growth=growth,
+        watched=np.cumsum([0, *(len(mode) for mode in groups)]),
+        functions=functions,
+        bounds=np.einsum("si,sij->sj", np.abs(functions), growth[modes]),
+        choices=np.cumsum([0, *(len(group) for mode in groups for group in mode)]),
+        chosen=np.array([k for mode in groups for group in mode for k in group]),
+        target=np.array(ends),
+        resets=rows.resets,
+        moves=np.array([not np.array_equal(reset, np.eye(n, width)) for reset in rows.resets]),
+        conditions=np.cumsum([0, *map(len, rows.where)]),
+        where=np.concatenate([np.empty((0, width)), *rows.where]),
+        digit=np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in definition.transitions]),
+        base=len(letters) + 3,
+        on=vanishing(rows, functions, harmonics),
+        is_section=np.array([one.name in names for one in definition.transitions]),
+        after=definition.after,
+        starts=np.array([start.transition for start in definition.starts]),
+        states=rows.starts,
+        places=np.array(places),
+    )
+
+
+def numbers(definition: Definition, values: Sequence[float]) -> list[float]:
+    """Rate of the phase and horizon at values of the parameters."""
+    row = Row((definition.phase_rate, definition.horizon), 0)
+    with_symbols = Numbers(row, definition.symbols)
+    return [float(x) for x in with_symbols.at(values)[0]]
+
+
+def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
+    """The matrix of z' by z, shape (N, N)."""
+    n, width = rates.shape
+    flow = np.zeros((width, width))
+    flow[:n] = rates
+    for m in range(1, harmonics + 1):
+        c = n + 2 * m - 1
+        flow[c, c + 1], flow[c + 1, c] = -m * rate, m * rate
+    return flow
+
+
+def longest_step(flow: Floats, horizon: float) -> float:
+    """The longest step of a mode: within it the bounds grow by about exp(REACH), whatever the units."""
+    radius = float(np.abs(np.linalg.eigvals(np.abs(flow))).max())
+    return min(REACH / radius, horizon) if radius > REACH / horizon else horizon
+
+
+def sparse(rates: Floats) -> tuple[Ints, Ints, Floats]:
+    """The coefficients that are not zero, row by row: where each row begins, their columns and values."""
+    filled_rows = rates != 0
+    counts = filled_rows.sum(axis=2)
+    ends = np.cumsum(counts).reshape(counts.shape)
+    first = np.concatenate([ends[:, :1] - counts[:, :1], ends], axis=1)
+    return first, np.nonzero(filled_rows)[2], rates[filled_rows]
+
+
+def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
+    """The transitions of a mode, those with the same function together."""
+    groups: list[list[int]] = []
+    for k, one in enumerate(definition.transitions):
+        if one.mode == mode:
+            same = next((group for group in groups if np.array_equal(rows.functions[group[0]], rows.functions[k])), None)
+            if same is None:
+                groups.append([k])
+            else:
+                same.append(k)
+    return groups
+
+
+def vanishing(rows: Rows, functions: Floats, harmonics: int) -> Any:
+    """Which functions are zero just after which events, whatever the state: in proportion, after the reset, to that of the event."""
+    n, width = rows.resets.shape[1:]
+    result = np.zeros((len(rows.functions), len(functions)), bool)
+    for k, (function, reset) in enumerate(zip(rows.functions, rows.resets, strict=True)):
+        whole = np.vstack([reset, np.eye(width)[n:]])
+        for i, other in enumerate(functions):
+            there = other @ whole
+            size = np.abs(other) @ np.abs(whole)
+            lead = int(np.argmax(np.abs(function)))
+            left = there - function * (there[lead] / function[lead])
+            result[k, i] = bool((np.abs(left) <= SAME * (size + np.abs(function * (there[lead] / function[lead])))).all())
+    return result

@@ -1,0 +1,85 @@
+"""The Taylor series of a linear flow, with a bound on what is left out."""
+
+import math
+
+from nsmaps.exact.engine.jit import inner
+
+ORDER = 30  # of the series
+LEFT_OUT = 1e-18  # of the size of a state, that its series may leave out at the end of a step
+ROUNDING = 1e-15  # a few units in the last place
+
+
+@inner
+def features(p, phi, z, n):
+    """Write 1 and the waves of the phase behind the states."""
+    z[n] = 1.0
+    for m in range(1, (len(z) - n - 1) // 2 + 1):
+        z[n + 2 * m - 1], z[n + 2 * m] = math.cos(m * phi), math.sin(m * phi)
+
+
+@inner
+def series(p, mode, d):
+    """The terms of the Taylor series of z, whose first is given, in the time unit of the mode: d[k] = z^(k)/k!, k <= ORDER + 1."""
+    n, width = p.first.shape[1] - 1, d.shape[1]
+    turn = p.rate * p.steps[mode]
+    for k in range(ORDER + 1):
+        share = 1.0 / (k + 1)
+        for i in range(n):
+            total = 0.0
+            for j in range(p.first[mode, i], p.first[mode, i + 1]):
+                total += p.values[j] * d[k, p.columns[j]]
+            d[k + 1, i] = total * share
+        d[k + 1, n] = 0.0
+        for m in range(1, (width - n - 1) // 2 + 1):
+            c = n + 2 * m - 1
+            d[k + 1, c], d[k + 1, c + 1] = -m * turn * share * d[k, c + 1], m * turn * share * d[k, c]
+
+
+@inner
+def reach(p, mode, d):
+    """How far, at most 1, the series may be used: what it leaves out of each state stays beside what it holds below rounding."""
+    n, width = p.first.shape[1] - 1, d.shape[1]
+    far = 1.0
+    for i in range(n):
+        left = 0.0
+        for j in range(width):
+            left += p.growth[mode, i, j] * abs(d[ORDER + 1, j])
+        size, power = 0.0, 1.0
+        for k in range(ORDER + 1):
+            size += abs(d[k, i]) * power
+            power *= far
+        left *= power
+        if left > LEFT_OUT * size and left > 0.0:
+            far *= max((LEFT_OUT * size / left) ** (1.0 / (ORDER + 1)), 1e-3)
+    return far
+
+
+@inner
+def left_out(p, function, d, tau):
+    """A bound on what the series of a function leaves out up to tau."""
+    total = 0.0
+    for j in range(d.shape[1]):
+        total += p.bounds[function, j] * abs(d[ORDER + 1, j])
+    return total * tau ** (ORDER + 1)
+
+
+@inner
+def project(p, function, d, a):
+    """The series of a function of the state."""
+    for k in range(ORDER + 1):
+        a[k] = 0.0
+    for j in range(d.shape[1]):
+        h = p.functions[function, j]
+        if h != 0.0:
+            for k in range(ORDER + 1):
+                a[k] += h * d[k, j]
+
+
+@inner
+def state_at(d, tau, n, z):
+    """Write the states at tau."""
+    for i in range(n):
+        total = d[ORDER, i]
+        for k in range(ORDER - 1, -1, -1):
+            total = total * tau + d[k, i]
+        z[i] = total

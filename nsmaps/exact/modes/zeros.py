@@ -1,0 +1,133 @@
+"""The first zero of a polynomial that is positive before it, with a certificate: no step can pass one.
+
+The arguments are those of `nsmaps.exact.engine.march`, here for one gap that is a Taylor series with a bound on what it leaves out.
+"""
+
+import math
+
+from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.engine.march import INWARD, OUTWARD, careful_step, first_step, leave, look
+from nsmaps.exact.modes.taylor import ORDER, ROUNDING
+
+MOST_STEPS = 10_000
+CLOSE = 2e-16  # of a zero: a step of Newton's method that ends it
+
+
+@inlined
+def with_rates(a, x):
+    """A polynomial at x with its first three derivatives, and zeros for two more."""
+    y, u, b, j = a[ORDER], 0.0, 0.0, 0.0
+    for m in range(ORDER - 1, -1, -1):
+        j = j * x + b
+        b = b * x + u
+        u = u * x + y
+        y = y * x + a[m]
+    return y, u, 2.0 * b, 6.0 * j, 0.0, 0.0
+
+
+@inlined
+def limits(a, x):
+    """Bounds on the sizes of the second, third and fourth derivative over [0, x]."""
+    snap, power = 0.0, 1.0
+    for k in range(4, ORDER + 1):
+        snap += k * (k - 1) * (k - 2) * (k - 3) * abs(a[k]) * power
+        power *= x
+    jerk = 6.0 * abs(a[3]) + x * snap
+    return (2.0 * abs(a[2]) + x * jerk) * OUTWARD, jerk * OUTWARD, snap * OUTWARD
+
+
+@inlined
+def size_of(a, x):
+    """The sum of the sizes of a polynomial's terms at x."""
+    size = abs(a[ORDER])
+    for k in range(ORDER - 1, -1, -1):
+        size = size * x + abs(a[k])
+    return size
+
+
+@inlined
+def value(a, x):
+    """A polynomial at x and its derivative."""
+    y, u = a[ORDER], 0.0
+    for m in range(ORDER - 1, -1, -1):
+        u = u * x + y
+        y = y * x + a[m]
+    return y, u
+
+
+@inner
+def polish(a, low, x, high):
+    """The one zero between low, where the polynomial is positive, and high, to rounding, by Newton's method and bisection."""
+    for _ in range(100):
+        y, u = value(a, x)
+        low, high = x if y > 0.0 else low, high if y > 0.0 else x
+        new = x - y / u if u < 0.0 else math.inf
+        new = new if low < new < high else 0.5 * (low + high)
+        if y == 0.0 or abs(new - x) <= CLOSE * new:
+            return x if y == 0.0 else new
+        x = new
+    return x
+
+
+@inlined
+def seen(gap, s, end, error, jerk, snap):
+    """At s: whether there surely is a zero before `end`, after about h; else a step h without one."""
+    surely, h = look(False, gap[0] + error, 0.0, gap, jerk, snap)
+    if surely and s + 1.5 * h <= end:
+        return True, h
+    return False, careful_step(False, max(gap[0] - error, 0.0), 0.0, gap, jerk, snap)
+
+
+@inlined
+def begun(a, end, error, on, jerk, snap):
+    """As `seen`, at the start; with `on` the polynomial is zero there and rises."""
+    gap = (a[0], a[1], 2.0 * a[2], 6.0 * a[3], 0.0, 0.0)
+    if on:
+        surely, h = leave(False, gap, 0.0, jerk, snap)
+        if surely and 1.5 * h > end:
+            return False, first_step(gap[1], gap[2], gap[3], jerk, snap)
+        return surely, h
+    return seen(gap, 0.0, end, error, jerk, snap)
+
+
+@inlined
+def stays_positive(a, end, on, size, left):
+    """Whether the first term that is not zero surely outweighs all others up to `end`."""
+    lead = a[1] * end if on else a[0]
+    return 2.0 * lead - size > left + 2.0 * ROUNDING * size
+
+
+@inner
+def first_zero(a, end, left, on):
+    """The first zero in (0, end] of a polynomial that is positive before it: (whether there is one, where, whether that is doubtful).
+
+    `left` bounds what the polynomial leaves out. With `on` it begins at zero; where it falls from there, or is negative at the start,
+    the zero is at once. Bounds hold up to `end`, and no step goes beyond. Rounding is counted in the sizes of the terms.
+    """
+    if a[0] < 0.0 or (on and (a[1] < 0.0 or (a[1] == 0.0 and a[2] < 0.0))):
+        most, _, _ = limits(a, end)
+        return True, 0.0, a[0] < 0.0 and a[1] * a[1] <= 16.0 * ROUNDING * size_of(a, end) * most
+    size = size_of(a, end)
+    if stays_positive(a, end, on, size, left):
+        return False, end, False
+    most, jerk, snap = limits(a, end)
+    surely, h = begun(a, end, left + ROUNDING * size, on, jerk, snap)
+    s, doubtful = 0.0, False
+    for _ in range(MOST_STEPS):
+        if surely:
+            x = polish(a, s, s + h, s + 1.5 * h)
+            _, rate = value(a, x)
+            return True, x, doubtful or rate * rate <= 16.0 * ROUNDING * size_of(a, x) * most
+        if h <= ROUNDING * s:
+            gap = with_rates(a, s)
+            if gap[0] <= 0.0 and gap[1] < 0.0 and gap[1] * gap[1] > 16.0 * ROUNDING * size * most:
+                return True, s, doubtful
+            doubtful = True  # a graze within rounding: pass it, to where the function rises again
+            h = 4.0 * ROUNDING * s
+            if gap[2] > 0.0:
+                h += 2.0 * (abs(gap[1]) + math.sqrt(2.0 * gap[2] * ROUNDING * size_of(a, s))) / gap[2]
+        s += h * INWARD
+        if s >= end:
+            return False, end, doubtful
+        surely, h = seen(with_rates(a, s), s, end, left + ROUNDING * size_of(a, s), jerk, snap)
+    return True, s, True
