@@ -55,6 +55,9 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
     from nsmaps.enclosures.box_images import box_map as box_map
     from nsmaps.errors import NsmapsError as NsmapsError
+    from nsmaps.exact.hybrid import Guard as Guard
+    from nsmaps.exact.hybrid import HybridSystem as HybridSystem
+    from nsmaps.exact.hybrid import Section as Section
     from nsmaps.exact.outcome import Outcome as Outcome
     from nsmaps.exact.returns import Returns as Returns
     from nsmaps.exact.surfaces.along import Along as Along
@@ -140,6 +143,7 @@ _PUBLIC = {
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),
     "exact.surfaces.surface": ("Axis", "Grid", "Surface"),
+    "exact.hybrid": ("Guard", "HybridSystem", "Section"),
     "exact.system": ("ImpactSystem",),
     "exact.walls": ("Wall",),
     "exports.document": ("read_map",),

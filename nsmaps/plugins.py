@@ -142,11 +142,14 @@ def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: f
 
 
 def _checked(found: object, where: str) -> "type[ImpactSystem]":
+    from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.system import ImpactSystem
 
-    if isinstance(found, type) and issubclass(found, ImpactSystem):
+    if isinstance(found, type) and issubclass(found, ImpactSystem | HybridSystem):
         return found
-    raise SystemDefinitionError(f"{where} is not a system; expected: a class that inherits from nsmaps.ImpactSystem")
+    raise SystemDefinitionError(
+        f"{where} is not a system; expected: a class that inherits from nsmaps.ImpactSystem or nsmaps.HybridSystem"
+    )
 
 
 def _split(name: str) -> tuple[str, str]:

@@ -1,7 +1,7 @@
 """A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -10,9 +10,8 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, as_states
-from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.parameters import ParametricSystem
-from nsmaps.exact.returns import Returns
+from nsmaps.exact.returns import Itineraries, Returns
 
 if TYPE_CHECKING:
     from nsmaps.exact.modes.kernel import ModeKernel
@@ -41,15 +40,15 @@ class Section:
     guards: str | Sequence[str]  #: names of the events
     coordinates: Sequence[str]  #: names of states, and of one that is none: the phase of the forcing, radians
     side: Literal["before", "after"] = "before"  #: of the reset, of start and image
-    states: Mapping[str, Any] = field(default_factory=dict)  #: of the other states, by the coordinates, but one that the guard gives
+    states: Mapping[str, Any] = field(default_factory=dict)  #: the other states by the coordinates, but one that the guard gives
 
 
 class HybridSystem(ParametricSystem):
     """A system whose state follows linear differential equations that change at events.
 
     Subclass it: the fields are the parameters, `states` the names of the states, and `modes`, `guards` and `section` are formulas
-    in `self`, in the time t and in the states y.x, y.v, ..., which sympy symbols stand for. The rates of a mode are affine in the states,
-    with harmonics of the forcing. A state of the return map is a row of the section's coordinates.
+    in `self`, in the time t and in the states y.x, y.v, ..., which sympy symbols stand for. The rates of a mode are affine in the
+    states, with harmonics of the forcing. A state of the return map is a row of the section's coordinates.
     """
 
     states: ClassVar[tuple[str, ...]] = ()
@@ -100,6 +99,14 @@ class HybridSystem(ParametricSystem):
         Other arguments and errors as `first_return`.
         """
         return self._kernel().orbits(as_states(states, self.coordinates), n, derivative)
+
+    def itineraries(self, states: ArrayLike) -> Itineraries:
+        """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
+
+        `clearance` is the least value of a guard's function at such a minimum, `slowest` the least rate of one at its event.
+        Two returns with the same itinerary lie on one smooth piece of the map. Arguments and errors as `first_return`.
+        """
+        return self._kernel().itineraries(as_states(states, self.coordinates))
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).

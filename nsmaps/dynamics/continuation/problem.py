@@ -102,7 +102,8 @@ class OrbitCurve(WithCoordinates):
         if not isinstance(map, ExactMap):
             return np.full(2, np.inf)
         found, speed = map.itineraries(states), self.scale[0]
-        return np.array([found.clearance.min() * map.phase_rate() / speed, found.slowest.min() / speed])
+        rate = map.phase_rate() or 1.0  # of systems without forcing gaps are in their own units
+        return np.array([found.clearance.min() * rate / speed, found.slowest.min() / speed])
 
     def _by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
         """The derivative of the images by the parameter, shape (q, n): through impacts where the map is exact."""

@@ -3,7 +3,7 @@
 The features of a row are the states, 1, and cosine and sine of the multiples of the phase of the forcing.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
@@ -15,7 +15,7 @@ import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Angle
-from nsmaps.errors import SystemDefinitionError
+from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.exponentials import DIGITS, Expansion
 from nsmaps.exact.flows.formulas import PHI
 
@@ -59,7 +59,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class Start:
-    """How coordinates of the section give the state: rows over the states, of which those that are no coordinates are not used."""
+    """How coordinates of the section give the state: rows over the states that are coordinates."""
 
     transition: int
     states: tuple[Row, ...]
@@ -151,7 +151,7 @@ class Reader:
         unknown = expr.free_symbols - self.parameters - set(self.states.values()) - {PHI}
         if CLOCK in unknown:
             raise SystemDefinitionError(
-                f"{what} depends on the time, and {self.name} has no `period`; expected: a `period`, or a state with rate 1 as a clock"
+                f"{what} depends on the time, and {self.name} has no `period`; expected: one, or a state of rate 1 as a clock"
             )
         if unknown:
             raise SystemDefinitionError(f"{what} has the unknown symbols {', '.join(sorted(map(str, unknown)))}")
@@ -174,7 +174,7 @@ def definition_of(system: "HybridSystem") -> Definition:
     """
     cls = type(system)
     if not cls.states or not all(isinstance(name, str) and name.isidentifier() for name in cls.states):
-        raise SystemDefinitionError(f"{cls.__name__}.states is {cls.states!r}; expected: the names of the states, such as ('x', 'v')")
+        raise SystemDefinitionError(f"{cls.__name__}.states is {cls.states!r}; expected: names of states, such as ('x', 'v')")
     symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
     fixed = {name: getattr(system, name) for name in cls.model_fields if name not in symbols}
     symbolic = cls.model_construct(**symbols, **fixed)
@@ -189,7 +189,7 @@ def definition_of(system: "HybridSystem") -> Definition:
     transitions = tuple(_transitions(reader, tuple(modes), guards))
     names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
     if unknown := [name for name in names if name not in guards]:
-        raise SystemDefinitionError(f"{cls.__name__}.section is at {unknown[0]!r}; expected: one of the guards {', '.join(guards)}")
+        raise SystemDefinitionError(f"{cls.__name__}.section is at {unknown[0]!r}; expected: one of {', '.join(guards)}")
     coordinates = _coordinates(cls.__name__, cls.states, section, period is not None)
     starts = tuple(_start(reader, section, k, one) for k, one in enumerate(transitions) if one.name in names)
     if section.side == "after" and len(starts) > 1:
@@ -202,22 +202,20 @@ def definition_of(system: "HybridSystem") -> Definition:
 
 
 def _rates(reader: Reader, mode: str, given: Mapping[str, Any]) -> tuple[Row, ...]:
+    names = ", ".join(reader.states)
     if set(given) != set(reader.states):
-        raise SystemDefinitionError(
-            f"{reader.name}.modes has in mode {mode!r} the rates of {', '.join(given) or 'nothing'}; expected: of {', '.join(reader.states)}"
-        )
-    return tuple(reader.row(given[state], f"{reader.name}.modes: the rate of {state} in mode {mode!r}") for state in reader.states)
+        there = ", ".join(given) or "nothing"
+        raise SystemDefinitionError(f"{reader.name}.modes has in mode {mode!r} the rates of {there}; expected: of {names}")
+    what = f"{reader.name}.modes: in mode {mode!r} the rate of"
+    return tuple(reader.row(given[state], f"{what} {state}") for state in reader.states)
 
 
 def _transitions(reader: Reader, modes: tuple[str, ...], guards: "Mapping[str, Guard]") -> Iterator[Transition]:
     for name, guard in guards.items():
-        watched = (guard.modes,) if isinstance(guard.modes, str) else tuple(guard.modes)
-        for mode in (*watched, *((guard.to,) if guard.to else ())):
-            if mode not in modes:
-                raise SystemDefinitionError(f"{reader.name}.guards: {name!r} names the mode {mode!r}; expected: one of {', '.join(modes)}")
-        if unknown := [state for state in guard.reset if state not in reader.states]:
-            raise SystemDefinitionError(f"{reader.name}.guards: {name!r} resets {unknown[0]!r}; expected: one of {', '.join(reader.states)}")
         what = f"{reader.name}.guards: {name!r}"
+        watched = (guard.modes,) if isinstance(guard.modes, str) else tuple(guard.modes)
+        _one_of(f"{what} names the mode", [*watched, *([guard.to] if guard.to else [])], modes)
+        _one_of(f"{what} resets", guard.reset, tuple(reader.states))
         function = reader.row(guard.function, f"the function of {what}")
         where = tuple(reader.row(one, f"a condition of {what}") for one in guard.where)
         reset = tuple(
@@ -228,6 +226,12 @@ def _transitions(reader: Reader, modes: tuple[str, ...], guards: "Mapping[str, G
         for mode in watched:
             target = -1 if guard.ends else modes.index(guard.to or mode)
             yield Transition(name, letter, modes.index(mode), function, target, reset, where)
+
+
+def _one_of(what: str, names: Iterable[str], known: tuple[str, ...]) -> None:
+    for name in names:
+        if name not in known:
+            raise SystemDefinitionError(f"{what} {name!r}; expected: one of {', '.join(known)}{near_match(name, known)}")
 
 
 def _coordinates(name: str, states: tuple[str, ...], section: "Section", forced: bool) -> tuple[str, ...]:
@@ -245,7 +249,7 @@ def _start(reader: Reader, section: "Section", number: int, transition: Transiti
     left = [state for state in reader.states if state not in rows]
     if len(left) > 1:
         raise SystemDefinitionError(
-            f"{reader.name}.section leaves {' and '.join(left)} open; expected: all states but one as `coordinates` or in `states`"
+            f"{reader.name}.section leaves {' and '.join(left)} open; expected: all states but one in `coordinates` or `states`"
         )
     if left:
         rows[left[0]] = _solved(reader, transition, left[0], rows)

@@ -1,7 +1,7 @@
 """A system with modes in numbers: the table that compiled code follows.
 
-A flow is y' = Y z, where z holds the states y, 1, and cosine and sine of the multiples of the phase. Times of a mode are in units of its
-longest step.
+A flow is y' = Y z, where z holds the states y, 1, and cosine and sine of the multiples of the phase. The time unit of a mode is
+its longest step.
 """
 
 from collections.abc import Sequence
@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+import sympy as sp
 from scipy.linalg import expm
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definition import Definition, Numbers, Row, filled, in_digits
+from nsmaps.exact.modes.memory import Moved
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
 SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
@@ -28,6 +30,7 @@ class Tables(NamedTuple):
     first: Any  #: shape (M, n + 1), where the coefficients of each state's rate begin
     columns: Any  #: the features of these coefficients
     values: Any  #: and the coefficients, times the mode's longest step
+    abscissa: Any  #: shape (M,), largest real part of an eigenvalue, or zero: the rate at which rounding grows
     growth: Any  #: shape (M, N, N), exp(|Y| step): bounds what a remainder grows to within a step
     watched: Any  #: shape (M + 1,), where the functions of each mode begin
     functions: Any  #: shape (S, N), positive before their event
@@ -106,6 +109,7 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
         first=first,
         columns=columns,
         values=coefficients,
+        abscissa=np.array([max(0.0, float(np.linalg.eigvals(flow[:n, :n]).real.max())) for flow in flows]),
         growth=growth,
         watched=np.cumsum([0, *(len(mode) for mode in groups)]),
         functions=functions,
@@ -133,6 +137,22 @@ def numbers(definition: Definition, values: Sequence[float]) -> list[float]:
     row = Row((definition.phase_rate, definition.horizon), 0)
     with_symbols = Numbers(row, definition.symbols)
     return [float(x) for x in with_symbols.at(values)[0]]
+
+
+def moved_of(definition: Definition, table: Tables, values: Sequence[float], rates: Floats) -> Moved:
+    """The derivative of a table by the parameters, which change at these rates."""
+    n, width = table.resets.shape[1:]
+    harmonics, total, turn = (width - n - 1) // 2, None, 0.0
+    for symbol, rate in zip(definition.symbols, rates.tolist(), strict=True):
+        if rate:
+            made = in_digits(definition, values, definition.derivative(symbol))
+            rows = rows_of(definition, made, harmonics)
+            parts = [rate * part for part in (rows.rates, rows.functions, rows.resets, rows.starts)]
+            total = parts if total is None else [a + b for a, b in zip(total, parts, strict=True)]
+            turn += rate * float(sp.diff(definition.phase_rate, symbol).subs(dict(zip(definition.symbols, values, strict=True))))
+    assert total is not None, "asked for along a direction"
+    leads = table.chosen[table.choices[:-1]]
+    return Moved(True, turn, total[0] * table.steps[:, None, None], total[1][leads], total[2], total[3])
 
 
 def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
@@ -175,7 +195,7 @@ def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
 
 
 def vanishing(rows: Rows, functions: Floats, harmonics: int) -> Any:
-    """Which functions are zero just after which events, whatever the state: in proportion, after the reset, to that of the event."""
+    """Which functions are zero just after which events for every state: they are then in proportion to that of the event."""
     n, width = rows.resets.shape[1:]
     result = np.zeros((len(rows.functions), len(functions)), bool)
     for k, (function, reset) in enumerate(zip(rows.functions, rows.resets, strict=True)):

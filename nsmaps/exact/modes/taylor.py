@@ -2,14 +2,14 @@
 
 import math
 
-from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.jit import inlined
 
 ORDER = 30  # of the series
 LEFT_OUT = 1e-18  # of the size of a state, that its series may leave out at the end of a step
 ROUNDING = 1e-15  # a few units in the last place
 
 
-@inner
+@inlined
 def features(p, phi, z, n):
     """Write 1 and the waves of the phase behind the states."""
     z[n] = 1.0
@@ -17,25 +17,29 @@ def features(p, phi, z, n):
         z[n + 2 * m - 1], z[n + 2 * m] = math.cos(m * phi), math.sin(m * phi)
 
 
-@inner
+@inlined
+def next_term(p, mode, d, k):
+    """Write the term k + 1 of the Taylor series of z, in the time unit of the mode, from the term k."""
+    n, turn, share = p.first.shape[1] - 1, p.rate * p.steps[mode], 1.0 / (k + 1)
+    for i in range(n):
+        total = 0.0
+        for j in range(p.first[mode, i], p.first[mode, i + 1]):
+            total += p.values[j] * d[k, p.columns[j]]
+        d[k + 1, i] = total * share
+    d[k + 1, n] = 0.0
+    for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
+        c = n + 2 * m - 1
+        d[k + 1, c], d[k + 1, c + 1] = -m * turn * share * d[k, c + 1], m * turn * share * d[k, c]
+
+
+@inlined
 def series(p, mode, d):
-    """The terms of the Taylor series of z, whose first is given, in the time unit of the mode: d[k] = z^(k)/k!, k <= ORDER + 1."""
-    n, width = p.first.shape[1] - 1, d.shape[1]
-    turn = p.rate * p.steps[mode]
+    """Write the terms of the Taylor series of z, of which the first is given: d[k] = z^(k)/k! up to k = ORDER + 1."""
     for k in range(ORDER + 1):
-        share = 1.0 / (k + 1)
-        for i in range(n):
-            total = 0.0
-            for j in range(p.first[mode, i], p.first[mode, i + 1]):
-                total += p.values[j] * d[k, p.columns[j]]
-            d[k + 1, i] = total * share
-        d[k + 1, n] = 0.0
-        for m in range(1, (width - n - 1) // 2 + 1):
-            c = n + 2 * m - 1
-            d[k + 1, c], d[k + 1, c + 1] = -m * turn * share * d[k, c + 1], m * turn * share * d[k, c]
+        next_term(p, mode, d, k)
 
 
-@inner
+@inlined
 def reach(p, mode, d):
     """How far, at most 1, the series may be used: what it leaves out of each state stays beside what it holds below rounding."""
     n, width = p.first.shape[1] - 1, d.shape[1]
@@ -54,7 +58,7 @@ def reach(p, mode, d):
     return far
 
 
-@inner
+@inlined
 def left_out(p, function, d, tau):
     """A bound on what the series of a function leaves out up to tau."""
     total = 0.0
@@ -63,7 +67,7 @@ def left_out(p, function, d, tau):
     return total * tau ** (ORDER + 1)
 
 
-@inner
+@inlined
 def project(p, function, d, a):
     """The series of a function of the state."""
     for k in range(ORDER + 1):
@@ -75,7 +79,7 @@ def project(p, function, d, a):
                 a[k] += h * d[k, j]
 
 
-@inner
+@inlined
 def state_at(d, tau, n, z):
     """Write the states at tau."""
     for i in range(n):

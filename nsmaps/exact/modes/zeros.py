@@ -1,6 +1,6 @@
 """The first zero of a polynomial that is positive before it, with a certificate: no step can pass one.
 
-The arguments are those of `nsmaps.exact.engine.march`, here for one gap that is a Taylor series with a bound on what it leaves out.
+The arguments are those of `nsmaps.exact.engine.march`, here for a Taylor series with a bound on what it leaves out.
 """
 
 import math
@@ -99,10 +99,10 @@ def stays_positive(a, end, on, size, left):
 
 @inner
 def first_zero(a, end, left, on):
-    """The first zero in (0, end] of a polynomial that is positive before it: (whether there is one, where, whether that is doubtful).
+    """The first zero in (0, end] of a polynomial that is positive before it: (is there one, where, is that doubtful).
 
-    `left` bounds what the polynomial leaves out. With `on` it begins at zero; where it falls from there, or is negative at the start,
-    the zero is at once. Bounds hold up to `end`, and no step goes beyond. Rounding is counted in the sizes of the terms.
+    `left` bounds what the polynomial leaves out. With `on` it begins at zero; where it falls from there, or is negative at the
+    start, the zero is at once. Bounds hold up to `end`, and no step goes beyond. Rounding is counted in the sizes of the terms.
     """
     if a[0] < 0.0 or (on and (a[1] < 0.0 or (a[1] == 0.0 and a[2] < 0.0))):
         most, _, _ = limits(a, end)

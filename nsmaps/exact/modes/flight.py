@@ -1,0 +1,184 @@
+"""A flight from one event to the next, with the derivatives that are carried along and through the event."""
+
+import math
+
+from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.modes.taylor import ORDER, ROUNDING, features, left_out, next_term, project, reach, series, state_at
+from nsmaps.exact.modes.zeros import first_zero, value
+
+MOST_TURNS = 1_000  # minima and maxima within one series
+MOST_PIECES = 1_000_000  # Taylor series of one flight
+NO_FUNCTION = -1
+
+
+@inlined
+def dot(row, z):
+    """The value of a row, and the sum of the sizes of its terms."""
+    total, size = 0.0, 0.0
+    for j in range(len(z)):
+        term = row[j] * z[j]
+        total += term
+        size += abs(term)
+    return total, size
+
+
+@inlined
+def velocity(p, mode, z, field):
+    """Write dz/dt in the time unit of the mode."""
+    n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode]
+    for i in range(n):
+        total = 0.0
+        for j in range(p.first[mode, i], p.first[mode, i + 1]):
+            total += p.values[j] * z[p.columns[j]]
+        field[i] = total
+    field[n] = 0.0
+    for m in range(1, (len(z) - n - 1) // 2 + 1):
+        c = n + 2 * m - 1
+        field[c], field[c + 1] = -m * turn * z[c + 1], m * turn * z[c]
+
+
+@inlined
+def shift_waves(p, z, dz, dphi, n):
+    """Write the derivatives of the waves of the phase by the directions."""
+    for m in range(1, (len(z) - n - 1) // 2 + 1):
+        c = n + 2 * m - 1
+        for k in range(dz.shape[1]):
+            dz[c, k], dz[c + 1, k] = -m * z[c + 1] * dphi[k], m * z[c] * dphi[k]
+
+
+@inlined
+def carried(p, mode, tau, w):
+    """Carry derivatives by tau along the flow of a mode, which the parameters may move."""
+    n, width, turn = p.first.shape[1] - 1, len(w.z), w.moved.rate * p.steps[mode]
+    for c in range(w.dz.shape[1]):
+        for j in range(width):
+            w.e[0, j] = w.dz[j, c]
+        if w.moved.here:
+            for k in range(ORDER + 1):
+                next_term(p, mode, w.e, k)
+                for i in range(n):
+                    for j in range(width):
+                        w.e[k + 1, i] += w.moved.rates[mode, i, j] * w.d[k, j] / (k + 1)
+                for m in range(1, (width - n - 1) // 2 + 1):
+                    x = n + 2 * m - 1
+                    w.e[k + 1, x] -= m * turn * w.d[k, x + 1] / (k + 1)
+                    w.e[k + 1, x + 1] += m * turn * w.d[k, x] / (k + 1)
+        else:
+            series(p, mode, w.e)
+        for j in range(width):
+            total = w.e[ORDER, j]
+            for k in range(ORDER - 1, -1, -1):
+                total = total * tau + w.e[k, j]
+            w.dz[j, c] = total
+
+
+@inlined
+def next_event(p, mode, on, d, a, end, grown):
+    """The first function of a mode that is zero within a series: (which, -1 for none, when, whether doubtful).
+
+    `grown` is what rounding at the start of the flight has grown to, in units of rounding.
+    """
+    which, when, doubtful = NO_FUNCTION, end, False
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        project(p, f, d, a)
+        if on[f]:
+            a[0] = 0.0
+        blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], d[0])[1]
+        found, x, unsure = first_zero(a, when, left_out(p, f, d, when) + blur, on[f])
+        if found:
+            close = which != NO_FUNCTION and when - x <= 4.0 * ROUNDING * when
+            which, when, doubtful = f, x, unsure or close
+        else:
+            doubtful = doubtful or unsure
+    return which, when, doubtful
+
+
+@inlined
+def saltation(p, mode, function, w):
+    """Take derivatives at a fixed time to derivatives at the event."""
+    shift_waves(p, w.z, w.dz, w.dphi, p.first.shape[1] - 1)
+    velocity(p, mode, w.z, w.field)
+    slope, _ = dot(p.functions[function], w.field)
+    turn = p.rate * p.steps[mode]
+    for c in range(w.dz.shape[1]):
+        moved = 0.0
+        for j in range(len(w.z)):
+            moved += p.functions[function, j] * w.dz[j, c]
+            if w.moved.here:
+                moved += w.moved.functions[function, j] * w.z[j]
+        dt = -moved / slope
+        for j in range(len(w.z)):
+            w.dz[j, c] += w.field[j] * dt
+        w.dphi[c] += turn * dt
+
+
+@inner
+def minima(a, end, b):
+    """The least value of a polynomial at its minima in (0, end), inf without one, and their number; b is memory."""
+    for k in range(ORDER):
+        b[k] = (k + 1) * a[k + 1]
+    b[ORDER] = 0.0
+    x, least, number = 0.0, math.inf, 0
+    for _ in range(MOST_TURNS):
+        falls = b[0] < 0.0 or (b[0] == 0.0 and b[1] < 0.0)
+        if falls:
+            for k in range(ORDER):
+                b[k] = -b[k]
+        found, step, _ = first_zero(b, end - x, 0.0, b[0] == 0.0)
+        if not found:
+            break
+        x += step
+        for i in range(ORDER):
+            for k in range(ORDER - 1, i - 1, -1):
+                b[k] += step * b[k + 1]
+        b[0] = 0.0
+        if falls:
+            for k in range(ORDER):
+                b[k] = -b[k]
+            least, number = min(least, value(a, x)[0]), number + 1
+    return least, number
+
+
+@inlined
+def look_around(p, mode, tau, w):
+    """Take note of the minima of the functions that are watched."""
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        project(p, f, w.d, w.a)
+        least, number = minima(w.a, tau, w.b)
+        w.near[0] = min(w.near[0], least)
+        w.minima[f] += number
+
+
+@inlined
+def fly(p, mode, phi, w):
+    """To the next event: (its function, -1 for none within the horizon; time; phase; whole turns; whether it is doubtful)."""
+    n, directions, flight, turns, doubtful = p.first.shape[1] - 1, w.dz.shape[1], 0.0, 0, False
+    for _ in range(MOST_PIECES):
+        features(p, phi, w.z, n)
+        for j in range(len(w.z)):
+            w.d[0, j] = w.z[j]
+        series(p, mode, w.d)
+        grown = math.expm1(min(p.abscissa[mode] * flight, 700.0))
+        which, tau, unsure = next_event(p, mode, w.on, w.d, w.a, reach(p, mode, w.d), grown)
+        doubtful = doubtful or unsure
+        state_at(w.d, tau, n, w.z)
+        if directions > 0:
+            shift_waves(p, w.d[0], w.dz, w.dphi, n)
+            carried(p, mode, tau, w)
+        step = tau * p.steps[mode]
+        if not math.isnan(w.near[0]):
+            look_around(p, mode, tau, w)
+        flight += step
+        for c in range(directions):
+            w.dphi[c] += w.moved.rate * step
+        phi += p.rate * step
+        if phi >= TWO_PI:
+            more = math.floor(phi / TWO_PI)
+            phi, turns = max(phi - more * TWO_PI, 0.0), turns + more
+        if which != NO_FUNCTION or flight >= p.horizon:
+            features(p, phi, w.z, n)
+            return which, flight, phi, turns, doubtful
+        for f in range(p.watched[mode], p.watched[mode + 1]):
+            w.on[f] = False
+    return NO_FUNCTION, flight, phi, turns, True

@@ -1,0 +1,69 @@
+"""What the compiled functions work in: the state and its derivatives on their way, and how the table moves with parameters."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsmaps.exact.modes.taylor import ORDER
+
+
+class Moved(NamedTuple):
+    """Derivatives of a table along a direction of the parameters; `here` is false where there is no such direction."""
+
+    here: bool
+    rate: float
+    rates: Any  #: shape (M, n, N), times the mode's longest step
+    functions: Any  #: shape (S, N)
+    resets: Any  #: shape (T, n, N)
+    states: Any  #: shape (number of starts, n, N)
+
+
+class Memory(NamedTuple):
+    """Memory that a return works in; D directions of derivatives."""
+
+    z: Any  #: shape (N,), features of the state
+    dz: Any  #: shape (N, D)
+    dphi: Any  #: shape (D,)
+    d: Any  #: shape (ORDER + 2, N), Taylor series of the state
+    e: Any  #: the same, of a derivative
+    a: Any  #: shape (ORDER + 1,), of a function
+    b: Any  #: the same, of its derivative
+    field: Any  #: shape (N,)
+    on: Any  #: shape (S,), whether each function is zero at the start of the flight
+    other: Any  #: shape (N,)
+    new: Any  #: shape (n,)
+    slopes: Any  #: shape (n, D)
+    moved: Moved
+    near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
+    minima: Any  #: shape (S,), of the flight under way
+    image: Any  #: shape (number of coordinates,)
+    column: Any  #: shape (number of coordinates, 1)
+
+
+def still(p: Any) -> Moved:
+    """No direction of the parameters."""
+    return Moved(False, 0.0, *(np.zeros((0, *shape.shape[1:])) for shape in (p.growth, p.functions, p.resets, p.states)))
+
+
+def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = False) -> Memory:
+    """Memory for the returns of one thread."""
+    n, width, functions, places = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions), len(p.places)
+    return Memory(
+        z=np.zeros(width),
+        dz=np.zeros((width, directions)),
+        dphi=np.zeros(directions),
+        d=np.zeros((ORDER + 2, width)),
+        e=np.zeros((ORDER + 2, width)),
+        a=np.zeros(ORDER + 1),
+        b=np.zeros(ORDER + 1),
+        field=np.zeros(width),
+        on=np.zeros(functions, bool),
+        other=np.zeros(width),
+        new=np.zeros(n),
+        slopes=np.zeros((n, directions)),
+        moved=moved or still(p),
+        near=np.array([np.inf if margins else np.nan, np.inf, 0.0]),
+        minima=np.zeros(functions, np.int64),
+        image=np.zeros(places),
+        column=np.zeros((places, 1)),
+    )

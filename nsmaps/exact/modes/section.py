@@ -1,0 +1,191 @@
+"""The state at the section that coordinates give, and the transition that takes place at an event."""
+
+import math
+
+from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.engine.jit import inlined
+from nsmaps.exact.modes.flight import NO_FUNCTION, dot, shift_waves, velocity
+from nsmaps.exact.modes.taylor import ROUNDING, features
+
+FARTHEST_PHASE = 1e10  # beyond, a phase has lost its digits
+
+
+@inlined
+def allowed(p, k, z):
+    """Whether the conditions of a transition hold, and whether one of them is zero but for rounding."""
+    holds, doubtful = True, False
+    for c in range(p.conditions[k], p.conditions[k + 1]):
+        value, size = dot(p.where[c], z)
+        holds = holds and value >= 0.0
+        doubtful = doubtful or abs(value) <= ROUNDING * size
+    return holds, doubtful
+
+
+@inlined
+def picked(p, function, z):
+    """The transition that takes place where a function is zero, -1 for none, and whether that is doubtful."""
+    unsure = False
+    for c in range(p.choices[function], p.choices[function + 1]):
+        holds, doubtful = allowed(p, p.chosen[c], z)
+        unsure = unsure or doubtful
+        if holds:
+            return p.chosen[c], unsure
+    return -1, unsure
+
+
+@inlined
+def away(p, transition, z):
+    """The function of a transition at a state, as a share of the sizes of its terms."""
+    function = function_of(p, transition)
+    value, size = dot(p.functions[function], z)
+    return value / size if size > 0.0 else 0.0
+
+
+@inlined
+def function_of(p, transition):
+    """The function that is watched for a transition."""
+    for function in range(len(p.choices) - 1):
+        for c in range(p.choices[function], p.choices[function + 1]):
+            if p.chosen[c] == transition:
+                return function
+    return NO_FUNCTION
+
+
+@inlined
+def mode_of(p, function):
+    """The mode in which a function is watched."""
+    mode = 0
+    while p.watched[mode + 1] <= function:
+        mode += 1
+    return mode
+
+
+@inlined
+def reset(p, k, w):
+    """Write the state just after a transition, and its derivatives; columns of `dz` are directions."""
+    n, directions = p.first.shape[1] - 1, w.dz.shape[1]
+    if not p.moves[k]:
+        return
+    for i in range(n):
+        w.new[i], _ = dot(p.resets[k, i], w.z)
+        for c in range(directions):
+            w.slopes[i, c] = 0.0
+            for j in range(len(w.z)):
+                w.slopes[i, c] += p.resets[k, i, j] * w.dz[j, c]
+                if w.moved.here:
+                    w.slopes[i, c] += w.moved.resets[k, i, j] * w.z[j]
+    for i in range(n):
+        w.z[i] = w.new[i]
+        for c in range(directions):
+            w.dz[i, c] = w.slopes[i, c]
+
+
+@inlined
+def enter(p, k, with_reset, w):
+    """Take the state through a transition, whose reset may lie behind it: the mode that follows."""
+    if with_reset:
+        reset(p, k, w)
+    for f in range(len(w.on)):
+        w.on[f] = p.on[k, f]
+    return p.target[k]
+
+
+@inlined
+def begun(p, row, w):
+    """Write the state at the section that coordinates give; the transition there, -1 where the coordinates are no state."""
+    n, phi = p.first.shape[1] - 1, 0.0
+    for c in range(len(p.places)):
+        if not math.isfinite(row[c]):
+            return -1
+        if p.places[c] < 0:
+            phi = row[c]
+    if abs(phi) > FARTHEST_PHASE:
+        return -1
+    best, least, made, state = -1, math.inf, w.other, w.new
+    for k in range(len(p.starts)):
+        for j in range(n):
+            made[j] = 0.0
+        for c in range(len(p.places)):
+            if p.places[c] >= 0:
+                made[p.places[c]] = row[c]
+        features(p, phi, made, n)
+        for i in range(n):
+            state[i], _ = dot(p.states[k, i], made)
+        for i in range(n):
+            made[i] = state[i]
+        far = abs(away(p, p.starts[k], made))
+        holds, _ = allowed(p, p.starts[k], made)
+        if (holds or p.after) and far < least:
+            best, least = p.starts[k], far
+            for j in range(len(made)):
+                w.z[j] = made[j]
+    return best
+
+
+@inlined
+def launch(p, k, row, phi, w):
+    """Write the features at the start, and how they change with the coordinates."""
+    n, width, directions = p.first.shape[1] - 1, len(w.z), w.dz.shape[1]
+    features(p, phi, w.z, n)
+    if w.moved.here:
+        launch_moved(p, k, row, w)
+        return
+    for c in range(directions):
+        w.dphi[c] = 1.0 if p.places[c] < 0 else 0.0
+    shift_waves(p, w.z, w.dz, w.dphi, n)
+    for c in range(directions):
+        w.dz[n, c] = 0.0
+        for i in range(n):
+            if p.places[c] >= 0:
+                w.dz[i, c] = state_slope(p, k, i, p.places[c])
+            else:
+                w.dz[i, c] = 0.0
+                for j in range(n + 1, width):
+                    w.dz[i, c] += state_slope(p, k, i, j) * w.dz[j, c]
+
+
+@inlined
+def launch_moved(p, k, row, w):
+    """Write how the start changes with the parameters, at fixed coordinates."""
+    n, width = p.first.shape[1] - 1, len(w.z)
+    for j in range(n):
+        w.other[j] = 0.0
+    for c in range(len(p.places)):
+        if p.places[c] >= 0:
+            w.other[p.places[c]] = row[c]
+    for j in range(n, width):
+        w.other[j], w.dz[j, 0] = w.z[j], 0.0
+    w.dphi[0] = 0.0
+    for start in range(len(p.starts)):
+        if p.starts[start] == k:
+            for i in range(n):
+                w.dz[i, 0], _ = dot(w.moved.states[start, i], w.other)
+
+
+@inlined
+def state_slope(p, transition, i, feature):
+    """The derivative of a state at the section by a feature."""
+    for k in range(len(p.starts)):
+        if p.starts[k] == transition:
+            return p.states[k, i, feature]
+    return 0.0
+
+
+@inlined
+def starting(p, row, w):
+    """The transition at the start, -1 where the row is no state, and the phase within a turn; features are written."""
+    k, phi = begun(p, row, w), 0.0
+    if k < 0:
+        return -1, 0.0
+    for c in range(len(p.places)):
+        if p.places[c] < 0:
+            phi = row[c]
+    phi -= math.floor(phi / TWO_PI) * TWO_PI
+    launch(p, k, row, phi, w)
+    if not p.after:
+        f = function_of(p, k)
+        velocity(p, mode_of(p, f), w.z, w.field)
+        rate, size = dot(p.functions[f], w.field)
+        if rate > ROUNDING * size:
+            return -1, 0.0
+    return k, phi
