@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
+    from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.system import ImpactSystem
+
+    AnySystem = ImpactSystem | HybridSystem
 
 GROUP = "nsmaps.systems"
 SKETCHES = "nsmaps.sketches"
@@ -33,7 +36,7 @@ def system_names() -> list[str]:
     return sorted({entry.name for entry in entry_points(group=GROUP)})
 
 
-def systems() -> "dict[str, type[ImpactSystem]]":
+def systems() -> "dict[str, type[AnySystem]]":
     """Every installed system, name -> class.
 
     A package that fails to import is named in a warning and left out. Raises SystemDefinitionError when two packages
@@ -49,7 +52,7 @@ def systems() -> "dict[str, type[ImpactSystem]]":
     return found
 
 
-def system_class(name: str) -> "type[ImpactSystem]":
+def system_class(name: str) -> "type[AnySystem]":
     """The class of an installed system, or of one in a file: `path/to/mine.py:Class`.
 
     Raises UnknownSystemError for a name that is not installed, SystemDefinitionError when its package fails to import
@@ -58,7 +61,7 @@ def system_class(name: str) -> "type[ImpactSystem]":
     return _from_file(*_split(name)) if is_file(name) else _imported(entry_of(name))
 
 
-def load_system(name: str, **parameters: Any) -> "ImpactSystem":
+def load_system(name: str, **parameters: Any) -> "AnySystem":
     """The system of this name with these parameters, validated.
 
     Errors as `system_class`, and ParameterError for a parameter that is unknown, missing or not accepted.
@@ -127,7 +130,7 @@ def _entries(name: str) -> list[EntryPoint]:
     return list(entry_points(group=GROUP, name=name))
 
 
-def _imported(entry: EntryPoint) -> "type[ImpactSystem]":
+def _imported(entry: EntryPoint) -> "type[AnySystem]":
     """The entry point's class."""
     return _loaded(entry, lambda found: _checked(found, entry.value))
 
@@ -141,7 +144,7 @@ def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: f
         raise SystemDefinitionError(f"plugin {entry.name!r} of {owner_of(entry)} failed to import: {reason}") from error
 
 
-def _checked(found: object, where: str) -> "type[ImpactSystem]":
+def _checked(found: object, where: str) -> "type[AnySystem]":
     from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.system import ImpactSystem
 
@@ -157,7 +160,7 @@ def _split(name: str) -> tuple[str, str]:
     return path, attribute
 
 
-def _from_file(path: str, attribute: str) -> "type[ImpactSystem]":
+def _from_file(path: str, attribute: str) -> "type[AnySystem]":
     """The class of a file. Its module's name holds a hash of the file, so an edited file is a new module."""
     file = Path(os.path.expanduser(path)).resolve()
     if not os.path.isfile(file):

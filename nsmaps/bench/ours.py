@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -23,7 +23,7 @@ def pair_system(pair: Pair) -> "ImpactSystem":
     """The installed system `vi_pair` with these parameters."""
     from nsmaps.plugins import load_system
 
-    return load_system("vi_pair", d=pair.d, r=pair.r, g_bar=pair.g_bar)
+    return cast("ImpactSystem", load_system("vi_pair", d=pair.d, r=pair.r, g_bar=pair.g_bar))
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PrivateAttr, create_model
 
@@ -63,7 +63,7 @@ class _Head(BaseModel):
 
     def system_object(self) -> "ImpactSystem":
         """The system with the study's parameters; errors as `system_class`, and pydantic's ValidationError, for its places."""
-        return system_class(self.system)(**self.parameters)
+        return cast("ImpactSystem", system_class(self.system)(**self.parameters))
 
     def names(self, key: str) -> bool:
         """Whether the study names a section."""

@@ -4,7 +4,7 @@ The features of a row are the states, 1, and cosine and sine of the multiples of
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -80,6 +80,7 @@ class Definition:
     coordinates: tuple[str, ...]
     after: bool  #: whether start and image are taken just after the reset
     starts: tuple[Start, ...]
+    derivatives: dict[int, "Numbers"] = field(default_factory=dict)
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -97,27 +98,40 @@ class Definition:
             yield from start.states
 
     @cached_property
-    def expansions(self) -> tuple["Numbers", ...]:
+    def expansions(self) -> "Numbers":
         """What computes the rows, at values of the parameters."""
-        return tuple(Numbers(row, self.symbols) for row in self.rows)
+        return Numbers(list(self.rows), self.symbols)
 
-    def derivative(self, parameter: sp.Symbol) -> tuple["Numbers", ...]:
-        """What computes the derivatives of the rows by a parameter."""
-        return tuple(Numbers(row.by(parameter), self.symbols) for row in self.rows)
+    @cached_property
+    def scalars(self) -> "Numbers":
+        """What computes rate of the phase and horizon, as coefficients of a row, and their derivatives by each parameter."""
+        pair = Row((self.phase_rate, self.horizon), sp.S.Zero)
+        return Numbers([pair, *(pair.by(symbol) for symbol in self.symbols)], self.symbols)
+
+    def derivative(self, number: int) -> "Numbers":
+        """What computes the derivatives of the rows by a parameter, given by its position."""
+        if number not in self.derivatives:
+            self.derivatives[number] = Numbers([row.by(self.symbols[number]) for row in self.rows], self.symbols)
+        return self.derivatives[number]
 
 
 class Numbers:
-    """A row in numbers, computed in many digits."""
+    """Rows in numbers, computed in many digits."""
 
-    def __init__(self, row: Row, symbols: Sequence[sp.Symbol]) -> None:
-        self.coefficients = sp.lambdify(symbols, list(row.coefficients), "mpmath")
-        self.zero = row.rest == 0
-        self.rest = Expansion(row.rest, tuple(symbols))
+    def __init__(self, rows: list[Row], symbols: Sequence[sp.Symbol]) -> None:
+        coefficients = [c for row in rows for c in row.coefficients]
+        self.coefficients = sp.lambdify(symbols, coefficients, "mpmath", cse=True)
+        self.rests = [Expansion(row.rest, tuple(symbols)) if row.rest != 0 else None for row in rows]
 
-    def at(self, values: Sequence[float]) -> tuple[list[Any], dict[int, Any]]:
-        """The coefficients of the states, and of exp(i m phi) by m."""
-        known = list(self.coefficients(*map(mp.mpf, values)))
-        return known, {} if self.zero else {term.harmonic: x for term, x in self.rest.at(list(values)).items()}
+    def at(self, values: Sequence[float]) -> list[tuple[list[Any], dict[int, Any]]]:
+        """Of each row the coefficients of the states, and of exp(i m phi) by m."""
+        with mp.workdps(DIGITS):
+            known = list(self.coefficients(*map(mp.mpf, values)))
+            n = len(known) // len(self.rests)
+            waves = [
+                {} if rest is None else {term.harmonic: x for term, x in rest.at(list(values)).items()} for rest in self.rests
+            ]
+        return [(known[k * n : (k + 1) * n], wave) for k, wave in enumerate(waves)]
 
 
 def filled(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> Floats:
@@ -269,9 +283,3 @@ def _solved(reader: Reader, transition: Transition, state: str, rows: Mapping[st
         if name != state:
             total = total + rows[name].scaled(function.coefficients[k])
     return total.scaled(-1 / own)
-
-
-def in_digits(definition: Definition, values: Sequence[float], expansions: Sequence[Numbers] | None = None) -> list[Any]:
-    """All rows at values of the parameters, in the order of `Definition.rows`."""
-    with mp.workdps(DIGITS):
-        return [one.at(values) for one in (definition.expansions if expansions is None else expansions)]

@@ -9,16 +9,14 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import sympy as sp
-from scipy.linalg import expm
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.modes.definition import Definition, Numbers, Row, filled, in_digits
+from nsmaps.exact.modes.definition import Definition, filled
 from nsmaps.exact.modes.memory import Moved
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
 SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
-ENDS = -1
+TINY = 1e-18  #: of a series: what is left out of it
 
 
 class Tables(NamedTuple):
@@ -84,15 +82,15 @@ def harmonics_of(made: Sequence[Any]) -> int:
 
 def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
     """The table of a system at values of its parameters."""
-    made = in_digits(definition, values)
+    made = definition.expansions.at(values)
     harmonics = harmonics_of(made)
     rows = rows_of(definition, made, harmonics)
-    rate, horizon = (float(x) for x in numbers(definition, values))
+    rate, horizon = (float(x) for x in definition.scalars.at(values)[0][0])
     n, width = rows.rates.shape[1:]
     count = len(definition.modes)
     flows = np.array([flow_matrix(mode, rate, harmonics) for mode in rows.rates])
     steps = np.array([longest_step(flow, horizon) for flow in flows])
-    growth = np.array([expm(np.abs(flow) * step) for flow, step in zip(flows, steps, strict=True)])
+    growth = np.array([exponential(np.abs(flow) * step) for flow, step in zip(flows, steps, strict=True)])
     first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
     groups = [grouped(definition, rows, mode) for mode in range(count)]
     leads = [group[0] for mode in groups for group in mode]
@@ -132,24 +130,17 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
     )
 
 
-def numbers(definition: Definition, values: Sequence[float]) -> list[float]:
-    """Rate of the phase and horizon at values of the parameters."""
-    row = Row((definition.phase_rate, definition.horizon), 0)
-    with_symbols = Numbers(row, definition.symbols)
-    return [float(x) for x in with_symbols.at(values)[0]]
-
-
 def moved_of(definition: Definition, table: Tables, values: Sequence[float], rates: Floats) -> Moved:
     """The derivative of a table by the parameters, which change at these rates."""
     n, width = table.resets.shape[1:]
     harmonics, total, turn = (width - n - 1) // 2, None, 0.0
-    for symbol, rate in zip(definition.symbols, rates.tolist(), strict=True):
+    slopes = definition.scalars.at(values)[1:]
+    for k, rate in enumerate(rates.tolist()):
         if rate:
-            made = in_digits(definition, values, definition.derivative(symbol))
-            rows = rows_of(definition, made, harmonics)
+            rows = rows_of(definition, definition.derivative(k).at(values), harmonics)
             parts = [rate * part for part in (rows.rates, rows.functions, rows.resets, rows.starts)]
             total = parts if total is None else [a + b for a, b in zip(total, parts, strict=True)]
-            turn += rate * float(sp.diff(definition.phase_rate, symbol).subs(dict(zip(definition.symbols, values, strict=True))))
+            turn += rate * float(slopes[k][0][0])
     assert total is not None, "asked for along a direction"
     leads = table.chosen[table.choices[:-1]]
     return Moved(True, turn, total[0] * table.steps[:, None, None], total[1][leads], total[2], total[3])
@@ -164,6 +155,17 @@ def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
         c = n + 2 * m - 1
         flow[c, c + 1], flow[c + 1, c] = -m * rate, m * rate
     return flow
+
+
+def exponential(matrix: Floats) -> Floats:
+    """An upper bound on the exponential of a matrix without negative entries, by its series."""
+    total = term = np.eye(len(matrix))
+    for k in range(1, 1000):
+        term = term @ matrix / k
+        total = total + term
+        if k > REACH and (term <= TINY * total).all():
+            break
+    return total * (1 + 1e-12)
 
 
 def longest_step(flow: Floats, horizon: float) -> float:

@@ -1,0 +1,43 @@
+"""Piecewise-linear systems with independent references of 40 digits, and these references."""
+
+import json
+from pathlib import Path
+
+from nsmaps_belt import Belt
+from nsmaps_buck_converter import BuckConverter
+from nsmaps_recoil_pair import RecoilPair
+from nsmaps_rocking_block import RockingBlock
+from nsmaps_soft_impact import SoftImpact
+from nsmaps_two_masses import TwoMasses
+
+DATA = Path(__file__).parent / "data" / "hybrid"
+SYSTEMS = {
+    "S1_recoil": RecoilPair,
+    "S2_bilinear": SoftImpact,
+    "S3_stickslip": Belt,
+    "S4_rocking": RockingBlock,
+    "S5_buck": BuckConverter,
+    "S6_twomass": TwoMasses,
+}
+
+
+def reference(name):
+    """The references of a system."""
+    return json.loads((DATA / f"{name}.json").read_text())
+
+
+def system(name, parameters, **changes):
+    """A system with parameters as the references have them, decimals."""
+    return SYSTEMS[name](**{key: float(value) for key, value in {**parameters, **changes}.items()})
+
+
+def numbers(row):
+    """Decimals as floats."""
+    return [float(x) for x in row]
+
+
+def word(name, found):
+    """A word as the references write it: without the letter of the start, of the converter without that of the end."""
+    if name == "S5_buck":
+        return found if found.endswith("...") else found[:-1]
+    return found[1:]
