@@ -38,7 +38,7 @@ class Section:
     """The events between which the return map leads, and the coordinates of states there."""
 
     guards: str | Sequence[str]  #: names of the events
-    coordinates: Sequence[str]  #: names of states, and of one that is none: the phase of the forcing, radians
+    coordinates: Sequence[str]  #: names of states, and a name of its own for the phase of the forcing, radians
     side: Literal["before", "after"] = "before"  #: of the reset, of start and image
     states: Mapping[str, Any] = field(default_factory=dict)  #: the other states by the coordinates, but one that the guard gives
 

@@ -45,5 +45,5 @@ class RockingBlock(HybridSystem):
         }
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
-        """Just after the block went on to its right corner: speed and phase."""
+        """Just after the block came to its right corner: speed and phase."""
         return Section("R", ("v", "phi"), side="after")

@@ -27,21 +27,23 @@ CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in 
 
 @dataclass(frozen=True)
 class Row:
-    """An expression that is affine in the states: their coefficients, and what is left, which may depend on the phase."""
+    """An expression that is affine in the states: their coefficients, and the remainder, which may depend on the phase."""
 
     coefficients: tuple[sp.Expr, ...]
-    rest: sp.Expr
+    remainder: sp.Expr
 
     def by(self, parameter: sp.Symbol) -> "Row":
         """Its derivative by a parameter, at a fixed phase."""
-        return Row(tuple(sp.diff(c, parameter) for c in self.coefficients), sp.diff(self.rest, parameter))
+        return Row(tuple(sp.diff(c, parameter) for c in self.coefficients), sp.diff(self.remainder, parameter))
 
     def scaled(self, factor: sp.Expr) -> "Row":
         """The row times a factor that is free of the states."""
-        return Row(tuple(factor * c for c in self.coefficients), factor * self.rest)
+        return Row(tuple(factor * c for c in self.coefficients), factor * self.remainder)
 
     def __add__(self, other: "Row") -> "Row":
-        return Row(tuple(a + b for a, b in zip(self.coefficients, other.coefficients, strict=True)), self.rest + other.rest)
+        return Row(
+            tuple(a + b for a, b in zip(self.coefficients, other.coefficients, strict=True)), self.remainder + other.remainder
+        )
 
 
 @dataclass(frozen=True)
@@ -121,15 +123,16 @@ class Numbers:
     def __init__(self, rows: list[Row], symbols: Sequence[sp.Symbol]) -> None:
         coefficients = [c for row in rows for c in row.coefficients]
         self.coefficients = sp.lambdify(symbols, coefficients, "mpmath", cse=True)
-        self.rests = [Expansion(row.rest, tuple(symbols)) if row.rest != 0 else None for row in rows]
+        self.inhomogeneous = [Expansion(row.remainder, tuple(symbols)) if row.remainder != 0 else None for row in rows]
 
     def at(self, values: Sequence[float]) -> list[tuple[list[Any], dict[int, Any]]]:
         """Of each row the coefficients of the states, and of exp(i m phi) by m."""
         with mp.workdps(DIGITS):
             known = list(self.coefficients(*map(mp.mpf, values)))
-            n = len(known) // len(self.rests)
+            n = len(known) // len(self.inhomogeneous)
             waves = [
-                {} if rest is None else {term.harmonic: x for term, x in rest.at(list(values)).items()} for rest in self.rests
+                {} if remainder is None else {term.harmonic: x for term, x in remainder.at(list(values)).items()}
+                for remainder in self.inhomogeneous
             ]
         return [(known[k * n : (k + 1) * n], wave) for k, wave in enumerate(waves)]
 
@@ -138,14 +141,14 @@ def filled(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> Floats:
     """A row over the features in floats, shape (n + 1 + 2 harmonics,)."""
     known, waves = row
     n = len(known)
-    made = np.zeros(n + 1 + 2 * harmonics)
-    made[:n] = [float(mp.re(x)) for x in known]
-    made[n] = float(mp.re(waves.get(0, mp.mpf(0))))
+    values = np.zeros(n + 1 + 2 * harmonics)
+    values[:n] = [float(mp.re(x)) for x in known]
+    values[n] = float(mp.re(waves.get(0, mp.mpf(0))))
     for m in range(1, harmonics + 1):
         plus, minus = waves.get(m, mp.mpf(0)), waves.get(-m, mp.mpf(0))
-        made[n + 2 * m - 1] = float(mp.re(plus + minus))
-        made[n + 2 * m] = float(mp.re(mp.mpc(0, 1) * (plus - minus)))
-    return made
+        values[n + 2 * m - 1] = float(mp.re(plus + minus))
+        values[n + 2 * m] = float(mp.re(mp.mpc(0, 1) * (plus - minus)))
+    return values
 
 
 @dataclass(frozen=True)
@@ -157,7 +160,7 @@ class Reader:
     states: Mapping[str, sp.Symbol]
 
     def row(self, expr: Any, what: str) -> Row:
-        """An expression as a row, or a SystemDefinitionError that says why it is none."""
+        """An expression as a row, or a SystemDefinitionError with the reason."""
         try:
             expr = sp.sympify(expr, strict=True)
         except sp.SympifyError:
@@ -278,7 +281,7 @@ def _solved(reader: Reader, transition: Transition, state: str, rows: Mapping[st
         raise SystemDefinitionError(
             f"{reader.name}.section: the guard {transition.name!r} does not depend on {state}; expected: {state} in `states`"
         )
-    total = Row(tuple(sp.S.Zero for _ in names), function.rest)
+    total = Row(tuple(sp.S.Zero for _ in names), function.remainder)
     for k, name in enumerate(names):
         if name != state:
             total = total + rows[name].scaled(function.coefficients[k])

@@ -97,7 +97,7 @@ def kernel_of(system: "HybridSystem") -> ModeKernel:
     return ModeKernel(definition, tables_of(definition, values), values)
 
 
-DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields that are no numbers, and its formulas
+DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than numbers, and its formulas
 
 
 def known_definition(system: "HybridSystem") -> Definition:

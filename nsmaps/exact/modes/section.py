@@ -92,7 +92,7 @@ def enter(p, k, with_reset, w):
 
 @inlined
 def begun(p, row, w):
-    """Write the state at the section that coordinates give; the transition there, -1 where the coordinates are no state."""
+    """Write the state at the section that coordinates give; the transition there, -1 for coordinates outside of the domain."""
     n, phi = p.first.shape[1] - 1, 0.0
     for c in range(len(p.places)):
         if not math.isfinite(row[c]):
@@ -101,24 +101,24 @@ def begun(p, row, w):
             phi = row[c]
     if abs(phi) > FARTHEST_PHASE:
         return -1
-    best, least, made, state = -1, math.inf, w.other, w.new
+    best, least, guess, state = -1, math.inf, w.other, w.new
     for k in range(len(p.starts)):
         for j in range(n):
-            made[j] = 0.0
+            guess[j] = 0.0
         for c in range(len(p.places)):
             if p.places[c] >= 0:
-                made[p.places[c]] = row[c]
-        features(p, phi, made, n)
+                guess[p.places[c]] = row[c]
+        features(p, phi, guess, n)
         for i in range(n):
-            state[i], _ = dot(p.states[k, i], made)
+            state[i], _ = dot(p.states[k, i], guess)
         for i in range(n):
-            made[i] = state[i]
-        far = abs(away(p, p.starts[k], made))
-        holds, _ = allowed(p, p.starts[k], made)
+            guess[i] = state[i]
+        far = abs(away(p, p.starts[k], guess))
+        holds, _ = allowed(p, p.starts[k], guess)
         if (holds or p.after) and far < least:
             best, least = p.starts[k], far
-            for j in range(len(made)):
-                w.z[j] = made[j]
+            for j in range(len(guess)):
+                w.z[j] = guess[j]
     return best
 
 
@@ -173,7 +173,7 @@ def state_slope(p, transition, i, feature):
 
 @inlined
 def starting(p, row, w):
-    """The transition at the start, -1 where the row is no state, and the phase within a turn; features are written."""
+    """The transition at the start, -1 for a row outside of the domain, and the phase within a turn; features are written."""
     k, phi = begun(p, row, w), 0.0
     if k < 0:
         return -1, 0.0

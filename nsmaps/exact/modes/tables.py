@@ -61,9 +61,9 @@ class Rows:
     starts: Floats  #: shape (number of starts, n, N)
 
 
-def rows_of(definition: Definition, made: Sequence[Any], harmonics: int) -> Rows:
+def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Rows:
     """The rows of a definition, given in the order of `Definition.rows`."""
-    waiting = iter([filled(row, harmonics) for row in made])
+    waiting = iter([filled(row, harmonics) for row in given])
     n, width = len(definition.states), len(definition.states) + 1 + 2 * harmonics
     rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
     functions, resets, where = [], [], []
@@ -75,16 +75,16 @@ def rows_of(definition: Definition, made: Sequence[Any], harmonics: int) -> Rows
     return Rows(rates, np.array(functions), np.array(resets), where, starts)
 
 
-def harmonics_of(made: Sequence[Any]) -> int:
+def harmonics_of(given: Sequence[Any]) -> int:
     """The highest multiple of the phase in rows."""
-    return max([0, *(abs(m) for _, waves in made for m in waves)])
+    return max([0, *(abs(m) for _, waves in given for m in waves)])
 
 
 def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
     """The table of a system at values of its parameters."""
-    made = definition.expansions.at(values)
-    harmonics = harmonics_of(made)
-    rows = rows_of(definition, made, harmonics)
+    given = definition.expansions.at(values)
+    harmonics = harmonics_of(given)
+    rows = rows_of(definition, given, harmonics)
     rate, horizon = (float(x) for x in definition.scalars.at(values)[0][0])
     n, width = rows.rates.shape[1:]
     count = len(definition.modes)

@@ -105,22 +105,22 @@ def first_zero(a, end, left, on):
     start, the zero is at once. Bounds hold up to `end`, and no step goes beyond. Rounding is counted in the sizes of the terms.
     """
     if a[0] < 0.0 or (on and (a[1] < 0.0 or (a[1] == 0.0 and a[2] < 0.0))):
-        most, _, _ = limits(a, end)
-        return True, 0.0, a[0] < 0.0 and a[1] * a[1] <= 16.0 * ROUNDING * size_of(a, end) * most
+        bend, _, _ = limits(a, end)
+        return True, 0.0, a[0] < 0.0 and a[1] * a[1] <= 16.0 * ROUNDING * size_of(a, end) * bend
     size = size_of(a, end)
     if stays_positive(a, end, on, size, left):
         return False, end, False
-    most, jerk, snap = limits(a, end)
+    bend, jerk, snap = limits(a, end)
     surely, h = begun(a, end, left + ROUNDING * size, on, jerk, snap)
     s, doubtful = 0.0, False
     for _ in range(MOST_STEPS):
         if surely:
             x = polish(a, s, s + h, s + 1.5 * h)
             _, rate = value(a, x)
-            return True, x, doubtful or rate * rate <= 16.0 * ROUNDING * size_of(a, x) * most
+            return True, x, doubtful or rate * rate <= 16.0 * ROUNDING * size_of(a, x) * bend
         if h <= ROUNDING * s:
             gap = with_rates(a, s)
-            if gap[0] <= 0.0 and gap[1] < 0.0 and gap[1] * gap[1] > 16.0 * ROUNDING * size * most:
+            if gap[0] <= 0.0 and gap[1] < 0.0 and gap[1] * gap[1] > 16.0 * ROUNDING * size * bend:
                 return True, s, doubtful
             doubtful = True  # a graze within rounding: pass it, to where the function rises again
             h = 4.0 * ROUNDING * s
