@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.returns import Itineraries, Returns
 
@@ -71,7 +71,7 @@ class HybridSystem(ParametricSystem):
         """Where the return map is taken."""
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinates(self) -> Coordinates:
         """The names of the coordinates of the return map, the phase of the forcing an `Angle`."""
         return self._kernel().coordinates
 

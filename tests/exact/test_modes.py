@@ -42,8 +42,7 @@ def test_images_are_right_to_what_rounding_of_the_start_makes(rows):
             assert made.outcome[0] == Outcome.escaped
             continue
         off = made.image[0] - numbers(row["image"])
-        angles = [isinstance(c, nsmaps.Angle) for c in made.coordinates]
-        off = np.where(angles, (off + np.pi) % (2 * np.pi) - np.pi, off)
+        off = np.where(made.coordinates.angles, (off + np.pi) % (2 * np.pi) - np.pi, off)
         size = max(1.0, np.abs(made.start).max())
         assert np.abs(off).max() <= 50 * EPS * size * max(1.0, float(row["jac_inf_norm"])), row
         assert abs(made.time[0] - float(row["return_time"])) <= 50 * EPS * max(10.0, 10 * float(row["time_grad_norm"])), row

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.exponentials import DIGITS, Expansion
 from nsmaps.exact.flows.formulas import PHI
@@ -79,7 +79,7 @@ class Definition:
     modes: tuple[str, ...]
     rates: tuple[tuple[Row, ...], ...]  #: of each mode, of each state
     transitions: tuple[Transition, ...]
-    coordinates: tuple[str, ...]
+    coordinates: Coordinates
     after: bool  #: whether start and image are taken just after the reset
     starts: tuple[Start, ...]
     derivatives: dict[int, "Numbers"] = field(default_factory=dict)
@@ -251,12 +251,12 @@ def _one_of(what: str, names: Iterable[str], known: tuple[str, ...]) -> None:
             raise SystemDefinitionError(f"{what} {name!r}; expected: one of {', '.join(known)}{near_match(name, known)}")
 
 
-def _coordinates(name: str, states: tuple[str, ...], section: "Section", forced: bool) -> tuple[str, ...]:
+def _coordinates(name: str, states: tuple[str, ...], section: "Section", forced: bool) -> Coordinates:
     others = [each for each in section.coordinates if each not in states]
     if len(others) > forced or not section.coordinates:
         wanted = f"names of the states {', '.join(states)}" + ", and of one phase" * forced
         raise SystemDefinitionError(f"{name}.section has the coordinates {', '.join(section.coordinates)}; expected: {wanted}")
-    return tuple(each if each in states else Angle(each) for each in section.coordinates)
+    return Coordinates(tuple(section.coordinates), angles=others)
 
 
 def _start(reader: Reader, section: "Section", number: int, transition: Transition) -> Start:

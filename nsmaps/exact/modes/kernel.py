@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.coordinates import Coordinates
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.definition import Definition, definition_of
 from nsmaps.exact.modes.memory import memory
@@ -29,8 +30,8 @@ class ModeKernel:
     values: tuple[float, ...]  #: of the parameters
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
-        """The names of the coordinates."""
+    def coordinates(self) -> Coordinates:
+        """The coordinates of the return map."""
         return self.definition.coordinates
 
     @property
