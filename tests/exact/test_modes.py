@@ -95,7 +95,7 @@ def test_derivatives_by_parameters(name):
         assert np.abs(found - difference).max() <= 1e-6 * max(np.abs(difference).max(), 1e-3), parameter
 
 
-@pytest.mark.parametrize("name", ["S1_recoil", "S2_bilinear"])
+@pytest.mark.parametrize("name", ["S1_recoil", "S2_bilinear", "S5_buck", "S6_twomass"])
 def test_a_doubling_where_40_digits_have_it(name):
     (event,) = [each for each in reference(name)["bifurcations"] if "doubling" in each["kind"]]
     parameter, value = event["parameter"], float(event["value"])
