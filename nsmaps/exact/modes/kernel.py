@@ -10,8 +10,8 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.definition import Definition, definition_of
-from nsmaps.exact.modes.memory import memory
-from nsmaps.exact.modes.returns import all_itineraries, first_returns, orbits, sensitivities
+from nsmaps.exact.modes.memory import Moved, Record, memory, record
+from nsmaps.exact.modes.returns import returns
 from nsmaps.exact.modes.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns
 
@@ -41,53 +41,47 @@ class ModeKernel:
 
     def first_returns(self, start: Floats, derivative: bool) -> Returns:
         """First returns of a batch, shape (N, n), on all cores."""
-        count, n = start.shape
-        image, turns = np.empty((count, n)), np.zeros((count, n), np.int32)
-        codes, outcome, time = np.zeros(count, np.int64), np.empty(count, np.int8), np.empty(count)
-        tangents = np.empty((count if derivative else 1, n, n))
-        table = self.table
-
-        def run(k: slice) -> None:
-            slopes = tangents[k] if derivative else tangents
-            work = memory(table, n if derivative else 0)
-            first_returns(table, start[k], image[k], turns[k], codes[k], outcome[k], time[k], slopes, work)
-
-        in_chunks(count, run, CHUNK)
-        slopes = tangents if derivative else None
-        return Returns(self.coordinates, self.letters, start, image, turns, codes, outcome, time, slopes)
+        return self._returns(self._batch(start, start.shape[1] if derivative else 0), derivative)
 
     def orbits(self, start: Floats, n: int, derivative: bool) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
-        m, dim = start.shape
-        states, turns = np.empty((n + 1, m, dim)), np.zeros((n, m, dim), np.int32)
-        codes, outcome, time = np.zeros((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
-        tangents = np.empty((n, m, dim, dim) if derivative else (1, 1, dim, dim))
-        states[0] = start
-        orbits(self.table, states, turns, codes, outcome, time, tangents, memory(self.table, dim if derivative else 0))
-        rows = turns.reshape(-1, dim), codes.ravel(), outcome.ravel(), time.ravel()
-        slopes = tangents.reshape(-1, dim, dim) if derivative else None
-        return Returns(self.coordinates, self.letters, states[:-1].reshape(-1, dim), states[1:].reshape(-1, dim), *rows, slopes)
+        found = record(start, n, start.shape[1] if derivative else 0)
+        returns(self.table, found, memory(self.table, found.tangents.shape[-1]))
+        return self._returns(found, derivative)
 
     def itineraries(self, start: Floats) -> Itineraries:
         """Itineraries and margins of the first returns of a batch, shape (N, n)."""
-        n = len(start)
-        outcome, codes, turns = np.empty(n, np.int8), np.empty(n, np.int64), np.empty(n, np.int32)
-        clearance, slowest, table = np.empty(n), np.empty(n), self.table
-
-        def run(k: slice) -> None:
-            work = memory(table, 0, margins=True)
-            all_itineraries(table, start[k], outcome[k], codes[k], turns[k], clearance[k], slowest[k], work)
-
-        in_chunks(n, run, CHUNK)
-        return Itineraries(self.letters, codes, turns, clearance, slowest, outcome)
+        found = self._batch(start, 0, margins=True)
+        clearance, slowest, turns = found.near[0].T
+        return Itineraries(self.letters, found.codes[0], turns.astype(np.int32), clearance, slowest, found.outcome[0])
 
     def sensitivities(self, start: Floats, rates: Floats) -> Floats:
         """The derivatives of the images of a batch, shape (N, n), by the parameters along a direction."""
-        moves = np.zeros(start.shape)
-        if rates.any():
-            moved = moved_of(self.definition, self.table, self.values, rates)
-            in_chunks(len(start), lambda k: sensitivities(self.table, start[k], moves[k], memory(self.table, 1, moved)), CHUNK)
-        return moves
+        if not rates.any():
+            return np.zeros(start.shape)
+        moved = moved_of(self.definition, self.table, self.values, rates)
+        return self._batch(start, 1, moved).tangents[0, :, :, 0]
+
+    def _batch(self, start: Floats, directions: int, moved: Moved | None = None, margins: bool = False) -> Record:
+        """First returns of a batch, shape (N, n), on all cores."""
+        parts: dict[int, Record] = {}
+
+        def run(k: slice) -> None:
+            found = record(start[k], 1, directions)
+            returns(self.table, found, memory(self.table, directions, moved, margins))
+            parts[k.start] = found
+
+        in_chunks(len(start), run, CHUNK)
+        ordered = [parts[begin] for begin in sorted(parts)] or [record(start, 1, directions)]
+        return Record(*(np.concatenate(arrays, axis=1) for arrays in zip(*ordered, strict=True)))
+
+    def _returns(self, found: Record, derivative: bool) -> Returns:
+        """A record as a result, one row a return."""
+        m = found.states.shape[-1]
+        start, image, turns = (array.reshape(-1, m) for array in (found.states[:-1], found.states[1:], found.turns))
+        rows = found.codes.ravel(), found.outcome.ravel(), found.time.ravel()
+        slopes = found.tangents.reshape(-1, m, m) if derivative else None
+        return Returns(self.coordinates, self.letters, start, image, turns, *rows, slopes)
 
 
 @lru_cache(maxsize=256)

@@ -36,8 +36,28 @@ class Memory(NamedTuple):
     moved: Moved
     near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
     minima: Any  #: shape (S,), of the flight under way
-    image: Any  #: shape (number of coordinates,)
-    column: Any  #: shape (number of coordinates, 1)
+
+
+class Record(NamedTuple):
+    """The first n returns of M states with m coordinates and D directions of derivatives."""
+
+    states: Any  #: shape (n + 1, M, m), the starts first
+    turns: Any  #: shape (n, M, m)
+    codes: Any  #: shape (n, M)
+    outcome: Any  #: shape (n, M)
+    time: Any  #: shape (n, M)
+    tangents: Any  #: shape (n, M, m, D)
+    near: Any  #: shape (n, M, 3), as of `Memory`
+
+
+def record(start: Any, n: int, directions: int) -> Record:
+    """Room for the first n returns of states (M, m)."""
+    count, m = start.shape
+    states = np.empty((n + 1, count, m))
+    states[0] = start
+    codes, outcome, time = np.zeros((n, count), np.int64), np.zeros((n, count), np.int8), np.zeros((n, count))
+    tangents, near = np.empty((n, count, m, directions)), np.zeros((n, count, 3))
+    return Record(states, np.zeros((n, count, m), np.int32), codes, outcome, time, tangents, near)
 
 
 def still(p: Any) -> Moved:
@@ -47,7 +67,7 @@ def still(p: Any) -> Moved:
 
 def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = False) -> Memory:
     """Memory for the returns of one thread."""
-    n, width, functions, places = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions), len(p.places)
+    n, width, functions = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions)
     return Memory(
         z=np.zeros(width),
         dz=np.zeros((width, directions)),
@@ -64,6 +84,4 @@ def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = 
         moved=moved or still(p),
         near=np.array([np.inf if margins else np.nan, np.inf, 0.0]),
         minima=np.zeros(functions, np.int64),
-        image=np.zeros(places),
-        column=np.zeros((places, 1)),
     )

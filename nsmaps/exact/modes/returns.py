@@ -96,41 +96,16 @@ def first_return(p, row, image, tangent, w):
 
 
 @entry
-def first_returns(p, starts, image, turns, codes, outcome, time, tangents, w):
-    """First returns of a batch, written row by row; derivatives where there is room for them."""
-    for r in range(len(starts)):
-        slopes = tangents[r if w.dz.shape[1] > 0 else 0]
-        outcome[r], codes[r], time[r], whole = first_return(p, starts[r], image[r], slopes, w)
-        for c in range(len(p.places)):
-            turns[r, c] = whole if p.places[c] < 0 else 0
-
-
-@entry
-def orbits(p, states, turns, codes, outcome, time, tangents, w):
-    """The first n returns of M states, shapes (n + 1, M, ...) and (n, M, ...), whose first row is given."""
-    for k in range(len(codes)):
-        for r in range(states.shape[1]):
-            slopes = tangents[k if w.dz.shape[1] > 0 else 0, r if w.dz.shape[1] > 0 else 0]
-            ended = k > 0 and math.isnan(states[k, r, 0])
-            outcome[k, r], codes[k, r], time[k, r], whole = first_return(p, states[k, r], states[k + 1, r], slopes, w)
-            if ended:
-                outcome[k, r] = outcome[k - 1, r]
+def returns(p, found, w):
+    """The first n returns of M states, written to a `Record` whose first states are given."""
+    for k in range(len(found.codes)):
+        for r in range(found.states.shape[1]):
+            ended = k > 0 and math.isnan(found.states[k, r, 0])
+            outcome, found.codes[k, r], found.time[k, r], whole = first_return(
+                p, found.states[k, r], found.states[k + 1, r], found.tangents[k, r], w
+            )
+            found.outcome[k, r] = found.outcome[k - 1, r] if ended else outcome
             for c in range(len(p.places)):
-                turns[k, r, c] = whole if p.places[c] < 0 else 0
-
-
-@entry
-def sensitivities(p, starts, moves, w):
-    """The derivatives of the images of a batch along the direction of the parameters that the memory holds."""
-    for r in range(len(starts)):
-        first_return(p, starts[r], w.image, w.column, w)
-        for c in range(len(p.places)):
-            moves[r, c] = w.column[c, 0]
-
-
-@entry
-def all_itineraries(p, starts, outcome, codes, turns, clearance, slowest, w):
-    """Itineraries and margins of the first returns of a batch."""
-    for r in range(len(starts)):
-        outcome[r], codes[r], _, _ = first_return(p, starts[r], w.image, w.column, w)
-        clearance[r], slowest[r], turns[r] = w.near[0], w.near[1], int(w.near[2])
+                found.turns[k, r, c] = whole if p.places[c] < 0 else 0
+            for c in range(3):
+                found.near[k, r, c] = w.near[c]
