@@ -1,5 +1,6 @@
 """What is common to arrays everywhere: names of their types, and how results show theirs."""
 
+from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +35,7 @@ def _brief(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"<array {value.shape} {value.dtype}>"
     if is_dataclass(value):
-        return f"<{type(value).__qualname__}>"
+        return repr(tuple(value)) if isinstance(value, Sequence) else f"<{type(value).__qualname__}>"
     if isinstance(value, tuple | list) and any(isinstance(item, np.ndarray) or is_dataclass(item) for item in value):
         return f"<{len(value)} of {type(value[0]).__qualname__}>"
     if isinstance(value, dict):

@@ -228,7 +228,7 @@ def test_every_start_of_the_paper_arrives(pair, d, most, label):
     assert made.stuck.any()
     assert seen == sorted(seen)
     assert seen[-1] == 1
-    assert len(seen) > most
+    assert len(seen) > made.arrival.max() / 2, "progress is reported as the starts arrive"
 
 
 def test_a_long_transient_is_no_attractor(pair):

@@ -264,7 +264,7 @@ def test_a_parametric_map_is_made_held_against_refits_and_kept() -> None:
     assert apart <= made.report.refit.max()
     kept = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)["numbers"]["parametric"]
     assert (kept["parameter"], kept["from"], kept["to"]) == ("a", 0.2, 0.4)
-    assert kept["pieces"]["all"]["apart"] == made.report.difference.max(axis=1)[0].tolist()
+    assert kept["pieces"]["all"]["difference"] == made.report.difference.max(axis=1)[0].tolist()
     again = read_result("out").parametric
     assert np.array_equal(again.at(0.3).first_return(states).image, made.at(0.3).first_return(states).image, equal_nan=True)
 
