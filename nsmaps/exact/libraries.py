@@ -71,8 +71,9 @@ class Entry(JITCodeLibrary):  # type: ignore[misc]
         """Link, optimise and compile; raises RuntimeError if that was done before."""
         self._codegen._check_llvm_bugs()
         self._raise_if_finalized()
-        for library in reached(self):
-            self._reload_init.update(library._reload_init)
+        if hasattr(self, "_reload_init"):  # which the oldest numba allowed does not have
+            for library in reached(self):
+                self._reload_init.update(library._reload_init)
         for name in linked(self._final_module, self):
             self._final_module.get_function(name).linkage = "internal"
         self._optimize_final_module()
