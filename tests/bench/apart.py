@@ -8,7 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.bench.ours import OneCore, cores, pair_system, read
-from nsmaps.bench.solver import Contestant
+from nsmaps.bench.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 from nsmaps.exact.engine.layout import WIDE
 from nsmaps.exact.kernel import Kernel
@@ -25,7 +25,7 @@ def scalar(kernel: Kernel) -> Kernel:
 
 
 @dataclass(frozen=True)
-class Single(Contestant):
+class Single(Solver):
     """Every start by itself on one core, in one compiled loop."""
 
     family = "nsmaps"
@@ -43,7 +43,7 @@ class Single(Contestant):
 
 
 @dataclass(frozen=True)
-class TwoBatches(Contestant):
+class TwoBatches(Solver):
     """Two threads with half of the starts each, a batch after another: what two cores of this machine give at best."""
 
     family = "nsmaps"
