@@ -71,7 +71,6 @@ class Start:
 class Definition:
     """All formulas of a system's class."""
 
-    name: str
     symbols: tuple[sp.Symbol, ...]  #: of the parameters
     states: tuple[str, ...]
     phase_rate: sp.Expr  #: radians of phase a unit of time, zero without forcing
@@ -213,7 +212,7 @@ def definition_of(system: "HybridSystem") -> Definition:
         raise SystemDefinitionError(f"{cls.__name__}.section has several events; expected: one, or side='before'")
     horizon = sp.sympify(cls.horizon) * (sp.S.One if period is None else sp.sympify(period))
     return Definition(
-        cls.__name__, tuple(symbols.values()), cls.states, rate, horizon, tuple(modes), rates, transitions, coordinates,
+        tuple(symbols.values()), cls.states, rate, horizon, tuple(modes), rates, transitions, coordinates,
         section.side == "after", starts,
     )  # fmt: skip
 

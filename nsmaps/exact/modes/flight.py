@@ -39,7 +39,7 @@ def velocity(p, mode, z, field):
 
 
 @inlined
-def shift_waves(p, z, dz, dphi, n):
+def shift_waves(z, dz, dphi, n):
     """Write the derivatives of the waves of the phase by the directions."""
     for m in range(1, (len(z) - n - 1) // 2 + 1):
         c = n + 2 * m - 1
@@ -97,7 +97,7 @@ def next_event(p, mode, on, d, a, end, grown):
 @inlined
 def saltation(p, mode, function, w):
     """Take derivatives at a fixed time to derivatives at the event."""
-    shift_waves(p, w.z, w.dz, w.dphi, p.first.shape[1] - 1)
+    shift_waves(w.z, w.dz, w.dphi, p.first.shape[1] - 1)
     velocity(p, mode, w.z, w.field)
     slope, _ = dot(p.functions[function], w.field)
     turn = p.rate * p.steps[mode]
@@ -155,7 +155,7 @@ def fly(p, mode, phi, w):
     """To the next event: (its function, -1 for none within the horizon; time; phase; whole turns; whether it is doubtful)."""
     n, directions, flight, turns, doubtful = p.first.shape[1] - 1, w.dz.shape[1], 0.0, 0, False
     for _ in range(MOST_PIECES):
-        features(p, phi, w.z, n)
+        features(phi, w.z, n)
         for j in range(len(w.z)):
             w.d[0, j] = w.z[j]
         series(p, mode, w.d)
@@ -164,7 +164,7 @@ def fly(p, mode, phi, w):
         doubtful = doubtful or unsure
         state_at(w.d, tau, n, w.z)
         if directions > 0:
-            shift_waves(p, w.d[0], w.dz, w.dphi, n)
+            shift_waves(w.d[0], w.dz, w.dphi, n)
             carried(p, mode, tau, w)
         step = tau * p.steps[mode]
         if not math.isnan(w.near[0]):
@@ -177,7 +177,7 @@ def fly(p, mode, phi, w):
             more = math.floor(phi / TWO_PI)
             phi, turns = max(phi - more * TWO_PI, 0.0), turns + more
         if which != NO_FUNCTION or flight >= p.horizon:
-            features(p, phi, w.z, n)
+            features(phi, w.z, n)
             return which, flight, phi, turns, doubtful
         for f in range(p.watched[mode], p.watched[mode + 1]):
             w.on[f] = False

@@ -3,22 +3,17 @@
 import math
 
 from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.returns import INVALID, LOST, RETURNED, UNDECIDED, spell
 from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, velocity
 from nsmaps.exact.modes.section import enter, picked, starting
 
 MOST_EVENTS = 100_000  # of one return
-HIGHEST_CODE = 2**62
-RETURNED, ESCAPED, UNDECIDED, INVALID = 0, 3, 4, 6  # of `nsmaps.exact.outcome.Outcome`
 
 
 @inlined
 def lengthened(base, digit, code, power):
-    """A word with a letter behind it, and the place of the next letter; below zero where it holds no more."""
-    if digit == 0 or code < 0:
-        return code, power
-    if power > HIGHEST_CODE // base:
-        return -code, power
-    return code + digit * power, power * base
+    """A word with the letter of an event behind it, if it has one, and the place of the next letter."""
+    return spell(code, power, base, digit, 1 if digit else 0)
 
 
 @inlined
@@ -72,7 +67,7 @@ def first_return(p, row, image, tangent, w):
         which, flight, phi, more, unsure = fly(p, mode, phi, w)
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
         if which == NO_FUNCTION:
-            return ESCAPED, code, math.nan, 0
+            return LOST, code, math.nan, 0
         k, unsure = picked(p, which, w.z)
         doubtful = doubtful or unsure
         if k < 0:
@@ -84,7 +79,7 @@ def first_return(p, row, image, tangent, w):
         else:
             code, power = lengthened(p.base, p.digit[k], code, power)
         if p.target[k] < 0:
-            return ESCAPED, code, time, 0
+            return LOST, code, time, 0
         if p.is_section[k] and not p.after:
             arrived(p, phi, image, tangent, w)
             return UNDECIDED if doubtful else RETURNED, code, time, turns

@@ -4,10 +4,9 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inlined
-from nsmaps.exact.modes.flight import NO_FUNCTION, dot, shift_waves, velocity
+from nsmaps.exact.engine.returns import MOST_PHASE
+from nsmaps.exact.modes.flight import dot, shift_waves, velocity
 from nsmaps.exact.modes.taylor import ROUNDING, features
-
-FARTHEST_PHASE = 1e10  # beyond, a phase has lost its digits
 
 
 @inlined
@@ -36,28 +35,8 @@ def picked(p, function, z):
 @inlined
 def away(p, transition, z):
     """The function of a transition at a state, as a share of the sizes of its terms."""
-    function = function_of(p, transition)
-    value, size = dot(p.functions[function], z)
+    value, size = dot(p.functions[p.function[transition]], z)
     return value / size if size > 0.0 else 0.0
-
-
-@inlined
-def function_of(p, transition):
-    """The function that is watched for a transition."""
-    for function in range(len(p.choices) - 1):
-        for c in range(p.choices[function], p.choices[function + 1]):
-            if p.chosen[c] == transition:
-                return function
-    return NO_FUNCTION
-
-
-@inlined
-def mode_of(p, function):
-    """The mode in which a function is watched."""
-    mode = 0
-    while p.watched[mode + 1] <= function:
-        mode += 1
-    return mode
 
 
 @inlined
@@ -92,14 +71,14 @@ def enter(p, k, with_reset, w):
 
 @inlined
 def begun(p, row, w):
-    """Write the state at the section that coordinates give; the transition there, -1 for coordinates outside of the domain."""
+    """Write the state at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain."""
     n, phi = p.first.shape[1] - 1, 0.0
     for c in range(len(p.places)):
         if not math.isfinite(row[c]):
             return -1
         if p.places[c] < 0:
             phi = row[c]
-    if abs(phi) > FARTHEST_PHASE:
+    if abs(phi) > MOST_PHASE:
         return -1
     best, least, guess, state = -1, math.inf, w.other, w.new
     for k in range(len(p.starts)):
@@ -108,7 +87,7 @@ def begun(p, row, w):
         for c in range(len(p.places)):
             if p.places[c] >= 0:
                 guess[p.places[c]] = row[c]
-        features(p, phi, guess, n)
+        features(phi, guess, n)
         for i in range(n):
             state[i], _ = dot(p.states[k, i], guess)
         for i in range(n):
@@ -116,36 +95,36 @@ def begun(p, row, w):
         far = abs(away(p, p.starts[k], guess))
         holds, _ = allowed(p, p.starts[k], guess)
         if (holds or p.after) and far < least:
-            best, least = p.starts[k], far
+            best, least = k, far
             for j in range(len(guess)):
                 w.z[j] = guess[j]
     return best
 
 
 @inlined
-def launch(p, k, row, phi, w):
-    """Write the features at the start, and how they change with the coordinates."""
+def launch(p, start, row, phi, w):
+    """Write the features at a start, and how they change with the coordinates."""
     n, width, directions = p.first.shape[1] - 1, len(w.z), w.dz.shape[1]
-    features(p, phi, w.z, n)
+    features(phi, w.z, n)
     if w.moved.here:
-        launch_moved(p, k, row, w)
+        launch_moved(p, start, row, w)
         return
     for c in range(directions):
         w.dphi[c] = 1.0 if p.places[c] < 0 else 0.0
-    shift_waves(p, w.z, w.dz, w.dphi, n)
+    shift_waves(w.z, w.dz, w.dphi, n)
     for c in range(directions):
         w.dz[n, c] = 0.0
         for i in range(n):
             if p.places[c] >= 0:
-                w.dz[i, c] = state_slope(p, k, i, p.places[c])
+                w.dz[i, c] = p.states[start, i, p.places[c]]
             else:
                 w.dz[i, c] = 0.0
                 for j in range(n + 1, width):
-                    w.dz[i, c] += state_slope(p, k, i, j) * w.dz[j, c]
+                    w.dz[i, c] += p.states[start, i, j] * w.dz[j, c]
 
 
 @inlined
-def launch_moved(p, k, row, w):
+def launch_moved(p, start, row, w):
     """Write how the start changes with the parameters, at fixed coordinates."""
     n, width = p.first.shape[1] - 1, len(w.z)
     for j in range(n):
@@ -156,36 +135,25 @@ def launch_moved(p, k, row, w):
     for j in range(n, width):
         w.other[j], w.dz[j, 0] = w.z[j], 0.0
     w.dphi[0] = 0.0
-    for start in range(len(p.starts)):
-        if p.starts[start] == k:
-            for i in range(n):
-                w.dz[i, 0], _ = dot(w.moved.states[start, i], w.other)
-
-
-@inlined
-def state_slope(p, transition, i, feature):
-    """The derivative of a state at the section by a feature."""
-    for k in range(len(p.starts)):
-        if p.starts[k] == transition:
-            return p.states[k, i, feature]
-    return 0.0
+    for i in range(n):
+        w.dz[i, 0], _ = dot(w.moved.states[start, i], w.other)
 
 
 @inlined
 def starting(p, row, w):
     """The transition at the start, -1 for a row outside of the domain, and the phase within a turn; features are written."""
-    k, phi = begun(p, row, w), 0.0
-    if k < 0:
+    start, phi = begun(p, row, w), 0.0
+    if start < 0:
         return -1, 0.0
     for c in range(len(p.places)):
         if p.places[c] < 0:
             phi = row[c]
     phi -= math.floor(phi / TWO_PI) * TWO_PI
-    launch(p, k, row, phi, w)
+    launch(p, start, row, phi, w)
+    k = p.starts[start]
     if not p.after:
-        f = function_of(p, k)
-        velocity(p, mode_of(p, f), w.z, w.field)
-        rate, size = dot(p.functions[f], w.field)
+        velocity(p, p.mode[k], w.z, w.field)
+        rate, size = dot(p.functions[p.function[k]], w.field)
         if rate > ROUNDING * size:
             return -1, 0.0
     return k, phi

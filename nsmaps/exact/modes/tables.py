@@ -35,6 +35,8 @@ class Tables(NamedTuple):
     bounds: Any  #: shape (S, N), |function| growth
     choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
     chosen: Any  #: shape (T,)
+    function: Any  #: shape (T,), that is zero at the event
+    mode: Any  #: shape (T,), in which it takes place
     target: Any  #: shape (T,), mode that follows, -1 where the motion ends
     resets: Any  #: shape (T, n, N)
     moves: Any  #: shape (T,), whether there is a reset
@@ -83,51 +85,74 @@ def harmonics_of(given: Sequence[Any]) -> int:
 def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
     """The table of a system at values of its parameters."""
     given = definition.expansions.at(values)
-    harmonics = harmonics_of(given)
-    rows = rows_of(definition, given, harmonics)
+    rows = rows_of(definition, given, harmonics_of(given))
     rate, horizon = (float(x) for x in definition.scalars.at(values)[0][0])
-    n, width = rows.rates.shape[1:]
-    count = len(definition.modes)
-    flows = np.array([flow_matrix(mode, rate, harmonics) for mode in rows.rates])
-    steps = np.array([longest_step(flow, horizon) for flow in flows])
-    growth = np.array([exponential(np.abs(flow) * step) for flow, step in zip(flows, steps, strict=True)])
-    first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
-    groups = [grouped(definition, rows, mode) for mode in range(count)]
-    leads = [group[0] for mode in groups for group in mode]
-    functions = rows.functions[leads]
-    modes = np.array([definition.transitions[k].mode for k in leads])
-    letters = definition.letters
-    names = {definition.transitions[start.transition].name for start in definition.starts}
-    ends = [one.target for one in definition.transitions]
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
+    flows = flows_of(rows, rate, horizon)
     return Tables(
         rate=rate,
         horizon=horizon,
-        steps=steps,
-        first=first,
-        columns=columns,
-        values=coefficients,
-        abscissa=np.array([max(0.0, float(np.linalg.eigvals(flow[:n, :n]).real.max())) for flow in flows]),
-        growth=growth,
-        watched=np.cumsum([0, *(len(mode) for mode in groups)]),
-        functions=functions,
-        bounds=np.einsum("si,sij->sj", np.abs(functions), growth[modes]),
-        choices=np.cumsum([0, *(len(group) for mode in groups for group in mode)]),
-        chosen=np.array([k for mode in groups for group in mode for k in group]),
-        target=np.array(ends),
-        resets=rows.resets,
-        moves=np.array([not np.array_equal(reset, np.eye(n, width)) for reset in rows.resets]),
-        conditions=np.cumsum([0, *map(len, rows.where)]),
-        where=np.concatenate([np.empty((0, width)), *rows.where]),
-        digit=np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in definition.transitions]),
-        base=len(letters) + 3,
-        on=vanishing(rows, functions, harmonics),
-        is_section=np.array([one.name in names for one in definition.transitions]),
+        **flows,
+        **functions_of(definition, rows, flows["growth"]),
+        **transitions_of(definition, rows),
         after=definition.after,
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
         places=np.array(places),
     )
+
+
+def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
+    """The fields of a table that describe the flows of its modes."""
+    n, width = rows.rates.shape[1:]
+    flows = np.array([flow_matrix(mode, rate, (width - n - 1) // 2) for mode in rows.rates])
+    steps = np.array([longest_step(flow, horizon) for flow in flows])
+    first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
+    return {
+        "steps": steps,
+        "first": first,
+        "columns": columns,
+        "values": coefficients,
+        "abscissa": np.array([max(0.0, float(np.linalg.eigvals(flow[:n, :n]).real.max())) for flow in flows]),
+        "growth": np.array([exponential(np.abs(flow) * step) for flow, step in zip(flows, steps, strict=True)]),
+    }
+
+
+def functions_of(definition: Definition, rows: Rows, growth: Floats) -> dict[str, Any]:
+    """The fields of a table that describe the functions watched in each mode, those of several transitions once."""
+    groups = [grouped(definition, rows, mode) for mode in range(len(definition.modes))]
+    sets = [group for mode in groups for group in mode]
+    leads = [group[0] for group in sets]
+    functions = rows.functions[leads]
+    modes = [definition.transitions[k].mode for k in leads]
+    which = {k: function for function, group in enumerate(sets) for k in group}
+    return {
+        "watched": np.cumsum([0, *map(len, groups)]),
+        "functions": functions,
+        "bounds": np.einsum("si,sij->sj", np.abs(functions), growth[modes]),
+        "choices": np.cumsum([0, *map(len, sets)]),
+        "chosen": np.array([k for group in sets for k in group]),
+        "function": np.array([which[k] for k in range(len(definition.transitions))]),
+        "on": vanishing(rows, functions),
+    }
+
+
+def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
+    """The fields of a table that describe its transitions."""
+    n, width = rows.resets.shape[1:]
+    letters, transitions = definition.letters, definition.transitions
+    names = {transitions[start.transition].name for start in definition.starts}
+    return {
+        "mode": np.array([one.mode for one in transitions]),
+        "target": np.array([one.target for one in transitions]),
+        "resets": rows.resets,
+        "moves": np.array([not np.array_equal(reset, np.eye(n, width)) for reset in rows.resets]),
+        "conditions": np.cumsum([0, *map(len, rows.where)]),
+        "where": np.concatenate([np.empty((0, width)), *rows.where]),
+        "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
+        "base": len(letters) + 3,
+        "is_section": np.array([one.name in names for one in transitions]),
+    }
 
 
 def moved_of(definition: Definition, table: Tables, values: Sequence[float], rates: Floats) -> Moved:
@@ -196,7 +221,7 @@ def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
     return groups
 
 
-def vanishing(rows: Rows, functions: Floats, harmonics: int) -> Any:
+def vanishing(rows: Rows, functions: Floats) -> Any:
     """Which functions are zero just after which events for every state: they are then in proportion to that of the event."""
     n, width = rows.resets.shape[1:]
     result = np.zeros((len(rows.functions), len(functions)), bool)

@@ -10,7 +10,7 @@ ROUNDING = 1e-15  # a few units in the last place
 
 
 @inlined
-def features(p, phi, z, n):
+def features(phi, z, n):
     """Write 1 and the waves of the phase behind the states."""
     z[n] = 1.0
     for m in range(1, (len(z) - n - 1) // 2 + 1):
