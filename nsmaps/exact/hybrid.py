@@ -27,7 +27,7 @@ class Guard:
     modes: str | Sequence[str]  #: in which it is watched
     function: Any  #: affine in the states, with harmonics of the forcing; positive before the event
     to: str = ""  #: the mode that follows; "" for the same
-    reset: Mapping[str, Any] = field(default_factory=dict)  #: states just after the event, affine in the states just before
+    reset: Mapping[str, Any] = field(default_factory=dict)  #: states just after the event, by the states just before and the time
     where: Sequence[Any] = ()  #: affine functions that must not be negative for the event to take place
     letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
     ends: bool = False  #: whether the motion ends here, with the outcome `escaped`

@@ -36,3 +36,11 @@ def ball_law_of(text: str, names: dict[str, Any]) -> Any:
     exec(compile(text, "<impact law in balls>", "exec"), found)
     pointer = types.CPointer(types.float64)
     return cfunc(types.void(types.float64, types.float64, pointer, pointer), error_model="numpy")(found["law"])
+
+
+def reset_law_of(text: str) -> Any:
+    """The compiled callback of a function `law(phase, states, parameters, out)` given by its source."""
+    names: dict[str, Any] = {"math": math}
+    exec(compile(text, "<reset>", "exec"), names)
+    pointer = types.CPointer(types.float64)
+    return cfunc(types.void(types.float64, pointer, pointer, pointer), error_model="numpy")(names["law"])

@@ -1,4 +1,4 @@
-"""Impact laws that are not linear: compiled separately, and called by their address."""
+"""Impact laws and resets that are not linear: compiled separately, and called by their address."""
 
 from llvmlite import ir
 from numba import types
@@ -28,3 +28,16 @@ def written(typingctx, address, centre, radius, values, out):
         return context.get_dummy_value()
 
     return types.void(types.int64, types.float64, types.float64, types.int64, types.int64), codegen
+
+
+@intrinsic
+def reset_by(typingctx, address, phase, states, parameters, out):
+    """Let the reset at an address write the states after an event, and their derivatives, to `out`."""
+
+    def codegen(context, builder, signature, arguments):
+        double, pointer = ir.DoubleType(), ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [double, pointer, pointer, pointer])
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.float64, types.int64, types.int64, types.int64), codegen

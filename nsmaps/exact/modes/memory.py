@@ -12,6 +12,7 @@ class Moved(NamedTuple):
 
     here: bool
     rate: float
+    parameters: Any  #: shape (P,), the direction
     rates: Any  #: shape (M, n, N), times the mode's longest step
     functions: Any  #: shape (S, N)
     resets: Any  #: shape (T, n, N)
@@ -33,6 +34,7 @@ class Memory(NamedTuple):
     other: Any  #: shape (N,)
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
+    curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.resets`
     moved: Moved
     near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
     minima: Any  #: shape (S,), of the flight under way
@@ -62,7 +64,9 @@ def record(start: Any, n: int, directions: int) -> Record:
 
 def still(p: Any) -> Moved:
     """No direction of the parameters."""
-    return Moved(False, 0.0, *(np.zeros((0, *shape.shape[1:])) for shape in (p.growth, p.functions, p.resets, p.states)))
+    return Moved(
+        False, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in (p.growth, p.functions, p.resets, p.states))
+    )
 
 
 def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = False) -> Memory:
@@ -81,6 +85,7 @@ def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = 
         other=np.zeros(width),
         new=np.zeros(n),
         slopes=np.zeros((n, directions)),
+        curved=np.zeros((n, 2 + n + len(p.parameters))),
         moved=moved or still(p),
         near=np.array([np.inf if margins else np.nan, np.inf, 0.0]),
         minima=np.zeros(functions, np.int64),

@@ -55,6 +55,15 @@ def arrived(p, phi, image, tangent, w):
             tangent[c, j] = w.dphi[j] if p.places[c] < 0 else w.dz[p.places[c], j]
 
 
+@inlined
+def bounded(w):
+    """Whether a state has not grown beyond the range of floats."""
+    total = 0.0
+    for j in range(len(w.z)):
+        total += abs(w.z[j])
+    return total < math.inf
+
+
 @inner
 def first_return(p, row, image, tangent, w):
     """The first return of a row of coordinates: (outcome, code of its word, time, whole turns of the phase)."""
@@ -62,11 +71,11 @@ def first_return(p, row, image, tangent, w):
     margins, code, power = cleared(p, k, image, tangent, w)
     if k < 0:
         return INVALID, 0, math.nan, 0
-    mode, time, turns, doubtful = enter(p, k, not p.after, w), 0.0, 0, False
+    mode, time, turns, doubtful = enter(p, k, not p.after, phi, w), 0.0, 0, False
     for _ in range(MOST_EVENTS):
         which, flight, phi, more, unsure = fly(p, mode, phi, w)
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
-        if which == NO_FUNCTION:
+        if which == NO_FUNCTION or not bounded(w):
             return LOST, code, math.nan, 0
         k, unsure = picked(p, which, w.z)
         doubtful = doubtful or unsure
@@ -83,7 +92,7 @@ def first_return(p, row, image, tangent, w):
         if p.is_section[k] and not p.after:
             arrived(p, phi, image, tangent, w)
             return UNDECIDED if doubtful else RETURNED, code, time, turns
-        mode = enter(p, k, True, w)
+        mode = enter(p, k, True, phi, w)
         if p.is_section[k]:
             arrived(p, phi, image, tangent, w)
             return UNDECIDED if doubtful else RETURNED, code, time, turns

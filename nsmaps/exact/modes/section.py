@@ -4,6 +4,7 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inlined
+from nsmaps.exact.engine.law import reset_by
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.flight import dot, shift_waves, velocity
 from nsmaps.exact.modes.taylor import ROUNDING, features
@@ -40,7 +41,7 @@ def away(p, transition, z):
 
 
 @inlined
-def reset(p, k, w):
+def reset(p, k, phi, w):
     """Write the state just after a transition, and its derivatives; columns of `dz` are directions."""
     n, directions = p.first.shape[1] - 1, w.dz.shape[1]
     if not p.moves[k]:
@@ -53,6 +54,9 @@ def reset(p, k, w):
                 w.slopes[i, c] += p.resets[k, i, j] * w.dz[j, c]
                 if w.moved.here:
                     w.slopes[i, c] += w.moved.resets[k, i, j] * w.z[j]
+    if p.laws[k] != 0:
+        reset_by(p.laws[k], phi, w.z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
+        curved(p, k, w)
     for i in range(n):
         w.z[i] = w.new[i]
         for c in range(directions):
@@ -60,10 +64,26 @@ def reset(p, k, w):
 
 
 @inlined
-def enter(p, k, with_reset, w):
+def curved(p, k, w):
+    """Take over what the compiled part of a reset has written."""
+    n = p.first.shape[1] - 1
+    for i in range(n):
+        if p.curved[k, i]:
+            w.new[i] = w.curved[i, 0]
+            for c in range(w.dz.shape[1]):
+                w.slopes[i, c] = w.curved[i, n + 1] * w.dphi[c]
+                for j in range(n):
+                    w.slopes[i, c] += w.curved[i, 1 + j] * w.dz[j, c]
+                if w.moved.here:
+                    for j in range(len(p.parameters)):
+                        w.slopes[i, c] += w.curved[i, n + 2 + j] * w.moved.parameters[j]
+
+
+@inlined
+def enter(p, k, with_reset, phi, w):
     """Take the state through a transition, whose reset may lie behind it: the mode that follows."""
     if with_reset:
-        reset(p, k, w)
+        reset(p, k, phi, w)
     for f in range(len(w.on)):
         w.on[f] = p.on[k, f]
     return p.target[k]

@@ -13,6 +13,7 @@ import numpy as np
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definition import Definition, filled
 from nsmaps.exact.modes.memory import Moved
+from nsmaps.exact.modes.resets import reset_address
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
 SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
@@ -40,6 +41,9 @@ class Tables(NamedTuple):
     target: Any  #: shape (T,), mode that follows, -1 where the motion ends
     resets: Any  #: shape (T, n, N)
     moves: Any  #: shape (T,), whether there is a reset
+    laws: Any  #: shape (T,), address of the compiled part of the reset, 0 for none
+    curved: Any  #: shape (T, n), whether the state is given by that part
+    parameters: Any  #: shape (P,), their values, for these parts
     conditions: Any  #: shape (T + 1,), where the conditions of each transition begin
     where: Any  #: rows over the features that must not be negative
     digit: Any  #: shape (T,), of the letter in words, 0 for none
@@ -95,6 +99,7 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
         **flows,
         **functions_of(definition, rows, flows["growth"]),
         **transitions_of(definition, rows),
+        parameters=np.array(values),
         after=definition.after,
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
@@ -125,6 +130,8 @@ def functions_of(definition: Definition, rows: Rows, growth: Floats) -> dict[str
     leads = [group[0] for group in sets]
     functions = rows.functions[leads]
     modes = [definition.transitions[k].mode for k in leads]
+    given = np.array([[k in dict(one.curved) for k in range(len(one.reset))] for one in definition.transitions])
+    depends = (given[:, None, :] & (functions[None, :, : given.shape[1]] != 0)).any(axis=2)
     which = {k: function for function, group in enumerate(sets) for k in group}
     return {
         "watched": np.cumsum([0, *map(len, groups)]),
@@ -133,7 +140,7 @@ def functions_of(definition: Definition, rows: Rows, growth: Floats) -> dict[str
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which[k] for k in range(len(definition.transitions))]),
-        "on": vanishing(rows, functions),
+        "on": vanishing(rows, functions) & ~depends,
     }
 
 
@@ -146,7 +153,14 @@ def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
         "mode": np.array([one.mode for one in transitions]),
         "target": np.array([one.target for one in transitions]),
         "resets": rows.resets,
-        "moves": np.array([not np.array_equal(reset, np.eye(n, width)) for reset in rows.resets]),
+        "moves": np.array(
+            [
+                bool(one.curved) or not np.array_equal(reset, np.eye(n, width))
+                for one, reset in zip(transitions, rows.resets, strict=True)
+            ]
+        ),
+        "laws": np.array([reset_address(definition, one) for one in transitions]),
+        "curved": np.array([[k in dict(one.curved) for k in range(n)] for one in transitions]),
         "conditions": np.cumsum([0, *map(len, rows.where)]),
         "where": np.concatenate([np.empty((0, width)), *rows.where]),
         "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
@@ -168,7 +182,7 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
             turn += rate * float(slopes[k][0][0])
     assert total is not None, "asked for along a direction"
     leads = table.chosen[table.choices[:-1]]
-    return Moved(True, turn, total[0] * table.steps[:, None, None], total[1][leads], total[2], total[3])
+    return Moved(True, turn, rates, total[0] * table.steps[:, None, None], total[1][leads], total[2], total[3])
 
 
 def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
