@@ -20,7 +20,7 @@ class Zero(Generic[P]):
     arclength: float  #: from the start of the step
     point: P  #: the nearest point of the curve that was found
     y: Floats  #: the unknowns at the zero, shape (m + 1,): those of `point`, unless two curves cross there
-    error: Floats  #: of these unknowns, as estimated from the last points, shape (m + 1,)
+    error: Floats  #: of these unknowns, shape (m + 1,): the last points on either side are as near; estimated where curves cross
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +59,11 @@ def locate(curve: Curve[P], start: P, direction: Floats, length: float, test: Ca
         return _crossing(curve, value, known, missing.args[0], length)
     except ValueError:  # the test has the same sign at both ends
         return None
-    nearest, next_ = sorted(known, key=lambda sample: abs(sample.value))[:2]
-    change = next_.value - nearest.value
-    slopes = curve.difference(next_.point.y, nearest.point.y) / change if change else np.zeros_like(start.y)
-    return Zero(nearest.arclength, nearest.point, nearest.point.y, np.abs(nearest.value * slopes) + PRECISION)
+    nearest = min(known, key=lambda sample: abs(sample.value))
+    beyond = (sample for sample in known if sample.value * nearest.value < 0)
+    other = min(beyond, key=lambda sample: abs(sample.arclength - nearest.arclength), default=nearest)
+    error = np.abs(curve.difference(other.point.y, nearest.point.y)) + PRECISION
+    return Zero(nearest.arclength, nearest.point, nearest.point.y, error)
 
 
 def _crossing(
