@@ -15,6 +15,8 @@ from nsmaps.arrays import Floats
 MAX_CORRECTIONS = 20  #: steps of Newton's method
 ROUNDING = 4e-16  #: error of an unknown of order one that Newton's method may leave in a corrected point
 STALLED = 1e-12  #: a Newton step below this that is at least half as long as the last one is rounding
+BLUR = 5e-15  #: rounding of the equations, each in units of its gradient's length
+WORST = 1e-9  #: error of a point, by this rounding, above which it is none: where two curves cross
 STRAY = 0.1  #: share of a step: largest distance of the first point of a closed curve from its chord
 
 
@@ -94,8 +96,7 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
     """The point of a curve in the plane through y with this normal, by Newton's method; None where there is none.
 
     The iteration ends when the remaining error is below rounding, if it decreases by the ratio of the last two steps, or when
-    a step
-    consists of rounding only.
+    a step consists of rounding only, which grows where the equations are nearly singular.
     """
     last = np.nan
     for _ in range(MAX_CORRECTIONS):
@@ -104,7 +105,8 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
         if here is None or step is None:
             return None
         size, y = float(np.linalg.norm(step)), here.y + step
-        if size <= ROUNDING or size * (size / last) <= ROUNDING or (size <= STALLED and size >= 0.5 * last):
+        stalls = WORST >= size >= 0.5 * last and (size <= STALLED or size * least_gain(here, normal) <= BLUR)
+        if size <= ROUNDING or size * (size / last) <= ROUNDING or stalls:
             there = curve.evaluate(y)
             return there if there is not None and curve.exists(there) else None
         last = size
@@ -119,6 +121,11 @@ def _newton_step(point: Point, normal: Floats) -> Floats | None:
     except np.linalg.LinAlgError:
         return None
     return step if np.isfinite(step).all() else None
+
+
+def least_gain(point: Point, normal: Floats) -> float:
+    """The least length of the scaled equations' change for a unit step in the plane, or off it: their smallest singular value."""
+    return float(np.linalg.svd(np.vstack([scaled_rows(point)[1], normal]), compute_uv=False)[-1])
 
 
 def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> Iterator[Step[P]]:

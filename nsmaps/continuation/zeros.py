@@ -10,7 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Curve, P, correct, tangent
 
 PRECISION = 1e-13  #: share of the arclength, to which a zero is located
-ASIDE = 1e-3  #: share of a step, from the place where two curves cross to the points beside it
+ASIDE = 1e-2  #: share of a step, from the place where two curves cross to the points beside it
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -169,3 +170,19 @@ def test_where_two_curves_cross_a_zero_is_extrapolated_from_both_sides():
     zero = locate(curve, start, np.array([1.0, 0.0]), 0.5, lambda point, _: point.y[0])
     assert np.abs(zero.y).max() < 1e-12
     assert correct(curve, np.zeros(2), np.array([1.0, 0.0])) is None
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize(("beside", "found"), [(1e-4, True), (1e-8, False)])
+def test_rounding_next_to_a_crossing_leaves_a_point_until_it_is_too_large(beside, found, unit):
+    """Equations known to 1e-15 give a point to 1e-15 over their distance from singular ones."""
+    noise = cycle([1e-15, -1e-15])
+
+    def rounded(x, a):
+        """The line x = p = 0, along which the equations are the more singular the nearer y is to zero."""
+        y, x, p = x / a
+        return np.array([x, x + y * p]) + [0, next(noise)], np.array([[0, 1, 0], [p, 1, y]]) / a
+
+    point = correct(Equations(rounded, unit=unit), np.array([beside, 0.1, 0.1]), np.array([1.0, 0.0, 0.0]))
+    assert (point is not None) == found
+    assert point is None or np.abs(point.y[1:]).max() < 1e-14 / beside

@@ -112,6 +112,25 @@ def test_a_doubling_where_40_digits_have_it(name, share):
     assert found.parameter == pytest.approx(value, rel=1e-11)
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "share"),
+    [("S3_stickslip", "grazing", 0.02), ("S3_stickslip", "grazing", 0.2), ("S4_rocking", "branch point", 0.02)],
+)
+def test_a_graze_and_a_loss_of_symmetry_where_40_digits_have_them(name, kind, share):
+    event = reference(name)["bifurcations"][-1]
+    parameter, value = event["parameter"], float(event["value"])
+
+    def at(x):
+        return system(name, event["other_parameters"], **{parameter: x})
+
+    low, high = value * (1 - share), value * (1 + share)
+    settled = nsmaps.orbit(at(low), numbers(event["point"]), 400).final
+    branch = nsmaps.continue_branch(at, nsmaps.periodic_orbit(at(low), settled), low, (low, high))
+    (found,) = branch.events
+    assert found.kind == kind
+    assert found.parameter == pytest.approx(value, rel=1e-11)
+
+
 def test_without_recoil_it_is_the_vibro_impact_pair():
     rng = np.random.default_rng(1)
     starts = np.column_stack([rng.uniform(0.05, 1.5, 400), rng.uniform(0, 6.28, 400)])

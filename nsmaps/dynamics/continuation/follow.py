@@ -210,10 +210,10 @@ def _lost(curve: OrbitCurve, orbit: PeriodicOrbit, value: float) -> str:
 
 
 def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]]:
-    """A margin and the parameter at the last point and at two well-separated points before it."""
+    """A margin and the parameter at the last point and at up to three well-separated points before it."""
     rows, least = [(len(grown.points) - 1)], 1e-6
     for k in range(len(grown.points) - 2, -1, -1):
-        if len(rows) < 3 and grown.arclength[-1] - grown.arclength[k] >= least:
+        if len(rows) < 4 and grown.arclength[-1] - grown.arclength[k] >= least:
             rows.append(k)
             least *= 10
     return [float(grown.points[k].margins[margin]) for k in rows], [grown.points[k].value for k in rows]
