@@ -181,8 +181,8 @@ def test_rounding_next_to_a_crossing_leaves_a_point_until_it_is_too_large(beside
     def rounded(x, a):
         """The line x = p = 0, along which the equations are the more singular the nearer y is to zero."""
         y, x, p = x / a
-        return np.array([x, x + y * p]) + [0, next(noise)], np.array([[0, 1, 0], [p, 1, y]]) / a
+        return np.array([x, x + y * p + next(noise)]), np.array([[0, 1, 0], [p, 1, y]]) / a
 
-    point = correct(Equations(rounded, unit=unit), np.array([beside, 0.1, 0.1]), np.array([1.0, 0.0, 0.0]))
+    point = correct(Equations(rounded, unit=unit), np.array([beside, 1e-9, 1e-9]), np.array([1.0, 0.0, 0.0]))
     assert (point is not None) == found
     assert point is None or np.abs(point.y[1:]).max() < 1e-14 / beside
