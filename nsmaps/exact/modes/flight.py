@@ -151,11 +151,20 @@ def look_around(p, mode, tau, w):
 
 
 @inlined
+def within_turn(phi):
+    """A phase that is not negative within a turn, and the whole turns."""
+    more = math.floor(phi / TWO_PI) if phi >= TWO_PI else 0
+    return (max(phi - more * TWO_PI, 0.0) if more > 0 else phi), more
+
+
+@inlined
 def fly(p, mode, phi, w):
-    """To the next event: (its function, -1 for none within the horizon; time; phase; whole turns; whether it is doubtful)."""
+    """To the next event: (its function, -1 for none within the horizon; time; phase; whole turns; whether it is doubtful).
+
+    The features are those of the phase.
+    """
     n, directions, flight, turns, doubtful = p.first.shape[1] - 1, w.dz.shape[1], 0.0, 0, False
     for _ in range(MOST_PIECES):
-        features(phi, w.z, n)
         for j in range(len(w.z)):
             w.d[0, j] = w.z[j]
         series(p, mode, w.d)
@@ -172,12 +181,10 @@ def fly(p, mode, phi, w):
         flight += step
         for c in range(directions):
             w.dphi[c] += w.moved.rate * step
-        phi += p.rate * step
-        if phi >= TWO_PI:
-            more = math.floor(phi / TWO_PI)
-            phi, turns = max(phi - more * TWO_PI, 0.0), turns + more
+        phi, more = within_turn(phi + p.rate * step)
+        turns += more
+        features(phi, w.z, n)
         if which != NO_FUNCTION or flight >= p.horizon:
-            features(phi, w.z, n)
             return which, flight, phi, turns, doubtful
         for f in range(p.watched[mode], p.watched[mode + 1]):
             w.on[f] = False

@@ -8,6 +8,7 @@ from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, velocity
 from nsmaps.exact.modes.section import enter, picked, starting
 
 MOST_EVENTS = 100_000  # of one return
+GOES_ON = -1  # in place of an outcome
 
 
 @inlined
@@ -31,7 +32,7 @@ def noted(p, which, mode, k, code, power, w):
 
 @inlined
 def cleared(p, k, image, tangent, w):
-    """Nothing is known yet: (whether margins are asked for, code of the first letter, place of the next)."""
+    """Nothing is known yet: (code of the first letter, place of the next)."""
     for c in range(len(image)):
         image[c] = math.nan
         for j in range(w.dz.shape[1]):
@@ -41,9 +42,8 @@ def cleared(p, k, image, tangent, w):
         w.near[0], w.near[1], w.near[2] = math.inf, math.inf, 0.0
         w.minima[:] = 0
     if k < 0:
-        return margins, 0, 1
-    code, power = lengthened(p.base + 2 if margins else p.base, p.digit[k], 0, 1)
-    return margins, code, power
+        return 0, 1
+    return lengthened(p.base + 2 if margins else p.base, p.digit[k], 0, 1)
 
 
 @inlined
@@ -64,11 +64,35 @@ def bounded(w):
     return total < math.inf
 
 
+@inlined
+def met(p, mode, which, phi, code, power, image, tangent, w):
+    """Take the state through an event: (outcome, or GOES_ON; mode that follows; word; place of its next letter; doubtful)."""
+    k, doubtful = picked(p, which, w.z)
+    if k < 0:
+        return UNDECIDED, mode, code, power, True
+    if w.dz.shape[1] > 0:
+        saltation(p, mode, which, w)
+    if math.isnan(w.near[0]):
+        code, power = lengthened(p.base, p.digit[k], code, power)
+    else:
+        code, power = noted(p, which, mode, k, code, power, w)
+    if p.target[k] < 0:
+        return LOST, mode, code, power, doubtful
+    if p.is_section[k] and not p.after:
+        arrived(p, phi, image, tangent, w)
+        return RETURNED, mode, code, power, doubtful
+    mode = enter(p, k, True, phi, w)
+    if p.is_section[k]:
+        arrived(p, phi, image, tangent, w)
+        return RETURNED, mode, code, power, doubtful
+    return GOES_ON, mode, code, power, doubtful
+
+
 @inner
 def first_return(p, row, image, tangent, w):
     """The first return of a row of coordinates: (outcome, code of its word, time, whole turns of the phase)."""
     k, phi = starting(p, row, w)
-    margins, code, power = cleared(p, k, image, tangent, w)
+    code, power = cleared(p, k, image, tangent, w)
     if k < 0:
         return INVALID, 0, math.nan, 0
     mode, time, turns, doubtful = enter(p, k, not p.after, phi, w), 0.0, 0, False
@@ -77,25 +101,12 @@ def first_return(p, row, image, tangent, w):
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
         if which == NO_FUNCTION or not bounded(w):
             return LOST, code, math.nan, 0
-        k, unsure = picked(p, which, w.z)
+        outcome, mode, code, power, unsure = met(p, mode, which, phi, code, power, image, tangent, w)
         doubtful = doubtful or unsure
-        if k < 0:
-            return UNDECIDED, code, math.nan, 0
-        if w.dz.shape[1] > 0:
-            saltation(p, mode, which, w)
-        if margins:
-            code, power = noted(p, which, mode, k, code, power, w)
-        else:
-            code, power = lengthened(p.base, p.digit[k], code, power)
-        if p.target[k] < 0:
-            return LOST, code, time, 0
-        if p.is_section[k] and not p.after:
-            arrived(p, phi, image, tangent, w)
+        if outcome == RETURNED:
             return UNDECIDED if doubtful else RETURNED, code, time, turns
-        mode = enter(p, k, True, phi, w)
-        if p.is_section[k]:
-            arrived(p, phi, image, tangent, w)
-            return UNDECIDED if doubtful else RETURNED, code, time, turns
+        if outcome != GOES_ON:
+            return outcome, code, time if outcome == LOST else math.nan, 0
     return UNDECIDED, code, math.nan, 0
 
 

@@ -4,7 +4,8 @@ import math
 
 from nsmaps.exact.engine.jit import inlined
 
-ORDER = 30  # of the series
+DOUBLINGS = 5
+ORDER = 2**DOUBLINGS - 2  # of the series
 LEFT_OUT = 1e-18  # of the size of a state, that its series may leave out at the end of a step
 ROUNDING = 1e-15  # a few units in the last place
 
@@ -59,12 +60,21 @@ def reach(p, mode, d):
 
 
 @inlined
+def rest(tau):
+    """The power of a time by which what a series leaves out falls, ORDER + 1."""
+    power = 1.0
+    for _ in range(DOUBLINGS):
+        power, tau = power * tau, tau * tau
+    return power
+
+
+@inlined
 def left_out(p, function, d, tau):
     """A bound on what the series of a function leaves out up to tau."""
     total = 0.0
     for j in range(d.shape[1]):
         total += p.bounds[function, j] * abs(d[ORDER + 1, j])
-    return total * tau ** (ORDER + 1)
+    return total * rest(tau)
 
 
 @inlined

@@ -10,7 +10,7 @@ from nsmaps.exact.engine.march import INWARD, OUTWARD, careful_step, first_step,
 from nsmaps.exact.modes.taylor import ORDER, ROUNDING
 
 MOST_STEPS = 10_000
-CLOSE = 2e-16  # of a zero: a step of Newton's method that ends it
+CLOSE = 2e-16  # of a zero: rounding
 
 
 @inlined
@@ -55,17 +55,27 @@ def value(a, x):
     return y, u
 
 
+@inlined
+def nearer(y, u, low, x, high, bend):
+    """A step of Newton's method, or of bisection, to a zero between low and high: (low, next x, high, whether it is there).
+
+    It is there as soon as `bend`, a bound on the second derivative, leaves less than rounding to the step of Newton's method.
+    """
+    low, high = x if y > 0.0 else low, high if y > 0.0 else x
+    step = -y / u if u < 0.0 else (0.0 if y == 0.0 else math.inf)
+    newton = low <= x + step <= high
+    new = x + step if newton else 0.5 * (low + high)
+    return low, new, high, (newton and step * step * bend <= -CLOSE * new * u) or abs(new - x) <= CLOSE * new
+
+
 @inner
-def polish(a, low, x, high):
-    """The one zero between low, where the polynomial is positive, and high, to rounding, by Newton's method and bisection."""
+def polish(a, low, x, high, bend):
+    """The one zero between low, where the polynomial is positive, and high, to rounding."""
     for _ in range(100):
         y, u = value(a, x)
-        low, high = x if y > 0.0 else low, high if y > 0.0 else x
-        new = x - y / u if u < 0.0 else math.inf
-        new = new if low < new < high else 0.5 * (low + high)
-        if y == 0.0 or abs(new - x) <= CLOSE * new:
-            return x if y == 0.0 else new
-        x = new
+        low, x, high, there = nearer(y, u, low, x, high, bend)
+        if there:
+            break
     return x
 
 
@@ -79,9 +89,8 @@ def seen(gap, s, end, error, jerk, snap):
 
 
 @inlined
-def begun(a, end, error, on, jerk, snap):
+def begun(gap, end, error, on, jerk, snap):
     """As `seen`, at the start; with `on` the polynomial is zero there and rises."""
-    gap = (a[0], a[1], 2.0 * a[2], 6.0 * a[3], 0.0, 0.0)
     if on:
         surely, h = leave(False, gap, 0.0, jerk, snap)
         if surely and 1.5 * h > end:
@@ -91,9 +100,14 @@ def begun(a, end, error, on, jerk, snap):
 
 
 @inlined
-def stays_positive(a, end, on, size, left):
-    """Whether the first term that is not zero surely outweighs all others up to `end`."""
-    lead = a[1] * end if on else a[0]
+def falls(a0, a1, a2, on):
+    """Whether a polynomial is negative at the start, or with `on` falls from zero there."""
+    return a0 < 0.0 or (on and (a1 < 0.0 or (a1 == 0.0 and a2 < 0.0)))
+
+
+@inlined
+def stays_positive(lead, size, left):
+    """Whether the first term that is not zero, at the end, surely outweighs all others on the way."""
     return 2.0 * lead - size > left + 2.0 * ROUNDING * size
 
 
@@ -104,18 +118,18 @@ def first_zero(a, end, left, on):
     `left` bounds what the polynomial leaves out. With `on` it begins at zero; where it falls from there, or is negative at the
     start, the zero is at once. Bounds hold up to `end`, and no step goes beyond. Rounding is counted in the sizes of the terms.
     """
-    if a[0] < 0.0 or (on and (a[1] < 0.0 or (a[1] == 0.0 and a[2] < 0.0))):
+    if falls(a[0], a[1], a[2], on):
         bend, _, _ = limits(a, end)
         return True, 0.0, a[0] < 0.0 and a[1] * a[1] <= 16.0 * ROUNDING * size_of(a, end) * bend
     size = size_of(a, end)
-    if stays_positive(a, end, on, size, left):
+    if stays_positive(a[1] * end if on else a[0], size, left):
         return False, end, False
     bend, jerk, snap = limits(a, end)
-    surely, h = begun(a, end, left + ROUNDING * size, on, jerk, snap)
+    surely, h = begun((a[0], a[1], 2.0 * a[2], 6.0 * a[3], 0.0, 0.0), end, left + ROUNDING * size, on, jerk, snap)
     s, doubtful = 0.0, False
     for _ in range(MOST_STEPS):
         if surely:
-            x = polish(a, s, s + h, s + 1.5 * h)
+            x = polish(a, s, s + h, s + 1.5 * h, bend)
             _, rate = value(a, x)
             return True, x, doubtful or rate * rate <= 16.0 * ROUNDING * size_of(a, x) * bend
         if h <= ROUNDING * s:
