@@ -49,7 +49,7 @@ class Transition:
     target: int  #: the mode that follows, -1 where the motion ends
     reset: tuple[Row, ...]  #: every state just after, by the states just before
     where: tuple[Row, ...]
-    curved: tuple[tuple[int, sp.Expr], ...] = ()  #: the states whose reset is another formula, by their positions, and these formulas
+    curved: tuple[tuple[int, sp.Expr], ...] = ()  #: positions of states whose reset is another formula, and these
 
 
 @dataclass(frozen=True)
