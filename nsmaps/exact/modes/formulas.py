@@ -10,6 +10,7 @@ import sympy as sp
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.formulas import PHI, trials
+from nsmaps.exact.modes.crossings import crosses, crossings_of
 from nsmaps.exact.modes.definition import Definition, Row, Start, Transition
 
 if TYPE_CHECKING:
@@ -89,19 +90,25 @@ def definition_of(system: "HybridSystem") -> Definition:
     modes = symbolic.modes(t, y)
     rates = tuple(_rates(reader, mode, given) for mode, given in modes.items())
     guards, section = symbolic.guards(t, y), symbolic.section(t, y)
-    transitions = tuple(_transitions(reader, tuple(modes), guards))
+    events = tuple(_transitions(reader, tuple(modes), guards))
+    divided = crossings_of(cls.__name__, events, len(modes))
+    transitions, parts = events, list(range(len(modes)))
+    if divided is not None:
+        transitions, parts = tuple(divided.all(events)), [mode for mode, _ in divided.numbers]
     names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
     if unknown := [name for name in names if name not in guards]:
         raise SystemDefinitionError(f"{cls.__name__}.section is at {unknown[0]!r}; expected: one of {', '.join(guards)}")
     coordinates = _coordinates(cls.__name__, cls.states, section, period is not None)
     starts = tuple(_start(reader, section, k, one) for k, one in enumerate(transitions) if one.name in names)
-    if section.side == "after" and len(starts) > 1:
+    after = section.side == "after" and not all(crosses(one) for one in events if one.name in names)
+    if after and len(starts) > 1:
         raise SystemDefinitionError(f"{cls.__name__}.section has several events; expected: one, or side='before'")
     horizon = sp.sympify(cls.horizon) * (sp.S.One if period is None else sp.sympify(period))
     variables = tuple(reader.states.values())
     return Definition(
-        tuple(symbols.values()), cls.states, variables, rate, horizon, tuple(modes), rates, transitions, coordinates,
-        section.side == "after", starts,
+        tuple(symbols.values()), cls.states, variables, rate, horizon, tuple(tuple(modes)[k] for k in parts),
+        tuple(rates[k] for k in parts), transitions, coordinates,
+        after, starts,
     )  # fmt: skip
 
 

@@ -35,9 +35,17 @@ def picked(p, function, z):
 
 @inlined
 def away(p, transition, z):
-    """The function of a transition at a state, as a share of the sizes of its terms."""
-    value, size = dot(p.functions[p.function[transition]], z)
-    return value / size if size > 0.0 else 0.0
+    """How far a state is from one at which a transition takes place: its function is zero there, no other one is below it.
+
+    The largest violation of this, as a share of the sizes of the function's terms.
+    """
+    far, mode = 0.0, p.mode[transition]
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        value, size = dot(p.functions[f], z)
+        wrong = abs(value) if f == p.function[transition] else -value
+        if wrong > far * size:
+            far = wrong / size
+    return far
 
 
 @inlined
@@ -112,7 +120,7 @@ def begun(p, row, w):
             state[i], _ = dot(p.states[k, i], guess)
         for i in range(n):
             guess[i] = state[i]
-        far = abs(away(p, p.starts[k], guess))
+        far = away(p, p.starts[k], guess)
         holds, _ = allowed(p, p.starts[k], guess)
         if (holds or p.after) and far < least:
             best, least = k, far

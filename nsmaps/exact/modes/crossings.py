@@ -1,0 +1,127 @@
+"""Events at which nothing changes, as those of a section at v = 0 or at a phase of the forcing.
+
+Their function goes on below zero and must rise again before the next such event: a mode in which one is watched becomes two,
+before and after the function has fallen through zero, and an event without a letter leads back.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import sympy as sp
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.modes.definition import Row, Transition
+
+MOST_MODES = 64
+
+Flags = tuple[bool, ...]  # of each function that is crossed in a mode: whether it has fallen below zero
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """The functions that are crossed in each mode, and the numbers of the modes into which it is divided."""
+
+    name: str  #: of the class
+    functions: tuple[tuple[Row, ...], ...]  #: of each mode
+    numbers: dict[tuple[int, Flags], int]
+
+    def flags(self, mode: int) -> Iterator[Flags]:
+        """The parts of a mode."""
+        return product((False, True), repeat=len(self.functions[mode]))
+
+    def all(self, transitions: Sequence[Transition]) -> Iterator[Transition]:
+        """The transitions between the divided modes."""
+        for one in transitions:
+            for below in self.flags(one.mode):
+                yield from self.crossed(one, below) if crosses(one) else self.changed(one, below)
+        for (mode, below), number in self.numbers.items():
+            for k, function in enumerate(self.functions[mode]):
+                others = [each for each in transitions if each.mode == mode and each.function == function and crosses(each)]
+                if below[k]:
+                    yield silent(others[0], number, function.scaled(sp.S.NegativeOne), self.at(mode, below, k, False))
+                elif all(each.where for each in others):
+                    yield silent(others[0], number, function, self.at(mode, below, k, True))
+
+    def at(self, mode: int, below: Flags, k: int, flag: bool) -> int:
+        """The part of a mode in which the function k has another flag."""
+        return self.numbers[mode, (*below[:k], flag, *below[k + 1 :])]
+
+    def crossed(self, one: Transition, below: Flags) -> Iterator[Transition]:
+        """An event at which nothing changes, in a part of its mode."""
+        functions = self.functions[one.mode]
+        k = functions.index(one.function)
+        if not below[k]:
+            others = [side(each, flag) for i, (each, flag) in enumerate(zip(functions, below, strict=True)) if i != k]
+            target = self.at(one.mode, below, k, True)
+            yield replace(one, mode=self.numbers[one.mode, below], target=target, where=(*one.where, *others))
+
+    def changed(self, one: Transition, below: Flags) -> Iterator[Transition]:
+        """Another event, in a part of its mode: it leads to the part where each function has the sign that it has just after."""
+        if one.target < 0:
+            yield replace(one, mode=self.numbers[one.mode, below])
+            return
+        after = [composed(function, one.reset) for function in self.functions[one.target]]
+        jumping = {k for k, _ in one.curved}
+        if any(function.coefficients[k] != 0 for function in self.functions[one.target] for k in jumping):
+            raise SystemDefinitionError(
+                f"{self.name}.guards: the reset of {one.name!r} is not affine, and changes a function that is crossed without a "
+                "change of mode; expected: modes of their own for either side of it"
+            )
+        for flags in self.flags(one.target):
+            if not all(flag or not proportional(row, one.function) for row, flag in zip(after, flags, strict=True)):
+                continue  # just on the surface: counted as crossed
+            sides = [side(r, f) for r, f in zip(after, flags, strict=True) if not proportional(r, one.function)]
+            numbers = self.numbers[one.mode, below], self.numbers[one.target, flags]
+            yield replace(one, mode=numbers[0], target=numbers[1], where=(*one.where, *sides))
+
+
+def crosses(one: Transition) -> bool:
+    """Whether nothing changes at an event."""
+    rows = [row.coefficients for row in one.reset]
+    same = sp.Matrix(rows) == sp.eye(len(rows)) and not any(row.remainder != 0 for row in one.reset)
+    return one.target == one.mode and same and not one.curved
+
+
+def crossings_of(name: str, transitions: Sequence[Transition], modes: int) -> Crossings | None:
+    """What is crossed in the modes of a class of this name, None where nothing is.
+
+    Raises:
+        SystemDefinitionError: there are too many such events in one mode.
+    """
+    own = [[one.function for one in transitions if one.mode == mode and crosses(one)] for mode in range(modes)]
+    functions = tuple(tuple(dict.fromkeys(rows)) for rows in own)
+    if not any(functions):
+        return None
+    total = sum(2 ** len(rows) for rows in functions)
+    if total > MOST_MODES:
+        raise SystemDefinitionError(
+            f"{name}.guards: events at which nothing changes divide the modes into {total} parts; expected: at most {MOST_MODES}"
+        )
+    parts = [(mode, flags) for mode, rows in enumerate(functions) for flags in product((False, True), repeat=len(rows))]
+    return Crossings(name, functions, {part: k for k, part in enumerate(parts)})
+
+
+def silent(like: Transition, mode: int, function: Row, target: int) -> Transition:
+    """An event without name and letter at which nothing changes but the part of the mode."""
+    return Transition("", "", mode, function, target, like.reset, ())
+
+
+def side(function: Row, below: bool) -> Row:
+    """What is not negative on one side of a surface."""
+    return function.scaled(sp.S.NegativeOne) if below else function
+
+
+def composed(function: Row, reset: Sequence[Row]) -> Row:
+    """A function of the state just after an event, by the state just before."""
+    total = Row(tuple(sp.S.Zero for _ in reset), function.remainder)
+    for coefficient, row in zip(function.coefficients, reset, strict=True):
+        total = total + row.scaled(coefficient)
+    return total
+
+
+def proportional(one: Row, other: Row) -> bool:
+    """Whether a function is zero wherever another one is."""
+    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
+    lead = next((pair for pair in pairs if pair[1] != 0), None)
+    return lead is not None and all(sp.simplify(a * lead[1] - b * lead[0]) == 0 for a, b in pairs)
