@@ -83,23 +83,22 @@ def crosses(one: Transition) -> bool:
     return one.target == one.mode and same and not one.curved
 
 
-def crossings_of(name: str, transitions: Sequence[Transition], modes: int) -> Crossings | None:
-    """What is crossed in the modes of a class of this name, None where nothing is.
+def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple[tuple[Transition, ...], list[int]]:
+    """The transitions of a class of this name between parts of its modes, and the mode of each part.
 
     Raises:
-        SystemDefinitionError: there are too many such events in one mode.
+        SystemDefinitionError: there are too many events at which nothing changes, or a reset whose sides cannot be told.
     """
     own = [[one.function for one in transitions if one.mode == mode and crosses(one)] for mode in range(modes)]
     functions = tuple(tuple(dict.fromkeys(rows)) for rows in own)
-    if not any(functions):
-        return None
     total = sum(2 ** len(rows) for rows in functions)
     if total > MOST_MODES:
         raise SystemDefinitionError(
             f"{name}.guards: events at which nothing changes divide the modes into {total} parts; expected: at most {MOST_MODES}"
         )
     parts = [(mode, flags) for mode, rows in enumerate(functions) for flags in product((False, True), repeat=len(rows))]
-    return Crossings(name, functions, {part: k for k, part in enumerate(parts)})
+    crossings = Crossings(name, functions, {part: k for k, part in enumerate(parts)})
+    return tuple(crossings.all(transitions)), [mode for mode, _ in parts]
 
 
 def silent(like: Transition, mode: int, function: Row, target: int) -> Transition:

@@ -1,6 +1,6 @@
 """The formulas of a class of systems with modes, read as rows: what is not piecewise linear is refused."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,7 @@ import sympy as sp
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.formulas import PHI, trials
-from nsmaps.exact.modes.crossings import crosses, crossings_of
+from nsmaps.exact.modes.crossings import composed, crosses, divided
 from nsmaps.exact.modes.definition import Definition, Row, Start, Transition
 
 if TYPE_CHECKING:
@@ -91,24 +91,19 @@ def definition_of(system: "HybridSystem") -> Definition:
     rates = tuple(_rates(reader, mode, given) for mode, given in modes.items())
     guards, section = symbolic.guards(t, y), symbolic.section(t, y)
     events = tuple(_transitions(reader, tuple(modes), guards))
-    divided = crossings_of(cls.__name__, events, len(modes))
-    transitions, parts = events, list(range(len(modes)))
-    if divided is not None:
-        transitions, parts = tuple(divided.all(events)), [mode for mode, _ in divided.numbers]
-    names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
-    if unknown := [name for name in names if name not in guards]:
-        raise SystemDefinitionError(f"{cls.__name__}.section is at {unknown[0]!r}; expected: one of {', '.join(guards)}")
+    transitions, parts = divided(cls.__name__, events, len(modes))
     coordinates = _coordinates(cls.__name__, cls.states, section, period is not None)
-    starts = tuple(_start(reader, section, k, one) for k, one in enumerate(transitions) if one.name in names)
-    after = section.side == "after" and not all(crosses(one) for one in events if one.name in names)
+    starts = _starts(reader, section, guards, transitions)
+    if period is not None and not coordinates.angles.any():
+        _check_phase_zero(reader, transitions, starts)
+    after = section.side == "after" and not all(crosses(transitions[start.transition]) for start in starts)
     if after and len(starts) > 1:
         raise SystemDefinitionError(f"{cls.__name__}.section has several events; expected: one, or side='before'")
     horizon = sp.sympify(cls.horizon) * (sp.S.One if period is None else sp.sympify(period))
     variables = tuple(reader.states.values())
     return Definition(
         tuple(symbols.values()), cls.states, variables, rate, horizon, tuple(tuple(modes)[k] for k in parts),
-        tuple(rates[k] for k in parts), transitions, coordinates,
-        after, starts,
+        tuple(rates[k] for k in parts), transitions, coordinates, after, starts,
     )  # fmt: skip
 
 
@@ -149,6 +144,19 @@ def _reset(reader: Reader, guard: "Guard", what: str) -> tuple[tuple[Row, ...], 
     return tuple(rows), tuple(curved)
 
 
+def _check_phase_zero(reader: Reader, transitions: Sequence[Transition], starts: Sequence[Start]) -> None:
+    """Refuse a section without a phase among its coordinates whose event is at another phase than zero."""
+    for start in starts:
+        one = transitions[start.transition]
+        rest = composed(one.function, start.states)
+        for expr in (*rest.coefficients, rest.remainder.subs(PHI, 0)):
+            if any(abs(sp.N(expr.subs(values), 30)) > NEAR for values in trials(expr)):
+                raise SystemDefinitionError(
+                    f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r} is not zero "
+                    "at t = 0; expected: a name for the phase in `coordinates`, or an event at t = 0, such as -sin(w t)"
+                )
+
+
 def _check_periodic(expr: sp.Expr, what: str) -> None:
     """Refuse a formula that is not the same one turn of the phase later."""
     later = expr.subs(PHI, PHI + 2 * sp.pi)
@@ -170,6 +178,16 @@ def _coordinates(name: str, states: tuple[str, ...], section: "Section", forced:
         wanted = f"names of the states {', '.join(states)}" + ", and of one phase" * forced
         raise SystemDefinitionError(f"{name}.section has the coordinates {', '.join(section.coordinates)}; expected: {wanted}")
     return Coordinates(tuple(section.coordinates), angles=others)
+
+
+def _starts(
+    reader: Reader, section: "Section", guards: "Mapping[str, Guard]", transitions: Sequence[Transition]
+) -> tuple[Start, ...]:
+    """What the coordinates give at each event of the section."""
+    names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
+    if unknown := [name for name in names if name not in guards]:
+        raise SystemDefinitionError(f"{reader.name}.section is at {unknown[0]!r}; expected: one of {', '.join(guards)}")
+    return tuple(_start(reader, section, k, one) for k, one in enumerate(transitions) if one.name in names)
 
 
 def _start(reader: Reader, section: "Section", number: int, transition: Transition) -> Start:
