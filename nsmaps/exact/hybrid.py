@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class Guard:
     """An event: a function of the state that falls through zero in one or several modes, and what happens then.
 
-    Of guards with the same function in the same mode the first whose conditions hold takes place.
+    Of guards with the same function in the same mode the first whose conditions hold takes place. Where nothing changes, neither
+    mode nor states, the function goes on below zero and must rise again before the next such event.
     """
 
     modes: str | Sequence[str]  #: in which it is watched
