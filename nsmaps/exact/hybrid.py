@@ -16,6 +16,7 @@ from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.returns import Itineraries, Returns
 
 if TYPE_CHECKING:
+    from nsmaps.exact.enclosure.images import BoxImages
     from nsmaps.exact.modes.kernel import ModeKernel
 
 
@@ -91,6 +92,20 @@ class HybridSystem(ParametricSystem):
         """
         way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
         return self._kernel().sensitivities(as_states(states, self.coordinates), way)
+
+    def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
+        """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
+
+        Args:
+            boxes: shape (N, n, 2), lower and upper end of each of the section's coordinates (phases in radians, any turn).
+
+        Raises:
+            StateError: `boxes` is not a batch of finite boxes.
+            ProofError: a reset is not affine.
+        """
+        from nsmaps.exact.modes.enclosure.images import image_boxes
+
+        return image_boxes(self, boxes)
 
     def phase_rate(self) -> float:
         """Radians of phase a unit of the system's time; zero without forcing."""
