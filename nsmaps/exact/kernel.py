@@ -13,7 +13,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.exact.compiled import code_of, compilers
 from nsmaps.exact.engine import layout
-from nsmaps.exact.engine.batch import first_returns, orbits
+from nsmaps.exact.engine.batch import orbits
 from nsmaps.exact.engine.flow import Flow
 from nsmaps.exact.engine.itinerary import all_itineraries
 from nsmaps.exact.engine.returns import sampled, trajectory
@@ -42,7 +42,7 @@ class Kernel:
     def name(self) -> str:
         """The class with a digest of its formulas and of the engine: equal names mean equal returns."""
         f = self.formulas
-        text = "\0".join([*map(str, (f.displacement.formula, f.numbers, f.laws, f.sides)), code_of(first_returns), *compilers()])
+        text = "\0".join([*map(str, (f.displacement.formula, f.numbers, f.laws, f.sides)), code_of(orbits), *compilers()])
         return f"{type(self.system).__qualname__}-{sha256(text.encode()).hexdigest()[:20]}"
 
     @property
@@ -62,29 +62,25 @@ class Kernel:
 
     def first_returns(self, start: Floats, derivative: bool, chatter: float) -> Returns:
         """First returns of a batch, shape (N, 2), on all cores."""
-        n = len(start)
-        image, turns = np.empty((n, 2)), np.empty((n, 2), np.int32)
-        codes, outcome, time = np.empty(n, np.int64), np.empty(n, np.int8), np.empty(n)
-        tangents = np.empty((n if derivative else 0, 2, 2))
-        table = self.table
+        states, *rows = _room(1, len(start), derivative)
 
         def run(k: slice) -> None:
-            first_returns(flow_of(table), start[k], chatter, image[k], turns[k], codes[k], outcome[k], time[k], tangents[k])
+            orbits(flow_of(self.table), float(chatter), start[k], states[:, k], *(row[:, k] for row in rows))
 
-        in_chunks(n, run)
-        coordinates, walls = self.system.coordinates, self.system.wall_names
-        return Returns(coordinates, walls, start, image, turns, codes, outcome, time, tangents if derivative else None)
+        in_chunks(len(start), run)
+        return self._returns(start, states, *rows)
 
     def orbits(self, start: Floats, n: int, derivative: bool, chatter: float) -> Returns:
         """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
-        m = len(start)
-        states, turns = np.empty((n * m + m, 2)), np.empty((n * m, 2), np.int32)
-        codes, outcome, time = np.empty(n * m, np.int64), np.empty(n * m, np.int8), np.empty(n * m)
-        states[:m], tangents = start, np.empty((n if derivative else 0, m, 2, 2))
-        tables = states.reshape(n + 1, m, 2), turns.reshape(n, m, 2), *(row.reshape(n, m) for row in (codes, outcome, time))
-        orbits(self.flow, float(chatter), *tables, tangents)
-        names, slopes = (self.system.coordinates, self.system.wall_names), tangents.reshape(-1, 2, 2) if derivative else None
-        return Returns(*names, states[: n * m], states[m:], turns, codes, outcome, time, slopes)
+        states, *rows = _room(n, len(start), derivative)
+        orbits(self.flow, float(chatter), start, states, *rows)
+        return self._returns(np.concatenate([start, states[:-1].reshape(-1, 2)]), states, *rows)
+
+    def _returns(self, start: Floats, *rows: Any) -> Returns:
+        """The rows of `_room` one after another."""
+        image, turns, codes, outcome, time, tangents = (row.reshape(-1, *row.shape[2:]) for row in rows)
+        slopes = tangents if len(rows[-1]) else None
+        return Returns(self.system.coordinates, self.system.wall_names, start, image, turns, codes, outcome, time, slopes)
 
     def noisy_orbit(self, law: Any, step: Floats, parts: int, chatter: float, rng: np.random.Generator, tables: Any) -> None:
         """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`."""
@@ -152,6 +148,12 @@ class Kernel:
                 sampled(p, up, impacts.phase[i], impacts.speed[i], time - time[0], d, rates[i])
                 places[i] += d
         return times, places, rates
+
+
+def _room(n: int, m: int, derivative: bool) -> tuple[Any, ...]:
+    """Arrays for n returns of each of m states: images, turns, codes, outcomes, times, and derivatives or none."""
+    codes, outcome, time = np.empty((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
+    return np.empty((n, m, 2)), np.empty((n, m, 2), np.int32), codes, outcome, time, np.empty((n if derivative else 0, m, 2, 2))
 
 
 def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:

@@ -30,15 +30,15 @@ TOLERANCE = {"ordinary": 1e-13, "tiny": 1e-13, "graze": 1e-8}
 
 
 def computed(system, how, states, chatter=0.0):
-    """What the engine writes for a batch: "one_by_one", "side_by_side", or as the table has it, "first_returns"."""
+    """What the engine writes for a batch: "one_by_one", "side_by_side", or as the table has it, "as_it_is"."""
     n, table = len(states), system._kernel().table.copy()
     assert how != "side_by_side" or (table[layout.WIDE] > 0 and n >= batch.FEW)
     table[layout.WIDE] *= how != "one_by_one"
-    shapes = {"image": (n, 2), "turns": (n, 2), "codes": n, "outcome": n, "time": n, "tangents": (n, 2, 2)}
+    shapes = {"image": (n, 2), "turns": (n, 2), "codes": (n,), "outcome": (n,), "time": (n,), "tangents": (n, 2, 2)}
     types = {"turns": np.int32, "codes": np.int64, "outcome": np.int8}
-    out = {name: np.empty(shape, types.get(name, float)) for name, shape in shapes.items()}
-    batch.first_returns(flow_of(table), np.ascontiguousarray(states, dtype=float), chatter, *out.values())
-    return out
+    out = {name: np.empty((1, *shape), types.get(name, float)) for name, shape in shapes.items()}
+    batch.orbits(flow_of(table), chatter, np.ascontiguousarray(states, dtype=float), *out.values())
+    return {name: rows[0] for name, rows in out.items()}
 
 
 def assert_same(one, other, rows=slice(None)):
@@ -65,7 +65,7 @@ def test_the_pair_side_by_side_and_one_by_one(pair, d, r, chatter):
 @pytest.mark.parametrize("kind", SYSTEMS)
 def test_other_systems_side_by_side_and_one_by_one(kind):
     states = mixed(2, 2000, 3.0)
-    assert_same(computed(SYSTEMS[kind], "one_by_one", states), computed(SYSTEMS[kind], "first_returns", states))
+    assert_same(computed(SYSTEMS[kind], "one_by_one", states), computed(SYSTEMS[kind], "as_it_is", states))
 
 
 def test_the_states_of_these_tests_end_in_every_way(pair):
@@ -105,11 +105,11 @@ def test_returns_of_more_flights_than_a_block_follows(pair):
 def test_neighbours_do_not_matter(pair, n):
     """The same states in other places of the block, and in batches of every size, have the same returns."""
     states = mixed(4, 1000, 1.5)
-    whole = computed(pair(0.3), "first_returns", states)
+    whole = computed(pair(0.3), "as_it_is", states)
     rng = np.random.default_rng(n)
     for _ in range(5):
         chosen = rng.choice(len(states), n, replace=False)
-        assert_same(whole, computed(pair(0.3), "first_returns", states[chosen]), chosen)
+        assert_same(whole, computed(pair(0.3), "as_it_is", states[chosen]), chosen)
 
 
 @pytest.mark.parametrize("odd", ODD[:4] + ODD[10:13])

@@ -87,7 +87,6 @@ from nsmaps.exact.engine.returns import (
     RETURNED,
     accumulation,
     first_return,
-    one_by_one,
     put,
     saltation,
     spell,
@@ -238,8 +237,10 @@ def fly(p, t, n, up, chatter, want):
 
 
 @allocating
-def side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents):
-    """First returns of a batch, block by block: while a return continues, its impacts are on the other wall."""
+def side_by_side(p, start, i, chatter, states, turns, codes, outcome, time, tangents):
+    """Returns number i of all orbits, which start from the states (M, 2), block by block: while a return continues, its impacts
+    are on the other wall.
+    """
     want = len(tangents) > 0
     has_up, has_down, base_up = walls_of(p)
     rows = harmonic(p, int(p.table[HARMONICS]) + 1)
@@ -257,14 +258,14 @@ def side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents
                 left = 0
             word, _ = spell(code, power, base, 1, 1)
             for k in range(left, n):
-                i = int(t[WHICH + k])
+                orbit = int(t[WHICH + k])
                 if t[ODD + k] > 0.0:
-                    result = first_return(p, start[i, 0], start[i, 1], chatter, want)
+                    result = first_return(p, start[orbit, 0], start[orbit, 1], chatter, want)
                 else:
                     if want:
                         d = t[D00 + k], t[D01 + k], t[D10 + k], t[D11 + k]
                     result = RETURNED, t[V + k], t[PHI + k], int(t[TURNS + k]), t[TIME + k], word, d
-                put(i, result, image, turns, codes, outcome, time, tangents)
+                put(i, orbit, result, states, turns, codes, outcome, time, tangents)
             n = left
             code, power = spell(code, power, base, 2, 1)
             if n == 0:
@@ -272,34 +273,23 @@ def side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents
 
 
 @entry
-def first_returns(p, start, chatter, image, turns, codes, outcome, time, tangents):
-    """First returns of a batch, written into the given arrays; derivatives if `tangents` has a row for each state."""
-    if p.table[WIDE] > 0.0 and len(start) >= FEW:
-        side_by_side(p, start, chatter, image, turns, codes, outcome, time, tangents)
-    else:
-        one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents)
+def orbits(p, chatter, start, states, turns, codes, outcome, time, tangents):
+    """The first n returns of each of M states, start (M, 2), written into states (n, M, 2) and the other arrays.
 
-
-@entry
-def orbits(p, chatter, states, turns, codes, outcome, time, tangents):
-    """Orbits of M states, written after them into states (n + 1, M, 2); the outcome of one that ended is repeated to the last
-    return.
-
-    Derivatives are written if `tangents`, shape (n, M, 2, 2), has any rows.
+    The outcome of an orbit that ended is repeated to the last return. Derivatives are written if `tangents`, shape (n, M, 2, 2),
+    has any rows. First returns are orbits with n = 1: there is one compiled function for both.
     """
     n, m = codes.shape
-    none, slopes = np.empty((0, 2, 2)), len(tangents) > 0
-    wide = p.table[WIDE] > 0.0 and m >= FEW
+    wide, slopes = p.table[WIDE] > 0.0 and m >= FEW, len(tangents) > 0
     for i in range(n if wide else 0):
-        own = tangents[i] if slopes else none
-        first_returns(p, states[i], chatter, states[i + 1], turns[i], codes[i], outcome[i], time[i], own)
+        before = states[i - 1] if i > 0 else start
+        side_by_side(p, before, i, chatter, states, turns, codes, outcome, time, tangents)
     for k in range(m):
-        v, phi = states[0, k]
+        v, phi = start[k, 0], start[k, 1]
         for i in range(n):
             if not wide:
-                outcome[i, k], v, phi, turns[i, k, 1], time[i, k], codes[i, k], d = first_return(p, v, phi, chatter, slopes)
-                turns[i, k, 0], states[i + 1, k, 0], states[i + 1, k, 1] = 0, v, phi
-                if slopes:
-                    tangents[i, k, 0, 0], tangents[i, k, 0, 1], tangents[i, k, 1, 0], tangents[i, k, 1, 1] = d
+                result = first_return(p, v, phi, chatter, slopes)
+                put(i, k, result, states, turns, codes, outcome, time, tangents)
+                v, phi = result[1], result[2]
             if i > 0 and outcome[i, k] == INVALID:
                 outcome[i, k] = outcome[i - 1, k]

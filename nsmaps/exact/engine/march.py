@@ -228,6 +228,21 @@ def rooms(p, up):
     return z, top - z, z - bottom
 
 
+@inlined
+def set_out(p, up, w, two, room, jerk, snap, reach):
+    """The start of a flight with velocity w: (the gap to the wall just left and its rates, then as `leave`, whose return is only
+    certain within the reach of the bounds).
+    """
+    gap = ahead(up, 0.0, 0.0, (0.0, w, *start(p)))
+    if gap[1] == 0.0 and gap[2] < 0.0:
+        gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero up to rounding
+    surely, h = leave(two, gap, room, jerk, snap)
+    if surely and 1.5 * h > reach:
+        surely, h = False, first_step(gap[1], gap[2], gap[3], jerk, snap)
+        h = min(h, safe_step(room, -gap[1], -gap[2], -gap[3], jerk, snap)) if two else h
+    return gap, surely, h
+
+
 @inner
 def flight(p, up, w):
     """The first impact after leaving a wall: (found, on the upper wall, time, impact speed, undecided).
@@ -245,13 +260,7 @@ def flight(p, up, w):
     jerk, snap, _, pop, reach, bound, size = limits(p, 0.0)
     jerk, snap, pop = jerk * OUTWARD, snap * OUTWARD, pop * OUTWARD
     to_up, s, undecided, error, max_time, growing = up, 0.0, False, 0.0, horizon(p), p.table[LOCAL] > 0.0
-    gap = ahead(up, 0.0, 0.0, (0.0, w, *start(p)))
-    if gap[1] == 0.0 and gap[2] < 0.0:
-        gap = 0.0, 0.0, 0.0, gap[3], gap[4], gap[5]  # released: the acceleration is zero up to rounding
-    surely, h = leave(two, gap, room_up + room_down, jerk, snap)
-    if surely and 1.5 * h > reach:
-        surely, h = False, first_step(gap[1], gap[2], gap[3], jerk, snap)
-        h = min(h, safe_step(room_up + room_down, -gap[1], -gap[2], -gap[3], jerk, snap)) if two else h
+    gap, surely, h = set_out(p, up, w, two, room_up + room_down, jerk, snap, reach)
     for _ in range(MOST_STEPS):
         if surely or (h <= ROUNDING * s and gap[0] <= 0.0):
             s, rate = refine(p, to_up, room_up, room_down, s, h, gap, pop) if surely else (s, gap[1])

@@ -212,20 +212,12 @@ def first_return(p, v, phi, chatter, derivative):
 
 
 @inner
-def put(i, result, image, turns, codes, outcome, time, tangents):
-    """Write one return into the given arrays; the derivative if `tangents` has rows."""
-    outcome[i], image[i, 0], image[i, 1], turns[i, 1], time[i], codes[i], d = result
-    turns[i, 0] = 0
+def put(i, k, result, states, turns, codes, outcome, time, tangents):
+    """Write return number i of orbit k into the arrays of all orbits; the derivative if `tangents` has rows."""
+    outcome[i, k], states[i, k, 0], states[i, k, 1], turns[i, k, 1], time[i, k], codes[i, k], d = result
+    turns[i, k, 0] = 0
     if len(tangents):
-        tangents[i, 0, 0], tangents[i, 0, 1], tangents[i, 1, 0], tangents[i, 1, 1] = d
-
-
-@inner
-def one_by_one(p, start, chatter, image, turns, codes, outcome, time, tangents):
-    """First returns of a batch, one after another."""
-    for i in range(len(start)):
-        result = first_return(p, start[i, 0], start[i, 1], chatter, len(tangents) > 0)
-        put(i, result, image, turns, codes, outcome, time, tangents)
+        tangents[i, k, 0, 0], tangents[i, k, 0, 1], tangents[i, k, 1, 0], tangents[i, k, 1, 1] = d
 
 
 @entry
