@@ -25,18 +25,9 @@ from numba.core.compiler import CompileResult
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 
+from nsmaps.exact import libraries
 from nsmaps.exact.kept import cache_folder, kept, store
-from nsmaps.exact.libraries import (
-    Entry,
-    EntryCompiler,
-    NamedCompiler,
-    Part,
-    PartCompiler,
-    Unspecialised,
-    linked,
-    reached,
-    unspecialised,
-)
+from nsmaps.exact.libraries import EntryCompiler, NamedCompiler, PartCompiler, unspecialised
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
@@ -74,10 +65,17 @@ def code_of(*functions: Any) -> str:
     return sha256("\0".join(texts.values()).encode()).hexdigest()
 
 
+@lru_cache(maxsize=4)
+def code_of_module(module: ModuleType) -> str:
+    """A digest of all code in the file of a module: functions, classes and constants, but no comments."""
+    code = module.__spec__.loader.get_code(module.__name__)  # type: ignore[union-attr]
+    return sha256("\0".join(_texts(code)).encode()).hexdigest()
+
+
 def compilers() -> tuple[str, ...]:
     """The versions and settings of the compiler, except for the processor, which numba identifies."""
     settings = [f"{name}={vars(numba.config)[name]}" for name in SETTINGS]
-    settings.append(code_of(Part.alone, Entry.finalize, linked, reached, Unspecialised.fold_argument_types))
+    settings.append(code_of_module(libraries))
     return (numba.__version__, llvmlite.__version__, np.__version__, sys.version, *settings)
 
 

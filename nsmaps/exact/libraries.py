@@ -13,11 +13,15 @@ from uuid import uuid4
 
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import lookup_environment
+from numba.core.typed_passes import InlineOverloads, NopythonRewrites
+from numba.core.untyped_passes import InlineClosureLikes, InlineInlinables, LiteralUnroll, WithLifting
 
 ENVIRONMENT = "_ZN08NumbaEnv"  #: what begins the names under which numba's code finds its Python objects
+#: passes of numba for what parts do not contain: closures, overloads to be inlined, loops over types, expressions of arrays
+UNUSED = (WithLifting, InlineClosureLikes, InlineInlinables, InlineOverloads, LiteralUnroll, NopythonRewrites)
 PROCESS = uuid4().hex  #: of this process and those that are forked from it
 
 
@@ -139,11 +143,37 @@ class PartCompiler(NamedCompiler):
 
     library = Part
 
+    def define_pipelines(self) -> Any:
+        """The passes of numba but those for what parts do not contain."""
+        managers = super().define_pipelines()
+        for manager in managers:
+            manager.passes = [each for each in manager.passes if each[0] not in UNUSED]
+            manager._finalized = False
+            manager.finalize()
+        return managers
+
 
 class EntryCompiler(NamedCompiler):
     """Compiles a function to an `Entry`."""
 
     library = Entry
+
+
+class Options(Flags):  # type: ignore[misc]
+    """Numba's options, compared quickly: it looks for what belongs to them some 100,000 times."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        """True if all options are the same."""
+        return (isinstance(other, Flags) and self._values == other._values) or super().__eq__(other)
+
+    def __hash__(self) -> int:
+        """That of numba, which is the same for all options."""
+        return HASH
+
+
+HASH = hash(Flags())
 
 
 class Unspecialised(_FunctionCompiler):  # type: ignore[misc]
@@ -153,6 +183,9 @@ class Unspecialised(_FunctionCompiler):  # type: ignore[misc]
         """The signature and the types of the arguments."""
         signature, found = super().fold_argument_types(args, kws)
         return signature, tuple(map(types.unliteral, found))  # type: ignore[attr-defined]
+
+    def _customize_flags(self, flags: Flags) -> Options:
+        return Options(flags)
 
 
 def unspecialised(dispatcher: Any) -> None:

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import warnings
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps.exact import compiled, kept, kernel
+from nsmaps.exact import compiled, kept, kernel, libraries
 from nsmaps.exact.compiled import code_of, njit
 from nsmaps.exact.engine import flow, layout, march, returns
-from nsmaps.exact.engine.batch import first_returns
+from nsmaps.exact.engine.batch import orbits
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.exact.walls import Wall
 
@@ -75,13 +76,13 @@ def test_defaults_of_the_base_class_are_those_of_the_kernel(monkeypatch: pytest.
 @pytest.mark.parametrize(("module", "what"), [(march, "ROUNDING"), (returns, "NO_SPEED"), (layout, "BEGIN"), (flow, "linear")])
 def test_another_engine_has_another_key(module: Any, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Constants and functions of any of its files: those that compiled entries and parts of long runs are kept under."""
-    before, code = named(), code_of(first_returns)
+    before, code = named(), code_of(orbits)
     changed = njit()(lambda t, row, at, z, w: 0.0) if module is flow else 2 * getattr(module, what) + 1
     for where in (flow, march, returns):
         if what in vars(where):
             monkeypatch.setattr(where, what, changed)
     assert named() != before
-    assert code_of(first_returns) != code
+    assert code_of(orbits) != code
     compiled._described.cache_clear()
 
 
@@ -198,3 +199,35 @@ def test_a_folder_that_cannot_be_written_is_told_once(monkeypatch: pytest.Monkey
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert njit(cache=True)(inner.py_func)(2.0) == 3.0
+
+
+def pipeline(folder: Path, text: str) -> str:
+    """The digest of a module with this text."""
+    (folder / "pipeline.py").write_text(text)
+    spec = spec_from_file_location("pipeline", folder / "pipeline.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    compiled.code_of_module.cache_clear()
+    return compiled.code_of_module(module)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('linkage = "linkonce_odr"', 'linkage = "internal"'),
+        ("library = Part\n", "library = Entry\n"),
+        ("LiteralUnroll, NopythonRewrites)", "LiteralUnroll)"),
+        ("self._optimize_final_module()", "pass"),
+        ("types.unliteral", "types.literal"),
+    ],
+)
+def test_an_edited_pipeline_is_part_of_the_key(old: str, new: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """How parts are linked, the passes of their compiler, and how entries are put together; but not comments."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    text = Path(libraries.__file__).read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    before = pipeline(tmp_path, text)
+    assert before in compiled.compilers()
+    assert pipeline(tmp_path, f"# a comment\n{text}") == before
+    assert pipeline(tmp_path, text.replace(old, new)) != before
+    compiled.code_of_module.cache_clear()
