@@ -35,11 +35,3 @@ def pair() -> Callable[..., VIPair]:
 def reference() -> Callable[[str], list[dict[str, Any]]]:
     """The rows of one of the files of 50-digit references."""
     return lambda name: json.loads((DATA / f"{name}.json").read_text())["rows"]
-
-
-@pytest.fixture
-def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Kernels that are first used in the test run as plain Python: the same numbers, without ten seconds of compiling."""
-    import numba
-
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)

@@ -162,7 +162,6 @@ def test_images_of_boxes_hold_the_returns_of_the_textbook_form():
         assert ((system.first_return(states).lifted >= low) & (system.first_return(states).lifted <= high)).all()
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_products_of_exponentials_are_multiplied_before_anything_else():
     """exp(-3 s) cosh(k s)^2 and the like: the same flight in other words has the same bounds, and is accepted as well."""
 

@@ -236,7 +236,6 @@ def test_that_something_is_compiled_is_said_on_a_terminal_only(monkeypatch, tmp_
     assert re.fullmatch(r"compiling <lambda>, once on this machine: it took \d+ s last time\n", said[2])
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_classes_in_between_may_be_abstract():
     """Without an impact law, without a flight, and with hooks of their own."""
     assert issubclass(Floor, ImpactSystem)
@@ -275,7 +274,6 @@ def test_classes_in_between_may_be_abstract():
             displacement = falls
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_a_formula_may_use_what_is_defined_below_it():
     space = {"Floor": Floor}
     text = "class Late(Floor):\n    r: float = 0.5\n    def displacement(self, t, hit):\n        return later(self, t, hit)\n"
@@ -291,7 +289,6 @@ def chosen(self, t, hit):
     return falls(self, t, hit) + (sp.sin(s**2) if self.kind == "bad" else 0)
 
 
-@pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize(("kind", "default"), [(KIND, ...), (KIND | None, None), (KIND, "good"), (KIND, Field("good"))])
 def test_a_choice_that_is_not_made_is_left_to_first_use(kind, default):
     cls = made(chosen, kind=(kind, default))
@@ -306,7 +303,6 @@ def test_a_choice_that_is_made_by_default_is_refused_when_defined(default):
         made(chosen, kind=(KIND, default))
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_what_pydantic_offers_is_no_obstacle():
     """Constraints, private attributes, things done after validation, and factories that see other fields."""
 

@@ -214,7 +214,6 @@ def test_formulas_that_cannot_be_certified_are_refused_by_name(body, why):
         broken(body).first_return([[0.1, 0.1]])
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_classes_made_by_a_function_have_kernels_of_their_own():
     def falling(gravity):
         class Fall(Table):
@@ -228,7 +227,6 @@ def test_classes_made_by_a_function_have_kernels_of_their_own():
     assert times == pytest.approx([1.8, 0.9])
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_a_constant_in_another_file_is_part_of_the_formula(tmp_path, monkeypatch):
     """A kernel is found again by the text of all that its formulas are made of."""
     (tmp_path / "constants_of_fall.py").write_text("G = 1\n")

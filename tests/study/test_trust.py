@@ -305,7 +305,7 @@ def test_check_says_what_a_run_will_need() -> None:
 
 
 @pytest.mark.parametrize("section", ["grid", "orbits", "bifurcation"])
-def test_the_memory_is_estimated_to_a_factor_of_ten(section: str, interpreted: None) -> None:
+def test_the_memory_is_estimated_to_a_factor_of_ten(section: str) -> None:
     texts = {
         "grid": GRID.replace("10000", "60") + "families: {low: [BB]}\n",
         "orbits": "orbits: [{start: {v: 0.3, phi: 1}, returns: 4000}]\n",

@@ -230,9 +230,7 @@ class Unwound(BouncingBall):
     ],
     ids=lambda value: type(value).__name__ if isinstance(value, ImpactSystem) else "",
 )
-def test_a_mistake_is_told_in_plain_words(system, why, request):
-    if type(system).__module__ == __name__:
-        request.getfixturevalue("interpreted")
+def test_a_mistake_is_told_in_plain_words(system, why):
     with (
         pytest.warns() if isinstance(system, CeilingForgotten | Ignored | NoWall) else warnings.catch_warnings(),
         pytest.raises(SystemDefinitionError if isinstance(system, NoWall) else CheckError, match=why),
