@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.hybrid import Guard as Guard
     from nsmaps.exact.hybrid import HybridSystem as HybridSystem
     from nsmaps.exact.hybrid import Section as Section
+    from nsmaps.exact.hybrid import Sliding as Sliding
     from nsmaps.exact.outcome import Outcome as Outcome
     from nsmaps.exact.returns import Returns as Returns
     from nsmaps.exact.surfaces.along import Along as Along
@@ -143,7 +144,7 @@ _PUBLIC = {
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),
     "exact.surfaces.surface": ("Axis", "Grid", "Surface"),
-    "exact.hybrid": ("Guard", "HybridSystem", "Section"),
+    "exact.hybrid": ("Guard", "HybridSystem", "Section", "Sliding"),
     "exact.system": ("ImpactSystem",),
     "exact.walls": ("Wall",),
     "exports.document": ("read_map",),

@@ -13,6 +13,7 @@ from nsmaps.enclosures.first_match import Winners, turns_of
 from nsmaps.enclosures.intervals import ROUNDING
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
+from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
@@ -26,7 +27,7 @@ AnyBoxMap = TypeVar("AnyBoxMap", bound=BoxMap)
 
 def name_of(map: object) -> str:
     """The default name of a map in results; a composite map is composed of fitted maps, polynomials of one piece each."""
-    if isinstance(map, ImpactSystem):
+    if isinstance(map, ImpactSystem | HybridSystem):
         return "exact map"
     return "fitted map" if isinstance(map, PolyMap) else "composite map"
 

@@ -1,47 +1,23 @@
 """A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_states
+from nsmaps.exact.guards import Guard as Guard
+from nsmaps.exact.guards import Section as Section
+from nsmaps.exact.guards import Sliding as Sliding
 from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.returns import Itineraries, Returns
 
 if TYPE_CHECKING:
+    from nsmaps.exact.enclosure.images import BoxImages
     from nsmaps.exact.modes.kernel import ModeKernel
-
-
-@dataclass(frozen=True, slots=True)
-class Guard:
-    """An event: a function of the state that falls through zero in one or several modes, and what happens then.
-
-    Of guards with the same function in the same mode the first whose conditions hold takes place. Where nothing changes, neither
-    mode nor states, the function goes on below zero and must rise again before the next such event.
-    """
-
-    modes: str | Sequence[str]  #: in which it is watched
-    function: Any  #: affine in the states, with harmonics of the forcing; positive before the event
-    to: str = ""  #: the mode that follows; "" for the same
-    reset: Mapping[str, Any] = field(default_factory=dict)  #: states just after the event, by the states just before and the time
-    where: Sequence[Any] = ()  #: affine functions that must not be negative for the event to take place
-    letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
-    ends: bool = False  #: whether the motion ends here, with the outcome `escaped`
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """The events between which the return map leads, and the coordinates of states there."""
-
-    guards: str | Sequence[str]  #: names of the events
-    coordinates: Sequence[str]  #: names of states, and a name of its own for the phase of the forcing, radians
-    side: Literal["before", "after"] = "before"  #: of the reset, of start and image
-    states: Mapping[str, Any] = field(default_factory=dict)  #: the other states by the coordinates, but one that the guard gives
 
 
 class HybridSystem(ParametricSystem):
@@ -64,8 +40,8 @@ class HybridSystem(ParametricSystem):
         """The rates of all states in each mode, by the names of modes and states."""
 
     @abstractmethod
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
-        """The events by their names."""
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        """The events by their names, and surfaces by the names of the modes that slide along them."""
 
     @abstractmethod
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -116,6 +92,20 @@ class HybridSystem(ParametricSystem):
         """
         way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
         return self._kernel().sensitivities(as_states(states, self.coordinates), way)
+
+    def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
+        """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
+
+        Args:
+            boxes: shape (N, n, 2), lower and upper end of each of the section's coordinates (phases in radians, any turn).
+
+        Raises:
+            StateError: `boxes` is not a batch of finite boxes.
+            ProofError: a reset is not affine.
+        """
+        from nsmaps.exact.modes.enclosure.images import image_boxes
+
+        return image_boxes(self, boxes)
 
     def phase_rate(self) -> float:
         """Radians of phase a unit of the system's time; zero without forcing."""

@@ -61,7 +61,7 @@ class Crossings:
         if one.target < 0:
             yield replace(one, mode=self.numbers[one.mode, below])
             return
-        after = [composed(function, one.reset) for function in self.functions[one.target]]
+        after = [function.at(one.reset) for function in self.functions[one.target]]
         jumping = {k for k, _ in one.curved}
         if any(function.coefficients[k] != 0 for function in self.functions[one.target] for k in jumping):
             raise SystemDefinitionError(
@@ -109,14 +109,6 @@ def silent(like: Transition, mode: int, function: Row, target: int) -> Transitio
 def side(function: Row, below: bool) -> Row:
     """What is not negative on one side of a surface."""
     return function.scaled(sp.S.NegativeOne) if below else function
-
-
-def composed(function: Row, reset: Sequence[Row]) -> Row:
-    """A function of the state just after an event, by the state just before."""
-    total = Row(tuple(sp.S.Zero for _ in reset), function.remainder)
-    for coefficient, row in zip(function.coefficients, reset, strict=True):
-        total = total + row.scaled(coefficient)
-    return total
 
 
 def proportional(one: Row, other: Row) -> bool:

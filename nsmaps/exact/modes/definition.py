@@ -15,6 +15,7 @@ import sympy as sp
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.exact.flows.exponentials import DIGITS, Expansion
+from nsmaps.exact.flows.formulas import PHI
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,23 @@ class Row:
             tuple(a + b for a, b in zip(self.coefficients, other.coefficients, strict=True)), self.remainder + other.remainder
         )
 
+    def at(self, states: "Sequence[Row]") -> "Row":
+        """The row where the states are rows themselves."""
+        total = Row(tuple(sp.S.Zero for _ in self.coefficients), self.remainder)
+        for coefficient, state in zip(self.coefficients, states, strict=True):
+            total = total + state.scaled(coefficient)
+        return Row(tuple(map(sp.cancel, total.coefficients)), sp.expand(total.remainder))
+
+    def rate(self, rates: "Sequence[Row]", phase_rate: sp.Expr) -> "Row":
+        """The rate of the row where the states have these rates."""
+        moved = self.at(rates)
+        turning = phase_rate * sp.diff(self.remainder, PHI)
+        return Row(moved.coefficients, sp.expand(moved.remainder - self.remainder + turning))
+
+    def of(self, variables: "Sequence[sp.Symbol]") -> sp.Expr:
+        """The expression that the row stands for."""
+        return sp.Add(*(c * y for c, y in zip(self.coefficients, variables, strict=True)), self.remainder)
+
 
 @dataclass(frozen=True)
 class Transition:
@@ -48,8 +66,9 @@ class Transition:
     function: Row
     target: int  #: the mode that follows, -1 where the motion ends
     reset: tuple[Row, ...]  #: every state just after, by the states just before
-    where: tuple[Row, ...]
+    where: tuple[Row, ...] = ()
     curved: tuple[tuple[int, sp.Expr], ...] = ()  #: positions of states whose reset is another formula, and these
+    held: tuple[Row, ...] = ()  #: functions of the states that are zero for as long as the mode lasts
 
 
 @dataclass(frozen=True)

@@ -82,10 +82,10 @@ def next_event(p, mode, on, d, a, end, grown):
     which, when, doubtful = NO_FUNCTION, end, False
     for f in range(p.watched[mode], p.watched[mode + 1]):
         project(p, f, d, a)
-        if on[f]:
-            a[0] = 0.0
+        for k in range(on[f]):
+            a[k] = 0.0
         blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], d[0])[1]
-        found, x, unsure = first_zero(a, when, left_out(p, f, d, when) + blur, on[f])
+        found, x, unsure = first_zero(a, when, left_out(p, f, d, when) + blur, on[f] > 0)
         if found:
             close = which != NO_FUNCTION and when - x <= 4.0 * ROUNDING * when
             which, when, doubtful = f, x, unsure or close
@@ -187,5 +187,5 @@ def fly(p, mode, phi, w):
         if which != NO_FUNCTION or flight >= p.horizon:
             return which, flight, phi, turns, doubtful
         for f in range(p.watched[mode], p.watched[mode + 1]):
-            w.on[f] = False
+            w.on[f] = 0
     return NO_FUNCTION, flight, phi, turns, True

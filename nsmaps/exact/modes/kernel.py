@@ -10,8 +10,8 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.definition import Definition
-from nsmaps.exact.modes.formulas import definition_of
 from nsmaps.exact.modes.memory import Moved, Record, memory, record
+from nsmaps.exact.modes.reading import definition_of
 from nsmaps.exact.modes.returns import returns
 from nsmaps.exact.modes.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns

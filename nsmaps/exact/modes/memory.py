@@ -30,7 +30,7 @@ class Memory(NamedTuple):
     a: Any  #: shape (ORDER + 1,), of a function
     b: Any  #: the same, of its derivative
     field: Any  #: shape (N,)
-    on: Any  #: shape (S,), whether each function is zero at the start of the flight
+    on: Any  #: shape (S,), how many of the first terms of each function are zero at the start of the flight
     other: Any  #: shape (N,)
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
@@ -81,7 +81,7 @@ def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = 
         a=np.zeros(ORDER + 1),
         b=np.zeros(ORDER + 1),
         field=np.zeros(width),
-        on=np.zeros(functions, bool),
+        on=np.zeros(functions, np.int64),
         other=np.zeros(width),
         new=np.zeros(n),
         slopes=np.zeros((n, directions)),

@@ -2,6 +2,7 @@
 
 import math
 
+from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import INVALID, LOST, RETURNED, UNDECIDED, spell
 from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, velocity
@@ -121,6 +122,7 @@ def returns(p, found, w):
             )
             found.outcome[k, r] = found.outcome[k - 1, r] if ended else outcome
             for c in range(len(p.places)):
-                found.turns[k, r, c] = whole if p.places[c] < 0 else 0
+                before = math.floor(found.states[k, r, c] / TWO_PI) if outcome != INVALID else 0
+                found.turns[k, r, c] = whole + before if p.places[c] < 0 else 0
             for c in range(3):
                 found.near[k, r, c] = w.near[c]

@@ -17,6 +17,7 @@ from nsmaps.exact.modes.resets import reset_address
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
 SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
+FLAT = 3  #: terms of a function that are looked at just after an event
 TINY = 1e-18  #: of a series: what is left out of it
 
 
@@ -48,12 +49,13 @@ class Tables(NamedTuple):
     where: Any  #: rows over the features that must not be negative
     digit: Any  #: shape (T,), of the letter in words, 0 for none
     base: int  #: of the numbers of words
-    on: Any  #: shape (T, S), whether the function is zero just after the event, but for rounding
+    on: Any  #: shape (T, S), how many of the first terms of the function are zero just after the event, but for rounding
     is_section: Any  #: shape (T,)
     after: bool  #: whether start and image are just after the reset
     starts: Any  #: shape (number of starts,), the transition of each
     states: Any  #: shape (number of starts, n, N), the state by that which the coordinates are
     places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
+    plain: bool  #: whether all events begin flights on which no function has more than its first term zero
 
 
 @dataclass(frozen=True)
@@ -93,17 +95,19 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
     rate, horizon = (float(x) for x in definition.scalars.at(values)[0][0])
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
     flows = flows_of(rows, rate, horizon)
+    functions = functions_of(definition, rows, flows["growth"], rate)
     return Tables(
         rate=rate,
         horizon=horizon,
         **flows,
-        **functions_of(definition, rows, flows["growth"]),
+        **functions,
         **transitions_of(definition, rows),
         parameters=np.array(values),
         after=definition.after,
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
         places=np.array(places),
+        plain=bool((functions["on"] <= 1).all()),
     )
 
 
@@ -123,15 +127,13 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
     }
 
 
-def functions_of(definition: Definition, rows: Rows, growth: Floats) -> dict[str, Any]:
+def functions_of(definition: Definition, rows: Rows, growth: Floats, rate: float) -> dict[str, Any]:
     """The fields of a table that describe the functions watched in each mode, those of several transitions once."""
     groups = [grouped(definition, rows, mode) for mode in range(len(definition.modes))]
     sets = [group for mode in groups for group in mode]
     leads = [group[0] for group in sets]
     functions = rows.functions[leads]
     modes = [definition.transitions[k].mode for k in leads]
-    given = np.array([[k in dict(one.curved) for k in range(len(one.reset))] for one in definition.transitions])
-    depends = (given[:, None, :] & (functions[None, :, : given.shape[1]] != 0)).any(axis=2)
     which = {k: function for function, group in enumerate(sets) for k in group}
     return {
         "watched": np.cumsum([0, *map(len, groups)]),
@@ -140,7 +142,7 @@ def functions_of(definition: Definition, rows: Rows, growth: Floats) -> dict[str
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which[k] for k in range(len(definition.transitions))]),
-        "on": vanishing(rows, functions) & ~depends,
+        "on": vanishing(definition, rows, functions, modes, rate),
     }
 
 
@@ -235,16 +237,35 @@ def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
     return groups
 
 
-def vanishing(rows: Rows, functions: Floats) -> Any:
-    """Which functions are zero just after which events for every state: they are then in proportion to that of the event."""
+def vanishing(definition: Definition, rows: Rows, functions: Floats, modes: Sequence[int], rate: float) -> Ints:
+    """How many of the first terms of each function are zero just after each event, whatever the state, shape (T, S).
+
+    They are then in proportion to the function of the event, as seen through the reset. Terms that a reset by another formula
+    changes are not.
+    """
     n, width = rows.resets.shape[1:]
-    result = np.zeros((len(rows.functions), len(functions)), bool)
-    for k, (function, reset) in enumerate(zip(rows.functions, rows.resets, strict=True)):
-        whole = np.vstack([reset, np.eye(width)[n:]])
-        for i, other in enumerate(functions):
-            there = other @ whole
-            size = np.abs(other) @ np.abs(whole)
-            lead = int(np.argmax(np.abs(function)))
-            left = there - function * (there[lead] / function[lead])
-            result[k, i] = bool((np.abs(left) <= SAME * (size + np.abs(function * (there[lead] / function[lead])))).all())
+    flows = [flow_matrix(mode, rate, (width - n - 1) // 2) for mode in rows.rates]
+    result = np.zeros((len(rows.functions), len(functions)), np.int64)
+    for k, one in enumerate(definition.transitions):
+        through, given = np.vstack([rows.resets[k], np.eye(width)[n:]]), [state for state, _ in one.curved]
+        for i, (function, mode) in enumerate(zip(functions, modes, strict=True)):
+            if mode == one.target:
+                result[k, i] = flat_terms(function, flows[mode], through, given, rows.functions[k])
     return result
+
+
+def flat_terms(function: Floats, flow: Floats, through: Floats, given: list[int], zero: Floats) -> int:
+    """How many of the first terms of a function's series are zero where another is, seen through a reset."""
+    term = function
+    for k in range(FLAT):
+        if term[given].any() or not in_proportion(term @ through, zero, np.abs(term) @ np.abs(through)):
+            return k
+        term = term @ flow
+    return FLAT
+
+
+def in_proportion(row: Floats, other: Floats, size: Floats) -> bool:
+    """Whether a row is another times a number, but for rounding of the terms of this size that add up to it."""
+    lead = int(np.argmax(np.abs(other)))
+    multiple = other * (row[lead] / other[lead])
+    return bool((np.abs(row - multiple) <= SAME * (size + np.abs(multiple))).all())

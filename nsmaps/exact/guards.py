@@ -1,0 +1,46 @@
+"""The events of a system with modes, as its class states them: guards, surfaces along which motions slide, and the section."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """An event: a function of the state that falls through zero in one or several modes, and what happens then.
+
+    Of guards with the same function in the same mode the first whose conditions hold takes place. Where nothing changes, neither
+    mode nor states, the function goes on below zero and must rise again before the next such event.
+    """
+
+    modes: str | Sequence[str]  #: in which it is watched
+    function: Any  #: affine in the states, with harmonics of the forcing; positive before the event
+    to: str = ""  #: the mode that follows; "" for the same
+    reset: Mapping[str, Any] = field(default_factory=dict)  #: states just after the event, by the states just before and the time
+    where: Sequence[Any] = ()  #: affine functions that must not be negative for the event to take place
+    letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
+    ends: bool = False  #: whether the motion ends here, with the outcome `escaped`
+
+
+@dataclass(frozen=True, slots=True)
+class Sliding:
+    """A surface between two modes: crossed where one of them leads away from it, and where both lead to it, the motion slides.
+
+    Its name among the guards is that of the mode in which the motion slides, which follows from the rates of both (Filippov). It
+    lasts until one of the two no longer leads to the surface. Events are named by the modes before and after, "slip to stick".
+    """
+
+    above: str  #: the mode where the function is positive
+    below: str  #: the mode where it is negative
+    function: Any  #: affine in the states, with harmonics of the forcing
+    letters: Mapping[str, str] = field(default_factory=dict)  #: of events by the mode that follows; its first letter unless given
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """The events between which the return map leads, and the coordinates of states there."""
+
+    guards: str | Sequence[str]  #: names of the events
+    coordinates: Sequence[str]  #: names of states, and a name of its own for the phase of the forcing, radians
+    side: Literal["before", "after"] = "before"  #: of the reset, of start and image
+    states: Mapping[str, Any] = field(default_factory=dict)  #: the other states by the coordinates, but one that the guard gives

@@ -1,0 +1,97 @@
+"""Sliding along a surface between two modes, derived from their rates: Filippov's convex combination, and its events.
+
+With the rates f and f' above and below the surface g = 0, and a and b the rates of g in them, the motion slides where a < 0 < b,
+at the rates f - a (f - f')/(a - b), for which g stays zero; it leaves upwards where a rises to zero and downwards where b falls
+to zero: one of the two fields is then tangential to the surface.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import sympy as sp
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.guards import Sliding
+from nsmaps.exact.modes.definition import Row, Transition
+from nsmaps.exact.modes.formulas import Reader, check_names, shown
+
+Rates = tuple[Row, ...]  #: of all states in a mode
+
+
+def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Rates:
+    """The rates of the states while they slide.
+
+    Raises:
+        SystemDefinitionError: they are not affine in the states, or the modes do not differ in the rate of the function.
+    """
+    what = f"{reader.name}.guards: the sliding {name!r}"
+    check_names(f"{what} is between the modes", (given.above, given.below), tuple(rates))
+    check_names(f"{what} has a letter for the mode", given.letters, (given.above, given.below, name))
+    above, below = rates[given.above], rates[given.below]
+    function = reader.row(given.function, f"the function of {what}")
+    variables = tuple(reader.states.values())
+    rise = function.rate(above, reader.phase_rate)
+    jump = rise + function.rate(below, reader.phase_rate).scaled(sp.S.NegativeOne)
+    across = sp.expand(jump.of(variables))
+    if across == 0:
+        raise SystemDefinitionError(
+            f"{what}: its function {shown(given.function)} has the same rate in {given.above!r} and in {given.below!r}: no "
+            "motion slides; expected: modes whose rates lead to the surface from either side, or a `Guard`"
+        )
+    rows = []
+    for state, one, other in zip(reader.states, above, below, strict=True):
+        step = sp.cancel(sp.expand((one + other.scaled(sp.S.NegativeOne)).of(variables)) / across)
+        row = reader.affine(sp.expand(one.of(variables) - rise.of(variables) * step))
+        if row is None:
+            raise SystemDefinitionError(
+                f"{what} is not linear: the convex combination of the rates of {state} holds {shown(step)}, the difference of "
+                f"the rates in {given.above!r} and {given.below!r} over that of the rates of the function, and multiplies it by "
+                "what depends on the states; expected: differences of rates in a fixed proportion, such as a friction in one rate"
+            )
+        rows.append(row)
+    return tuple(rows)
+
+
+def on_surface(reader: Reader, function: Row, what: str) -> Rates:
+    """The states as rows, one of them from the zero of a function, which it then meets but for rounding."""
+    sizes = [(0 if c == 0 else 2 if c.is_number else 1) for c in function.coefficients]
+    if not any(sizes):
+        raise SystemDefinitionError(f"{what} has a function that depends on no state; expected: a function of the states")
+    k = sizes.index(max(sizes))
+    share = Row(tuple(c if i != k else sp.S.Zero for i, c in enumerate(function.coefficients)), function.remainder)
+    solved = share.scaled(-1 / function.coefficients[k])
+    return tuple(solved if i == k else reader.same(state) for i, state in enumerate(reader.states))
+
+
+def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Iterator[Transition]:
+    """The events at a surface: sliding begins or the surface is crossed, from either side, and sliding ends on either side."""
+    modes = tuple(rates)
+    what = f"{reader.name}.guards: the sliding {name!r}"
+    up = reader.row(given.function, f"the function of {what}")
+    down = up.scaled(sp.S.NegativeOne)
+    states = on_surface(reader, up, what)
+    rise, fall = (
+        up.rate(rates[mode], reader.phase_rate).at(states).scaled(sign)
+        for mode, sign in ((given.below, sp.S.One), (given.above, sp.S.NegativeOne))
+    )
+    same = tuple(map(reader.same, reader.states))
+
+    def event(
+        before: str, after: str, function: Row, reset: Rates, where: Sequence[Row] = (), held: Sequence[Row] = ()
+    ) -> Transition:
+        letter = given.letters.get(after, after[0])
+        return Transition(
+            f"{before} to {after}",
+            letter,
+            modes.index(before),
+            function,
+            modes.index(after),
+            reset,
+            tuple(where),
+            held=tuple(held),
+        )
+
+    for before, after, function, begins in ((given.above, given.below, up, rise), (given.below, given.above, down, fall)):
+        yield event(before, name, function, states, (begins,))
+        yield event(before, after, function, same, (begins.scaled(sp.S.NegativeOne),))
+    yield event(name, given.above, fall, states, held=(up,))
+    yield event(name, given.below, rise, states, held=(up,))
