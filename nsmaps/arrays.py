@@ -20,6 +20,18 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
+def finite_rows(values: Floats) -> Bools:
+    """The rows of an array (N, n), n > 0, that have no NaN or infinity, shape (N,): column by column, as rows are short.
+
+    >>> finite_rows(np.array([[1.0, 2.0], [np.nan, 2.0]]))
+    array([ True, False])
+    """
+    finite, *others = np.isfinite(values).T
+    for other in others:
+        finite = finite & other
+    return finite
+
+
 def brief(result: Any) -> str:
     """A dataclass by its class and fields, arrays by their shape and type only: its `__repr__`.
 

@@ -91,6 +91,7 @@ class Clock:
         """The user time of Python with these arguments, s. NsmapsError if it fails."""
         before = os.times().children_user
         command, variables = [sys.executable, *arguments], {**os.environ, **environment}
+        variables.pop("PYTHONDONTWRITEBYTECODE", None)  # modules are translated once, as they are when a package is installed
         done = subprocess.run(command, cwd=self.folder, env=variables, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 1):
             raise NsmapsError(

@@ -8,7 +8,7 @@ from typing import Protocol, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from nsmaps.arrays import ArrayLike, Floats, Ints, brief
+from nsmaps.arrays import ArrayLike, Floats, Ints, brief, finite_rows
 from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
 from nsmaps.dynamics.returnmap import single_returns
 from nsmaps.errors import FitError, NsmapsError, near_match
@@ -119,7 +119,7 @@ class CompositeMap(WithCoordinates):
         x = as_states(states.states() if isinstance(states, Grid) else states, self.coordinates)
         number = self.piece_of(x)
         missed = x[number < 0]
-        finite = missed[np.isfinite(missed).all(axis=1)]
+        finite = missed[finite_rows(missed)]
         hull = [np.stack([finite.min(axis=0), finite.max(axis=0)], axis=1)] if len(finite) else []
         counts = np.bincount(number + 1, minlength=len(self.pieces) + 1)
         sample = np.unique(np.linspace(0, max(0, len(missed) - 1), SAMPLE).astype(int))[: len(missed)]
@@ -142,7 +142,7 @@ class CompositeMap(WithCoordinates):
     def _pieces_by_region(self, states: Floats) -> Ints:
         """As `_pieces_of`, by the regions themselves."""
         x = self.coordinates.wrap(states)
-        number = np.where(np.isfinite(x).all(axis=1), -1, -2)
+        number = np.where(finite_rows(x), -1, -2)
         left = np.flatnonzero(number == -1)
         for k, piece in enumerate(self.pieces):
             if not len(left):

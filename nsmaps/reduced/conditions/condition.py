@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator
 
-from nsmaps.arrays import ArrayLike, Bools
+from nsmaps.arrays import ArrayLike, Bools, finite_rows
 from nsmaps.coordinates import as_states
 from nsmaps.errors import ConditionError
 from nsmaps.reduced.conditions.algebras import Evaluate, Numbers, Symbols
@@ -35,7 +35,7 @@ class Condition:
         """
         array = as_states(states, self.names)
         with np.errstate(all="ignore"):
-            return np.logical_and(self.holds(array.T), np.isfinite(array).all(axis=1))
+            return np.logical_and(self.holds(array.T), finite_rows(array))
 
     def sympy(self) -> "sp.Basic":
         """The same condition as a sympy Boolean in real symbols of the names; `pi/3` stays exact, 0.63 a float."""
