@@ -33,13 +33,14 @@ def schema() -> dict[str, Any]:
             properties.pop("title", None)
             _unnulled(properties)
     definitions["PieceSection"]["properties"]["polynomial"] = {"anyOf": [{"$ref": "#/$defs/PrintedMap"}, {"type": "string"}]}
-    for name in ("Span", "Sweep", "Range"):
+    for name in ("Span", "Side", "Sweep", "Range"):
         for key, properties in definitions[name]["properties"].items():
             properties["description"] = VALUES[key]
     for section, key, meaning in meanings(REFERENCE.read_text(encoding="utf-8")):
         model = _model(made, section)
         if key in model["properties"]:
             model["properties"][key]["description"] = meaning
+    definitions["Side"] = {"anyOf": [{"type": "number"}, {"type": "string"}, definitions["Side"]]}
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "A study of nsmaps"}
     return head | {key: value for key, value in made.items() if key != "title"}
 

@@ -84,7 +84,7 @@ _ROWS = (
         "The plane of states coloured by impact word.",
         "The impact word of the first return from every state of the grid, and the pieces of the composite map if there is one."
         " The blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
-        (data.SURFACES,),
+        (data.PLANES,),
     ),
     Row(
         "composite.regions",
@@ -97,7 +97,7 @@ _ROWS = (
         "Surfaces of the images over the plane of states, seen in perspective.",
         "The return surfaces: each coordinate of the image over the initial states, coloured by family of words. Teeth along a "
         "steep edge are artefacts of the grid.",
-        (data.SURFACES,),
+        (data.PLANES,),
         animated=True,
     ),
     Row(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.exact.surfaces.slice import Slice
-    from nsmaps.exact.surfaces.surface import Surface
+    from nsmaps.exact.surfaces.surface import Grid, Surface
     from nsmaps.exact.trajectory import Track
     from nsmaps.reduced.adaptive.accurate import AccurateResult
     from nsmaps.reduced.composite.composite import CompositeMap
@@ -87,6 +87,17 @@ def _check_plane(coordinates: Sequence[str], figure: str) -> None:
         )
 
 
+def plane(grid: "Grid") -> list[int]:
+    """The positions of the two coordinates along which a grid varies; NsmapsError unless there are two."""
+    varying = [k for k, axis in enumerate(grid.axes.values()) if axis.points > 1]
+    if len(varying) != 2:
+        raise NsmapsError(
+            f"the grid varies along {', '.join(grid.varying) or 'no coordinate'}; "
+            "expected: two coordinates, with the others held at a value"
+        )
+    return varying
+
+
 def section(found: T | None, name: str) -> T:
     """A section of the study that a result was computed from; NsmapsError where the study lacks it."""
     if found is None:
@@ -112,6 +123,23 @@ def _surfaces(result: "StudyResult") -> "Mapping[str, Surface]":
     if len(surfaces) > COLOURED:
         return dict(sorted(surfaces.items(), key=lambda pair: -len(pair[1].start)))
     return surfaces
+
+
+def _planes(result: "StudyResult") -> "Mapping[str, Surface]":
+    """The same over a plane through the states."""
+    surfaces = _surfaces(result)
+    if surfaces:
+        plane(next(iter(surfaces.values())).grid)
+    return surfaces
+
+
+def _basins(result: "StudyResult") -> "Basins | None":
+    """Basins over a plane through the states."""
+    found = result.basins
+    if found is None or found.grid is None:
+        return None
+    plane(found.grid)
+    return found
 
 
 def _diagonal(result: "StudyResult") -> "DiagonalRegion | None":
@@ -178,6 +206,7 @@ SKETCH: "Need[Callable[[Axes], Axes]]" = Need(
     lambda study: bool(sketch_of(study.system)),
 )
 SURFACES: "Need[Mapping[str, Surface]]" = Need("return surfaces", ("grid", "families"), _surfaces, planar=True)
+PLANES: "Need[Mapping[str, Surface]]" = Need("return surfaces over a plane", ("grid", "families"), _planes)
 SLICES: "Need[Sequence[Slice]]" = Need("first returns along one coordinate", ("slices",), lambda result: result.slices)
 DIAGONAL: "Need[DiagonalRegion]" = Need("the region near the diagonals with its images", ("diagonal",), _diagonal)
 NEAR: "Need[Sequence[NearDiagonals]]" = Need("the states near the diagonals", ("diagonal",), _near, planar=True)
@@ -233,12 +262,7 @@ BRANCHES: "Need[Mapping[str, Sequence[Branch]]]" = Need(
 )
 STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",), lambda result: result.stability)
 LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
-BASINS: "Need[Basins]" = Need(
-    "basins over a grid",
-    ("basins",),
-    lambda result: result.basins if result.basins and result.basins.grid else None,
-    planar=True,
-)
+BASINS: "Need[Basins]" = Need("basins over a grid", ("basins",), _basins)
 NOISE: "Need[NoiseResult]" = Need("orbits under noise", ("noise",), lambda result: result.noise)
 DOMAINS: "Need[Mapping[str, AttractingDomain]]" = Need("attracting domains", ("domains",), lambda result: result.domains)
 ENVELOPED: "Need[Mapping[str, AttractingDomain]]" = Need("auxiliary maps", ("domains",), _enveloped)

@@ -54,7 +54,7 @@ def intervals(coordinates: Sequence[str], box: Floats, inward: bool = False) -> 
 
 def grid_text(grid: "Mapping[str, Span] | None") -> str:
     """How many states a grid has along each coordinate."""
-    return f"{' x '.join(str(span.points) for span in (grid or {}).values())} states"
+    return f"{' x '.join(str(span.points) for span in (grid or {}).values() if span.points > 1)} states"
 
 
 def range_text(values: "Range") -> str:

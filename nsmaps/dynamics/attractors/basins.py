@@ -73,6 +73,8 @@ class Basins(WithCoordinates):
         label, states = self.label.reshape(self.grid.shape), self.start.reshape(*self.grid.shape, -1)
         pairs, labels, circle = [], [], self.coordinates.angles
         for i, axis in enumerate(self.grid.axes.values()):
+            if axis.points == 1:
+                continue
             step, turn = (axis.high - axis.low) / (axis.points - 1), np.zeros(len(self.coordinates))
             if circle[i] and axis.high - axis.low < 2 * np.pi <= axis.high - axis.low + 1.5 * step:
                 turn[i] = 2 * np.pi

@@ -23,19 +23,26 @@ if TYPE_CHECKING:
 
 
 class Axis(BaseModel):
-    """Equidistant values of one coordinate, both ends included."""
+    """Equidistant values of one coordinate, both ends included, or one value at which it is held."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     low: float
     high: float
-    points: int = Field(ge=2, le=100_000)
+    points: int = Field(ge=1, le=100_000)
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
-        if not self.low < self.high:
+        if self.points == 1 and self.low != self.high:
+            raise ValueError(f"the axis runs from {self.low} to {self.high} with 1 point; expected: 2 or more, or the same ends")
+        if self.points > 1 and not self.low < self.high:
             raise ValueError(f"the axis runs from {self.low} to {self.high}; its start must lie below its end")
         return self
+
+    @classmethod
+    def at(cls, value: float) -> Self:
+        """The axis of a coordinate that is held at a value, in a plane through the states of a map of more coordinates."""
+        return cls(low=value, high=value, points=1)
 
     def values(self) -> Floats:
         """Shape (points,)."""
@@ -43,7 +50,10 @@ class Axis(BaseModel):
 
 
 class Grid(BaseModel):
-    """A rectangular grid of states, one axis for each coordinate in the system's order; the last axis varies fastest."""
+    """A rectangular grid of states, one axis for each coordinate in the system's order; the last axis varies fastest.
+
+    With coordinates held at a value (`Axis.at`) it is a plane through the states.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -53,6 +63,11 @@ class Grid(BaseModel):
     def shape(self) -> tuple[int, ...]:
         """Points along each axis."""
         return tuple(axis.points for axis in self.axes.values())
+
+    @property
+    def varying(self) -> dict[str, Axis]:
+        """The axes along which the grid has more than one point."""
+        return {name: axis for name, axis in self.axes.items() if axis.points > 1}
 
     @property
     def size(self) -> int:

@@ -99,8 +99,8 @@ def name_area(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str, sizes: t
 
 def paint(ax: Axes, grid: Grid, number: NDArray[np.integer], colours: list[tuple[float, float, float]]) -> None:
     """Cells of the grid in the colour of their number; negative numbers are left white."""
-    first, second = (axis.values() for axis in grid.axes.values())
-    shown = np.ma.masked_less(number.reshape(grid.shape).T, 0)
+    first, second = (axis.values() for axis in grid.varying.values())
+    shown = np.ma.masked_less(number.reshape(len(first), len(second)).T, 0)
     top = len(colours) - 0.5
     ax.pcolormesh(first, second, shown, cmap=ListedColormap(colours), vmin=-0.5, vmax=top, rasterized=True, zorder=0)
 

@@ -8,12 +8,13 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.data import BASINS
+from nsmaps.figures.data import BASINS, plane
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress, tint
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.attractor import Attractor
+    from nsmaps.exact.surfaces.surface import Grid
     from nsmaps.study.result import StudyResult
 
 _COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)
@@ -33,14 +34,14 @@ def basins(result: "StudyResult", ax: Axes) -> Axes:
     colours = [_KINDS[k][1] if k < 0 else tint(_COLOURS[k % len(_COLOURS)], 0.35) for k in present]
     numbers = np.select([found.label == k for k in present], range(len(present)), 0)
     _paint(ax, result, numbers, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(present) - 0.5)
-    handles = []
+    handles, shown = [], plane(_grid(result))
     for k, colour in zip(present, colours, strict=True):
         name = _KINDS[k][0] if k < 0 else f"{_motion(found.attractors[k])}"
         handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * found.fractions[k]:.3g} %"))
         if k >= 0:
             states, many = found.attractors[k].states, found.attractors[k].period == 0
             look = {"mfc": _COLOURS[k % len(_COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
-            ax.plot(*states[:, :2].T, _MARKS[k % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
+            ax.plot(*states[:, shown].T, _MARKS[k % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
     ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=2, fontsize=8.5)
     return _dressed(ax, result)
 
@@ -64,15 +65,20 @@ def arrival(result: "StudyResult", ax: Axes) -> Axes:
 
 def _paint(ax: Axes, result: "StudyResult", values: Floats, **look: Any) -> Any:
     """The values at the states of the grid as coloured cells."""
-    grid = BASINS.of(result, "basins").grid
-    assert grid is not None
-    x, y = (axis.values() for axis in grid.axes.values())
-    return ax.pcolormesh(x, y, values.reshape(grid.shape).T, shading="nearest", rasterized=True, **look)
+    x, y = (axis.values() for axis in _grid(result).varying.values())
+    return ax.pcolormesh(x, y, values.reshape(len(x), len(y)).T, shading="nearest", rasterized=True, **look)
 
 
 def _dressed(ax: Axes, result: "StudyResult") -> Axes:
     found = BASINS.of(result, "basins")
-    assert found.grid is not None
-    first, second = found.grid.axes.values()
+    first, second = _grid(result).varying.values()
     ax.set(xlim=(first.low, first.high), ylim=(second.low, second.high))
-    return dress(ax, (found.coordinates[0], ""), (found.coordinates[1], ""))
+    x, y = (found.coordinates[k] for k in plane(_grid(result)))
+    return dress(ax, (x, ""), (y, ""))
+
+
+def _grid(result: "StudyResult") -> "Grid":
+    """The grid of starts."""
+    grid = BASINS.of(result, "basins").grid
+    assert grid is not None
+    return grid

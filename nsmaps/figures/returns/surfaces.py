@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import SURFACES, position
+from nsmaps.figures.data import PLANES, plane, position
 from nsmaps.figures.lines import jumps
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.dots import Dots
@@ -32,7 +32,7 @@ ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with a panel for every coordinate of the image."""
-    coordinates = next(iter(SURFACES.of(result, "surfaces").values())).coordinates
+    coordinates = next(iter(PLANES.of(result, "surfaces").values())).coordinates
     panels = tuple(partial(surfaces, result, coordinate=name) for name in coordinates)
     return (Sheet("surfaces", panels, len(panels), (6.0, 5.0), "3d"),)
 
@@ -42,7 +42,7 @@ def surfaces(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
 
     It is the first coordinate unless another is named. The axes must be three-dimensional (`projection="3d"`).
     """
-    named = SURFACES.of(result, "surfaces")
+    named = PLANES.of(result, "surfaces")
     first = next(iter(named.values()))
     i = position(first.coordinates, coordinate or first.coordinates[0])
     colours = family_colours(list(named))
@@ -58,8 +58,9 @@ def raised(ax: Axes, figure: str, parts: Sequence[tuple["Surface", Floats, Colou
     if ax.name != "3d":
         raise NsmapsError(f"the figure {figure!r} needs axes made with projection='3d'; these are {ax.name!r}")
     space = cast(Any, ax)
-    grid, names = parts[0][0].grid, parts[0][0].coordinates
-    drawn = [np.column_stack([surface.start, height, _shaded(surface, height, c)]) for surface, height, c in parts]
+    grid, seen = parts[0][0].grid, plane(parts[0][0].grid)
+    names = [parts[0][0].coordinates[k] for k in seen]
+    drawn = [np.column_stack([surface.start[:, seen], height, _shaded(surface, height, c)]) for surface, height, c in parts]
     low, high = np.min([height.min() for _, height, _ in parts]), np.max([height.max() for _, height, _ in parts])
     steep = _STEEP * max(float(high - low), 1e-300) / max(grid.shape)
     drawn += [_between(part[0], rows, axis, steep) for part, rows in zip(parts, drawn, strict=True) for axis in (0, 1)]
@@ -85,7 +86,7 @@ def _between(surface: "Surface", rows: Floats, axis: int, steep: float) -> Float
 
     Of members as rows (M, 6), place, height and colour; as many such rows between two as leave steps of less than `steep`.
     """
-    table = np.moveaxis(np.stack([surface.on_grid(column) for column in rows.T], axis=-1), axis, -2)
+    table = np.moveaxis(np.stack([_over_plane(surface, column) for column in rows.T], axis=-1), axis, -2)
     height = table[..., 2]
     size = np.where(jumps(height, _JUMP * float(np.ptp(rows[:, 2]))), 0.0, np.abs(np.diff(height)))
     count = np.floor(size / steep).astype(int).ravel()
@@ -95,9 +96,14 @@ def _between(surface: "Surface", rows: Floats, axis: int, steep: float) -> Float
     return np.asarray((1 - share) * before + share * after)
 
 
+def _over_plane(surface: "Surface", values: Floats) -> Floats:
+    """Values of the members over the two axes along which the grid varies, with NaN elsewhere."""
+    return np.squeeze(surface.on_grid(values))
+
+
 def _shaded(surface: "Surface", values: Floats, colour: Colour) -> Floats:
     """A colour a member, lighter where the surface faces the light, shape (M, 3)."""
-    height = surface.on_grid(values) / max(float(np.ptp(values)), 1e-300)
+    height = _over_plane(surface, values) / max(float(np.ptp(values)), 1e-300)
     slopes = [slope * (points - 1) for slope, points in zip(np.gradient(height), height.shape, strict=True)]
     normal = np.stack([-slopes[0], -slopes[1], np.ones(height.shape)], axis=-1)
     light = np.abs(normal @ _LIGHT) / np.linalg.norm(normal, axis=-1)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 
 from nsmaps.figures.composite.areas import paint, paint_pieces, pieces_on
-from nsmaps.figures.data import COMPOSITE, SURFACES
+from nsmaps.figures.data import COMPOSITE, PLANES, SURFACES, plane
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
 
@@ -29,7 +29,7 @@ def words(result: "StudyResult", ax: Axes) -> Axes:
 
     The hull of the states near the diagonals, over all values of the swept parameter, is outlined (eq. r1uniond).
     """
-    surfaces = SURFACES.of(result, "words")
+    surfaces = PLANES.of(result, "words")
     first = next(iter(surfaces.values()))
     grid = first.grid
     number = np.full(grid.size, -1)
@@ -50,7 +50,8 @@ def words(result: "StudyResult", ax: Axes) -> Axes:
     beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": len(handles)}
     ax.legend(handles=handles, frameon=False, **(beside if len(handles) > _ABOVE else above))
-    return dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))
+    x, y = (first.coordinates[k] for k in plane(grid))
+    return dress(ax, (x, "k"), (y, "k"))
 
 
 def pieces(result: "StudyResult", ax: Axes) -> Axes:

@@ -1,6 +1,7 @@
 """Kinds of values in a study's file: names, boxes, spans from, to, points."""
 
-from typing import Annotated, Protocol, TypeVar
+from collections.abc import Mapping
+from typing import Annotated, Protocol, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
@@ -46,6 +47,21 @@ class Span(BaseModel):
     high: Number = Field(alias="to")
     points: Points
     _in_order = model_validator(mode="after")(in_order)
+
+
+class Side(Span):
+    """Equally spaced values of one coordinate of a grid, both ends included, or one number at which it is held."""
+
+    points: int = Field(ge=1, le=100_000)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _held(cls, given: object) -> object:
+        return given if isinstance(given, Mapping | Span) else {"from": given, "to": given, "points": 1}
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        return self if self.points == 1 and self.low == self.high else in_order(self)
 
 
 class Sweep(BaseModel):

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
-from nsmaps.study.reading.values import SPEC, Span
+from nsmaps.study.reading.values import SPEC, Side
 from nsmaps.study.sections.base import Need, Section, Table
 from nsmaps.study.texts import grid_text, plain, returns_text
 
@@ -33,7 +33,7 @@ class BasinsSection(BaseModel):
     tolerance: Number = Field(1e-6, gt=0)
     max_period: int = Field(32, ge=1)
     boundary: Number | None = Field(None, gt=0)  #: tolerance of the points between basins; none are looked for if omitted
-    grid: dict[str, Span] | None = None  #: the study's own if omitted
+    grid: dict[str, Side] | None = None  #: the study's own if omitted
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

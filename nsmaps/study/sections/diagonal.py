@@ -14,7 +14,7 @@ from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.study.estimates import Size, states
-from nsmaps.study.reading.values import SPEC, Name, Span, Sweep
+from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
 from nsmaps.study.sections.base import Need, Section
 from nsmaps.study.sections.fits import FitSection, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.surfaces import surfaces_size
@@ -41,7 +41,7 @@ class DiagonalSection(BaseModel):
     sweep: Sweep | None = None
     orders: dict[Name, FitSection] = {}
     deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
-    grid: dict[str, Span] | None = None
+    grid: dict[str, Side] | None = None
 
     @model_validator(mode="after")
     def _orders_at_deltas(self) -> Self:

@@ -11,7 +11,7 @@ from nsmaps.exact.surfaces.family import LONG, WordFamily, is_pattern, letters_o
 from nsmaps.exact.surfaces.surface import Grid, surfaces_among
 from nsmaps.exact.words import LONGER, encode
 from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
-from nsmaps.study.reading.values import Name, Span
+from nsmaps.study.reading.values import Name, Side
 from nsmaps.study.sections.base import Need, Section
 from nsmaps.study.texts import grid_text
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
 
-Spans = dict[str, Span]
+Spans = dict[str, Side]
 Families = dict[Name, tuple[str, ...]]
 
 
