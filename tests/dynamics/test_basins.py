@@ -83,6 +83,41 @@ def test_labels_are_the_signs_of_the_closed_form():
     assert made.arrival[77] == steps
 
 
+@dataclass(frozen=True)
+class ThreeWells(TwoWells):
+    """The same with a third coordinate z -> z/2, which the others do not feel."""
+
+    coordinates: tuple[str, ...] = ("x", "z", PHASE)
+
+    def first_return(self, states, derivative=False):
+        start = np.asarray(states, float)
+        plane = TwoWells().first_return(start[:, [0, 2]])
+        image = np.column_stack([plane.image[:, 0], start[:, 1] / 2, plane.image[:, 1]])
+        turns = np.zeros(start.shape, np.int32)
+        return Returns(self.coordinates, ("B", "T"), start, image, turns, plane.codes, plane.outcome, plane.time)
+
+
+def test_a_plane_through_three_coordinates_is_the_map_in_it():
+    flat = wells(20)
+    axes = flat.axes
+    held = nsmaps.Grid(axes={"x": axes["x"], "z": nsmaps.Axis.at(0.7), "phi": axes["phi"]})
+    assert held.shape == (20, 1, 20)
+    assert list(held.varying) == ["x", "phi"]
+    made, plain = basins(ThreeWells(), held), basins(TwoWells(), flat)
+    assert (made.start[:, 1] == 0.7).all()
+    assert np.array_equal(made.label, plain.label)
+    line, other = boundary(ThreeWells(), made, 1e-9), boundary(TwoWells(), plain, 1e-9)
+    assert np.abs(line.points[:, [0, 2]] - other.points).max() < 1e-12
+    assert (line.points[:, 1] == 0.7).all()
+
+
+def test_a_value_at_which_a_coordinate_is_held_is_one_point():
+    with pytest.raises(ValueError, match=r"from 0.0 to 1.0 with 1 point; expected: 2 or more, or the same ends"):
+        nsmaps.Axis(low=0, high=1, points=1)
+    with pytest.raises(ValueError, match="its start must lie below its end"):
+        nsmaps.Axis(low=1, high=1, points=2)
+
+
 def test_boundary_and_distance_are_those_of_the_closed_form():
     made = basins(TwoWells(), wells(160))
     line = boundary(TwoWells(), made, 1e-9)

@@ -14,6 +14,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from nsmaps_vi_pair import VIPair
 
+import nsmaps
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.figures import NAMES, draw
@@ -164,8 +165,34 @@ class Three(VIPair):
 
 
 def test_pictures_of_the_plane_need_two_coordinates(result, tmp_path):
-    with pytest.raises(NsmapsError, match=r"the figure 'words' .* needs a system of 2 coordinates; this one has 3"):
-        draw(replace(result, system=Three(**result.system.parameters)), ["words"], tmp_path)
+    with pytest.raises(NsmapsError, match=r"the figure 'projections' .* needs a system of 2 coordinates; this one has 3"):
+        draw(replace(result, system=Three(**result.system.parameters)), ["projections"], tmp_path)
+
+
+PLANE = """
+system: two_masses
+parameters: {m1: 1, m2: 1, k1: 1, k2: 1, b: 0.1, f: 1, w: 1.8, r: 0.8, d: 0}
+grid: {v: {from: 0.5, to: 2, points: 7}, x2: -0.8, v2: HELD, phi: {from: 0, to: 2, points: 9}}
+families: {II: [II]}
+basins: {returns: 60}
+"""
+
+
+def test_a_plane_through_four_coordinates_is_drawn(tmp_path):
+    (tmp_path / "plane.yaml").write_text(PLANE.replace("HELD", "0.04"))
+    made = nsmaps.run(nsmaps.load_study(tmp_path / "plane.yaml"))
+    (words,), (surfaces,), (own,) = (draw(made, [name], tmp_path, dpi=40) for name in ("words", "surfaces", "basins"))
+    assert all(path.stat().st_size > 1000 for path in (words, surfaces, own))
+    assert made.surfaces["II"].start.shape[1] == 4
+    assert set(made.surfaces["II"].start[:, 2]) == {0.04}
+    assert made.basins.label.shape == (63,)
+
+
+def test_a_grid_of_three_directions_is_no_plane(tmp_path):
+    (tmp_path / "plane.yaml").write_text(PLANE.replace("HELD", "{from: 0, to: 0.1, points: 2}"))
+    made = nsmaps.run(nsmaps.load_study(tmp_path / "plane.yaml"))
+    with pytest.raises(NsmapsError, match=r"the grid varies along v, v2, phi; expected: two coordinates, with the others held"):
+        draw(made, ["words"], tmp_path)
 
 
 def test_importing_the_figures_loads_no_matplotlib():
