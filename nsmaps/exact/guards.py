@@ -10,7 +10,7 @@ class Guard:
     """An event: a function of the state that falls through zero in one or several modes, and what happens then.
 
     Of guards with the same function in the same mode the first whose conditions hold takes place. Where nothing changes, neither
-    mode nor states, the function goes on below zero and must rise again before the next such event.
+    mode nor states, the function stays below zero and must rise again before the next such event.
     """
 
     modes: str | Sequence[str]  #: in which it is watched
@@ -20,6 +20,12 @@ class Guard:
     where: Sequence[Any] = ()  #: affine functions that must not be negative for the event to take place
     letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
     ends: bool = False  #: whether the motion ends here, with the outcome `escaped`
+    rests: str = ""  #: a name for the mode of lasting contact, which is derived where the reset is an impact; "" without one
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """The modes in which it is watched."""
+        return (self.modes,) if isinstance(self.modes, str) else tuple(self.modes)
 
 
 @dataclass(frozen=True, slots=True)

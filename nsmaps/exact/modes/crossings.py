@@ -1,6 +1,6 @@
 """Events at which nothing changes, as those of a section at v = 0 or at a phase of the forcing.
 
-Their function goes on below zero and must rise again before the next such event: a mode in which one is watched becomes two,
+Their function stays below zero and must rise again before the next such event: a mode in which one is watched becomes two,
 before and after the function has fallen through zero, and an event without a letter leads back.
 """
 
@@ -87,7 +87,7 @@ def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple
     """The transitions of a class of this name between parts of its modes, and the mode of each part.
 
     Raises:
-        SystemDefinitionError: there are too many events at which nothing changes, or a reset whose sides cannot be told.
+        SystemDefinitionError: there are too many events at which nothing changes, or a reset whose sides cannot be distinguished.
     """
     own = [[one.function for one in transitions if one.mode == mode and crosses(one)] for mode in range(modes)]
     functions = tuple(tuple(dict.fromkeys(rows)) for rows in own)

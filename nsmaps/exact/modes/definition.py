@@ -69,6 +69,9 @@ class Transition:
     where: tuple[Row, ...] = ()
     curved: tuple[tuple[int, sp.Expr], ...] = ()  #: positions of states whose reset is another formula, and these
     held: tuple[Row, ...] = ()  #: functions of the states that are zero for as long as the mode lasts
+    guard: str = ""  #: the guard after whose impacts contact may begin, for these impacts and for that beginning
+    begins: tuple[Row, ...] = ()  #: where lasting contact begins: speed away from the surface, and pressure towards it
+    releases: bool = False  #: whether lasting contact ends
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,7 @@ class Definition:
         for mode in self.rates:
             yield from mode
         for one in self.transitions:
-            yield from (one.function, *one.reset, *one.where)
+            yield from (one.function, *one.reset, *one.where, *one.begins)
         for start in self.starts:
             yield from start.states
 

@@ -37,6 +37,8 @@ class Memory(NamedTuple):
     curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.resets`
     moved: Moved
     near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
+    held: Any  #: shape (2,), time since contact began, and its mark in words (1 after chatter, 2 from rest, 0 without contact)
+    row: Any  #: shape (3,), letter of the last events in a row, word and place of the next letter behind the first of them
     minima: Any  #: shape (S,), of the flight under way
 
 
@@ -88,5 +90,7 @@ def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = 
         curved=np.zeros((n, 2 + n + len(p.parameters))),
         moved=moved or still(p),
         near=np.array([np.inf if margins else np.nan, np.inf, 0.0]),
+        held=np.zeros(2),
+        row=np.zeros(3, np.int64),
         minima=np.zeros(functions, np.int64),
     )

@@ -11,6 +11,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.guards import Guard, Section, Sliding
+from nsmaps.exact.modes.contact import Contact, contact_of, contact_transitions
 from nsmaps.exact.modes.crossings import crosses, divided
 from nsmaps.exact.modes.definition import Definition, Row, Start, Transition
 from nsmaps.exact.modes.formulas import CLOCK, NEAR, Reader, check_names, check_periodic
@@ -39,8 +40,8 @@ def definition_of(system: "HybridSystem") -> Definition:
     reader, y = Reader(cls.__name__, frozenset(symbols.values()), variables, rate), SimpleNamespace(**variables)
     rates = {mode: _rates(reader, mode, given) for mode, given in symbolic.modes(t, y).items()}
     guards, section = symbolic.guards(t, y), symbolic.section(t, y)
-    _derive(reader, guards, rates)
-    events = tuple(_transitions(reader, rates, guards))
+    contacts = _derive(reader, guards, rates)
+    events = tuple(_transitions(reader, rates, guards, contacts))
     transitions, parts = divided(cls.__name__, events, len(rates))
     coordinates = _coordinates(cls.__name__, cls.states, section, period is not None)
     starts = _starts(reader, section, transitions)
@@ -65,8 +66,9 @@ def _rates(reader: Reader, mode: str, given: Mapping[str, Any]) -> tuple[Row, ..
     return tuple(reader.row(given[state], f"{what} {state}") for state in reader.states)
 
 
-def _derive(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> None:
-    """Add the rates of the modes that follow from others."""
+def _derive(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> dict[str, Contact]:
+    """Add the rates of the modes that follow from others; the contacts that last, by their guards."""
+    contacts: dict[str, Contact] = {}
     for name, given in guards.items():
         if isinstance(given, Sliding):
             if name in rates:
@@ -74,29 +76,37 @@ def _derive(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[s
                     f"{reader.name}.guards: the sliding {name!r} has the name of a mode; expected: another"
                 )
             rates[name] = slide_rates(reader, name, given, rates)
+        elif given.rests:
+            contacts[name] = contact_of(reader, name, given, rates)
+            rates[given.rests] = contacts[name].rates
+    return contacts
 
 
-def _transitions(reader: Reader, rates: Mapping[str, Rates], guards: Mapping[str, Guard | Sliding]) -> Iterator[Transition]:
+def _transitions(
+    reader: Reader, rates: Mapping[str, Rates], guards: Mapping[str, Guard | Sliding], contacts: Mapping[str, Contact]
+) -> Iterator[Transition]:
     for name, given in guards.items():
         if isinstance(given, Sliding):
             yield from slide_transitions(reader, name, given, rates)
         else:
             yield from _guarded(reader, tuple(rates), name, given)
+        if name in contacts and isinstance(given, Guard):
+            yield from contact_transitions(reader, name, given, contacts[name], tuple(rates))
 
 
 def _guarded(reader: Reader, modes: tuple[str, ...], name: str, guard: Guard) -> Iterator[Transition]:
     """The event of a guard in each of its modes."""
     what = f"{reader.name}.guards: {name!r}"
-    watched = (guard.modes,) if isinstance(guard.modes, str) else tuple(guard.modes)
-    check_names(f"{what} names the mode", [*watched, *([guard.to] if guard.to else [])], modes)
+    check_names(f"{what} names the mode", [*guard.watched, *([guard.to] if guard.to else [])], modes)
     check_names(f"{what} resets", guard.reset, tuple(reader.states))
     function = reader.row(guard.function, f"the function of {what}")
     where = tuple(reader.row(one, f"a condition of {what}") for one in guard.where)
     reset, curved = _reset(reader, guard, what)
     letter = name[0] if guard.letter is None else guard.letter
-    for mode in watched:
+    for mode in guard.watched:
         target = -1 if guard.ends else modes.index(guard.to or mode)
-        yield Transition(name, letter, modes.index(mode), function, target, reset, where, curved)
+        contact = name if guard.rests else ""
+        yield Transition(name, letter, modes.index(mode), function, target, reset, where, curved, guard=contact)
 
 
 def _reset(reader: Reader, guard: Guard, what: str) -> tuple[tuple[Row, ...], tuple[tuple[int, sp.Expr], ...]]:
@@ -124,8 +134,8 @@ def _check_phase_zero(reader: Reader, transitions: Sequence[Transition], starts:
     """Refuse a section without a phase among its coordinates whose event is at another phase than zero."""
     for start in starts:
         one = transitions[start.transition]
-        rest = one.function.at(start.states)
-        for expr in (*rest.coefficients, rest.remainder.subs(PHI, 0)):
+        zero = one.function.at(start.states)
+        for expr in (*zero.coefficients, zero.remainder.subs(PHI, 0)):
             if any(abs(sp.N(expr.subs(values), 30)) > NEAR for values in trials(expr)):
                 raise SystemDefinitionError(
                     f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r} is not zero "
@@ -137,7 +147,7 @@ def _starts(reader: Reader, section: Section, transitions: Sequence[Transition])
     """What the coordinates give at each event of the section."""
     names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
     check_names(f"{reader.name}.section is at", names, tuple(dict.fromkeys(one.name for one in transitions if one.name)))
-    return tuple(_start(reader, section, k, one) for k, one in enumerate(transitions) if one.name in names)
+    return tuple(_start(reader, section, k, one) for k, one in enumerate(transitions) if one.name in names and not one.releases)
 
 
 def _start(reader: Reader, section: Section, number: int, transition: Transition) -> Start:

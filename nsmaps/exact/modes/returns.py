@@ -4,9 +4,10 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import INVALID, LOST, RETURNED, UNDECIDED, spell
+from nsmaps.exact.engine.returns import INVALID, LOST, RESTS, RETURNED, STUCK, UNDECIDED, spell
 from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, velocity
-from nsmaps.exact.modes.section import enter, picked, starting
+from nsmaps.exact.modes.resting import entered, in_a_row, marked
+from nsmaps.exact.modes.section import picked, starting
 
 MOST_EVENTS = 100_000  # of one return
 GOES_ON = -1  # in place of an outcome
@@ -39,12 +40,15 @@ def cleared(p, k, image, tangent, w):
         for j in range(w.dz.shape[1]):
             tangent[c, j] = math.nan
     margins = not math.isnan(w.near[0])
+    w.held[1], w.row[0] = 0.0, 0
     if margins:
         w.near[0], w.near[1], w.near[2] = math.inf, math.inf, 0.0
         w.minima[:] = 0
     if k < 0:
         return 0, 1
-    return lengthened(p.base + 2 if margins else p.base, p.digit[k], 0, 1)
+    code, power = lengthened(p.base + 2 if margins else p.base, p.digit[k], 0, 1)
+    in_a_row(p.digit[k], code, power, w)
+    return code, power
 
 
 @inlined
@@ -73,19 +77,24 @@ def met(p, mode, which, phi, code, power, image, tangent, w):
         return UNDECIDED, mode, code, power, True
     if w.dz.shape[1] > 0:
         saltation(p, mode, which, w)
+    held = False
+    if p.target[k] < 0 or not p.resting[p.target[k]]:
+        code, power, held = marked(p, code, power, w)
     if math.isnan(w.near[0]):
         code, power = lengthened(p.base, p.digit[k], code, power)
     else:
         code, power = noted(p, which, mode, k, code, power, w)
+    in_a_row(p.digit[k], code, power, w)
     if p.target[k] < 0:
         return LOST, mode, code, power, doubtful
-    if p.is_section[k] and not p.after:
+    returned, outcome = p.is_section[k] and (held or not p.releases[k]), STUCK if p.releases[k] else RETURNED
+    if returned and not p.after:
         arrived(p, phi, image, tangent, w)
-        return RETURNED, mode, code, power, doubtful
-    mode = enter(p, k, True, phi, w)
-    if p.is_section[k]:
+        return outcome, mode, code, power, doubtful
+    mode = entered(p, k, True, phi, w)
+    if returned:
         arrived(p, phi, image, tangent, w)
-        return RETURNED, mode, code, power, doubtful
+        return outcome, mode, code, power, doubtful
     return GOES_ON, mode, code, power, doubtful
 
 
@@ -96,16 +105,17 @@ def first_return(p, row, image, tangent, w):
     code, power = cleared(p, k, image, tangent, w)
     if k < 0:
         return INVALID, 0, math.nan, 0
-    mode, time, turns, doubtful = enter(p, k, not p.after, phi, w), 0.0, 0, False
+    mode, time, turns, doubtful = entered(p, k, not p.after, phi, w), 0.0, 0, False
     for _ in range(MOST_EVENTS):
         which, flight, phi, more, unsure = fly(p, mode, phi, w)
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
+        w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
-            return LOST, code, math.nan, 0
+            return RESTS if p.resting[mode] else LOST, marked(p, code, power, w)[0], math.nan, 0
         outcome, mode, code, power, unsure = met(p, mode, which, phi, code, power, image, tangent, w)
         doubtful = doubtful or unsure
-        if outcome == RETURNED:
-            return UNDECIDED if doubtful else RETURNED, code, time, turns
+        if outcome in (RETURNED, STUCK):
+            return UNDECIDED if doubtful else outcome, code, time, turns
         if outcome != GOES_ON:
             return outcome, code, time if outcome == LOST else math.nan, 0
     return UNDECIDED, code, math.nan, 0

@@ -50,6 +50,11 @@ class Tables(NamedTuple):
     digit: Any  #: shape (T,), of the letter in words, 0 for none
     base: int  #: of the numbers of words
     on: Any  #: shape (T, S), how many of the first terms of the function are zero just after the event, but for rounding
+    impacts: Any  #: shape (T,), the number of the contact that may begin after the impact, -1 for none
+    contacts: Any  #: shape (T,), the number of the contact that begins, by itself without a zero of its function; -1 for none
+    begins: Any  #: shape (T, 2, N), speed away from the surface and pressure towards it, where contact begins
+    releases: Any  #: shape (T,), whether contact ends
+    resting: Any  #: shape (M,), whether the mode is one of lasting contact
     is_section: Any  #: shape (T,)
     after: bool  #: whether start and image are just after the reset
     starts: Any  #: shape (number of starts,), the transition of each
@@ -66,6 +71,7 @@ class Rows:
     functions: Floats  #: shape (T, N)
     resets: Floats  #: shape (T, n, N)
     where: list[Floats]  #: of each transition
+    begins: Floats  #: shape (T, 2, N), zero but where contact begins
     starts: Floats  #: shape (number of starts, n, N)
 
 
@@ -74,13 +80,14 @@ def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Row
     waiting = iter([filled(row, harmonics) for row in given])
     n, width = len(definition.states), len(definition.states) + 1 + 2 * harmonics
     rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
-    functions, resets, where = [], [], []
+    functions, resets, where, begins = [], [], [], []
     for one in definition.transitions:
         functions.append(next(waiting))
         resets.append([next(waiting) for _ in one.reset])
         where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
+        begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
     starts = np.array([[next(waiting) for _ in range(n)] for _ in definition.starts])
-    return Rows(rates, np.array(functions), np.array(resets), where, starts)
+    return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), starts)
 
 
 def harmonics_of(given: Sequence[Any]) -> int:
@@ -107,7 +114,7 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
         places=np.array(places),
-        plain=bool((functions["on"] <= 1).all()),
+        plain=bool((functions["on"] <= 1).all() and not any(one.releases for one in definition.transitions)),
     )
 
 
@@ -141,7 +148,7 @@ def functions_of(definition: Definition, rows: Rows, growth: Floats, rate: float
         "bounds": np.einsum("si,sij->sj", np.abs(functions), growth[modes]),
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
-        "function": np.array([which[k] for k in range(len(definition.transitions))]),
+        "function": np.array([which.get(k, 0) for k in range(len(definition.transitions))]),
         "on": vanishing(definition, rows, functions, modes, rate),
     }
 
@@ -151,6 +158,7 @@ def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
     n, width = rows.resets.shape[1:]
     letters, transitions = definition.letters, definition.transitions
     names = {transitions[start.transition].name for start in definition.starts}
+    guards = [one.guard for one in transitions if one.begins]
     return {
         "mode": np.array([one.mode for one in transitions]),
         "target": np.array([one.target for one in transitions]),
@@ -167,6 +175,11 @@ def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
         "where": np.concatenate([np.empty((0, width)), *rows.where]),
         "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
         "base": len(letters) + 3,
+        "impacts": np.array([guards.index(one.guard) if one.guard and not one.begins else -1 for one in transitions]),
+        "contacts": np.array([guards.index(one.guard) if one.begins else -1 for one in transitions]),
+        "begins": rows.begins,
+        "releases": np.array([one.releases for one in transitions]),
+        "resting": np.isin(range(len(definition.modes)), [one.mode for one in transitions if one.releases]),
         "is_section": np.array([one.name in names for one in transitions]),
     }
 
@@ -228,7 +241,7 @@ def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
     """The transitions of a mode, those with the same function together."""
     groups: list[list[int]] = []
     for k, one in enumerate(definition.transitions):
-        if one.mode == mode:
+        if one.mode == mode and not one.begins:
             same = next((group for group in groups if np.array_equal(rows.functions[group[0]], rows.functions[k])), None)
             if same is None:
                 groups.append([k])

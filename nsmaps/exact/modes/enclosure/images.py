@@ -30,6 +30,11 @@ def table_of(system: "HybridSystem") -> BallTables:
                 f"{type(system).__name__}.guards: the reset of {one.name!r} is not affine, and sets of states cannot be enclosed "
                 "through it; expected: affine resets"
             )
+        if one.releases:
+            raise ProofError(
+                f"{type(system).__name__}.guards: {one.name!r} has contact that lasts, and chatter cannot be "
+                "enclosed; expected: no `rests`"
+            )
     return ball_tables(kernel.definition, kernel.values, kernel.table)
 
 

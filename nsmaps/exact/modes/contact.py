@@ -1,0 +1,87 @@
+"""Contact that lasts, derived from an impact: its rates, and the events that begin and end it.
+
+An impact at g = 0 changes the states along a direction q, scaled so that g' grows by one. Impacts that accumulate bring g' to
+zero along q; then the contact force, along q too, holds g'' at zero, at the rates f - g'' q, until the free g'' becomes positive.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.formulas import trials
+from nsmaps.exact.guards import Guard
+from nsmaps.exact.modes.definition import Row, Transition
+from nsmaps.exact.modes.formulas import NEAR, Reader, check_names
+from nsmaps.exact.modes.sliding import Rates, on_surface
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What follows from the impact of a guard, in the mode in which it is watched."""
+
+    free: str
+    gap: Row
+    speed: Row  #: g'
+    lift: Row  #: g'' in free motion
+    rates: Rates  #: in contact
+    states: Rates  #: those of contact, by those of free motion: g = 0 and g' = 0
+
+
+def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rates]) -> Contact:
+    """The contact at a guard.
+
+    Raises:
+        SystemDefinitionError: its event is not an impact in one mode, or it has no direction that is free of the states.
+    """
+    what = f"{reader.name}.guards: {name!r} with rests={guard.rests!r}"
+    free = guard.watched[0]
+    check_names(f"{what} names the mode", (free,), tuple(rates))
+    if len(guard.watched) > 1 or guard.to not in ("", free) or guard.ends:
+        raise SystemDefinitionError(f"{what} concerns several modes; expected: an impact in one mode, which follows it too")
+    if guard.rests in rates:
+        raise SystemDefinitionError(f"{what} has the name of a mode; expected: another")
+    gap = reader.row(guard.function, f"the function of {what}")
+    speed = gap.rate(rates[free], reader.phase_rate)
+    lift = speed.rate(rates[free], reader.phase_rate)
+    variables = tuple(reader.states.values())
+    after = [reader.expression(guard.reset.get(state, y), f"{what}: {state}") for state, y in reader.states.items()]
+    jumps = [sp.expand(one - y) for one, y in zip(after, variables, strict=True)]
+    _check_impact(reader, what, gap, speed, jumps)
+    whole = sp.Add(*(c * jump for c, jump in zip(speed.coefficients, jumps, strict=True)))
+    direction = [sp.simplify(jump / whole) for jump in jumps]
+    if any(q.has(*variables) or not reader.affine(q) or reader.row(q, what).remainder != q for q in direction):
+        raise SystemDefinitionError(f"{what}: the direction of the impact depends on the states; expected: one direction")
+    held = tuple(one + lift.scaled(-q) for one, q in zip(rates[free], direction, strict=True))
+    still = tuple(reader.same(state) + speed.scaled(-q) for state, q in zip(reader.states, direction, strict=True))
+    states = tuple(row.at(still) for row in on_surface(reader, gap, what))
+    return Contact(free, gap, speed, lift, tuple(row.at(tuple(map(reader.same, reader.states))) for row in held), states)
+
+
+def _check_impact(reader: Reader, what: str, gap: Row, speed: Row, jumps: list[sp.Expr]) -> None:
+    """Refuse a reset that changes the function itself, or its rate where that is zero."""
+    variables = tuple(reader.states.values())
+
+    def jump(row: Row, where: Row) -> sp.Expr:
+        total = sp.Add(*(c * one for c, one in zip(row.coefficients, jumps, strict=True)))
+        known = [one.of(variables) for one in on_surface(reader, where, what)]
+        return total.subs(dict(zip(variables, known, strict=True)), simultaneous=True)
+
+    changes = jump(gap, gap), jump(speed, speed)
+    for text, change in zip(("changes the function of the guard", "is not an impact, -r times its rate"), changes, strict=True):
+        if any(abs(sp.N(change.subs(values), 30)) > NEAR for values in trials(change)):
+            raise SystemDefinitionError(f"{what}: its reset {text}; expected: d/dt of the function becomes -r times that before")
+    if not any(c != 0 and one != 0 for c, one in zip(speed.coefficients, jumps, strict=True)):
+        raise SystemDefinitionError(f"{what}: its reset does not change the rate of the function; expected: an impact")
+
+
+def contact_transitions(reader: Reader, name: str, guard: Guard, found: Contact, modes: tuple[str, ...]) -> Iterator[Transition]:
+    """How contact begins, by itself after an impact, and its release."""
+    free, resting = modes.index(found.free), modes.index(guard.rests)
+    minus = sp.S.NegativeOne
+    begins = found.speed, found.lift.scaled(minus)
+    yield Transition("", "", free, found.gap, resting, found.states, begins=begins, guard=name)
+    press = found.lift.at(found.states).scaled(minus)
+    held = found.gap, found.speed
+    yield Transition(name, "", resting, press, free, found.states, held=held, releases=True)

@@ -1,0 +1,205 @@
+"""Contact that lasts: chatter, rest and release as impact systems have them, and with other masses in motion."""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from nsmaps_bouncing_ball import BouncingBall
+from nsmaps_impact_oscillator import ImpactOscillator
+from nsmaps_recoil_pair import RecoilPair
+from nsmaps_two_masses import TwoMasses
+from nsmaps_vi_pair import VIPair
+from scipy.integrate import solve_ivp
+
+from nsmaps import Guard, HybridSystem, ImpactSystem, Section
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.outcome import Outcome
+
+
+class Ball(HybridSystem):
+    """The bouncing ball."""
+
+    Gamma: float
+    r: float
+
+    states = ("x", "v")
+
+    def period(self) -> Any:
+        return 2 * sp.pi
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("B", ("v", "phi"))
+
+
+class Oscillator(HybridSystem):
+    """The impact oscillator."""
+
+    zeta: float
+    w: float
+    A: float
+    wall: float
+    r: float
+
+    states = ("x", "v")
+
+    def period(self) -> Any:
+        return 2 * sp.pi / self.w
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"free": {"x": y.v, "v": self.A * sp.cos(self.w * t) - 2 * self.zeta * y.v - y.x}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {"B": Guard("free", self.wall - y.x, reset={"v": -self.r * y.v}, rests="pressed")}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("B", ("v", "phi"))
+
+
+class Pair(RecoilPair):
+    """The recoil pair, whose ball may rest on either end."""
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        reset = {"v": -self.r * y.v, "V": y.V - self.eta * (1 + self.r) / (1 + self.eta) * y.v}
+        return {
+            "B": Guard("flight", self.d / 2 - y.x, reset=reset, rests="base"),
+            "T": Guard("flight", self.d / 2 + y.x, reset=reset, rests="top"),
+        }
+
+
+def starts(n: int, fastest: float) -> Any:
+    """Random starts, some of speed zero and some of speeds of all sizes."""
+    rng = np.random.default_rng(n)
+    slow = rng.uniform(size=n) < 0.4
+    v = np.where(slow, 10 ** rng.uniform(-14, -1, n), rng.uniform(0, fastest, n))
+    v[: n // 10] = 0
+    return np.column_stack([v, rng.uniform(0, 6.28, n)])
+
+
+@pytest.mark.parametrize(
+    ("impacts", "modes", "sign"),
+    [
+        (BouncingBall(Gamma=1.8, r=0.5), Ball(Gamma=1.8, r=0.5), -1),
+        (BouncingBall(Gamma=1.2, r=0.9), Ball(Gamma=1.2, r=0.9), -1),
+        (BouncingBall(Gamma=2.5, r=0.0), Ball(Gamma=2.5, r=0), -1),
+        (
+            ImpactOscillator(zeta=0.05, w=0.4, A=2, wall=-0.5, r=0.6),
+            Oscillator(zeta=0.05, w=0.4, A=2, wall=-0.5, r=0.6),
+            1,
+        ),
+        (ImpactOscillator(zeta=0.1, w=0.3, A=3, wall=0.2, r=0.8), Oscillator(zeta=0.1, w=0.3, A=3, wall=0.2, r=0.8), 1),
+    ],
+    ids=str,
+)
+def test_words_images_and_derivatives_are_those_of_impact_systems(impacts: ImpactSystem, modes: HybridSystem, sign: int) -> None:
+    given = starts(400, 4.0)
+    expected, returns = impacts.first_return(given, derivative=True), modes.first_return(given * [sign, 1], derivative=True)
+    assert (expected.outcome == Outcome.stuck).sum() > 15
+    assert np.array_equal(expected.words, returns.words)
+    assert np.array_equal(expected.outcome, returns.outcome)
+    assert expected.derivative is not None
+    assert returns.derivative is not None
+    size = np.maximum(1, np.abs(expected.derivative).max(axis=(1, 2), initial=1))
+    off = expected.lifted * [sign, 1] - returns.lifted
+    assert np.nanmax(np.abs(off) / size[:, None]) < 2e-13
+    stuck = expected.outcome == Outcome.stuck
+    assert np.abs(returns.derivative[stuck]).max() < 1e-12
+
+
+def test_orbits_through_chatter_and_release() -> None:
+    """Returns from the release on, whose speed is zero and whose acceleration is zero but for rounding."""
+    impacts, modes = BouncingBall(Gamma=1.8, r=0.3), Ball(Gamma=1.8, r=0.3)
+    expected, returns = impacts.orbits([[0.01, 1.0]], 300), modes.orbits([[-0.01, 1.0]], 300)
+    assert (expected.outcome == Outcome.stuck).sum() > 5
+    assert np.array_equal(expected.words, returns.words)
+    assert np.abs(expected.image * [-1, 1] - returns.image).max() < 1e-9
+
+
+def test_a_ball_that_is_never_released() -> None:
+    returns = Ball(Gamma=0.9, r=0.5).first_return([[0.0, 1.0], [-1e-14, 2.0]])
+    assert list(returns.outcome) == [Outcome.rests] * 2
+    assert list(returns.words) == ["B_", "B~"]
+
+
+def test_chatter_on_the_other_wall_is_one_event_of_the_word() -> None:
+    values = {"d": 0.35, "g_bar": -0.9, "r": 0.3}
+    given = starts(300, 1.5)
+    expected = VIPair(**values).first_return(given)
+    rows = np.column_stack([given[:, 0], np.zeros((300, 2)), given[:, 1]])
+    returns = Pair(eta=0, kappa=0, Lambda=0, **values).first_return(rows)
+    assert np.char.find(expected.words, "T~").max() > 0
+    whole = expected.valid & ~np.char.endswith(expected.words, "...")
+    assert np.array_equal(expected.words[whole], returns.words[whole])
+    assert np.abs(expected.lifted - returns.lifted[:, [0, 3]])[whole].max() < 1e-10
+
+
+def test_ball_and_capsule_move_as_one_in_contact() -> None:
+    """The rates of contact are those of the two masses together: (1 + eta) V' is the sum of forces over the capsule's mass."""
+    pair = Pair(eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5)
+    table = pair._kernel().definition
+    force = {"X": -0.4, "V": -0.1}
+    rows = dict(zip(table.states, table.rates[table.modes.index("base")], strict=True))
+    values = dict(zip(table.symbols, pair.parameters.values(), strict=True))
+    numbers = [float(c.subs(values)) for c in rows["V"].coefficients]
+    assert numbers == pytest.approx([force.get(name, 0) / 1.3 for name in table.states])
+    assert float(rows["V"].remainder.subs(values).subs(sp.Symbol("_phi", real=True), 0)) == pytest.approx((1 - 0.3 * 0.2) / 1.3)
+    assert all(c == 0 for c in (*rows["v"].coefficients, rows["v"].remainder))
+
+
+class Held(TwoMasses):
+    """The first mass may rest at the stop."""
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {"I": Guard("free", self.d - y.x, reset={"v": -self.r * y.v}, rests="held")}
+
+
+def test_release_by_a_second_mass() -> None:
+    """Against an integration of the second mass alone while the first is held."""
+    system = Held(b=0.05, w=0.3, f=1.5, d=0, r=0.4, k2=2.0)
+    returns = system.first_return([[0.0, 0.6, 0.1, 0.5]], derivative=True)
+    assert returns.words[0] == "I_"
+    assert returns.outcome[0] == Outcome.stuck
+
+    def rates(t: float, z: Any) -> list[float]:
+        return [z[1], -2.0 * z[0] - 0.1 * z[1]]
+
+    def pressure(t: float, z: Any) -> float:
+        return float(1.5 * np.cos(0.5 + 0.3 * t) + 2.0 * z[0] + 0.1 * z[1])
+
+    pressure.direction, pressure.terminal = -1, True  # type: ignore[attr-defined]
+    found = solve_ivp(rates, (0, 100), [0.6, 0.1], method="DOP853", rtol=1e-12, atol=1e-14, events=pressure)
+    assert returns.time[0] == pytest.approx(found.t_events[0][0], rel=1e-10)
+    assert returns.image[0, :3] == pytest.approx([0, *found.y_events[0][0]], abs=1e-10)
+    steps = [system.first_return([[0.0, 0.6 + h, 0.1, 0.5]]).image[0] for h in (1e-6, -1e-6)]
+    assert returns.derivative is not None
+    assert returns.derivative[0, :, 1] == pytest.approx((steps[0] - steps[1]) / 2e-6, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("guard", "said"),
+    [
+        (lambda s, y: Guard("flight", y.x, rests="table"), "does not change the rate of the function"),
+        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v + 1}, rests="table"), "is not an impact"),
+        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v, "x": 1}, rests="table"), "changes the function of the guard"),
+        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v}, rests="flight"), "has the name of a mode"),
+        (lambda s, y: Guard("fall", y.x, reset={"v": -s.r * y.v}, rests="table"), "'fall'; expected: one of flight"),
+        (lambda s, y: Guard("flight", y.x, ends=True, rests="table"), "concerns several modes"),
+    ],
+)  # fmt: skip
+def test_what_is_no_impact_has_no_contact(guard: Any, said: str) -> None:
+    class Wrong(Ball):
+        """A ball with another guard."""
+
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+            return {"B": guard(self, y)}
+
+    with pytest.raises(SystemDefinitionError, match=said):
+        Wrong(Gamma=1.8, r=0.5).first_return([[-1.0, 0.0]])
