@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import sympy as sp
 from hybrid import SYSTEMS, numbers, reference, system
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_vi_pair import VIPair
 
 import nsmaps
-from nsmaps.errors import ProofError, StateError
+from nsmaps.errors import NsmapsError, ProofError, StateError
 from nsmaps.exact.outcome import Outcome
 
 STATES = 200
@@ -221,6 +222,43 @@ def test_where_states_have_no_image():
     assert gone.empty.all()
     assert gone.bounded.all()
     assert len(gone.images) == 0
+
+
+class Coulomb(nsmaps.HybridSystem):
+    """Mass on a belt whose static friction is the kinetic one: sticking is sliding between two modes."""
+
+    states = ("x", "u")
+
+    def period(self):
+        return 2 * sp.pi / 1.3
+
+    def modes(self, t, y):
+        force = 0.3 * sp.cos(1.3 * t) - 0.04 * y.u - y.x
+        return {"slower": {"x": y.u, "u": force + 0.6}, "faster": {"x": y.u, "u": force - 0.6}}
+
+    def guards(self, t, y):
+        return {"stick": nsmaps.Sliding("faster", "slower", y.u - 0.5, letters={"stick": "K", "faster": "P", "slower": "M"})}
+
+    def section(self, t, y):
+        return nsmaps.Section(("stick to slower", "stick to faster"), ("x", "phi"))
+
+
+def test_sliding_and_starts_outside_of_the_domain():
+    """Of half of the starts the friction falls: they are at the section, but not at its event, and have no image."""
+    rng, made = np.random.default_rng(7), Coulomb()
+    phi, side = rng.uniform(0, 6.28, 60), rng.choice([-1, 1], 60)
+    starts = np.column_stack([side * 0.6 - 0.02 + 0.3 * np.cos(phi), phi])
+    for size in (1e-6, 1e-3, 2e-2):
+        states, found, _, _, valid = missed(made, np.stack([starts - size / 2, starts + size / 2], axis=-1), rng, 1e-11)
+        assert len(states) == 0
+        assert found.bounded.all()
+        assert 0.2 < valid.mean() < 0.8
+
+
+def test_noise_is_refused_by_name():
+    made = SoftImpact(xi=0.01, e=1.26, a=0.7, beta=29, w=0.75)
+    with pytest.raises(NsmapsError, match="SoftImpact is not an ImpactSystem"):
+        nsmaps.noisy_orbits(made, [1.0, 1.0], 5, nsmaps.Noise(sigma=0.1, tau=0.1))
 
 
 def test_a_reset_that_is_not_affine_is_refused():

@@ -99,8 +99,13 @@ def noisy_orbits(
         jobs: see `nsmaps.Jobs`; a part is 8 realisations, in threads on all cores if there is no executor.
 
     Raises:
-        StateError, NsmapsError: arguments that are not accepted.
+        StateError, NsmapsError: arguments that are not accepted, such as a system with modes.
     """
+    from nsmaps.exact.system import ImpactSystem
+
+    if not isinstance(system, ImpactSystem):
+        name = type(system).__name__
+        raise NsmapsError(f"{name} is not an ImpactSystem; expected: one, as noise is added to the flights of one displacement")
     starts = np.asarray(state, float)
     if starts.shape not in ((2,), (realisations, 2)) or realisations < 0:
         raise StateError(f"the start has shape {starts.shape}; expected: (2,) or ({max(realisations, 0)}, 2)")

@@ -163,7 +163,7 @@ def happened(p, hit, waiting, code, power, m, w):
 
 @inner
 def begun(p, b, cell, w):
-    """Write the set of a cell at a start in the first place: (whether there is one, whether all states are valid)."""
+    """Write the set of a cell at a start in the first place: (whether conditions of the start may hold, whether they do)."""
     n, a_set, state = p.resets.shape[1], w.parts[0], w.hits[0]
     for i in range(n + 1):
         plain(a_set[i], 0.0, 0.0)
@@ -179,13 +179,17 @@ def begun(p, b, cell, w):
     if p.after:
         return True, True
     features(a_set, w.z, n)
-    may, surely = conditioned(p, p.starts[b], a_set, w.z, w)
+    return conditioned(p, p.starts[b], a_set, w.z, w)
+
+
+@inner
+def valid(p, b, w):
+    """Narrow the set of a start, whose features are `w.z`, to where its function may fall: (whether it may, whether it does)."""
+    if p.after:
+        return True, True
     apply_row(p.functions[p.function[p.starts[b]], 1], w.z, w.late)
-    if not may or least(w.late) > 0.0:
-        return False, False
-    if greatest(w.late) > 0.0:
-        surely = False
-        for k in range(len(w.late) - 1):
-            w.late[k] = -w.late[k]
-        may = shave(a_set, w.late, 0.0)
-    return may, surely
+    if greatest(w.late) <= 0.0:
+        return True, True
+    for k in range(len(w.late) - 1):
+        w.late[k] = -w.late[k]
+    return shave(w.parts[0], w.late, 0.0), False

@@ -7,7 +7,7 @@ from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.modes.enclosure.events import GONE, LANDED, copied, first_events
 from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, least, radius
 from nsmaps.exact.modes.enclosure.landing import FALLING, STARTED
-from nsmaps.exact.modes.enclosure.passage import SMALL, after_reset, begun, conditioned, happened
+from nsmaps.exact.modes.enclosure.passage import SMALL, after_reset, begun, happened, valid
 from nsmaps.exact.modes.returns import lengthened
 
 MOST_CELLS = 16  # cells of a box and their halves, to tighten its images
@@ -44,12 +44,10 @@ def nearest_start(p, cell, w):
     """The least of the distances within which some start of all states of a cell certainly is."""
     bound = math.inf
     for b in range(len(p.starts)):
-        may, _ = begun(p, b, cell, w)
-        if may:
-            _, sure = conditioned(p, p.starts[b], w.hits[0], w.z, w)
-            far = distance(p, b, w)[1]
-            if sure and far < bound:
-                bound = far
+        _, sure = begun(p, b, cell, w)
+        far = distance(p, b, w)[1]
+        if sure and far < bound:
+            bound = far
     return bound
 
 
@@ -72,7 +70,8 @@ def followed(p, b, m, w):
             w.kind[here, c] = w.kind[waiting, c]
         code, power = w.names[waiting, 0], w.names[waiting, 1]
         ended, number = first_events(p, w.kind[here, 0], here, w)
-        if ended != LANDED:
+        lost = ended == LANDED and number == 0 and w.kind[here, 2] & STARTED != 0
+        if ended != LANDED or lost:
             empty = True
             if ended != GONE:
                 return m, False, True, False
@@ -87,23 +86,26 @@ def followed(p, b, m, w):
 @inner
 def cell_images(p, cell, w):
     """The images of one cell: (number, whether all are bounded, whether some state may have none, whether no graze cuts it)."""
-    m, bounded, empty, smooth, used = 0, True, False, True, 0
+    m, bounded, empty, smooth, used, sure_start = 0, True, False, True, 0, False
     w.excess[0] = 0.0
     for c in range(len(w.by)):
         w.by[c] = 0.0
     reach = nearest_start(p, cell, w) if len(p.starts) > 1 else math.inf
     for b in range(len(p.starts)):
         may, surely = begun(p, b, cell, w)
-        empty = empty or (not surely and len(p.starts) == 1)
-        if may and (len(p.starts) == 1 or distance(p, b, w)[0] <= reach):
-            used += 1
-            empty = empty or not surely
+        if not may or (len(p.starts) > 1 and distance(p, b, w)[0] > reach):
+            continue
+        may, falls = valid(p, b, w)
+        used += 1
+        sure_start = sure_start or surely
+        empty = empty or not falls
+        if may:
             m, each, without, as_one = followed(p, b, m, w)
             bounded, empty, smooth = bounded and each, empty or without, smooth and as_one
     for k in range(m):
         for c in range(len(p.places)):
             bounded = bounded and w.images[k, c, 0] > -math.inf and w.images[k, c, 1] < math.inf
-    return m, bounded, empty or used == 0, smooth and used <= 1
+    return m, bounded, empty or m == 0 or not sure_start, smooth and used <= 1
 
 
 @inner

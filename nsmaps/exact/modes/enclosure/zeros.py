@@ -32,7 +32,7 @@ def vanishing(table: Tables, flows: Floats, functions: Floats, whole: list[Float
     is zero as long as the mode lasts, as the sliding velocity in stick.
     """
     count = len(functions)
-    on, begun = table.on.copy(), np.zeros((len(table.starts), count), bool)
+    on, begun = table.on > 0, np.zeros((len(table.starts), count), bool)
     kept = {m: [f for f in range(count) if _lasts(table, flows, functions, whole, started, m, f)] for m in range(len(flows))}
     for f, function in enumerate(functions):
         for k, by in enumerate(whole):
