@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import mpmath as mp
 import sympy as sp
@@ -12,8 +12,10 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import CheckError
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.system import ImpactSystem
 
+System = TypeVar("System", bound=ParametricSystem)
 Acceleration = Callable[[Any, Any, Any], Any]  #: of time, place and velocity
 
 DIGITS = 30
@@ -60,7 +62,7 @@ def flight_of(system: ImpactSystem) -> Flight:
     return Flight(cls.__name__, place, velocity, acceleration, mp.mpf(str(sp.N(period_of(system), DIGITS))), places)
 
 
-def check_description(system: ImpactSystem) -> None:
+def check_description(system: ParametricSystem) -> None:
     """Warn where `nsmaps systems` would list no description."""
     cls = type(system)
     if not vars(cls).get("__doc__"):
@@ -230,7 +232,7 @@ def check_use(system: ImpactSystem) -> None:
             )
 
 
-def neighbours(system: ImpactSystem, name: str) -> Iterator[ImpactSystem]:
+def neighbours(system: System, name: str) -> Iterator[System]:
     """The system with one parameter changed slightly, either way, where the value is admissible."""
     value = getattr(system, name)
     for step in (0.01, -0.01):

@@ -8,6 +8,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
+from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.testing.formulas import (
@@ -27,13 +28,16 @@ from nsmaps.testing.formulas import (
     flight_of,
     neighbours,
 )
+from nsmaps.testing.hybrid import check_hybrid
 
 SPEEDS, PHASES = np.geomspace(1e-3, 30, 12), np.arange(12) / 12 * TWO_PI + 0.1  #: of trial states, in the system's units
 CLOSE = 1e-7  #: of the compiled flight to the formulas, relative
 FOLLOWED, IMPACTS, LOOKS = 6, 4, 40  #: trajectories compared with the formulas, their impacts, places looked at in a flight
 
 
-def check_system(system: ImpactSystem, acceleration: Acceleration | None = None, states: ArrayLike | None = None) -> None:
+def check_system(
+    system: ImpactSystem | HybridSystem, acceleration: Acceleration | None = None, states: ArrayLike | None = None
+) -> None:
     """Check that a system's formulas make a return map; takes seconds, and up to a minute or more to compile it when it is new.
 
     Errors are: walls without room between them, or missing walls, so that flights never return; a wrong period; a flight with a
@@ -44,8 +48,12 @@ def check_system(system: ImpactSystem, acceleration: Acceleration | None = None,
     A formula that is right for another system cannot be distinguished from the intended one. A force of the wrong sign that
     lets the ball return, or the second wall if its absence has no other effect, is found by the equation of motion alone.
 
+    Of a system with modes errors are a wrong period; states none of which returns; a parameter on which no return depends;
+    derivatives that are not those of differences; returns that an integrator with the formulas of modes, guards and resets does
+    not reach (but of modes that are derived, as sliding). Warnings are missing descriptions and events that never take place.
+
     Args:
-        system: with parameters at which the base wall is reached.
+        system: with parameters at which the base wall, or the section, is reached.
         acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), with which the displacement is compared;
             without it a wrong sign of the forcing, the same in every term, is not found.
         states: trial states, shape (N, 2); else speeds of all sizes, as the forces at the base wall have it, at all phases.
@@ -54,6 +62,9 @@ def check_system(system: ImpactSystem, acceleration: Acceleration | None = None,
         CheckError: says what is wrong, with the values, and what is expected.
         SystemDefinitionError: the formulas have no form that can be compiled.
     """
+    if isinstance(system, HybridSystem):
+        check_hybrid(system, states)
+        return
     if not isinstance(system, ImpactSystem):
         hint = ", with its parameters" if isinstance(system, type) else ""
         raise CheckError(
