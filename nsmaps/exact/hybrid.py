@@ -101,7 +101,7 @@ class HybridSystem(ParametricSystem):
 
         Raises:
             StateError: `boxes` is not a batch of finite boxes.
-            ProofError: a reset is not affine.
+            ProofError: a reset is not affine, or contact lasts (`rests`).
         """
         from nsmaps.exact.modes.enclosure.images import image_boxes
 
