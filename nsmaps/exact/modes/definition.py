@@ -14,6 +14,7 @@ import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
+from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.exponentials import DIGITS, Expansion
 from nsmaps.exact.flows.formulas import PHI
 
@@ -143,7 +144,14 @@ class Numbers:
     def at(self, values: Sequence[float]) -> list[tuple[list[Any], dict[int, Any]]]:
         """Of each row the coefficients of the states, and of exp(i m phi) by m."""
         with mp.workdps(DIGITS):
-            known = list(self.coefficients(*map(mp.mpf, values)))
+            try:
+                known = list(self.coefficients(*map(mp.mpf, values)))
+            except ZeroDivisionError:
+                shown = ", ".join(f"{value:.6g}" for value in values)
+                raise SystemDefinitionError(
+                    f"a coefficient of the formulas divides by zero at the parameters ({shown}); expected: others, or a formula "
+                    "without that division"
+                ) from None
             n = len(known) // len(self.inhomogeneous)
             waves = [
                 {} if remainder is None else {term.harmonic: x for term, x in remainder.at(list(values)).items()}

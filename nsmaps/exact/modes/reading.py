@@ -42,6 +42,12 @@ def definition_of(system: "HybridSystem") -> Definition:
     guards, section = symbolic.guards(t, y), symbolic.section(t, y)
     contacts = _derive(reader, guards, rates)
     events = tuple(_transitions(reader, rates, guards, contacts))
+    left = {one.mode for one in events if not one.begins}
+    if closed := [mode for number, mode in enumerate(rates) if number not in left]:
+        raise SystemDefinitionError(
+            f"{cls.__name__}.guards: none is watched in the mode {closed[0]!r}, which a motion never leaves; expected: a guard "
+            "there, or `ends=True` for the guards that lead to it"
+        )
     transitions, parts = divided(cls.__name__, events, len(rates))
     coordinates = _coordinates(cls.__name__, cls.states, section, period is not None)
     starts = _starts(reader, section, transitions)
