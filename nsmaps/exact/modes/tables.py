@@ -60,7 +60,7 @@ class Tables(NamedTuple):
     starts: Any  #: shape (number of starts,), the transition of each
     states: Any  #: shape (number of starts, n, N), the state by that which the coordinates are
     places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
-    plain: bool  #: whether all events begin flights on which no function has more than its first term zero
+    plain: bool  #: whether no function has more than its first term zero after an event, and no contact lasts
 
 
 @dataclass(frozen=True)
