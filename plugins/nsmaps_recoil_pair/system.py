@@ -23,6 +23,8 @@ class RecoilPair(HybridSystem):
     r: float = Field(0.5, ge=0, le=1, description="restitution coefficient")
     g_bar: float = Field(description="gravity along the capsule")
 
+    contact: bool = False  #: whether impacts that accumulate lead to contact that lasts; without it they are followed one by one
+
     states = ("x", "v", "X", "V")
 
     def period(self) -> Any:
@@ -40,8 +42,8 @@ class RecoilPair(HybridSystem):
         """Impacts at the base B and at the top T."""
         reset = {"v": -self.r * y.v, "V": y.V - self.eta * (1 + self.r) / (1 + self.eta) * y.v}
         return {
-            "B": Guard("flight", self.d / 2 - y.x, reset=reset),
-            "T": Guard("flight", self.d / 2 + y.x, reset=reset),
+            "B": Guard("flight", self.d / 2 - y.x, reset=reset, rests="base" * self.contact),
+            "T": Guard("flight", self.d / 2 + y.x, reset=reset, rests="top" * self.contact),
         }
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:

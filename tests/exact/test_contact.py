@@ -14,7 +14,8 @@ from nsmaps_two_masses import TwoMasses
 from nsmaps_vi_pair import VIPair
 from scipy.integrate import solve_ivp
 
-from nsmaps import Guard, HybridSystem, ImpactSystem, Section
+import nsmaps
+from nsmaps import Axis, Grid, Guard, HybridSystem, ImpactSystem, Section
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -62,17 +63,6 @@ class Oscillator(HybridSystem):
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
         return Section("B", ("v", "phi"))
-
-
-class Pair(RecoilPair):
-    """The recoil pair, whose ball may rest on either end."""
-
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
-        reset = {"v": -self.r * y.v, "V": y.V - self.eta * (1 + self.r) / (1 + self.eta) * y.v}
-        return {
-            "B": Guard("flight", self.d / 2 - y.x, reset=reset, rests="base"),
-            "T": Guard("flight", self.d / 2 + y.x, reset=reset, rests="top"),
-        }
 
 
 def starts(n: int, fastest: float) -> Any:
@@ -134,7 +124,7 @@ def test_chatter_on_the_other_wall_is_one_event_of_the_word() -> None:
     given = starts(300, 1.5)
     expected = VIPair(**values).first_return(given)
     rows = np.column_stack([given[:, 0], np.zeros((300, 2)), given[:, 1]])
-    returns = Pair(eta=0, kappa=0, Lambda=0, **values).first_return(rows)
+    returns = RecoilPair(eta=0, kappa=0, Lambda=0, contact=True, **values).first_return(rows)
     assert np.char.find(expected.words, "T~").max() > 0
     whole = expected.valid & ~np.char.endswith(expected.words, "...")
     assert np.array_equal(expected.words[whole], returns.words[whole])
@@ -143,7 +133,7 @@ def test_chatter_on_the_other_wall_is_one_event_of_the_word() -> None:
 
 def test_ball_and_capsule_move_as_one_in_contact() -> None:
     """The rates of contact are those of the two masses together: (1 + eta) V' is the sum of forces over the capsule's mass."""
-    pair = Pair(eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5)
+    pair = RecoilPair(contact=True, eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5)
     table = pair._kernel().definition
     force = {"X": -0.4, "V": -0.1}
     rows = dict(zip(table.states, table.rates[table.modes.index("base")], strict=True))
@@ -203,3 +193,15 @@ def test_what_is_no_impact_has_no_contact(guard: Any, said: str) -> None:
 
     with pytest.raises(SystemDefinitionError, match=said):
         Wrong(Gamma=1.8, r=0.5).first_return([[-1.0, 0.0]])
+
+
+def test_a_released_pair_goes_on() -> None:
+    """Returns from releases take their time; all orbits of a plane of starts come to the one attractor."""
+    pair = RecoilPair(eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, r=0.5, g_bar=0.2113, contact=True)
+    axes = {"v": Axis(low=0.02, high=1.2, points=10), "X": Axis.at(0.19), "V": Axis.at(-0.67)}
+    grid = Grid(axes={**axes, "phi": Axis(low=0, high=6.2831, points=11)})
+    returns = pair.orbits(grid.states(), 150)
+    assert returns.valid.all()
+    assert (returns.outcome == Outcome.stuck).any()
+    assert (returns.time > 0).all()
+    assert [attractor.label for attractor in nsmaps.basins(pair, grid, returns=600).attractors] == ["1:1/T"]

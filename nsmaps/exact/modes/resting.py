@@ -41,12 +41,10 @@ def mark_of(p, k, j, mode, before, w):
     all speed towards the surface lost, has the same impulse by then; states differ by u x, which `SUMMED` keeps below rounding.
     """
     after, size = dot(p.begins[j, 0], w.z)
-    press, _ = dot(p.begins[j, 1], w.z)
-    if not press > 0.0:
-        return 0
+    press, sizes = dot(p.begins[j, 1], w.z)
     if after <= ROUNDING * size:
-        return REST
-    if not after < before:
+        return REST if press > -4.0 * ROUNDING * sizes else 0  # just released: contact that ends at once
+    if not (press > 0.0 and after < before):
         return 0
     unit = 1.0 / p.rate if p.rate > 0.0 else p.steps[mode]
     x = 2.0 * after / (press * (1.0 - after / before))
