@@ -4,8 +4,8 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.modes.taylor import ORDER, ROUNDING, features, left_out, next_term, project, reach, series, state_at
-from nsmaps.exact.modes.zeros import first_zero, value
+from nsmaps.exact.modes.taylor import ORDER, ROUNDING, features, moved_on, next_term, propagated, rest, series, sized, weighed
+from nsmaps.exact.modes.zeros import changes, first_zero, isolated, narrowed, value
 
 MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight
@@ -49,24 +49,24 @@ def shift_waves(z, dz, dphi, n):
 
 @inlined
 def carried(p, mode, tau, w):
-    """Carry derivatives by tau along the flow of a mode, which the parameters may move."""
+    """Carry derivatives by tau along the flow of a mode, which the parameters move."""
     n, width, turn = p.first.shape[1] - 1, len(w.z), w.moved.rate * p.steps[mode]
+    for j in range(width):
+        w.d[0, j] = w.z[j]
+    series(p, mode, w.d)
     for c in range(w.dz.shape[1]):
         for j in range(width):
             w.e[0, j] = w.dz[j, c]
-        if w.moved.here:
-            for k in range(ORDER + 1):
-                next_term(p, mode, w.e, k)
-                for i in range(n):
-                    for j in range(width):
-                        w.e[k + 1, i] += w.moved.rates[mode, i, j] * w.d[k, j] / (k + 1)
-                for m in range(1, (width - n - 1) // 2 + 1):
-                    x = n + 2 * m - 1
-                    w.e[k + 1, x] -= m * turn * w.d[k, x + 1] / (k + 1)
-                    w.e[k + 1, x + 1] += m * turn * w.d[k, x] / (k + 1)
-        else:
-            series(p, mode, w.e)
-        for j in range(width):
+        for k in range(ORDER + 1):
+            next_term(p, mode, w.e, k)
+            for i in range(n):
+                for j in range(width):
+                    w.e[k + 1, i] += w.moved.rates[mode, i, j] * w.d[k, j] / (k + 1)
+            for m in range(1, (width - n - 1) // 2 + 1):
+                x = n + 2 * m - 1
+                w.e[k + 1, x] -= m * turn * w.d[k, x + 1] / (k + 1)
+                w.e[k + 1, x + 1] += m * turn * w.d[k, x] / (k + 1)
+        for j in range(n):
             total = w.e[ORDER, j]
             for k in range(ORDER - 1, -1, -1):
                 total = total * tau + w.e[k, j]
@@ -74,18 +74,50 @@ def carried(p, mode, tau, w):
 
 
 @inlined
-def next_event(p, mode, on, d, a, end, grown):
-    """The first function of a mode that is zero within a series: (which, -1 for none, when, whether doubtful).
+def followed(p, f, z, when, grown, w):
+    """The first zero of a function up to a time, with all care: (is there one, where, is that doubtful); its series is given."""
+    blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], z)[1]
+    return first_zero(w.a, when, sized(p.left[f], z) * rest(when) + blur, w.on[f] > 0)
+
+
+@inlined
+def sought(p, f, when, grown, w):
+    """The first zero of a function up to a time: (is there one, where, is that doubtful).
+
+    Where the basis of Bernstein tells that there is none, or one alone, far from any doubt, that is enough.
+    """
+    z, on = w.z, w.on[f] > 0
+    size = sized(p.sizes[f], z)
+    error = ROUNDING * size * (1.0 + grown) + sized(p.left[f], z)
+    weighed(p.points[f], z, w.b)
+    number, guess = changes(w.b, on, error) if w.on[f] <= 1 else (2, 0.0)
+    if number == 0:
+        return False, when, False
+    weighed(p.series[f], z, w.a)
+    for k in range(w.on[f]):
+        w.a[k] = 0.0
+    far = 1.0
+    if number > 1 and guess > 0.0:
+        far = guess
+        narrowed(w.a, far, w.powers, w.b)
+        number, guess = changes(w.b, on, error)
+    if number == 1:
+        x, rate = isolated(w.a, guess * far, far, sized(p.bends[f], z), w)
+        close = abs(x - when) <= 4.0 * ROUNDING * when
+        if not close and rate < 0.0 and rate * rate > 16.0 * error * sized(p.bends[f], z):
+            return x < when, min(x, when), False
+    return followed(p, f, z, when, grown, w)
+
+
+@inlined
+def next_event(p, mode, grown, w):
+    """The first function of a mode that is zero within a longest step: (which, -1 for none, when, whether doubtful).
 
     `grown` is what rounding at the start of the flight has grown to, in units of rounding.
     """
-    which, when, doubtful = NO_FUNCTION, end, False
+    which, when, doubtful = NO_FUNCTION, 1.0, False
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        project(p, f, d, a)
-        for k in range(on[f]):
-            a[k] = 0.0
-        blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], d[0])[1]
-        found, x, unsure = first_zero(a, when, left_out(p, f, d, when) + blur, on[f] > 0)
+        found, x, unsure = sought(p, f, when, grown, w)
         if found:
             close = which != NO_FUNCTION and when - x <= 4.0 * ROUNDING * when
             which, when, doubtful = f, x, unsure or close
@@ -144,7 +176,7 @@ def minima(a, end, b):
 def look_around(p, mode, tau, w):
     """Take note of the minima of the functions that are watched."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        project(p, f, w.d, w.a)
+        weighed(p.series[f], w.z, w.a)
         least, number = minima(w.a, tau, w.b)
         w.near[0] = min(w.near[0], least)
         w.minima[f] += number
@@ -165,19 +197,16 @@ def fly(p, mode, phi, w):
     """
     n, directions, flight, turns, doubtful = p.first.shape[1] - 1, w.dz.shape[1], 0.0, 0, False
     for _ in range(MOST_PIECES):
-        for j in range(len(w.z)):
-            w.d[0, j] = w.z[j]
-        series(p, mode, w.d)
-        grown = math.expm1(min(p.abscissa[mode] * flight, 700.0))
-        which, tau, unsure = next_event(p, mode, w.on, w.d, w.a, reach(p, mode, w.d), grown)
-        doubtful = doubtful or unsure
-        state_at(w.d, tau, n, w.z)
-        if directions > 0:
-            shift_waves(w.d[0], w.dz, w.dphi, n)
-            carried(p, mode, tau, w)
-        step = tau * p.steps[mode]
+        grown = math.expm1(min(p.abscissa[mode] * flight, 700.0)) if p.abscissa[mode] > 0.0 else 0.0
+        which, tau, unsure = next_event(p, mode, grown, w)
+        doubtful, step = doubtful or unsure, tau * p.steps[mode]
         if not math.isnan(w.near[0]):
             look_around(p, mode, tau, w)
+        shift_waves(w.z, w.dz, w.dphi, n)
+        propagated(p, mode, tau, w)
+        if w.moved.here:
+            carried(p, mode, tau, w)
+        moved_on(w)
         flight += step
         for c in range(directions):
             w.dphi[c] += w.moved.rate * step

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsmaps.exact.modes.taylor import ORDER
+from nsmaps.exact.modes.taylor import ORDER, TERMS
 
 
 class Moved(NamedTuple):
@@ -27,8 +27,11 @@ class Memory(NamedTuple):
     dphi: Any  #: shape (D,)
     d: Any  #: shape (ORDER + 2, N), Taylor series of the state
     e: Any  #: the same, of a derivative
-    a: Any  #: shape (ORDER + 1,), of a function
-    b: Any  #: the same, of its derivative
+    a: Any  #: shape (TERMS,), of a function
+    b: Any  #: the same, of its derivative, or in the basis of Bernstein
+    c: Any  #: the same, of its second derivative
+    powers: Any  #: shape (TERMS,), of a time
+    flow: Any  #: shape (n N,), how the states change within a time
     field: Any  #: shape (N,)
     on: Any  #: shape (S,), how many of the first terms of each function are zero at the start of the flight
     other: Any  #: shape (N,)
@@ -80,8 +83,11 @@ def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = 
         dphi=np.zeros(directions),
         d=np.zeros((ORDER + 2, width)),
         e=np.zeros((ORDER + 2, width)),
-        a=np.zeros(ORDER + 1),
-        b=np.zeros(ORDER + 1),
+        a=np.zeros(TERMS),
+        b=np.zeros(TERMS),
+        c=np.zeros(TERMS),
+        powers=np.zeros(TERMS),
+        flow=np.zeros(n * width),
         field=np.zeros(width),
         on=np.zeros(functions, np.int64),
         other=np.zeros(width),

@@ -13,6 +13,7 @@ import numpy as np
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definition import Definition, filled
 from nsmaps.exact.modes.memory import Moved
+from nsmaps.exact.modes.polynomials import polynomials_of
 from nsmaps.exact.modes.resets import reset_address
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
@@ -35,6 +36,13 @@ class Tables(NamedTuple):
     watched: Any  #: shape (M + 1,), where the functions of each mode begin
     functions: Any  #: shape (S, N), positive before their event
     bounds: Any  #: shape (S, N), |function| growth
+    propagators: Any  #: shape (M, TERMS, n N), Taylor series of exp(Y step tau) - 1 in tau, rows of the states
+    whole: Any  #: shape (M, n N), its value at tau = 1
+    series: Any  #: shape (S, N, TERMS), that of each function along the flow, by the features at the start
+    points: Any  #: the same, coefficients over a longest step in the basis of Bernstein
+    sizes: Any  #: shape (S, N), sum of the sizes of the coefficients of `series`
+    bends: Any  #: shape (S, N), bounds on the second derivative over a longest step
+    left: Any  #: shape (S, N), bounds on what `series` leaves out there
     choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
     chosen: Any  #: shape (T,)
     function: Any  #: shape (T,), that is zero at the event
@@ -102,7 +110,7 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
     rate, horizon = (float(x) for x in definition.scalars.at(values)[0][0])
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
     flows = flows_of(rows, rate, horizon)
-    functions = functions_of(definition, rows, flows["growth"], rate)
+    functions = functions_of(definition, rows, rate, flows)
     return Tables(
         rate=rate,
         horizon=horizon,
@@ -120,8 +128,8 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
 
 def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
     """The fields of a table that describe the flows of its modes."""
-    n, width = rows.rates.shape[1:]
-    flows = np.array([flow_matrix(mode, rate, (width - n - 1) // 2) for mode in rows.rates])
+    n = rows.rates.shape[1]
+    flows = flow_matrices(rows, rate)
     steps = np.array([longest_step(flow, horizon) for flow in flows])
     first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
     return {
@@ -134,22 +142,30 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
     }
 
 
-def functions_of(definition: Definition, rows: Rows, growth: Floats, rate: float) -> dict[str, Any]:
+def flow_matrices(rows: Rows, rate: float) -> Floats:
+    """The matrices of z' by z in all modes, shape (M, N, N)."""
+    n, width = rows.rates.shape[1:]
+    return np.array([flow_matrix(mode, rate, (width - n - 1) // 2) for mode in rows.rates])
+
+
+def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[str, Any]) -> dict[str, Any]:
     """The fields of a table that describe the functions watched in each mode, those of several transitions once."""
     groups = [grouped(definition, rows, mode) for mode in range(len(definition.modes))]
     sets = [group for mode in groups for group in mode]
     leads = [group[0] for group in sets]
     functions = rows.functions[leads]
-    modes = [definition.transitions[k].mode for k in leads]
+    modes, matrices = np.array([definition.transitions[k].mode for k in leads]), flow_matrices(rows, rate)
+    bounds, steps = np.einsum("si,sij->sj", np.abs(functions), flows["growth"][modes]), flows["steps"][:, None, None]
     which = {k: function for function, group in enumerate(sets) for k in group}
     return {
         "watched": np.cumsum([0, *map(len, groups)]),
         "functions": functions,
-        "bounds": np.einsum("si,sij->sj", np.abs(functions), growth[modes]),
+        "bounds": bounds,
+        **polynomials_of(rows.rates.shape[1], steps * matrices, functions, modes, bounds),
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which.get(k, 0) for k in range(len(definition.transitions))]),
-        "on": vanishing(definition, rows, functions, modes, rate),
+        "on": vanishing(definition, rows, functions, modes, matrices),
     }
 
 
@@ -250,14 +266,13 @@ def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
     return groups
 
 
-def vanishing(definition: Definition, rows: Rows, functions: Floats, modes: Sequence[int], rate: float) -> Ints:
+def vanishing(definition: Definition, rows: Rows, functions: Floats, modes: Ints, flows: Floats) -> Ints:
     """How many of the first terms of each function are zero just after each event, whatever the state, shape (T, S).
 
     They are then in proportion to the function of the event, as seen through the reset. Terms that a reset by another formula
     changes are not.
     """
     n, width = rows.resets.shape[1:]
-    flows = [flow_matrix(mode, rate, (width - n - 1) // 2) for mode in rows.rates]
     result = np.zeros((len(rows.functions), len(functions)), np.int64)
     for k, one in enumerate(definition.transitions):
         through, given = np.vstack([rows.resets[k], np.eye(width)[n:]]), [state for state, _ in one.curved]

@@ -6,7 +6,7 @@ from nsmaps.exact.engine.jit import inlined
 
 DOUBLINGS = 5
 ORDER = 2**DOUBLINGS - 2  # of the series
-LEFT_OUT = 1e-18  # of the size of a state, that its series may leave out at the end of a step
+TERMS = ORDER + 2  # of arrays that hold it: full vectors of a processor
 ROUNDING = 1e-15  # a few units in the last place
 
 
@@ -41,25 +41,6 @@ def series(p, mode, d):
 
 
 @inlined
-def reach(p, mode, d):
-    """How far, at most 1, the series may be used: what it leaves out of each state stays beside what it holds below rounding."""
-    n, width = p.first.shape[1] - 1, d.shape[1]
-    far = 1.0
-    for i in range(n):
-        left = 0.0
-        for j in range(width):
-            left += p.growth[mode, i, j] * abs(d[ORDER + 1, j])
-        size, power = 0.0, 1.0
-        for k in range(ORDER + 1):
-            size += abs(d[k, i]) * power
-            power *= far
-        left *= power
-        if left > LEFT_OUT * size and left > 0.0:
-            far *= max((LEFT_OUT * size / left) ** (1.0 / (ORDER + 1)), 1e-3)
-    return far
-
-
-@inlined
 def rest(tau):
     """The power of a time by which what a series leaves out falls, ORDER + 1."""
     power = 1.0
@@ -69,31 +50,62 @@ def rest(tau):
 
 
 @inlined
-def left_out(p, function, d, tau):
-    """A bound on what the series of a function leaves out up to tau."""
+def weighed(rows, z, a):
+    """Write the sum of rows, each times a feature."""
+    for k in range(len(a)):
+        a[k] = rows[0, k] * z[0]
+    for j in range(1, len(z)):
+        for k in range(len(a)):
+            a[k] += rows[j, k] * z[j]
+
+
+@inlined
+def sized(row, z):
+    """The sum of the sizes of features, each times a weight."""
     total = 0.0
-    for j in range(d.shape[1]):
-        total += p.bounds[function, j] * abs(d[ORDER + 1, j])
-    return total * rest(tau)
+    for j in range(len(z)):
+        total += row[j] * abs(z[j])
+    return total
 
 
 @inlined
-def project(p, function, d, a):
-    """The series of a function of the state."""
-    for k in range(ORDER + 1):
-        a[k] = 0.0
-    for j in range(d.shape[1]):
-        h = p.functions[function, j]
-        if h != 0.0:
-            for k in range(ORDER + 1):
-                a[k] += h * d[k, j]
+def raised(x, powers):
+    """Write the powers of x from the zeroth on."""
+    powers[0], length = 1.0, 1
+    while length < TERMS:
+        for k in range(length):
+            powers[length + k] = powers[k] * x
+        x, length = x * x, 2 * length
 
 
 @inlined
-def state_at(d, tau, n, z):
-    """Write the states at tau."""
+def propagated(p, mode, tau, w):
+    """Write the matrix by which states change within a time: of exp(Y step tau) less the unit matrix, the rows of states."""
+    terms = p.propagators
+    for i in range(len(w.flow)):
+        w.flow[i] = p.whole[mode, i] if tau == 1.0 else 0.0
+    for k in range(TERMS - 4 if tau != 1.0 else -1, -1, -4):
+        for i in range(len(w.flow)):
+            more = (w.flow[i] * tau + terms[mode, k + 3, i]) * tau + terms[mode, k + 2, i]
+            w.flow[i] = (more * tau + terms[mode, k + 1, i]) * tau + terms[mode, k, i]
+
+
+@inlined
+def moved_on(w):
+    """Change states by the matrix that `propagated` wrote, and their derivatives, unless parameters move the flow."""
+    n, width = len(w.new), len(w.z)
+    directions = 0 if w.moved.here else w.dz.shape[1]
     for i in range(n):
-        total = d[ORDER, i]
-        for k in range(ORDER - 1, -1, -1):
-            total = total * tau + d[k, i]
-        z[i] = total
+        total = 0.0
+        for j in range(width):
+            total += w.flow[i * width + j] * w.z[j]
+        w.new[i] = total
+        for c in range(directions):
+            w.slopes[i, c] = 0.0
+        for j in range(width):
+            for c in range(directions):
+                w.slopes[i, c] += w.flow[i * width + j] * w.dz[j, c]
+    for i in range(n):
+        w.z[i] += w.new[i]
+        for c in range(directions):
+            w.dz[i, c] += w.slopes[i, c]

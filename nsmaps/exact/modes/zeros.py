@@ -7,7 +7,8 @@ import math
 
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import INWARD, OUTWARD, careful_step, first_step, leave, look
-from nsmaps.exact.modes.taylor import ORDER, ROUNDING
+from nsmaps.exact.modes.polynomials import BERNSTEIN
+from nsmaps.exact.modes.taylor import ORDER, ROUNDING, TERMS, raised
 
 MOST_STEPS = 10_000
 CLOSE = 2e-16  # of a zero: rounding
@@ -68,15 +69,84 @@ def nearer(y, u, low, x, high, bend):
     return low, new, high, (newton and step * step * bend <= -CLOSE * new * u) or abs(new - x) <= CLOSE * new
 
 
+@inlined
+def changes(b, on, error):
+    """Changes of sign of a polynomial in (0, 1], by its coefficients in the basis of Bernstein: (0; 1; 2 for unknown; where).
+
+    With `on` it begins at zero. Coefficients within the error count as unknown. `where` is about the zero if there is one, else
+    a place at which the polynomial is negative, or zero if that is not known.
+    """
+    zero = b[0] if on else 0.0
+    first = 1 if on else 0
+    above, below = 0, 0
+    for k in range(ORDER + 1):
+        above += 1 if b[k] - zero > error else 0
+        below += 1 if b[k] - zero < -error else 0
+    if above == ORDER + 1 - first:
+        return 0, 1.0
+    m = first
+    while m <= ORDER and b[m] - zero > error:
+        m += 1
+    if m > first and m == above + first and above + below == ORDER + 1 - first:
+        high = b[m - 1] - zero
+        return 1, (m - 1 + high / (high - (b[m] - zero))) / ORDER
+    least = m
+    for k in range(m, ORDER + 1):
+        least = k if b[k] < b[least] else least
+    return 2, least / ORDER if m > first and b[least] - zero < -error else 0.0
+
+
+@inlined
+def narrowed(a, far, powers, b):
+    """Write the coefficients of a polynomial over [0, far] in the basis of Bernstein."""
+    raised(far, powers)
+    for i in range(len(b)):
+        b[i] = 0.0
+    for k in range(ORDER + 1):
+        x = a[k] * powers[k]
+        for i in range(len(b)):
+            b[i] += BERNSTEIN[k, i] * x
+
+
+@inlined
+def summed(a, powers):
+    """A polynomial at the place of these powers."""
+    x, y, u, v = 0.0, 0.0, 0.0, 0.0
+    for k in range(0, TERMS, 4):
+        x, y = x + a[k] * powers[k], y + a[k + 1] * powers[k + 1]
+        u, v = u + a[k + 2] * powers[k + 2], v + a[k + 3] * powers[k + 3]
+    return (x + y) + (u + v)
+
+
+@inlined
+def differentiated(a, b):
+    """Write the derivative of a polynomial."""
+    for k in range(len(a) - 1):
+        b[k] = (k + 1.0) * a[k + 1]
+    b[len(a) - 1] = 0.0
+
+
 @inner
 def polish(a, low, x, high, bend):
-    """The one zero between low, where the polynomial is positive, and high, to rounding."""
+    """The one zero between low, where the polynomial is positive, and high, to rounding, and the rate there."""
+    u = 0.0
     for _ in range(100):
         y, u = value(a, x)
         low, x, high, there = nearer(y, u, low, x, high, bend)
         if there:
             break
-    return x
+    return x, u
+
+
+@inner
+def isolated(a, x, high, bend, w):
+    """The one zero of a polynomial in (0, high) from an estimate, to rounding, and the rate there."""
+    differentiated(a, w.b)
+    differentiated(w.b, w.c)
+    raised(x, w.powers)
+    y, u, curve = summed(a, w.powers), summed(w.b, w.powers), summed(w.c, w.powers)
+    better = x - y / (u - 0.5 * y * curve / u) if u < 0.0 else x
+    return polish(a, 0.0, better if 0.0 < better < high else x, high, bend)
 
 
 @inlined
@@ -129,8 +199,7 @@ def first_zero(a, end, left, on):
     s, doubtful = 0.0, False
     for _ in range(MOST_STEPS):
         if surely:
-            x = polish(a, s, s + h, s + 1.5 * h, bend)
-            _, rate = value(a, x)
+            x, rate = polish(a, s, s + h, s + 1.5 * h, bend)
             return True, x, doubtful or rate * rate <= 16.0 * ROUNDING * size_of(a, x) * bend
         if h <= ROUNDING * s:
             gap = with_rates(a, s)
