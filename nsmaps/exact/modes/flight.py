@@ -4,7 +4,18 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.modes.taylor import ORDER, ROUNDING, features, moved_on, next_term, propagated, rest, series, sized, weighed
+from nsmaps.exact.modes.taylor import (
+    ORDER,
+    ROUNDING,
+    features,
+    moved_on,
+    next_term,
+    propagated,
+    remaining,
+    series,
+    sized,
+    weighed,
+)
 from nsmaps.exact.modes.zeros import changes, first_zero, isolated, narrowed, value
 
 MOST_TURNS = 1_000  # minima and maxima within one series
@@ -77,14 +88,14 @@ def carried(p, mode, tau, w):
 def followed(p, f, z, when, grown, w):
     """The first zero of a function up to a time, with all care: (is there one, where, is that doubtful); its series is given."""
     blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], z)[1]
-    return first_zero(w.a, when, sized(p.left[f], z) * rest(when) + blur, w.on[f] > 0)
+    return first_zero(w.a, when, sized(p.left[f], z) * remaining(when) + blur, w.on[f] > 0)
 
 
 @inlined
 def sought(p, f, when, grown, w):
     """The first zero of a function up to a time: (is there one, where, is that doubtful).
 
-    Where the basis of Bernstein tells that there is none, or one alone, far from any doubt, that is enough.
+    Where the basis of Bernstein shows that there is no zero, or one alone, far from any doubt, that is enough.
     """
     z, on = w.z, w.on[f] > 0
     size = sized(p.sizes[f], z)

@@ -41,7 +41,7 @@ def series(p, mode, d):
 
 
 @inlined
-def rest(tau):
+def remaining(tau):
     """The power of a time by which what a series leaves out falls, ORDER + 1."""
     power = 1.0
     for _ in range(DOUBLINGS):
