@@ -18,12 +18,18 @@ FILES = {
     "package/studies/first.yaml.txt": "nsmaps_$name/studies/first.yaml",
     "tests/test_name.py.txt": "tests/test_$name.py",
 }
+#: The templates of systems with modes that differ from those of impact systems are in a folder of their own.
+HYBRID = ("package/system.py.txt", "package/studies/first.yaml.txt", "tests/test_name.py.txt")
+KINDS = {
+    False: ("An impact system", "a ball on a shaken table"),
+    True: ("A system with modes", "an oscillator with an elastic stop"),
+}
 
 
-def new_plugin(name: str, into: Path | str = ".") -> Path:
+def new_plugin(name: str, into: Path | str = ".", hybrid: bool = False) -> Path:
     """Write a project for a system of this name to the folder `into`/`name`, which is returned.
 
-    It can be installed without changes, and its tests pass.
+    It can be installed without changes, and its tests pass. Its class is an `ImpactSystem`, or with `hybrid` a `HybridSystem`.
 
     Raises:
         NsmapsError: the name is not a valid system name or is in use, or the folder exists.
@@ -37,10 +43,12 @@ def new_plugin(name: str, into: Path | str = ".") -> Path:
     folder = Path(into, name)
     if folder.exists():
         raise NsmapsError(f"{folder} is there already and is not overwritten; expected: another name, or another folder")
-    values = {"name": name, "cls": "".join(part.capitalize() for part in name.split("_"))}
+    kind, example = KINDS[hybrid]
+    values = {"name": name, "cls": "".join(part.capitalize() for part in name.split("_")), "kind": kind, "example": example}
     for source, target in FILES.items():
         file = folder / Template(target).substitute(values)
         file.parent.mkdir(parents=True, exist_ok=True)
-        text = (files("nsmaps") / "templates" / source).read_text(encoding="utf-8")
+        folder_of = "templates/hybrid" if hybrid and source in HYBRID else "templates"
+        text = (files("nsmaps") / folder_of / source).read_text(encoding="utf-8")
         file.write_text(Template(text).substitute(values), encoding="utf-8")
     return folder

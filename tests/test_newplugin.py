@@ -19,14 +19,21 @@ def python(folder: Path, site: Path, *arguments: str) -> subprocess.CompletedPro
 
 
 @pytest.mark.thorough
-def test_it_installs_and_passes_at_once(tmp_path: Path) -> None:
-    project = new_plugin("my_ball", tmp_path)
+@pytest.mark.parametrize(
+    ("hybrid", "said", "figures"),
+    [
+        (False, "my_ball: Ball on a table that moves as a sin t", {"orbits.png", "domain_size.png"}),
+        (True, "my_ball: Oscillator x'' + 2 zeta x' + x = A cos(w t)", {"bifurcation.png"}),
+    ],
+)
+def test_it_installs_and_passes_at_once(hybrid: bool, said: str, figures: set[str], tmp_path: Path) -> None:
+    project = new_plugin("my_ball", tmp_path, hybrid)
     site = tmp_path / "site"
     pip = ["-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--no-build-isolation", "--target", str(site)]
     installed = python(tmp_path, site, *pip, str(project))
     assert installed.returncode == 0, installed.stderr
     listed = python(tmp_path, site, "-m", "nsmaps", "systems")
-    assert "my_ball: Ball on a table that moves as a sin t" in listed.stdout
+    assert said in listed.stdout
     assert "studies: my_ball/first" in listed.stdout
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\naddopts = '-n 2 --no-such-option'\n")  # as of a clone
     tested = python(tmp_path, site, "-m", "pytest", "-q", "-p", "no:cacheprovider", "my_ball")
@@ -34,7 +41,7 @@ def test_it_installs_and_passes_at_once(tmp_path: Path) -> None:
     assert "3 passed" in tested.stdout
     run = python(tmp_path, site, "-m", "nsmaps", "run", "my_ball/first", "--out", str(tmp_path / "run"))
     assert run.returncode == 0, run.stderr
-    assert {file.name for file in (tmp_path / "run" / "figures").iterdir()} >= {"orbits.png", "domain_size.png"}
+    assert {file.name for file in (tmp_path / "run" / "figures").iterdir()} >= figures
 
 
 def test_what_comes_next_is_what_the_page_says(tmp_path: Path) -> None:

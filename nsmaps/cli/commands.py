@@ -43,7 +43,9 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps show runs/vi_pair/fp", "nsmaps show runs/vi_pair/fp | less"))(show)
     exports = examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export runs/vi_pair/fp --to c --iterate 2 --piece R1+")
     app.command(epilog=exports)(export)
-    app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin shaken_ball --into ~/plugins"))(new_plugin)
+    app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin soft_stop --hybrid --into ~/plugins"))(
+        new_plugin
+    )
     app.command(epilog=examples("nsmaps schema --out study.schema.json", "nsmaps schema | less"))(schema)
     app.command(epilog=examples("nsmaps cite", "nsmaps cite runs/vi_pair/fp >> references.bib"))(cite)
 
@@ -245,12 +247,13 @@ def copy(
 def new_plugin(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the system: small letters, digits and _.")],
     into: Annotated[Path, typer.Option(help="The folder in which the project's own folder is made.", file_okay=False)] = Path(),
+    hybrid: Annotated[bool, typer.Option("--hybrid", help="Of a system with modes instead of an impact system.")] = False,
 ) -> None:
     """Write a little project for a system of your own: class, study, test and pyproject."""
     from nsmaps.newplugin import new_plugin
 
     with reported_errors():
-        folder = new_plugin(name, into)
+        folder = new_plugin(name, into, hybrid)
     typer.echo(f'written to {folder}; next: pip install -e "{folder}[test]" && nsmaps run {name}/first && pytest "{folder}"')
 
 
