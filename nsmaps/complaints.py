@@ -43,7 +43,7 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
     kind, value = problem["type"], problem["input"]
     if kind == "extra_forbidden":
         known = accepted_keys(model, loc[:-1])
-        if new := getattr(_section(model, loc[:-1]), "was", {}).get(name):
+        if new := _renamed(model, loc[:-1], name):
             return Complaint(loc, f"{name!r} is now {new!r}", at_key=True)
         return Complaint(loc, f"unknown {what} {name!r}; expected: {', '.join(known)}{near_match(name, known)}", at_key=True)
     if kind == "missing":
@@ -52,10 +52,19 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
         cause = problem["ctx"]["error"]
         return Complaint(loc, str(cause), cause=cause)
     if kind == "literal_error":
+        if new := _renamed(model, loc[:-1], value):
+            return Complaint(loc, f"{value!r} is now {new!r}")
         known = re.findall(r"'([^']*)'", problem["ctx"]["expected"])
         return Complaint(loc, f"unknown word {value!r}; expected: {', '.join(known)}{near_match(str(value), known)}")
     accepted = problem["msg"].removeprefix("Input should be ").removeprefix("a valid ")
     return Complaint(loc, f"{name} is {_brief(value)}; expected: {accepted}")
+
+
+def _renamed(model: type[BaseModel] | None, loc: tuple[str | int, ...], name: object) -> str | None:
+    """The current name of a key or word of the innermost model at `loc`, by its `was`; None if it has not changed."""
+    steps = next((loc[:n] for n in range(len(loc), 0, -1) if _is_model(_section(model, loc[:n]))), ())
+    was: dict[object, str] = getattr(_section(model, steps), "was", {})
+    return was.get(name) if isinstance(name, str) else None
 
 
 def refused(error: ValidationError, model: type[BaseModel]) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGE = ROOT / "nsmaps"
+MODULES = sorted((ROOT / "nsmaps").rglob("*.py"))
 PAGES = [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("plugins/*/README.md"))]
 STUDIES = sorted(ROOT.glob("plugins/**/*.yaml"))
 SYSTEMS = sorted(ROOT.glob("plugins/**/*.py"))
@@ -61,21 +61,6 @@ NAMES = {
     "hold": "min_returns",
     "toward": "direction",
     "rest": "remainder, others or remaining",
-}
-
-#: rooms and modules of nsmaps that are not yet checked
-TO_DO = (
-    "dynamics/attractors/basins.py",
-    "dynamics/diagrams",
-    "dynamics/lyapunov.py",
-    "dynamics/noise/orbits.py",
-    "study",
-)
-
-#: (file, phrase or name) -> why the word stands there in its ordinary sense
-ORDINARY: dict[tuple[str, str], str] = {
-    ("nsmaps/reduced/fit/filter.py", "within"): "a key of studies: the region within which the filter applies",
-    ("nsmaps/report/glossary.py", "keeps returning"): "the name of a verdict",
 }
 
 
@@ -157,21 +142,15 @@ def phrases(places: Iterator[Place]) -> Iterator[str]:
     for place in places:
         for phrase, instead in PHRASES.items():
             for match in re.finditer(phrase, place.text, re.IGNORECASE):
-                if (str(place.file.relative_to(ROOT)), match[0].lower()) not in ORDINARY:
-                    line = place.line + place.text.count("\n", 0, match.start())
-                    yield f"{place.file.relative_to(ROOT)}:{line}: {match[0]!r}; write: {instead}"
+                line = place.line + place.text.count("\n", 0, match.start())
+                yield f"{place.file.relative_to(ROOT)}:{line}: {match[0]!r}; write: {instead}"
 
 
 def private_names(places: Iterator[Place]) -> Iterator[str]:
     """A line for each private name among some: where it is and what names it better."""
     for place in places:
-        if place.text in NAMES and (str(place.file.relative_to(ROOT)), place.text) not in ORDINARY:
+        if place.text in NAMES:
             yield f"{place}: the name {place.text!r}; better: {NAMES[place.text]}"
-
-
-def modules() -> list[Path]:
-    """The modules of nsmaps that are checked."""
-    return [file for file in sorted(PACKAGE.rglob("*.py")) if not file.relative_to(PACKAGE).as_posix().startswith(TO_DO)]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -184,15 +163,9 @@ def test_studies_use_the_terms_of_the_field(study: Path) -> None:
     assert list(phrases(said_by(study))) == []
 
 
-@pytest.mark.parametrize("file", [*modules(), *SYSTEMS], ids=lambda file: str(file.relative_to(ROOT)))
+@pytest.mark.parametrize("file", [*MODULES, *SYSTEMS], ids=lambda file: str(file.relative_to(ROOT)))
 def test_code_uses_the_terms_of_the_field(file: Path) -> None:
     assert [*phrases(texts(file)), *private_names(names(file))] == []
-
-
-def test_every_exception_is_in_use() -> None:
-    for (file, word), reason in ORDINARY.items():
-        assert reason
-        assert word in (ROOT / file).read_text(encoding="utf-8").lower(), f"{word!r} no longer stands in {file}"
 
 
 def test_private_words_are_found_where_they_are(tmp_path: Path) -> None:

@@ -245,7 +245,7 @@ def test_a_domain_stops_in_time_with_the_updates_that_are_finished(pair):
     part = nsmaps.attracting_domain(pair(0.35), BOX, 11, max_seconds=0)
     assert len(whole.updates) > len(part.updates) == 1
     assert np.array_equal(part.boxes, whole.boxes[:2])
-    assert (part.trapped, part.settled) == (True, False)
+    assert (part.forward_invariant, part.converged) == (True, False)
     assert part.reason.endswith("stopped after 0 s, with update 1 of 11")
     assert "stopped" not in whole.reason
 
@@ -255,7 +255,7 @@ def test_a_box_that_is_not_grown_in_time_is_none(pair):
     assert box is None
     assert why == "stopped after 0 s: grown 0 times to v in [0.8, 0.81] x phi in [0.4, 0.41]"
     domain = nsmaps.attracting_domain(pair(0.35), [[0.8, 0.81], [0.4, 0.41]], grow=True, bounds="sampled", max_seconds=0)
-    assert (domain.trapped, domain.settled) == (False, False)
+    assert (domain.forward_invariant, domain.converged) == (False, False)
     assert "stopped after 0 s" in domain.reason
 
 

@@ -44,7 +44,7 @@ def test_words_outcomes_and_images(name, unit):
 def test_attractors_and_basins(name, unit):
     plain, there = SYSTEMS[name][0], Units(*unit)
     states = start(name, 60)
-    one, other = (nsmaps.basins(each.of(plain), each.states(states), longest=64) for each in (Units(1, 1), there))
+    one, other = (nsmaps.basins(each.of(plain), each.states(states), max_period=64) for each in (Units(1, 1), there))
     assert np.array_equal(one.label, other.label)
     assert [each.label for each in one.attractors] == [each.label for each in other.attractors]
     for a, b in zip(one.attractors, other.attractors, strict=True):
@@ -62,9 +62,9 @@ def test_motions_over_a_parameter(name, unit):
     (plain, _), there, (key, low, high) = SYSTEMS[name], Units(*unit), SWEEPS[name]
     values = np.linspace(low, high, 10)
     scaled = [there.parameter(plain, key, value) for value in values]
-    one = nsmaps.bifurcation(lambda value: plain.at(**{key: value}), values, start(name, 1), transient=1500)
+    one = nsmaps.bifurcation(lambda value: plain.at(**{key: value}), values, start(name, 1), discard=1500)
     system, begun = there.of(plain), there.states(start(name, 1))
-    other = nsmaps.bifurcation(lambda value: system.at(**{key: value}), scaled, begun, transient=1500)
+    other = nsmaps.bifurcation(lambda value: system.at(**{key: value}), scaled, begun, discard=1500)
     assert np.array_equal(one.period, other.period)
     assert (one.period > 0).any()
     assert np.array_equal(one.labels, other.labels)
@@ -131,8 +131,8 @@ def test_attracting_domains(unit):
     box = np.array([[0.8284, 0.8384], [0.3537, 0.3735]])
     one = nsmaps.attracting_domain(plain, box, updates=2, samples=51, bounds="sampled")
     other = nsmaps.attracting_domain(there.of(plain), there.states(box.T).T, updates=2, samples=51, bounds="sampled")
-    assert one.trapped == other.trapped
-    assert one.trapped, one.reason
+    assert one.forward_invariant == other.forward_invariant
+    assert one.forward_invariant, one.reason
     assert np.allclose(other.boxes / there.states([1, 1])[:, None], one.boxes, atol=1e-9)
     for a, b in zip(one.cycles, other.cycles, strict=True):
         assert a.agree == b.agree

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -31,13 +31,14 @@ class AttractingDomain(WithCoordinates):
     """A box to which the worst case of a map converges; `claim` states whether it bounds orbits, and of which map."""
 
     __repr__ = brief
+    was: ClassVar = {"trapped": "forward_invariant", "settled": "converged"}  #: fields of earlier runs
 
     of: str  #: the map that the bound, or the estimate, is for, such as "fitted map R1" or "exact map"
     coordinates: Coordinates
     boxes: Floats  #: shape (U + 1, n, 2), the start box first, then one row for each update
     updates: tuple[Update, ...]
-    trapped: bool  #: the box of every update is forward invariant: one worst-case step carries it into itself
-    settled: bool  #: all updates were forward invariant, and the last one moved no bound by more than `settle` of the start box
+    forward_invariant: bool  #: the box of every update is forward invariant: one worst-case step carries it into itself
+    converged: bool  #: all updates were forward invariant, and the last moved no bound by more than `tolerance` of the start box
     two_cycle: Floats  #: shape (n, 2), p and q of each coordinate: eq. pvqv_modified, pphiqphi_modified, WCSsecond-CD
     generic_agrees: bool  #: the generic iteration ends on the same p and q as the worst case
     status: str  #: how it bounds: "outer", "inflated by ... error", "enclosed", or "sampled"; see `claim`
@@ -84,7 +85,7 @@ class AttractingDomain(WithCoordinates):
             drawn = np.array([[getattr(envelope, name) for envelope in update.envelopes] for update in self.updates])
             rows[name] = ("made coordinate sample", drawn, EACH, text)
         along = {"update": np.arange(len(self.boxes)), "made": [update.number for update in self.updates], "end": ["low", "high"]}
-        about = {"of": self.of, "trapped": self.trapped, "settled": self.settled, "status": self.status, "reason": self.reason}
+        about = {name: getattr(self, name) for name in ("of", "forward_invariant", "converged", "status", "reason")}
         return dataset(self.coordinates, rows, along, **about)
 
 
@@ -95,7 +96,7 @@ def attracting_domain(
     *,
     grow: bool = False,
     samples: int = 201,
-    settle: float = 0.01,
+    tolerance: float = 0.01,
     of: str | None = None,
     progress: Progress | None = None,
     bounds: How | None = None,
@@ -119,7 +120,7 @@ def attracting_domain(
         grow: start from the smallest box around the given one that is carried into itself (`smallest_box`), if there is one.
         around: with `grow`, a state, shape (n,), about which the given box is halved up to six times where it cannot be grown.
         samples: points an axis of the grids on which envelopes are sampled.
-        settle: largest move of a bound in the last update, relative to the start box, that counts as converged.
+        tolerance: largest move of a bound in the last update, relative to the start box, that counts as converged.
         of: name of the map in the result.
         progress: called after each update with the fraction of `updates` that is done, and with 1 at the end.
         bounds: `outer`, `inflated`, `enclosed` or `sampled`; the sharpest that the map allows if omitted, see `auxiliary_maps`.
@@ -139,24 +140,31 @@ def attracting_domain(
         found, why = found_box(make, map, start, centre, MOST, work) if grow else (start, "")
         start = start if found is None else found
         done, boxes, maps = _updates(make, start, updates if found is not None else 0, work)
-    trapped, moved = found is not None and all(each.trapped for each in done), _moved(boxes)
-    reason = why if found is None else _reason(map, done, moved, settle, maps.status)
-    if trapped and len(done) < updates and moved > REST:
+    invariant, moved = found is not None and all(each.forward_invariant for each in done), _moved(boxes)
+    reason = why if found is None else _reason(map, done, moved, tolerance, maps.status)
+    if invariant and len(done) < updates and moved > REST:
         reason += f"; stopped after {max_seconds:g} s, with update {len(done)} of {updates}"
     accuracy = _accuracy(maps, start, done[-1])
     return AttractingDomain(
-        of or (error.of if error is not None else name_of(map)),
-        Coordinates(map.coordinates),
-        np.array(boxes),
-        tuple(done),
-        trapped,
-        trapped and moved <= (settle if len(done) == updates else REST),
-        boxes[-1] if trapped else np.full_like(start, np.nan),
-        trapped and _agree(done[-1], accuracy),
-        maps.status,
-        reason if trapped else _why_not(map, reason, start, error),
-        two_cycles(_drawn(map, maps, done[-1].box, samples), done[-1], accuracy) if trapped else (),
+        of=of or (error.of if error is not None else name_of(map)),
+        coordinates=Coordinates(map.coordinates),
+        boxes=np.array(boxes),
+        updates=tuple(done),
+        forward_invariant=invariant,
+        converged=invariant and moved <= (tolerance if len(done) == updates else REST),
+        status=maps.status,
+        reason=reason if invariant else _why_not(map, reason, start, error),
+        **_limits(done[-1], _drawn(map, maps, done[-1].box, samples), accuracy, invariant),
     )
+
+
+def _limits(last: Update, maps: AuxiliaryMaps, accuracy: Floats, invariant: bool) -> dict[str, Any]:
+    """The fields of a domain on the limits of the last update: NaN and empty unless the box is forward invariant."""
+    return {
+        "two_cycle": last.worst[-1] if invariant else np.full_like(last.box, np.nan),
+        "generic_agrees": invariant and _agree(last, accuracy),
+        "cycles": two_cycles(maps, last, accuracy) if invariant else (),
+    }
 
 
 def _updates(make: Maker, start: Floats, max_updates: int, work: Work) -> tuple[list[Update], list[Floats], AuxiliaryMaps]:
@@ -166,7 +174,7 @@ def _updates(make: Maker, start: Floats, max_updates: int, work: Work) -> tuple[
     for number in range(1, max(max_updates, 1) + 1):
         maps.append(make(boxes[-1]))
         done.append(update(maps[-1], number, boxes[-1]))
-        if not done[-1].trapped or not max_updates:
+        if not done[-1].forward_invariant or not max_updates:
             break
         boxes.append(done[-1].worst[-1])
         beat(number / max_updates, f"update {number} of {max_updates}")
@@ -237,13 +245,15 @@ def _why_not(map: AnyMap, reason: str, start: Floats, error: ErrorBound | None) 
     return "; ".join(filter(None, (reason, about_fixed_point(map, start) if error is None else "")))
 
 
-def _reason(map: AnyMap, done: list[Update], moved: float, settle: float, status: str) -> str:
+def _reason(map: AnyMap, done: list[Update], moved: float, tolerance: float, status: str) -> str:
     last, names = done[-1], map.coordinates
-    if last.trapped:
+    if last.forward_invariant:
         rests = "" if all(update.converged for update in done) else "; not every worst-case iteration converged"
-        beside = f"{_distinct(100 * moved, 100 * settle)} % of the start box"
+        beside = f"{_distinct(100 * moved, 100 * tolerance)} % of the start box"
         verb, more = (
-            ("converged", "") if moved <= settle else ("not yet converged", f", more than {100 * settle:g} %; raise `updates`")
+            ("converged", "")
+            if moved <= tolerance
+            else ("not yet converged", f", more than {100 * tolerance:g} %; raise `updates`")
         )
         return f"every box is carried into itself; {verb}: update {last.number} moved a bound by {beside}{more}{rests}"
     image = last.worst[1]

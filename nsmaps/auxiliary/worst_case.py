@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ Part = Literal[0, 1, 2]
 class Update:
     """One update of the auxiliary maps: their envelopes on a box, and both iterations of them."""
 
+    was: ClassVar = {"trapped": "forward_invariant"}  #: fields of earlier runs
     number: int
     box: Floats  #: shape (n, 2), A^(N)
     envelopes: tuple[Envelope, ...]  #: one a coordinate
@@ -26,7 +27,7 @@ class Update:
     at: Floats  #: shape (K, n, 2, 2), where in each interval the lower map is least and the upper one largest
     conditions: Bools  #: shape (K, n), eq. part1-v and part1-phi at each worst-case iterate
     generic: Floats  #: shape (L, n), iterates of eq. auxv and auxphi, upper and lower map alternately
-    trapped: bool  #: True if one worst-case step carries the box into itself: it is forward invariant
+    forward_invariant: bool  #: True if one worst-case step carries the box into itself
     converged: bool  #: True if the worst-case intervals converged
 
     @property
@@ -37,7 +38,7 @@ class Update:
         increasing curves part 1 holds too, although the generic iteration ends elsewhere: see `AttractingDomain.generic_agrees`.
         """
         rests: Part = 2 if self.converged else 0
-        return tuple(1 if self.trapped and holds else rests for holds in np.all(self.conditions, axis=0).tolist())
+        return tuple(1 if self.forward_invariant and holds else rests for holds in np.all(self.conditions, axis=0).tolist())
 
 
 def update(maps: AuxiliaryMaps, number: int, box: Floats) -> Update:
@@ -49,15 +50,15 @@ def update(maps: AuxiliaryMaps, number: int, box: Floats) -> Update:
     worst, places = [box], []
     size = np.ptp(box, axis=1)[:, None]
     found: Extremes | None = None
-    trapped = converged = False
+    forward_invariant = converged = False
     for step in range(MOST_STEPS):
         found = _next(maps, found, worst[-1])
         if step == 0:
             sampled = maps.status == "sampled"
-            trapped = (number > 1 and not sampled) or is_inside(found.bounds, box, SLACK if sampled else 0.0)
-        worst.append(_common(found.bounds, worst[-1]) if trapped else found.bounds)
+            forward_invariant = (number > 1 and not sampled) or is_inside(found.bounds, box, SLACK if sampled else 0.0)
+        worst.append(_common(found.bounds, worst[-1]) if forward_invariant else found.bounds)
         places.append(found.at)
-        if not trapped:
+        if not forward_invariant:
             break
         if np.all(np.abs(worst[-1] - worst[-2]) <= maps.same * size):
             converged = True
@@ -65,7 +66,7 @@ def update(maps: AuxiliaryMaps, number: int, box: Floats) -> Update:
     at, intervals = np.array(places), np.array(worst)
     conditions = left(at, intervals[1:], maps.same * size)
     generic = box.mean(axis=1)[None, :].repeat(2, axis=0)
-    return Update(number, box, maps.envelopes(), intervals, at, conditions, generic, trapped, converged)
+    return Update(number, box, maps.envelopes(), intervals, at, conditions, generic, forward_invariant, converged)
 
 
 def with_generic(updates: Sequence[Update], maps: Sequence[AuxiliaryMaps]) -> list[Update]:
@@ -75,7 +76,7 @@ def with_generic(updates: Sequence[Update], maps: Sequence[AuxiliaryMaps]) -> li
     """
     values = [[update.box.mean(axis=1)] for update in updates]
     size = np.array([np.ptp(update.box, axis=1) for update in updates])
-    going = [k for k, update in enumerate(updates) if update.trapped]
+    going = [k for k, update in enumerate(updates) if update.forward_invariant]
     for step in range(MOST_STEPS):
         if not going:
             break
@@ -86,7 +87,7 @@ def with_generic(updates: Sequence[Update], maps: Sequence[AuxiliaryMaps]) -> li
         if step > 2 and side == 0:
             going = [k for k in going if not np.all(np.abs(values[k][-1] - values[k][-3]) <= maps[k].same * size[k])]
     return [
-        replace(update, generic=np.array(value)) if update.trapped else update
+        replace(update, generic=np.array(value)) if update.forward_invariant else update
         for update, value in zip(updates, values, strict=True)
     ]
 

@@ -145,11 +145,11 @@ def exit_times(
         regions: the pieces of a composite map, or regions by name; of those that hold a state the first counts.
         window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
         depth, cells: as for `morse_sets`.
-        target: a closed set of cells of the same map, `trapped`, from `trap`.
+        target: a closed set of cells of the same map, `forward_invariant`, from `trap`.
         cycles: known cycles, whose states the table lists by region.
         progress: called after each level with the fraction that is done, if each takes twice as long as the last.
     """
-    if depth < 0 or (target is not None and not target.trapped):
+    if depth < 0 or (target is not None and not target.forward_invariant):
         wrong = f"the depth is {depth}" if depth < 0 else f"the target is not closed under the map ({target and target.reason})"
         raise NsmapsError(f"{wrong}; expected: a depth of at least 0, and a target that is forward invariant")
     grids = [Cells.over(map.coordinates, window, cells)]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -167,15 +167,16 @@ def _cover(stage: _Stage, levels: tuple[Level, ...], of: str, finished: bool) ->
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trap:
-    """Cells around a component that are forward invariant under the map if `trapped`."""
+    """Cells around a component that are forward invariant under the map if `forward_invariant`."""
 
     __repr__ = brief
+    was: ClassVar = {"trapped": "forward_invariant"}  #: fields of earlier runs
 
     of: str
     cells: Cells
     numbers: Ints  #: shape (M,), ascending
     added: int  #: cells in addition to those of the component
-    trapped: bool  #: True if the enclosed images of all cells lie in their union
+    forward_invariant: bool  #: True if the enclosed images of all cells lie in their union
     reason: str
 
     @property
@@ -236,6 +237,6 @@ def trap(map: BoxMap | Fitted, cover: MorseCover, component: int = 0) -> Trap:
             met |= painted(cells, found)
         fresh = np.flatnonzero(met & ~inside)
     numbers = np.flatnonzero(inside)
-    trapped = not reason
+    forward_invariant = not reason
     said = f"the images of {len(numbers)} cells lie in their union, by enclosure"
-    return Trap(cover.of, cells, numbers, len(numbers) - own, trapped, reason or said)
+    return Trap(cover.of, cells, numbers, len(numbers) - own, forward_invariant, reason or said)

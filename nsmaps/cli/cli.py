@@ -152,7 +152,7 @@ def check(
         typer.echo(f"  figures: {', '.join(read.figures)}")
     typer.echo(f"  required: {', '.join(_required(read)) or 'no verdict'}")
     without = ", ".join(name for name, size in needs.items() if size is None)
-    typer.echo(f"  estimated, to a factor of ten: {total(needs).told()}{f', and what {without} needs' if without else ''}")
+    typer.echo(f"  estimated, to a factor of ten: {total(needs).text()}{f', and what {without} needs' if without else ''}")
 
 
 @app.command(
@@ -265,7 +265,11 @@ def _say_stopped(stopped: "Interrupted", study: str, settings: list[str], folder
 
 def _required(study: "Study") -> list[str]:
     follows = [f"parametric: {claim}" for claim in (study.parametric.require if study.parametric else ())]
-    return [*study.require, *follows, *(f"domain {d.name}: {claim}" for d in study.domains for claim in d.require)]
+    return [
+        *study.require,
+        *follows,
+        *(f"domain {d.name}: {claim.replace('_', ' ')}" for d in study.domains for claim in d.require),
+    ]
 
 
 def _first_sentence(text: str | None) -> str:

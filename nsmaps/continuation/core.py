@@ -16,7 +16,7 @@ MAX_CORRECTIONS = 20  #: steps of Newton's method
 ROUNDING = 4e-16  #: error of an unknown of order one that Newton's method may leave in a corrected point
 STALLED = 1e-12  #: a Newton step below this that is at least half as long as the last one is rounding
 BLUR = 5e-15  #: rounding of the equations, each in units of its gradient's length
-WORST = 1e-9  #: error of a point, by this rounding, above which there is no point: where two curves cross
+WORST = 1e-9  #: error of a point, by this rounding, above which it is rejected: where two curves cross
 STRAY = 0.1  #: share of a step: largest distance of the first point of a closed curve from its chord
 
 

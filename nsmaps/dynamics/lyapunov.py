@@ -1,4 +1,4 @@
-"""Lyapunov exponents of return maps, through impacts: how fast neighbouring orbits part, a return and a unit of time."""
+"""Lyapunov exponents of return maps, through impacts, per return and per unit of time."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
@@ -17,7 +17,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 from nsmaps.progress import shows
 
-BATCHES = 32  #: of successive returns, whose means tell the error
+BATCHES = 32  #: of successive returns, whose means determine the standard error
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
 
 
@@ -25,63 +25,66 @@ BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that 
 class Lyapunov(WithCoordinates):
     """Lyapunov exponents of the orbits of one or more starts; `...` is the shape of the starts without their last axis.
 
-    An orbit that ended has none: its exponents are NaN, `outcome` says why. A return that comes to rest on a wall forgets where
-    it came from: its derivative is zero, and exponents of orbits with such returns are -inf.
+    The exponents of an orbit that ended are NaN, and `outcome` gives the reason. A return that comes to rest on a wall does not
+    depend on its start: its derivative is zero, and exponents of orbits with such returns are -inf.
     """
 
     __repr__ = brief
 
     coordinates: Coordinates
-    returns: int  #: that were averaged over, after the transient
-    exponents: Floats  #: shape (..., dim), a return, the largest first
+    returns: int  #: over which the exponents are averaged, after those discarded
+    exponents: Floats  #: shape (..., dim), per return, in descending order
     error: Floats  #: shape (..., dim), their standard errors, by batch means; see `lyapunov`
-    per_time: Floats  #: shape (..., dim), a unit of the system's time; NaN where the map does not know times
+    per_time: Floats  #: shape (..., dim), per unit of the system's time; NaN where the map has no times
     per_time_error: Floats  #: shape (..., dim)
-    log_det: Floats  #: shape (...), mean of `log |det|` of the derivative, to which the exponents of an orbit must add up
-    running: Floats  #: shape (32, ..., dim), exponents by the first 1/32, 2/32, ... of the returns: how they converge
+    log_det: Floats  #: shape (...), mean of `log |det|` of the derivative, which equals the sum of the exponents
+    running: Floats  #: shape (32, ..., dim), exponents from the first 1/32, 2/32, ... of the returns: their convergence
     outcome: NDArray[np.int8]  #: shape (...), values of `Outcome`: of the last return, or of that which ended the orbit
     final: Floats  #: shape (..., dim), the last states
 
     @property
     def defect(self) -> Floats:
-        """How far the sum of the exponents is from the mean of `log |det|`, shape (...): rounding only. NaN without exponents."""
+        """Absolute difference of the sum of the exponents from the mean of `log |det|`, shape (...), due to rounding."""
         with np.errstate(invalid="ignore"):
             return np.asarray(np.abs(self.exponents.sum(axis=-1) - self.log_det))
 
 
 @shows
-def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) -> Lyapunov:
+def lyapunov(map: ReturnMap, state: ArrayLike, n: int, discard: int = 1000) -> Lyapunov:
     """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim), over n returns.
 
     A frame of tangent vectors is carried through the returns by the map's derivative and made orthonormal after each by modified
-    Gram-Schmidt; the exponents are the means of the logarithms of its stretches. The error is that of 32 batch means, as if
+    Gram-Schmidt; the exponents are the means of the logarithms of its growth factors. The error is that of 32 batch means, as if
     their autocorrelation were that of a first-order process with their correlation at lag one, where that is positive:
-    s/sqrt(32) sqrt((1 + rho)/(1 - rho)). It does not see what no batch saw, such as an attractor that is left rarely.
+    s/sqrt(32) sqrt((1 + rho)/(1 - rho)). It does not account for events that are rarer than
+    a batch is long, such as escapes from an attractor.
 
     Args:
-        map: with derivatives, such as an exact system or a composite map.
-        transient: returns made before those that count, with which the frame turns to where it belongs.
+        map: a return map with derivatives, such as an exact system or a composite map.
+        state: phases in radians.
+        n: returns over which the exponents are averaged.
+        discard: returns before these, in which the frame converges to the directions of the exponents.
 
     Raises:
-        StateError: the state has not the map's coordinates.
-        NsmapsError: n is below 32, the number of batches, or the transient negative.
+        StateError: the state does not have the map's coordinates.
+        NsmapsError: n is below 32, the number of batches, or `discard` is negative.
     """
     start, dim = as_numbers(state, map.coordinates), len(map.coordinates)
     if start.ndim == 0 or start.shape[-1] != dim:
         raise StateError(f"the start has shape {start.shape}; its last axis must hold {map.coordinates}")
-    if n < BATCHES or transient < 0:
-        raise NsmapsError(f"{n} returns after {transient}; expected: at least {BATCHES}, one a batch, after zero or more")
+    if n < BATCHES or discard < 0:
+        raise NsmapsError(f"{n} returns after {discard}; expected: at least {BATCHES}, one per batch, after zero or more")
     flat = start.reshape(-1, dim)
     frames = np.tile(np.eye(dim), (len(flat), 1, 1))
     outcome = np.full(len(flat), Outcome.invalid, np.int8)
-    for part in _growth(map, flat, frames, transient):
+    for part in _growth(map, flat, frames, discard):
         flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
     sums, counts = [], np.diff(np.arange(BATCHES + 1) * n // BATCHES)
     for count in counts.tolist():
         total = np.zeros((len(flat), dim + 2))
         for part in _growth(map, flat, frames, count):
             flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
-            part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a direction was forgotten, but for rounding
+            part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a singular derivative, up to rounding
             table = np.concatenate([part.growth, part.log_det[..., None], part.time[..., None]], axis=-1)
             total += table.sum(axis=0)
         sums.append(total)
@@ -90,18 +93,18 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, transient: int = 1000) ->
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Growth:
-    """What n returns of each of M states of dim coordinates did to frames of tangent vectors."""
+    """The growth of frames of tangent vectors in n returns of each of M states of dim coordinates."""
 
-    states: Floats  #: shape (M, dim), where they are now; NaN after an orbit's end
-    frames: Floats  #: shape (M, dim, dim), orthonormal columns, the fastest growing first
-    growth: Floats  #: shape (n, M, dim), logarithms of the diagonal of R in D Q = Q' R; -inf where a return forgets a direction
+    states: Floats  #: shape (M, dim), after the returns; NaN after an orbit's end
+    frames: Floats  #: shape (M, dim, dim), orthonormal columns, in descending order of growth
+    growth: Floats  #: shape (n, M, dim), logarithms of the diagonal of R in D Q = Q' R; -inf where D is singular
     log_det: Floats  #: shape (n, M), log |det D| of each return's derivative D
     time: Floats  #: shape (n, M), of each return; NaN where unknown
     outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
 
 
 def _growth(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[_Growth]:
-    """What n returns of states (M, dim) do to frames, in parts of many returns where the map makes many in one call."""
+    """The growth of frames in n returns of states (M, dim), in parts of many returns if the map computes many in one call."""
     block = max(BLOCK // len(states), 1) if isinstance(map, OrbitMap) and len(states) else 1
     for first in range(0, n, block):
         if isinstance(map, OrbitMap):
@@ -114,7 +117,7 @@ def _growth(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[
 
 
 def _carried(returns: Returns, frames: Floats) -> _Growth:
-    """What returns of M states, the first of every state first, do to their frames, by modified Gram-Schmidt."""
+    """The growth of frames in returns of M states, in the order of `OrbitMap.orbits`, by modified Gram-Schmidt."""
     from nsmaps.dynamics.frames import carried
 
     m, dim, frames = len(frames), frames.shape[1], frames.copy()
@@ -129,14 +132,14 @@ def _carried(returns: Returns, frames: Floats) -> _Growth:
 
 
 def _last(part: _Growth, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:
-    """How the last return of each orbit ended, or that which ended it."""
+    """The outcome of the last return of each orbit, or of the return that ended it."""
     return np.where(np.isnan(before).any(axis=1) & (outcome != Outcome.invalid), outcome, part.outcome[-1]).astype(np.int8)
 
 
 def _summary(
     map: ReturnMap, sums: Floats, counts: NDArray[np.int64], shape: tuple[int, ...], outcome: NDArray[np.int8], final: Floats
 ) -> Lyapunov:
-    """Exponents and errors from the sums over batches, shape (B, M, dim + 2): stretches, `log |det|`, time."""
+    """Exponents and errors from the sums over batches, shape (B, M, dim + 2): growth, `log |det|`, time."""
     dim, n, some = shape[-1], int(counts.sum()), shape[:-1]
     sums = np.where(np.isnan(final).any(axis=1, keepdims=True), np.nan, sums)
     growth, time = sums[..., :dim], sums[..., dim + 1 :]
@@ -163,16 +166,16 @@ def _summary(
     )
 
 
-def _error(apart: Floats) -> Floats:
-    """The standard error of a mean from its batch means less itself, shape (B, ...), one for each column.
+def _error(differences: Floats) -> Floats:
+    """The standard error of a mean from the differences of its batch means from it, shape (B, ...), for each column.
 
-    Of a first-order process, its correlation estimated at lag one; one that is negative counts as none.
+    The batch means are taken for a first-order process with their correlation at lag one, or with zero if that is negative.
     """
-    square = (apart**2).sum(axis=0)
+    square = (differences**2).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rho = np.where(square > 0, (apart[1:] * apart[:-1]).sum(axis=0) / square, 0.0)
-    rho = np.clip(rho, 0.0, 1 - 1 / len(apart))
-    return np.asarray(np.sqrt(square / (len(apart) * (len(apart) - 1)) * (1 + rho) / (1 - rho)))
+        rho = np.where(square > 0, (differences[1:] * differences[:-1]).sum(axis=0) / square, 0.0)
+    rho = np.clip(rho, 0.0, 1 - 1 / len(differences))
+    return np.asarray(np.sqrt(square / (len(differences) * (len(differences) - 1)) * (1 + rho) / (1 - rho)))
 
 
 TABLES = tuple(field.name for field in fields(Lyapunov) if field.name not in ("coordinates", "returns"))  #: its arrays
@@ -185,7 +188,7 @@ class LyapunovSweep:
     __repr__ = brief
 
     values: Floats  #: shape (V,), as given
-    reasons: tuple[str, ...]  #: V texts, why no map could be made; "" where one was
+    reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
     at: Lyapunov  #: all arrays with V as their first axis; NaN, and the outcome `invalid`, where there is no map
 
 
@@ -195,51 +198,51 @@ def lyapunov_sweep(
     values: ArrayLike,
     state: ArrayLike,
     n: int,
-    transient: int = 1000,
-    follow: Literal["up", "down"] | None = None,
+    discard: int = 1000,
+    direction: Literal["up", "down"] | None = None,
     *,
     jobs: Jobs = SERIAL,
 ) -> LyapunovSweep:
-    """The Lyapunov exponents over the values of a parameter; arguments as of `lyapunov` and of `bifurcation`.
+    """The Lyapunov exponents over the values of a parameter; arguments as for `lyapunov` and `bifurcation`.
 
-    Every value is a part of `jobs`, see `nsmaps.Jobs`; with `follow` all of them are one.
+    Every value is a part of `jobs`, see `nsmaps.Jobs`; with `direction` all of them are one part.
 
     Raises:
-        StateError, NsmapsError: as `lyapunov`, or there is a map at none of the values.
+        StateError, NsmapsError: as `lyapunov`, or no value has a map.
     """
     along, now = np.atleast_1d(np.asarray(values, float)), np.asarray(state, float)
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
-        raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers in a row")
-    order = np.argsort(-along if follow == "down" else along, kind="stable")
-    cuts = [order] if follow else [order[cut] for cut in jobs.cuts(len(order))]
-    parts = [(map_of, along[cut], now, n, transient, bool(follow)) for cut in cuts]
-    made = jobs.run(_exponents, parts)
+        raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers, shape (V,)")
+    order = np.argsort(-along if direction == "down" else along, kind="stable")
+    cuts = [order] if direction else [order[cut] for cut in jobs.cuts(len(order))]
+    parts = [(map_of, along[cut], now, n, discard, bool(direction)) for cut in cuts]
+    parts_found = jobs.run(_exponents, parts)
     reasons = np.full(len(along), "", object)
-    for cut, part in zip(cuts, made, strict=True):
+    for cut, part in zip(cuts, parts_found, strict=True):
         reasons[cut] = part["reasons"]
-    known = next((part for part in made if "exponents" in part), None)
+    known = next((part for part in parts_found if "exponents" in part), None)
     if known is None:
         raise NsmapsError(f"there is no map at any of {len(along)} values; at {along[0]:g}: {reasons[0]}")
     tables: Arrays = {}
     for name in TABLES:
         own = known[name]
         tables[name] = np.full((len(along), *own.shape[1:]), Outcome.invalid if name == "outcome" else np.nan, own.dtype)
-        for cut, part in zip(cuts, made, strict=True):
+        for cut, part in zip(cuts, parts_found, strict=True):
             if name in part:
                 tables[name][cut[part["reasons"] == ""]] = part[name]
     return LyapunovSweep(along, tuple(reasons.tolist()), Lyapunov(names_among(known)[0], n, **tables))
 
 
 def _exponents(
-    map_of: Callable[[float], ReturnMap], values: Floats, state: Floats, n: int, transient: int, follow: bool
+    map_of: Callable[[float], ReturnMap], values: Floats, state: Floats, n: int, discard: int, directed: bool
 ) -> Arrays:
     """The arrays of `lyapunov` at values, taken in this order, where there are maps."""
-    found, reasons, _ = followed(map_of, values, state, partial(lyapunov, n=n, transient=transient), follow)
+    found, reasons, _ = followed(map_of, values, state, partial(lyapunov, n=n, discard=discard), directed)
     about = {"reasons": np.array(reasons, str)}
     if not found:
         return about
     return {
         **about,
         **names_as_arrays(found[0].coordinates),
-        **{name: np.stack([getattr(made, name) for made in found]) for name in TABLES},
+        **{name: np.stack([getattr(each, name) for each in found]) for name in TABLES},
     }

@@ -14,7 +14,7 @@ from nsmaps.progress import beat
 
 
 class Ended(Protocol):
-    """What a run of a map leaves, with the states (..., n) it ended in, NaN where it ended before."""
+    """The result of following orbits under a map: `final` holds the last states (..., n), NaN where an orbit ended before."""
 
     @property
     def final(self) -> Floats: ...
@@ -107,11 +107,11 @@ def followed(
     values: Floats,
     start: Floats,
     run: Callable[[ReturnMap, Floats], Run],
-    follow: bool,
+    directed: bool,
 ) -> tuple[list[Run], list[str], Floats]:
     """Results of `run` for the maps at values, in this order; reasons, "" where there is a map; and the last states (..., n).
 
-    With `follow`, each run starts where the previous one ended; states that ended nowhere start where the previous run did.
+    If `directed`, each run starts where the previous one ended; states whose orbit ended start where the previous run did.
     """
     runs: list[Run] = []
     reasons = [""] * len(values)
@@ -119,7 +119,7 @@ def followed(
         map, reasons[k] = map_or_reason(map_of, value)
         if map is not None:
             runs.append(run(map, start))
-            if follow:
+            if directed:
                 final = runs[-1].final
                 start = np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, start)
         beat((k + 1) / len(values), f"{k + 1} of {len(values)} values")

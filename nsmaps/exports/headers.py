@@ -42,11 +42,11 @@ def of_study(result: Any, without: str = "") -> list[str]:
 
 def of_domain(name: str, piece: str, domain: AttractingDomain, others: Sequence[str]) -> list[str]:
     """The domain whose last update held the others at the ends of its box, with its verdict; a warning where it has none."""
-    known = f"{'' if domain.trapped else 'NOT '}forward invariant and {'' if domain.settled else 'NOT '}converged"
+    known = f"{'' if domain.forward_invariant else 'NOT '}forward invariant and {'' if domain.converged else 'NOT '}converged"
     held = f"{' and '.join(others)} held at the ends of the box of its update {domain.updates[-1].number}, updates[-1].box"
     lines = [f"Of the piece {piece}, {held}.", f"Domain {name}, of the {domain.of}: {known}; {domain.reason}."]
-    if not domain.trapped:
+    if not domain.forward_invariant:
         lines.append("CAUTION: as the domain is not forward invariant, orbits may leave it, and these curves bound nothing.")
-    elif not domain.settled:
+    elif not domain.converged:
         lines.append("CAUTION: as the domain has not converged, another update would give other values.")
     return lines

@@ -161,7 +161,7 @@ def _near(result: "StudyResult") -> "Sequence[NearDiagonals]":
 def _check_some(states: int) -> None:
     """An error where no state is near the diagonals."""
     if not states:
-        raise NsmapsError("no state is near the diagonals; expected: a larger 'delta', or a wider 'within'")
+        raise NsmapsError("no state is near the diagonals; expected: a larger 'delta', or a wider 'region'")
 
 
 def _orders(result: "StudyResult") -> "Sequence[NearDiagonals]":

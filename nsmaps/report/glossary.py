@@ -5,12 +5,12 @@ from nsmaps.study.result import StudyResult
 
 TERMS = {
     "covered": "every state of the study's grid lies in a piece of the composite map",
-    "keeps returning": "the orbit has an image at every return of the study, anywhere; nothing follows for other starts",
+    "completes all returns": "the orbit has an image at every return of the study, anywhere; nothing follows for other starts",
     "same attractor": "the orbits of both maps end on sets of the same period that are within 3 % of the grid's side in each "
     "coordinate (without a grid, of the exact orbit's extent); without a period, on samples that may be of one set",
-    "trapped": "the worst case of one return leads the box of every update into itself, so that the box is forward "
+    "forward invariant": "the worst case of one return leads the box of every update into itself, so that the box is "
     "invariant under the map named, if the status of the box is a bound",
-    "settled": "all updates are forward invariant, and the last one moved no bound by more than 1 % of the start box",
+    "converged": "all updates are forward invariant, and the last one moved no bound by more than 1 % of the start box",
     "outer": "bounds of a polynomial in Bernstein form: they hold for that polynomial, rounding included",
     "inflated": "bounds of a polynomial, moved out by the error of its fit: an estimate if the error was sampled",
     "enclosed": "boxes that contain the images of all states of a box: bounds for the map named",

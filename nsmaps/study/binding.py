@@ -1,4 +1,4 @@
-"""A study made ready: its system, grid, regions and fits as objects, or an error at the line that is wrong."""
+"""From a study to the objects that it describes: system, grid, regions and fits; an error names the line that is wrong."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -34,8 +34,10 @@ class Plan:
 
     study: Study
     system: "ImpactSystem"
-    bound: dict[str, Any]  #: what each section that the study names made ready, by key
-    jobs: Jobs = field(default=SERIAL, compare=False)  #: of a step: its progress, and in a run with a folder its checkpoint
+    bound: dict[str, Any]  #: the result of `bind` of each section of the study, by key
+    jobs: Jobs = field(
+        default=SERIAL, compare=False
+    )  #: of the current step: its progress, and its checkpoint in a run with a folder
 
     @property
     def grid(self) -> Grid | None:
@@ -47,13 +49,13 @@ class Plan:
         """The study's families by name."""
         return self.bound.get("families", {})
 
-    def portion(self, number: int, of: int, *names: str) -> Jobs:
-        """The jobs of one of some equal portions of a step, with a folder of its own under these names."""
-        return self.jobs.share(number / of, (number + 1) / of, *names)
+    def portion(self, number: int, count: int, *names: str) -> Jobs:
+        """The jobs of one of `count` equal portions of a step, with its own folder under these names."""
+        return self.jobs.share(number / count, (number + 1) / count, *names)
 
 
 def prepare(study: Study) -> Plan:
-    """The study's objects, or a StudyError at the first line that does not fit the system or the rest of the study."""
+    """The study's objects; raises StudyError at the first line that is not consistent with the system or the study."""
     binding = Binding(study, _system(study))
     check_references(study)
     named = [section for section in SECTIONS if study.names(section.key)]
@@ -66,7 +68,7 @@ def _system(study: Study) -> "ImpactSystem":
         cls = system_class(study.system)
     except (UnknownSystemError, SystemDefinitionError) as error:
         raise source.error(("system",), str(error)) from error
-    texts = set(cls.model_fields) - set(cls.parameter_names())  # fields that are no numbers: a choice, a switch
+    texts = set(cls.model_fields) - set(cls.parameter_names())  # fields that are not numbers, such as choices and switches
     for name in [name for name in study.parameters if name not in texts]:
         with source.located(("parameters", name)):
             as_number(study.parameters[name])
@@ -76,13 +78,13 @@ def _system(study: Study) -> "ImpactSystem":
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Binding:
-    """What turns sections into objects for one system; a StudyError at its place for what does not fit that."""
+    """The conversion of sections to objects for one system; raises StudyError at the place of an entry that is not consistent."""
 
     study: Study
     system: "ImpactSystem"
 
     def grid(self, loc: Loc, spans: Mapping[str, Span]) -> Grid:
-        """A grid with an axis for every coordinate."""
+        """The grid with these spans, one for every coordinate."""
         return Grid(axes={name: self.axis((*loc, name), span) for name, span in self.every_coordinate(loc, spans).items()})
 
     def axis(self, loc: Loc, span: Span) -> Axis:
@@ -91,19 +93,19 @@ class Binding:
             return Axis(low=span.low, high=span.high, points=span.points)
 
     def swept_values(self, loc: Loc, parameter: str, ends: tuple[float, float]) -> None:
-        """Both ends of a sweep must be values that the system accepts."""
+        """Raise StudyError unless both ends of a sweep are valid values of the parameter."""
         source = self.study.source
         source.known((*loc, "parameter"), parameter, self.system.parameters, "parameter")
         for key, value in zip(("from", "to"), ends, strict=True):
-            self.accepted(loc, parameter, value, key)
+            self.check_value(loc, parameter, value, key)
 
-    def accepted(self, loc: Loc, parameter: str, value: float, key: str) -> None:
-        """A StudyError at the key of a section unless the system accepts the value of the parameter that it says."""
+    def check_value(self, loc: Loc, parameter: str, value: float, key: str) -> None:
+        """Raise StudyError at the key of a section unless its value of the parameter is valid for the system."""
         with self.study.source.located(loc, type(self.system), **{parameter: key}):
             type(self.system)(**{**self.system.model_dump(), parameter: value})
 
     def some_values(self, loc: Loc, range: Range) -> None:
-        """One value of a sweep at least must be one that the system accepts; its result says which are not."""
+        """Raise StudyError unless at least one value of a sweep is valid; its result names those that are not."""
         self.study.source.known((*loc, "parameter"), range.parameter, self.system.parameters, "parameter")
         along = Along(self.system, range.parameter)
         if all(map_or_reason(along, value)[1] for value in np.linspace(range.low, range.high, range.points).tolist()):
@@ -125,16 +127,16 @@ class Binding:
             return Where(text=text, coordinates=self.system.coordinates)
 
     def every_coordinate(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
-        """The values in the order of the system's coordinates, each of which must be there."""
+        """The values in the order of the system's coordinates; raises StudyError if one is missing."""
         self.some_coordinates(loc, values)
         missing = [name for name in self.system.coordinates if name not in values]
         if missing:
-            accepted = ", ".join(self.system.coordinates)
-            raise self.study.source.error(loc, f"the coordinate {missing[0]!r} is missing; expected: all of {accepted}")
+            expected = ", ".join(self.system.coordinates)
+            raise self.study.source.error(loc, f"the coordinate {missing[0]!r} is missing; expected: all of {expected}")
         return {name: values[name] for name in self.system.coordinates}
 
     def some_coordinates(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
-        """The values, if every key is a coordinate of the system."""
+        """The values; raises StudyError at a key that is not a coordinate of the system."""
         for name in values:
             self.study.source.known((*loc, name), name, self.system.coordinates, "coordinate", key=True)
         return dict(values)

@@ -1,4 +1,4 @@
-"""What is at hand about a verdict that fails: fits that do not follow their data, other words, parameters set otherwise."""
+"""Possible reasons for a verdict that fails: poor fits, other words in the box, parameters that were changed."""
 
 from typing import TYPE_CHECKING
 
@@ -18,57 +18,57 @@ if TYPE_CHECKING:
 
 
 def on_domain(result: "StudyResult", section: "DomainSection", domain: "AttractingDomain") -> str:
-    """What may be why a domain is not trapped, each part after a semicolon; empty where nothing is at hand."""
+    """Possible reasons why a box is not forward invariant, each after a semicolon; empty if there are none."""
     own = pieces_of_others(result) if section.map != "exact" and section.require else ""
     box = "" if section.box == DIAGONAL else _before(result, "its start box is that of the study at")
     return "".join(f"; {text}" for text in (_fit(result, section.map), _words(result, domain), box, own) if text)
 
 
 def elsewhere(result: "StudyResult", domain: "AttractingDomain") -> str:
-    """That a trapped domain holds nothing of what the study's orbits of the exact map end on, or empty."""
+    """The statement that a domain contains no attractor of the study's exact orbits, where that is so; else empty."""
     ends = [pair.ends for pair in result.orbits if pair.ends is not None]
-    if not (domain.trapped and ends):
+    if not (domain.forward_invariant and ends):
         return ""
     held = any(inside(domain, end.states).any() for end in ends)
-    return "" if held else "; it holds nothing of what the study's orbits of the exact map end on"
+    return "" if held else "; it contains no attractor of the study's orbits of the exact map"
 
 
 def inside(domain: "AttractingDomain", states: Floats) -> NDArray[np.bool_]:
-    """Which states, shape (N, n), lie in the last box of a domain, angles on any turn."""
+    """True for states, shape (N, n), in the last box of a domain, angles modulo 2 pi."""
     box = domain.box
     x = domain.coordinates.lift(states, box.mean(axis=1))
     return np.asarray(((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1))
 
 
 def pieces_of_others(result: "StudyResult") -> str:
-    """That the pieces were given for other parameters, where parameters were set otherwise than the study's own."""
-    told = _before(result, "the pieces are those of the study at") if result.study.composite else ""
-    anew = "`partition: {tolerance: 1e-3}` in place of `composite` finds them anew"
-    return told and f"{told}; {anew}, and domains then ask for `map: composite`, `box: diagonal`"
+    """The statement that the pieces were given for other parameters, where parameters were changed; else empty."""
+    origin = _before(result, "the pieces are those of the study at") if result.study.composite else ""
+    anew = "`partition: {tolerance: 1e-3}` instead of `composite` determines them at these parameters"
+    return origin and f"{origin}; {anew}; domains then need `map: composite`, `box: diagonal`"
 
 
-def astray(result: "StudyResult", orbit: "Orbit", last: int) -> str:
-    """Why the map in place of the exact one has no image of the last state of an orbit, and which piece led astray."""
+def no_image(result: "StudyResult", orbit: "Orbit", last: int) -> str:
+    """The reason why the reduced map has no image of the last state of an orbit, and the piece that mapped it there."""
     map = result.composite
     if map is None:
-        return "That state lies outside the grid, which is all that the map of strips holds for."
+        return "That state lies outside the grid, which is the domain of the map of strips."
     names = [map.pieces[k].name if k >= 0 else "" for k in map.piece_of(orbit.states[: last + 1]).tolist()]
     if not names[last]:
-        return f"That state lies in no piece{f'; piece {names[last - 1]} led there' if last else ''}."
+        return f"That state lies in no piece{f'; piece {names[last - 1]} mapped it there' if last else ''}."
     out = _outside(result, orbit.states[: last + 1])
     first = int(np.argmax(out))
-    left = f"; piece {names[first - 1]} led out of the grid at return {first}" if out.any() and first else ""
+    left = f"; piece {names[first - 1]} mapped it out of the grid at return {first}" if out.any() and first else ""
     return f"The polynomial of piece {names[last]} overflows there{left}."
 
 
 def beyond(result: "StudyResult", ends: "LimitSet") -> str:
-    """That what an orbit ends on, or a part of it, lies outside the study's grid, or empty."""
+    """The statement that the limit set of an orbit lies, in part or whole, outside the study's grid; else empty."""
     out = _outside(result, ends.states)
     return f"; {'' if out.all() else 'in part '}outside the study's grid" if out.any() else ""
 
 
 def _outside(result: "StudyResult", states: Floats) -> NDArray[np.bool_]:
-    """Which of the states (N, n) lie outside the study's grid, if it has one; angles are taken on the turn nearest to it."""
+    """True for the states (N, n) outside the study's grid, if it has one; angles are taken modulo 2 pi."""
     if not result.study.grid:
         return np.zeros(len(states), bool)
     low, high = np.array([(span.low, span.high) for span in result.study.grid.values()]).T
@@ -83,16 +83,16 @@ def _before(result: "StudyResult", what: str) -> str:
 
 
 def _fit(result: "StudyResult", name: str) -> str:
-    """The outputs of a piece whose fit does not follow its data."""
+    """The outputs of a piece whose fit is poor."""
     pieces = result.composite.pieces if result.composite else ()
     reports = [piece.map.report for piece in pieces if piece.name == name and piece.map.report]
     fits = [fit for report in reports for fit in zip(report.coordinates, report.r2, strict=True)]
     poor = [f"{r2:.3g} for {of}'" for of, r2 in fits if r2 < POOR]
-    return f"the fit of {name} follows its data badly: R2 = {' and '.join(poor)}" if poor else ""
+    return f"the fit of {name} is poor: R2 = {' and '.join(poor)}" if poor else ""
 
 
 def _words(result: "StudyResult", domain: "AttractingDomain") -> str:
-    """The share of the grid's states in the start box whose word is not the commonest there."""
+    """The percentage of the grid's states in the start box whose word is not the most frequent one there."""
     if result.returns is None:
         return ""
     box, names = domain.boxes[0], domain.coordinates

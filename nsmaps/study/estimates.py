@@ -1,4 +1,4 @@
-"""What a step needs in time and memory, from counts of returns, states and images of boxes."""
+"""Estimates of the time and memory of a step, from counts of returns, states and images of boxes."""
 
 import math
 from collections.abc import Mapping
@@ -9,16 +9,16 @@ if TYPE_CHECKING:
     from nsmaps.study.reading.values import Span
 
 GIGABYTE, HOUR = 1e9, 3600.0
-RETURN, DERIVED, NOISY, IMAGE = 1e-6, 3e-6, 2e-5, 1e-3  #: seconds a return, with its derivative, under noise; an image of a box
-VALUE, POINT = 1e-2, 2e-2  #: seconds that a value of a parameter, and a point of a branch, take whatever its returns
-UPDATE = 1.0  #: seconds that an update of a domain of the exact map takes; of a polynomial's a tenth
-STATE, MEMBER, STORED, CELL = 100.0, 300.0, 150.0, 1e4  #: bytes: state of a grid, of a surface, return of an orbit, cell
-COPIES = 3.0  #: of what is kept, while it is written
+RETURN, DERIVED, NOISY, IMAGE = 1e-6, 3e-6, 2e-5, 1e-3  #: seconds per return, with derivative, under noise; per image of a box
+VALUE, POINT = 1e-2, 2e-2  #: seconds per value of a parameter and per point of a branch, besides returns
+UPDATE = 1.0  #: seconds per update of a domain of the exact map; of a polynomial a tenth
+STATE, MEMBER, STORED, CELL = 100.0, 300.0, 150.0, 1e4  #: bytes per state of a grid, state of a surface, return of an orbit, cell
+COPIES = 3.0  #: of stored results while they are written
 
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """What a step needs, in seconds on one core and in bytes of memory."""
+    """The time of a step, in seconds on one core, and its memory in bytes."""
 
     seconds: float = 0.0
     memory: float = 0.0
@@ -27,21 +27,21 @@ class Size:
         return Size(self.seconds + other.seconds, self.memory + other.memory)
 
     def times(self, count: float) -> "Size":
-        """So many of them, all kept."""
+        """The size of `count` such steps whose results are all stored."""
         return Size(self.seconds * count, self.memory * count)
 
-    def told(self) -> str:
+    def text(self) -> str:
         """Such as `2 min and 0.3 GB`."""
         return f"{_duration(self.seconds)} on one core and {self.memory / GIGABYTE:.1g} GB of memory"
 
 
 def states(grid: "Mapping[str, Span] | None") -> float:
-    """How many states a grid has."""
+    """The number of states of a grid."""
     return math.prod(float(span.points) for span in (grid or {}).values())
 
 
 def cover_size(cells: int, coordinates: int, depth: int) -> Size:
-    """The first level whole, then twice as many cells a level: of what is thin, such as an attractor or an edge."""
+    """The size of a cover: all cells of the first level, and twice as many on each next one, as for a thin set."""
     count = float(cells) ** coordinates * 2.0**depth
     return Size(IMAGE, CELL).times(count)
 

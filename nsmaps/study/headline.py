@@ -1,4 +1,4 @@
-"""What a run found in a sentence or two of plain words: of which map, and how it is known."""
+"""The result of a run in one or two sentences: attractors and attracting domains, the map, and the kind of evidence."""
 
 from collections.abc import Iterator, Sequence
 from math import isfinite
@@ -21,33 +21,33 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.bifurcation import BifurcationSection
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-SAME = 1e-5  #: of the extent of the orbits, within which two of their cycles are one
+SAME = 1e-5  #: relative to the extent of the orbits: largest distance of cycles that are taken as one
 STABLE = {True: "stable ", False: "unstable ", None: ""}
-MOTIONS = 6  #: of a diagram that are told
-ALL = 0.99  #: of the sides of a start box, from which on the last box is all of it
-FAR = 2  #: standard errors from which an exponent is above zero
-DOUBTS = {ESTIMATED: "as far as the held-out error of the fit tells, ", "sampled": "as far as a grid of states tells, "}
+MOTIONS = 6  #: of a diagram that are listed
+ALL = 0.99  #: smallest ratio of sides at which the last box is taken as the start box
+FAR = 2  #: standard errors beyond which an exponent is positive
+DOUBTS = {ESTIMATED: "by the held-out error of the fit, ", "sampled": "on a grid of states, "}
 
 
 def headline(result: StudyResult) -> str:
-    """What attracts, and what stays in which box, each of the map that it was computed of; empty where neither was.
+    """The attractors, and the box in which orbits stay, with the map to which each statement applies; empty without either.
 
-    What attracts is what basins, else orbits, else a diagram found of the exact map: there may be more. What stays is of the
-    smallest trapped box: of the exact map if it has one that is a bound, else of another map, which is then named.
+    Attractors are those of the exact map that were found by basins, otherwise by orbits, otherwise by a diagram: there may be
+    others. The box is the smallest forward invariant one: of the exact map if that has one by bounds, otherwise of another map.
     """
-    said: dict[str, list[str]] = {}
+    texts: dict[str, list[str]] = {}
     for of, text in (*_attracts(result), *_stays(result)):
-        said.setdefault(of, []).append(text)
-    return " ".join(f"{of[0].upper()}{of[1:]}: {'; '.join(texts)}." for of, texts in said.items())
+        texts.setdefault(of, []).append(text)
+    return " ".join(f"{of[0].upper()}{of[1:]}: {'; '.join(parts)}." for of, parts in texts.items())
 
 
 def counted(number: int) -> str:
-    """A number in words, from ten on in digits."""
+    """A number in words below ten, in digits from ten."""
     return NUMBERS[number] if number < len(NUMBERS) else str(number)
 
 
 def cycle_of(period: int) -> str:
-    """The name of a cycle of some returns, as two-cycle."""
+    """The name of a cycle with this period, such as two-cycle."""
     return "fixed point" if period == 1 else f"{counted(period)}-cycle" if period < len(NUMBERS) else f"cycle of {period} returns"
 
 
@@ -60,31 +60,31 @@ def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
         yield EXACT, _diagram(result.bifurcation["exact"], result.study.bifurcation)
 
 
-def _diagram(made: "Bifurcation", section: "BifurcationSection") -> str:
-    """The motions of a diagram's first orbit, in the order of the values."""
-    names = [name or NONE for name in dict.fromkeys(made.labels[:, 0].tolist())]
+def _diagram(diagram: "Bifurcation", section: "BifurcationSection") -> str:
+    """The motions of the first orbit of a diagram, in the order of the values."""
+    names = [name or NONE for name in dict.fromkeys(diagram.labels[:, 0].tolist())]
     more = f" and {len(names) - MOTIONS} more" if len(names) > MOTIONS else ""
-    told = " (C: none with a period was found)" if any(name.endswith("C") for name in names) else ""
+    note = " (C: no period was found)" if any(name.endswith("C") for name in names) else ""
     over = f"for {section.parameter} from {section.low:g} to {section.high:g}"
-    return f"{over} the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{told}"
+    return f"{over} the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{note}"
 
 
-def _basins(made: "Basins", longest: int) -> str:
-    """How many attractors were found from how many starts, and which share comes to each."""
-    none = f"motion without a period up to {longest} returns"
-    shares = [f"{100 * share:.3g} %" for share in made.fractions]
-    found = [
+def _basins(found: "Basins", max_period: int) -> str:
+    """The number of attractors and of starts, and the percentage of the starts that reach each."""
+    none = f"motion without a period up to {max_period} returns"
+    shares = [f"{100 * share:.3g} %" for share in found.fractions]
+    listed = [
         f"{share} to {'a ' + cycle_of(each.period) if each.period else none}{f' ({each.label})' if each.label else ''}"
-        for each, share in zip(made.attractors, shares, strict=False)
+        for each, share in zip(found.attractors, shares, strict=False)
     ]
-    more = zip(shares[-2:], made.fractions[-2:], ("to none in time", "end before"), strict=True)
-    rest = [f"{told} {what}" for told, share, what in more if share > 0]
-    number = f"{counted(len(found))} attractor{'' if len(found) == 1 else 's'} found"
-    return f"{number} from {len(made.label)} states of the grid: {', '.join(found + rest)}"
+    more = zip(shares[-2:], found.fractions[-2:], ("to none", "ended"), strict=True)
+    others = [f"{percent} {what}" for percent, share, what in more if share > 0]
+    number = f"{counted(len(listed))} attractor{'' if len(listed) == 1 else 's'} found"
+    return f"{number} from {len(found.label)} states of the grid: {', '.join(listed + others)}"
 
 
 def _orbits(result: StudyResult) -> str:
-    """What the orbits of the exact map end on; empty where none keeps returning."""
+    """What the orbits of the exact map end on; empty where none completes all returns."""
     ends, total = [pair.ends for pair in result.orbits if pair.ends is not None], len(result.orbits)
     kinds = _kinds(result, ends)
     if not kinds:
@@ -102,7 +102,7 @@ def _orbits(result: StudyResult) -> str:
 
 
 def _kinds(result: StudyResult, ends: "Sequence[LimitSet]") -> "list[list[LimitSet]]":
-    """The endings that are one: cycles at the same states, and all without a period, of which nobody says that they are one."""
+    """Limit sets in groups: cycles with the same states, and all sets without a period, which need not be the same set."""
     from nsmaps.dynamics.attractors.distance import hausdorff
 
     kinds: list[list[LimitSet]] = []
@@ -122,7 +122,7 @@ def _kinds(result: StudyResult, ends: "Sequence[LimitSet]") -> "list[list[LimitS
 
 
 def _kind(end: "LimitSet") -> str:
-    """One cycle, or motion without a period."""
+    """The name of a cycle or of a motion without a period."""
     name = f" ({end.name})" if end.name else ""
     if end.period:
         return f"one {STABLE[end.stable]}{cycle_of(end.period)}{name}"
@@ -132,35 +132,37 @@ def _kind(end: "LimitSet") -> str:
 
 
 def _stays(result: StudyResult) -> Iterator[tuple[str, str]]:
-    """What stays where: in the smallest trapped box of the surest kind, or in the cells of a closed set."""
-    trapped = [domain for domain in result.domains.values() if domain.trapped]
-    exact = [domain for domain in trapped if domain.of == EXACT and domain.status not in DOUBTS]
-    if not exact and result.trap is not None and result.trap.trapped:
+    """The set in which orbits stay: the smallest forward invariant box of the surest kind, or the cells of a closed set."""
+    invariant = [domain for domain in result.domains.values() if domain.forward_invariant]
+    exact = [domain for domain in invariant if domain.of == EXACT and domain.status not in DOUBTS]
+    if not exact and result.trap is not None and result.trap.forward_invariant:
         cells, hull = result.trap.numbers, intervals(result.trap.cells.coordinates, result.trap.hull)
         yield result.trap.of, f"every orbit from {len(cells)} cells within {hull} stays in them (by enclosure)"
-    elif trapped:
-        domain = min(trapped, key=_rank)
+    elif invariant:
+        domain = min(invariant, key=_rank)
         yield domain.of, _domain(result, domain)
 
 
 def _rank(domain: "AttractingDomain") -> tuple[bool, bool, float]:
-    """Bounds before what is none, the exact map before others, small boxes before large ones."""
+    """A key by which bounds precede estimates, the exact map precedes others, and small boxes precede large ones."""
     return domain.status in DOUBTS, not domain.of.startswith(EXACT), float(np.prod(domain.sizes[-1] / domain.sizes[0]))
 
 
 def _domain(result: StudyResult, domain: "AttractingDomain") -> str:
-    """That every orbit from the start box comes into the last box and stays, and whether that holds what was found."""
+    """The statement that orbits from the start box enter the last box and stay, and whether that contains the attractors."""
     start, end = intervals(domain.coordinates, domain.boxes[0], inward=True), intervals(domain.coordinates, domain.boxes[-1])
     how = f" ({domain.status})" if domain.status not in DOUBTS else ""
-    goes = f"comes into {end} and stays there" if (domain.sizes[-1] < ALL * domain.sizes[0]).any() else f"stays in {end}"
+    goes = f"enters {end} and stays there" if (domain.sizes[-1] < ALL * domain.sizes[0]).any() else f"stays in {end}"
     stays = f"every orbit from {start} {goes}{how}"
     return f"{DOUBTS.get(domain.status, '')}{stays}{_holds(result, domain)}"
 
 
 def _holds(result: StudyResult, domain: "AttractingDomain") -> str:
-    """Whether a box of the exact map holds what the orbits of that map end on."""
+    """Whether a box of the exact map contains the limit sets of the orbits of that map."""
     ends: list[Floats] = [pair.ends.states for pair in result.orbits if pair.ends is not None]
     if not ends or domain.of != EXACT:
         return ""
     held = [bool(inside(domain, states).all()) for states in ends]
-    return ", where what the orbits end on is" if all(held) else ", away from what the orbits end on" if not any(held) else ""
+    if all(held):
+        return ", which contains the attractors of the orbits"
+    return ", which contains no attractor of the orbits" if not any(held) else ""

@@ -1,7 +1,7 @@
-"""What a run of a study will need in memory and time, estimated before anything is computed, and refused beyond a limit.
+"""Estimates of the memory and time of a run before anything is computed; a run beyond a limit is refused.
 
-The estimates count returns, states and images of boxes, with the time and memory that one took on one core of 2025 for the
-systems that come with nsmaps. They may be off by a factor of ten, which tells 10^12 returns from 10^6 all the same.
+The estimates are counts of returns, states and images of boxes, multiplied by the time and memory of one on a core of 2025 for
+the systems included in nsmaps. They are correct to a factor of ten.
 """
 
 import math
@@ -17,30 +17,33 @@ from nsmaps.study.study import Study
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-HOURS = 24.0  #: of the limit where none is given
-MEMORY = 8.0  #: gigabytes of the limit where neither it is given nor the machine says how many it has
+HOURS = 24.0  #: default limit
+MEMORY = 8.0  #: gigabytes, the default limit where the memory of the machine is unknown
 VARIABLE = "NSMAPS_MAX_{}"
 
 
 def sizes(study: Study, system: "ImpactSystem") -> dict[str, Size | None]:
-    """What each step of a run needs, None for one of which that cannot be said beforehand."""
+    """The size of each step of a run, None where it cannot be estimated."""
     sections = [SECTION[name] for name in steps_of(study)[1:]]
-    return {made.name: made.size(getattr(study, made.key), study, system) if made.size else None for made in sections}
+    return {
+        section.name: section.size(getattr(study, section.key), study, system) if section.size else None for section in sections
+    }
 
 
 def total(found: Mapping[str, Size | None]) -> Size:
-    """What all steps need together, but for those of which it cannot be said."""
+    """The sum of the known sizes."""
     return sum((size for size in found.values() if size), Size())
 
 
 def check_sizes(
     study: Study, system: "ImpactSystem", max_memory: float | None = None, max_hours: float | None = None
 ) -> dict[str, Size | None]:
-    """What each step needs, or a StudyError at the section that needs most where all together are beyond a limit.
+    """The size of each step; raises StudyError at the section with the largest share if the sum exceeds a limit.
 
     Args:
-        max_memory: in gigabytes; by default that of the environment variable `NSMAPS_MAX_MEMORY`, else the memory of the machine.
-        max_hours: on one core; by default those of `NSMAPS_MAX_HOURS`, else 24.
+        max_memory: in gigabytes; by default the value of the environment variable `NSMAPS_MAX_MEMORY`, else the memory of the
+            machine.
+        max_hours: on one core; by default the value of `NSMAPS_MAX_HOURS`, else 24.
     """
     found = sizes(study, system)
     known = {name: size for name, size in found.items() if size}
@@ -49,40 +52,38 @@ def check_sizes(
         ("memory", needs.memory / GIGABYTE, memory_limit(max_memory), "GB"),
         ("time", needs.seconds / HOUR, _limit(max_hours, "HOURS", HOURS), "hours"),
     )
-    for what, amount, most, unit in limits:
-        if not amount <= most:
+    for what, amount, limit, unit in limits:
+        if not amount <= limit:
             name = max(known, key=lambda name: known[name].memory if what == "memory" else known[name].seconds)
             option = "max-memory" if what == "memory" else "max-hours"
             raise study.source.error(
                 (SECTION[name].key,),
-                f"a run needs about {amount:.2g} {unit} of {what}, most of it for {SECTION[name].key!r}, as estimated; expected: "
-                f"at most {most:.3g}, or what is told by --{option} or {VARIABLE.format(option.removeprefix('max-').upper())}",
+                f"a run is estimated to need {amount:.2g} {unit} of {what}, most of it for {SECTION[name].key!r}; expected: "
+                f"at most {limit:.3g}, or another limit by --{option} or {VARIABLE.format(option.removeprefix('max-').upper())}",
                 key=True,
             )
     return found
 
 
 def memory_limit(given: float | None = None) -> float:
-    """Gigabytes that a run may need: those given, of the environment, or of the machine."""
+    """The limit of memory in gigabytes: as given, from the environment, or the memory of the machine."""
     return _limit(given, "MEMORY", _own_memory())
 
 
 def _limit(given: float | None, name: str, default: float) -> float:
-    """The limit that is given, by a call or in the environment; zero or less, or no number, is an error."""
+    """The limit as given, from the environment, or the default; raises NsmapsError unless it is a positive number."""
     text = os.environ.get(VARIABLE.format(name), "")
     try:
         limit = given if given is not None else float(text) if text else default
     except ValueError:
         limit = math.nan
     if not limit > 0:
-        raise NsmapsError(
-            f"{VARIABLE.format(name)} is {text if given is None else given!r}; expected: a number above zero, or inf"
-        )
+        raise NsmapsError(f"{VARIABLE.format(name)} is {text if given is None else given!r}; expected: a positive number, or inf")
     return limit
 
 
 def _own_memory() -> float:
-    """The memory of this machine in gigabytes, where the system says it."""
+    """The memory of this machine in gigabytes, or the default where it is unknown."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / GIGABYTE
     except (AttributeError, ValueError, OSError):

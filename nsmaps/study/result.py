@@ -1,4 +1,4 @@
-"""What a study's run answers."""
+"""The result of a study."""
 
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, field, fields, make_dataclass
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
     from nsmaps.study.sections import Kept
     from nsmaps.study.study import Study
 else:
-    Kept = object  #: what type checkers see of the fields that sections add to a result
+    Kept = object  #: for type checkers, the fields that sections add to a result
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class _Run(Kept):
-    """What every result has, and what follows from what its sections found."""
+    """The fields of every result, and properties that follow from those of its sections."""
 
     study: "Study"
     system: "ImpactSystem"
     verdicts: tuple[Verdict, ...] = ()
-    timings: dict[str, float] = field(default_factory=dict)  #: seconds, by what was computed
+    timings: dict[str, float] = field(default_factory=dict)  #: seconds, by step
     versions: dict[str, str] = field(default_factory=dict)
-    finished: bool = False  #: whether everything the study names was computed
-    undrawn: dict[str, str] = field(default_factory=dict)  #: why a figure could not be drawn, by its name
+    finished: bool = False  #: True if all steps of the study were computed
+    undrawn: dict[str, str] = field(default_factory=dict)  #: the reason why a figure could not be drawn, by its name
 
     __repr__ = brief
 
@@ -41,12 +41,12 @@ class _Run(Kept):
 
     @property
     def reduced(self) -> "ReturnMap | None":
-        """The map in place of the exact one: of pieces, or of strips."""
+        """The reduced map, of pieces or of strips; None without one."""
         return self.accurate.map(self.system) if self.accurate else self.composite
 
     @property
     def holds(self) -> bool:
-        """Whether every required verdict holds."""
+        """True if every required verdict is confirmed."""
         return all(verdict.holds for verdict in self.verdicts if verdict.required)
 
     def to_xarray(self) -> "DataTree":
@@ -62,15 +62,15 @@ class _Run(Kept):
 
 
 def _fields() -> Iterator[tuple[str, Any, Any]]:
-    """What the sections add to a result: name, type, default."""
+    """The fields that the sections add to a result: name, type, default."""
     for section in SECTIONS:
         for each in fields(section.stored):
-            made = each.default_factory is not MISSING
-            yield each.name, each.type, field(default_factory=each.default_factory) if made else field(default=each.default)
+            by_factory = each.default_factory is not MISSING
+            yield each.name, each.type, field(default_factory=each.default_factory) if by_factory else field(default=each.default)
 
 
 KEPT = tuple(each.name for section in SECTIONS if section.again is None for each in fields(section.stored))
-_TEXT = "Everything a study named, as it was computed; what it did not name is None or empty."
+_TEXT = "The results of all sections of a study; fields of sections that the study does not name are empty or None."
 if TYPE_CHECKING:
     StudyResult = _Run
 else:

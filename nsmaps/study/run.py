@@ -1,4 +1,4 @@
-"""From a study to its result: only what it names is computed, each step from those before it."""
+"""From a study to its result: the steps of its sections, each computed from the results of those before it."""
 
 import os
 import shutil
@@ -37,23 +37,27 @@ def run(
     max_memory: float | None = None,
     max_hours: float | None = None,
 ) -> StudyResult:
-    """Compute what a study names, and write it to the folder `out`, if one is given.
+    """Run a study, and write its result to the folder `out`, if one is given.
 
-    With `resume` the steps that a stopped run of the same study left in that folder are read from it, not computed again, and of
-    the step that it stopped in the finished parts: those of diagrams, exponents, basins and noise of the exact map.
+    The results of an earlier run of the study in this folder are replaced, and the figures and exports made from them are
+    removed. If a step is stopped or fails for a reason outside of the study, the results of the steps before it are written.
 
-    A study whose system is a class in a file runs that file; with `installed_only` it is refused. A run that is estimated to need
-    more than `max_memory` gigabytes or `max_hours` on one core is refused before anything is computed: by default more than the
-    environment variables `NSMAPS_MAX_MEMORY` and `NSMAPS_MAX_HOURS` say, else the memory of the machine and 24 hours.
+    Args:
+        study: a `Study`, the path of a YAML file, or the name of an installed study, such as `vi_pair/fp`.
+        out: the folder of the run.
+        progress: called with the fraction of the run that is finished, in which all steps count equally;
+            `nsmaps.progress.outermost` returns the current step. By default both are shown on a terminal.
+        resume: read the steps that a stopped run of the same study finished in this folder instead of computing them, and
+            finished parts of the step in which it stopped: of diagrams, exponents, basins and noise of the exact map.
+        installed_only: refuse a study whose system is a class in a file, which would be executed.
+        max_memory: refuse a run that is estimated to need more gigabytes, before anything is computed; by default the value of
+            the environment variable `NSMAPS_MAX_MEMORY`, else the memory of the machine.
+        max_hours: the same for hours on one core; by default the value of `NSMAPS_MAX_HOURS`, else 24.
 
-    `progress` is called with the fraction of the run that is done, each of its steps counted alike; `nsmaps.progress.outermost`
-    tells which step that is. Without one a line on a terminal shows both.
-
-    What an earlier run of the study left in the folder is replaced, with all that the commands drew and exported from it.
-
-    Raises StudyError for a study that cannot be run; NsmapsError for a folder that holds a run of another study, or, to be
-    resumed, of other versions; Interrupted on Ctrl-C. When a step is stopped, or fails for no fault of the study, those before it
-    have been written.
+    Raises:
+        StudyError: the study cannot be run, or is estimated to exceed a limit.
+        NsmapsError: the folder contains a run of another study or, with `resume`, of other versions.
+        Interrupted: on Ctrl-C, with the finished steps.
     """
     study = study if isinstance(study, Study) else load_study(study, installed_only=installed_only)
     if installed_only:
@@ -81,7 +85,7 @@ def _at_first(plan: Plan, folder: Path | None, resume: bool) -> StudyResult:
 
 @dataclass(slots=True)
 class _Run:
-    """A run under way: its result grows by a step at a time."""
+    """A run in progress: each step adds to its result."""
 
     plan: Plan
     folder: Path | None
@@ -89,13 +93,13 @@ class _Run:
     result: StudyResult
 
     def result_of_all(self) -> StudyResult:
-        """The result of all steps, written if there is a folder; what was finished is written too where the run is stopped."""
+        """The result of all steps, written if there is a folder; the finished steps are also written if the run is stopped."""
         missing = missing_of(self.folder / PARTS) if self.folder else []
         try:
             self._all_steps()
         except KeyboardInterrupt:
             raise Interrupted(_unfinished(self.result, self.folder), self.folder) from None
-        except StudyError:  # what is kept of a study that is refused helps no later run
+        except StudyError:  # finished steps of a study with an error are of no use
             for parts in missing[:1]:
                 shutil.rmtree(parts, ignore_errors=True)
             remove_empty(missing[1:])
@@ -120,7 +124,7 @@ class _Run:
             self.result = replace(self.result, timings=timings, verdicts=verdicts(self.result), finished=True)
 
     def _step(self, name: str, number: int, steps: int, stopped: Callable[[], None]) -> None:
-        """Compute one step, and add what it finds and its time to the result; kept in the folder, if there is one."""
+        """Compute one step, and add its result and its time; written to the folder, if there is one."""
 
         def progress(share: float) -> None:
             self.work.at(name, number, steps, share)
@@ -146,7 +150,7 @@ def _unfinished(result: StudyResult, folder: Path | None) -> StudyResult:
 
 
 def _write(result: StudyResult, folder: Path) -> None:
-    """Write a result, and only then let go of the parts of its steps."""
+    """Write a result, then remove the parts of its steps."""
     with writable(folder):
         write(result, folder)
     if result.finished:
@@ -154,18 +158,18 @@ def _write(result: StudyResult, folder: Path) -> None:
         return
     for name in result.timings:
         shutil.rmtree(folder / PARTS / name, ignore_errors=True)
-        with suppress(OSError):  # not there
+        with suppress(OSError):  # missing
             (folder / PARTS / f"{name}.npz").unlink()
-    with suppress(OSError):  # not there, or with parts of a step that was stopped
+    with suppress(OSError):  # missing, or with parts of a step that was stopped
         (folder / PARTS).rmdir()
 
 
 def _kept(new: StudyResult, folder: Path) -> StudyResult:
-    """The result in a folder, if it is one of the same study by the same versions."""
+    """The result in a folder; raises NsmapsError if it is of another study or of other versions."""
     try:
         kept = read_result(folder, installed_only=not is_file(new.study.system))
     except BrokenRun as error:
-        warnings.warn(f"{error}; all of it is computed again", RuntimeWarning, stacklevel=2)
+        warnings.warn(f"{error}; all steps are computed again", RuntimeWarning, stacklevel=2)
         return new
     for what, same in (("study", kept.study == new.study), ("versions", kept.versions == new.versions)):
         if not same:

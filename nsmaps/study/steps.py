@@ -1,4 +1,4 @@
-"""The steps of a study's run, in order: each answers a part of the result from the parts before it."""
+"""The steps of a study's run, in order; each computes fields of the result from those before it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from nsmaps.study.study import Study
 
 
 def _system(plan: Plan, result: StudyResult) -> dict[str, Any]:
-    """The compiled map, made or fetched from its cache; alone, so that its time is not another step's."""
+    """The compiled map, compiled or read from the cache, as a separate step so that its time is not part of another's."""
     with plan.study.source.located(("system",)):
         plan.system.first_return(np.zeros((1, len(plan.system.coordinates))))
     return {}
@@ -39,5 +39,5 @@ SECTION = {section.name: section for section in SECTIONS if section.compute}  #:
 
 
 def steps_of(study: Study) -> list[str]:
-    """What a run of the study computes, in order."""
+    """The names of the steps of a run of the study, in order."""
     return [name for name in STEPS if name == "system" or study.names(SECTION[name].key)]

@@ -1,14 +1,14 @@
-"""What a study's file may say: a frozen model whose keys are the sections, in which an unknown key is an error."""
+"""The grammar of a study's file: a frozen model whose keys are the sections; an unknown key is an error."""
 
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, cast
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PrivateAttr, create_model
+from pydantic import AfterValidator, BaseModel, Field, PrivateAttr, create_model
 
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.catalogue import CATALOGUE, FigureName
+from nsmaps.figures.catalogue import FigureName
 from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import read_number
 from nsmaps.study.reading.locations import Source
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 def scalar(value: object) -> object:
-    """A number, a text that reads as one (`pi/3`), a switch, or a word; which of them fits is for the system to say."""
+    """A number, an expression of one (`pi/3`), a switch, or a word; the system determines which of these is valid."""
     if isinstance(value, bool | int | float):
         return value
     if not isinstance(value, str):
-        raise ValueError("a parameter is one number, switch or word")
+        raise ValueError("not a number, switch or word")
     try:
         return read_number(value)
     except NsmapsError:
@@ -34,15 +34,8 @@ def scalar(value: object) -> object:
 Parameter = Annotated[Any, AfterValidator(scalar)]
 
 
-def _current(figure: object) -> object:
-    """The name of a figure; an earlier name is an error that states the new one."""
-    if isinstance(figure, str) and figure in _Head.was and figure not in CATALOGUE:
-        raise ValueError(f"{figure!r} is now {_Head.was[figure]!r}")
-    return figure
-
-
 class _Head(BaseModel):
-    """What a study says before its sections."""
+    """The keys of a study other than its sections."""
 
     model_config = SPEC
     was: ClassVar = {section.was: section.key for section in SECTIONS if section.was}
@@ -53,27 +46,27 @@ class _Head(BaseModel):
     _source: Source = PrivateAttr(default=Source())
 
     def model_post_init(self, context: Any) -> None:
-        """Keep where the study was read from, for the errors found later."""
+        """Store the source of the study, for errors that are found later."""
         self._source = context if isinstance(context, Source) else Source(self.name)
 
     @property
     def source(self) -> Source:
-        """Where the study was read from."""
+        """The source from which the study was read."""
         return self._source
 
     def system_object(self) -> "ImpactSystem":
-        """The system with the study's parameters; errors as `system_class`, and pydantic's ValidationError, for its places."""
+        """The system with the study's parameters; raises as `system_class`, and ValidationError for parameters."""
         return cast("ImpactSystem", system_class(self.system)(**self.parameters))
 
     def names(self, key: str) -> bool:
-        """Whether the study names a section."""
+        """True if the study names a section."""
         return bool(dict(self)[key])
 
     def once(self, key: str, names: Sequence[str]) -> None:
-        """A StudyError at the first entry of a section whose name another has before it."""
+        """Raise StudyError at the first entry of a section whose name occurs before."""
         for number, name in enumerate(names):
             if name in names[:number]:
-                text = f"the name {name!r} is given twice; expected: a name of its own for each"
+                text = f"the name {name!r} is given twice; expected: different names"
                 raise self.source.error((key, number, "name"), text)
 
 
@@ -90,11 +83,11 @@ class _Sections(_Head):
 
 
 _FIELDS: dict[str, Any] = {section.key: (section.type, section.default) for section in SECTIONS} | {
-    "figures": (tuple[Annotated[FigureName, BeforeValidator(_current)], ...], ()),
+    "figures": (tuple[FigureName, ...], ()),
     "require": (tuple[Literal["covered", "tolerance"], ...], ()),
-    "expected_failures": (dict[str, str], {}),  # what the failure of a verdict that is not required shows, by its name
+    "expected_failures": (dict[str, str], {}),  # by the name of a verdict that is not required: the meaning of its failure
 }
-_TEXT = """One study: a system by name, its parameters, and what is to be computed of it.
+_TEXT = """One study: a system by name, its parameters, and the sections that are to be computed.
 
 It holds the system's name, not the system, so that it can be written to a file and read again.
 """
@@ -105,5 +98,5 @@ else:
 
 
 def name_of(path: Path) -> str:
-    """The name of a study that gives none: its file's stem, without characters that a folder cannot bear."""
+    """The name of a study without the key `name`: its file's stem, without characters that are not valid in a folder's name."""
     return re.sub(r"[^\w.+-]+", "_", path.stem).lstrip(".+-") or "study"

@@ -1,4 +1,4 @@
-"""What each section says of itself: what a run would compute, the numbers it found, tables of them."""
+"""Descriptions of the sections of a study, and the numbers and tables of its result."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -10,17 +10,17 @@ from nsmaps.study.study import Study
 
 
 def about(study: Study) -> dict[str, str]:
-    """What each step would compute, by its name; nothing is computed for it."""
+    """A description of each step by its name, without any computation."""
     named = [section for section in SECTIONS if section.compute and study.names(section.key)]
     return {section.name: section.describe(getattr(study, section.key), study) for section in named}
 
 
 def numbers(result: StudyResult) -> dict[str, Any]:
-    """The numbers of a result that a reader looks for, as plain data for result.json, by heading."""
+    """The main numbers of a result, as plain data for result.json, by heading."""
     return {heading: data for section in SECTIONS for heading, data in section.numbers(result).items()}
 
 
 def tables(result: StudyResult) -> Iterator[Table]:
-    """What a reader of a run's end looks for, but for verdicts."""
+    """The tables that are printed at the end of a run."""
     for section in SECTIONS:
         yield from section.tables(result)

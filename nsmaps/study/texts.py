@@ -1,4 +1,4 @@
-"""Numbers as JSON knows them, and as text: intervals, states, counts of returns."""
+"""Numbers as JSON and as text: intervals, states, counts of returns."""
 
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
@@ -16,19 +16,19 @@ EXACT = "exact map"
 
 
 def finite(values: Any) -> list[float | None]:
-    """Numbers that JSON knows, shape (n,): None where there is none."""
+    """Numbers for JSON, shape (n,): None for NaN and infinities."""
     return [float(x) if np.isfinite(x) else None for x in values]
 
 
 def plain(table: Floats) -> Any:
-    """An array of any shape as lists of numbers that JSON knows: None where there is none."""
+    """An array of any shape as lists of numbers for JSON: None for NaN and infinities."""
     kept = np.asarray(table, float).astype(object)
     kept[~np.isfinite(table)] = None
     return kept.tolist()
 
 
 def yes(holds: object) -> str:
-    """How the text of a verdict begins."""
+    """The first word of the text of a verdict."""
     return "yes" if holds else "no"
 
 
@@ -38,9 +38,9 @@ def point(coordinates: Sequence[str], state: Floats) -> str:
 
 
 def intervals(coordinates: Sequence[str], box: Floats, inward: bool = False) -> str:
-    """Intervals, one a coordinate, rounded to a hundredth of their width or finer: a claim that is printed holds.
+    """Intervals, one per coordinate, rounded to a hundredth of their width or finer, so that a printed claim remains true.
 
-    Outwards for what orbits stay in, inwards for what they start in.
+    They are rounded outwards, or inwards for start boxes.
     """
     parts, ways = [], (ROUND_CEILING, ROUND_FLOOR) if inward else (ROUND_FLOOR, ROUND_CEILING)
     for name, (low, high) in zip(coordinates, box, strict=True):
@@ -53,7 +53,7 @@ def intervals(coordinates: Sequence[str], box: Floats, inward: bool = False) -> 
 
 
 def grid_text(grid: "Mapping[str, Span] | None") -> str:
-    """How many states a grid has along each coordinate."""
+    """The number of states of a grid along each coordinate."""
     return f"{' x '.join(str(span.points) for span in (grid or {}).values() if span.points > 1)} states"
 
 

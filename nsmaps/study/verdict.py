@@ -1,4 +1,4 @@
-"""The claims that a result supports or refutes, those that are expected to fail, and what a run comes to."""
+"""The verdicts of a result, those that are expected to fail, and the conclusion of a run."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,16 +10,16 @@ from nsmaps.study.sections.motions import coexisting
 
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
-    """Every verdict on what a result holds, those that are expected to fail reported as such.
+    """All verdicts of a result; the text of one that is expected to fail states this.
 
-    A study expects this of its own parameters alone, and of no verdict that it requires.
+    Expected failures apply to the study's own parameters, and to verdicts that are not required.
     """
     expected = {} if result.study.source.changed else result.study.expected_failures
     return tuple(_as_expected(verdict, expected) for section in SECTIONS for verdict in section.verdicts(result))
 
 
 def unmet(result: StudyResult) -> list[str]:
-    """What a study expects to fail and is no verdict of its run, or a required one."""
+    """The names of expected failures that match no verdict of the run, or a required one."""
     if result.study.source.changed or not result.finished:
         return []
     known = {name for verdict in result.verdicts if not verdict.required for name in _names(verdict)}
@@ -27,23 +27,23 @@ def unmet(result: StudyResult) -> list[str]:
 
 
 def _names(verdict: Verdict) -> tuple[str, ...]:
-    """What a verdict may be called: its name, that without its claim, each also with its map."""
+    """The names by which a study may refer to a verdict: with or without its claim, each with or without its map."""
     names = verdict.name, verdict.name.rpartition(": ")[0] or verdict.name
     return *names, *(f"{name} ({verdict.of})" for name in names)
 
 
 def _as_expected(verdict: Verdict, expected: Mapping[str, str]) -> Verdict:
-    shows = next((text for name, text in expected.items() if name in _names(verdict)), "")
-    if not shows or verdict.required:
+    meaning = next((text for name, text in expected.items() if name in _names(verdict)), "")
+    if not meaning or verdict.required:
         return verdict
     because = verdict.text.partition(": ")[2]
     if verdict.holds:
-        return replace(verdict, text=f"yes: expected to fail, yet it holds; {because}")
-    return replace(verdict, shows=shows, text=f"no: expected to fail: shows that {shows}; {because}")
+        return replace(verdict, text=f"yes: expected to fail, but confirmed; {because}")
+    return replace(verdict, shows=meaning, text=f"no: expected to fail: shows that {meaning}; {because}")
 
 
 def conclusion(result: StudyResult) -> str:
-    """Which required verdicts fail, or that all hold; how many of the others do, and what coexists."""
+    """The required verdicts that fail, or that none does; the number of other verdicts that hold; coexisting attractors."""
     required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
     failed = [f"{verdict.name} ({verdict.of})" for verdict in required if not verdict.holds]
     if failed:

@@ -58,7 +58,7 @@ def test_falling_curves_are_part_1_and_p_and_q_agree_to_rounding():
     domain = attracting_domain(PAIR, ROOM, updates=1)
     p, q = (0.2 - 0.5 * 0.6) / (1 - 0.25), (0.6 - 0.5 * 0.2) / (1 - 0.25)
     x, y = domain.cycles
-    assert (domain.status, domain.trapped, domain.part) == ("outer", True, (1, 1))
+    assert (domain.status, domain.forward_invariant, domain.part) == ("outer", True, (1, 1))
     assert x.iterated == pytest.approx([p, q], abs=1e-11)
     assert x.roots == pytest.approx([p, q], abs=1e-11)
     assert (x.places, x.agree, x.stable) == (("q", "p"), True, True)
@@ -97,7 +97,7 @@ def test_three_coordinates():
     ]
     map = polynomials(("x", "y", "z"), terms)
     domain = attracting_domain(map, [[-1, 1], [-1, 1], [-1, 1]], updates=6)
-    assert domain.trapped
+    assert domain.forward_invariant
     assert [e.kind for e in domain.updates[0].envelopes] == ["closed form", "numeric", "closed form"]
     assert all(cycle.agree for cycle in domain.cycles)
     states = np.random.default_rng(0).uniform(-1, 1, (500, 3))
@@ -111,7 +111,7 @@ def test_the_bound_of_a_henon_map_holds_its_attractor():
     """The Henon map in (x, y): 10^5 states of its attractor lie in every box of its updates."""
     henon = polynomials(("x", "y"), [{(0, 0): 1, (2, 0): -1.2, (0, 1): 1}, {(1, 0): 0.2}])
     domain = attracting_domain(henon, [[-1.2, 1.26], [-0.25, 0.255]], updates=11)
-    assert domain.trapped, domain.reason
+    assert domain.forward_invariant, domain.reason
     states = np.zeros((100, 2))
     for step in range(1100):
         states = henon(states)
@@ -135,7 +135,7 @@ def test_inflated_bounds_are_those_of_the_map_that_the_polynomial_stands_for():
     assert (domain.box[:, 0] <= own.box[:, 0]).all()
     assert (own.box[:, 1] <= domain.box[:, 1]).all()
     assert not (attracting_domain(PAIR, ROOM).box[0, 1] >= own.box[0, 1])  # without the error it is none
-    assert attracting_domain(PAIR, ROOM, error=ErrorBound(np.full(2, 9.0), "certified")).trapped is False
+    assert attracting_domain(PAIR, ROOM, error=ErrorBound(np.full(2, 9.0), "certified")).forward_invariant is False
 
 
 @dataclass
@@ -165,7 +165,7 @@ def test_an_enclosed_worst_case_is_outer_and_next_to_the_sampled_one():
     box = [[-1, 1], [-1, 1]]
     outer = attracting_domain(Enclosing(), box, updates=1)
     inner = attracting_domain(Enclosing(), box, updates=1, bounds="sampled")
-    assert (outer.status, inner.status, outer.trapped) == ("enclosed", "sampled", True)
+    assert (outer.status, inner.status, outer.forward_invariant) == ("enclosed", "sampled", True)
     for ours, theirs in zip(outer.boxes, inner.boxes, strict=True):
         assert (ours[:, 0] <= theirs[:, 0]).all()
         assert (theirs[:, 1] <= ours[:, 1]).all()
@@ -174,7 +174,7 @@ def test_an_enclosed_worst_case_is_outer_and_next_to_the_sampled_one():
 
 def test_states_without_a_bounded_image_trap_nothing():
     domain = attracting_domain(Enclosing(holes=[np.array([0.3, 0.1])]), [[-1, 1], [-1, 1]], updates=1)
-    assert not domain.trapped
+    assert not domain.forward_invariant
     unknown = "the enclosure does not decide for all states of the box where, or whether, they have an image"
     assert f"{unknown}; all 1004 states tried in it have one" in domain.reason
     none, why = smallest_box(Enclosing(holes=[np.array([0.3, 0.1])]), [[0.2, 0.4], [0, 0.2]])
@@ -185,7 +185,7 @@ def test_states_without_a_bounded_image_trap_nothing():
 def test_a_start_box_is_found_around_a_small_one():
     box, why = smallest_box(Enclosing(), [[0.05, 0.1], [-0.02, 0.02]])
     assert box is not None, why
-    assert attracting_domain(Enclosing(), box, updates=1).trapped
+    assert attracting_domain(Enclosing(), box, updates=1).forward_invariant
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_a_map_of_pieces_is_enclosed():
     pieces = CompositeMap(("x", "y"), ("B",), (Piece("all", Box.of(("x", "y"), [[-2, 2], [-2, 2]]), PAIR, "BB"),))
     domain, outer = attracting_domain(pieces, ROOM, updates=2), attracting_domain(PAIR, ROOM, updates=2)
     inner = attracting_domain(pieces, ROOM, updates=2, bounds="sampled")
-    assert (domain.status, inner.status, domain.trapped) == ("enclosed", "sampled", outer.trapped)
+    assert (domain.status, inner.status, domain.forward_invariant) == ("enclosed", "sampled", outer.forward_invariant)
     assert domain.box == pytest.approx(outer.box, abs=1e-4)
     assert (domain.box[:, 0] <= inner.box[:, 0]).all()
     assert (domain.box[:, 1] >= inner.box[:, 1]).all()

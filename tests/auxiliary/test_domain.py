@@ -37,13 +37,13 @@ def test_the_worst_case_settles_on_its_two_cycle():
     """x' = -0.5 x + 0.1 y with |y| <= 1: xi_U = -0.5 x + 0.1, xi_L = -0.5 x - 0.1; p = -0.2, q = 0.2 in the first update."""
     map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
     domain = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1)
-    assert domain.trapped
+    assert domain.forward_invariant
     assert domain.boxes[-1] == pytest.approx(np.array([[-0.2, 0.2], [0, 0]]), abs=1e-9)
     generic = domain.updates[0].generic
     assert sorted(generic[-2:, 0]) == pytest.approx([-0.2, 0.2], abs=1e-9)
     assert domain.generic_agrees
     shrunk = attracting_domain(map, [[-1, 1], [-1, 1]], updates=8)
-    assert shrunk.settled
+    assert shrunk.converged
     assert shrunk.sizes[-1] == pytest.approx(0, abs=1e-9)
 
 
@@ -51,7 +51,7 @@ def test_a_generic_cobweb_may_underestimate_the_worst_case():
     """A hump that the generic iterates miss: x' = 0.8 - 3 (x - 0.35)^2, no y. The worst case keeps the hump's top."""
     map = Plain(lambda x, y: (0.8 - 3 * (x - 0.35) ** 2 + 0 * y, 0.5 * y))
     domain = attracting_domain(map, [[-0.2, 0.9], [-1, 1]], updates=2)
-    assert domain.trapped
+    assert domain.forward_invariant
     assert domain.boxes[-1][0, 1] == pytest.approx(0.8, abs=1e-9)
 
 
@@ -100,8 +100,8 @@ def test_the_agreement_of_a_formula_is_that_of_rounding():
 def test_a_box_that_is_left_stops_the_updates_and_says_how():
     map = Plain(lambda x, y: (2 * x, 0.5 * y))
     domain = attracting_domain(map, [[-1, 1], [-1, 1]])
-    assert not domain.trapped
-    assert not domain.settled
+    assert not domain.forward_invariant
+    assert not domain.converged
     assert len(domain.updates) == 1
     assert "x down to -2 (box -1), x up to 2 (box 1)" in domain.reason
     assert np.isnan(domain.two_cycle).all()
@@ -110,10 +110,10 @@ def test_a_box_that_is_left_stops_the_updates_and_says_how():
 def test_a_contraction_that_is_not_at_rest_is_not_settled():
     map = Plain(lambda x, y: (-0.9 * x + 0.099 * y, -0.9 * y + 0.099 * x))
     domain = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1)
-    assert domain.trapped
-    assert domain.settled == (np.max(1 - np.abs(domain.boxes[-1])) <= 0.02)
+    assert domain.forward_invariant
+    assert domain.converged == (np.max(1 - np.abs(domain.boxes[-1])) <= 0.02)
     quick = Plain(lambda x, y: (-0.5 * x + 0.3 * y, -0.5 * y + 0.3 * x))
-    assert not attracting_domain(quick, [[-1, 1], [-1, 1]], updates=2).settled
+    assert not attracting_domain(quick, [[-1, 1], [-1, 1]], updates=2).converged
 
 
 @pytest.mark.parametrize("share", [0.99, 0.999999])
@@ -121,19 +121,19 @@ def test_what_still_moves_says_by_more_than_what_and_what_to_do(share):
     """Bounds that move by a little more than is allowed, told with digits enough to see it."""
     map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
     moved = np.abs(np.diff(attracting_domain(map, [[-1, 1], [-1, 1]], updates=1).boxes, axis=0)).max() / 2
-    reason = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, settle=share * moved).reason
+    reason = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, tolerance=share * moved).reason
     told = float(reason.partition("moved a bound by ")[2].partition(" %")[0])
     assert told == pytest.approx(100 * moved, rel=1e-2)
     assert told > 100 * share * moved
     assert reason.endswith(f"more than {100 * share * moved:g} %; raise `updates`")
-    assert "raise" not in attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, settle=moved).reason
+    assert "raise" not in attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, tolerance=moved).reason
 
 
 def test_an_angle_is_taken_on_the_turn_of_the_box():
     """phi' = phi + 0.5 sin(phi) near phi = pi, given with whole turns to spare."""
     map = Plain(lambda x, y: (0.5 * x, y + 0.5 * np.sin(y) + 4 * np.pi), ("x", Angle("y")))
     domain = attracting_domain(map, [[-1, 1], [2.5, 3.8]], updates=3)
-    assert domain.trapped
+    assert domain.forward_invariant
     assert domain.boxes[-1][1] == pytest.approx([np.pi, np.pi], abs=1e-6)
 
 
@@ -141,8 +141,8 @@ def test_the_smallest_box_is_grown_to_a_trapped_one_or_given_up():
     map = Plain(lambda x, y: (-0.5 * x + 0.2, 0.5 * y + 0.1))
     box, why = smallest_box(map, [[0.5, 0.6], [0.2, 0.21]], max_growth=40)
     assert box is not None, why
-    assert attracting_domain(map, box, updates=1).trapped
-    assert attracting_domain(map, [[0.5, 0.6], [0.2, 0.21]], grow=True).trapped is False  # beyond four times the start
+    assert attracting_domain(map, box, updates=1).forward_invariant
+    assert attracting_domain(map, [[0.5, 0.6], [0.2, 0.21]], grow=True).forward_invariant is False  # beyond four times the start
     none, why = smallest_box(Plain(lambda x, y: (1.5 * x, 0.5 * y)), [[-1, 1], [-1, 1]])
     assert none is None
     assert "no useful box: x in [-1, 1]" in why
@@ -152,7 +152,7 @@ def test_states_without_an_image_are_said():
     map = Plain(lambda x, y: (np.sqrt(x - 0.5), 0.5 * y))
     with np.errstate(invalid="ignore"):
         domain = attracting_domain(map, [[0, 1], [-1, 1]])
-    assert not domain.trapped
+    assert not domain.forward_invariant
     assert "no image" in domain.reason
 
 

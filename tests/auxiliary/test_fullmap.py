@@ -96,9 +96,9 @@ def test_covers_take_it_as_any_other():
 def test_a_closed_box_and_one_that_is_not():
     """Henon's map at a = 0.2 takes [0.5, 1.5] x [0, 0.5] into itself; at a = 1.4 not."""
     held = closed_box(Henon(0.2), [[0.5, 1.5], [0, 0.5]], 16)
-    assert held.trapped
+    assert held.forward_invariant
     assert held.contains([[0.5, 0.0], [1.5, 0.5]]).all()
-    assert not closed_box(Henon(1.4), [[0.5, 1.5], [0, 0.5]], 16).trapped
+    assert not closed_box(Henon(1.4), [[0.5, 1.5], [0, 0.5]], 16).forward_invariant
     cover = morse_sets(Henon(0.2), [[0.5, 1.5], [0, 0.5]], 4)
     inner = trap(Henon(0.2), cover, cover.minimal[0])
     assert (inner.hull[:, 0] >= held.hull[:, 0]).all()

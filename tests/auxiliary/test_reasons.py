@@ -27,19 +27,19 @@ def test_a_stable_point_whose_worst_case_expands_has_no_box_of_any_sides() -> No
     """0.84 of a turn by 45 degrees: multipliers of size 0.84, |J| all 0.594, whose spectral radius is 1.188."""
     map = turning(0.84, 45)
     domain = attracting_domain(map, [[0, 2], [1, 3]])
-    assert not domain.trapped
+    assert not domain.forward_invariant
     said = "at its stable fixed point (x = 1, y = 2) the absolute derivatives have spectral radius 1.188, more than 1"
     assert f"; {said}: no small box about it is carried into itself, whatever its sides; cells " in domain.reason
     assert domain.reason.endswith("`morse`")
     for aspect in np.geomspace(1e-3, 1e3, 41):
         half = 0.1 * np.array([aspect, 1 / aspect])
         box = np.array([1, 2])[:, None] + half[:, None] * [-1, 1]
-        assert not attracting_domain(map, box, 1).trapped
+        assert not attracting_domain(map, box, 1).forward_invariant
 
 
 @pytest.mark.parametrize(("share", "degrees"), [(0.7, 40), (0.5, 80), (0.65, 10)])
 def test_sides_that_are_told_are_those_of_a_box_that_is_trapped(share: float, degrees: float) -> None:
-    """In units of x in which a square is not trapped, as its image is wider than it is high."""
+    """In units of x in which a square is not forward invariant, as its image is wider than it is high."""
     plain = turning(share, degrees)
     rows = np.array([plain([[1.0, 2.0 + k]])[0] for k in (0, 1)]), np.array([plain([[1.0 + k, 2.0]])[0] for k in (0, 1)])
     j = np.column_stack([np.diff(rows[1], axis=0)[0], np.diff(rows[0], axis=0)[0]])
@@ -50,11 +50,11 @@ def test_sides_that_are_told_are_those_of_a_box_that_is_trapped(share: float, de
     domain = attracting_domain(map, [[-1, 1], [-1, 1]], 1)
     radius = np.abs(np.linalg.eigvals(np.abs(scaled))).max()
     assert radius < 1
-    assert not domain.trapped
+    assert not domain.forward_invariant
     assert f"spectral radius {radius:.4g}, less than 1" in domain.reason
     sides = [float(side) for side in re.search(r"sides as (\S+) : (\S+) are", domain.reason).groups()]
     box = 0.01 * np.array(sides)[:, None] * [-1, 1]
-    assert attracting_domain(map, box, 1).trapped
+    assert attracting_domain(map, box, 1).forward_invariant
 
 
 def test_of_a_fit_that_stands_for_another_map_the_derivative_is_not_told() -> None:
@@ -85,7 +85,7 @@ class Spiral:
 def test_the_point_is_told_on_the_turn_of_the_box() -> None:
     radius = np.abs(np.linalg.eigvals(np.abs(Spiral.slope))).max()
     domain = attracting_domain(Spiral(), [[-0.5, 0.5], [6.5, 7.5]], 1, samples=21)
-    assert not domain.trapped
+    assert not domain.forward_invariant
     assert "(r = " in domain.reason
     assert f"phi = 7) the absolute derivatives have spectral radius {radius:.4g}, more than 1" in domain.reason
 
@@ -100,7 +100,7 @@ class Unknown(Henon):
 
 def test_an_enclosure_that_knows_nothing_is_no_state_without_image() -> None:
     domain = attracting_domain(Unknown(0.2), [[0.5, 1.5], [0, 0.5]])
-    assert not domain.trapped
+    assert not domain.forward_invariant
     assert "some states of the box have no image" not in domain.reason
     unknown = "the enclosure does not decide for all states of the box where, or whether, they have an image"
     assert domain.reason.startswith(f"update 1: {unknown}; all 1004 states tried in it have one")

@@ -58,8 +58,8 @@ def mapping(u: np.ndarray, p: np.ndarray) -> np.ndarray:
 def ours() -> np.ndarray:
     """Both ways, with words, turns and outcomes of every return kept, periods and motions found."""
     pair = nsmaps.Along(SYSTEM, "d")
-    up = nsmaps.bifurcation(pair, VALUES, START, RETURNS, TRANSIENT, follow="up")
-    return np.asarray(nsmaps.bifurcation(pair, VALUES, up.states[-1, :, -1], RETURNS, TRANSIENT, follow="down").states[:, 0])
+    up = nsmaps.bifurcation(pair, VALUES, START, RETURNS, TRANSIENT, direction="up")
+    return np.asarray(nsmaps.bifurcation(pair, VALUES, up.states[-1, :, -1], RETURNS, TRANSIENT, direction="down").states[:, 0])
 
 
 def by_hand() -> np.ndarray:

@@ -31,7 +31,7 @@ def test_a_closed_set_around_the_fixed_point(name):
     assert cover.of == "exact map"
     (minimal,) = cover.minimal
     held = trap(made, cover, minimal)
-    assert held.trapped
+    assert held.forward_invariant
     assert len(held.numbers) < 0.01 * cover.cells.size
     boxes = held.boxes
     rng = np.random.default_rng(1)
@@ -51,7 +51,7 @@ def test_behind_a_doubling_the_cover_separates_the_cycle_from_the_saddle():
     assert len(cycle) == 2
     (minimal,) = cover.minimal
     held = trap(made, cover, minimal)
-    assert held.trapped
+    assert held.forward_invariant
     assert held.contains(cycle).all()
     assert not held.contains(fixed).any()
     assert cover.contains(fixed).all()
@@ -62,7 +62,7 @@ def test_behind_a_doubling_the_cover_separates_the_cycle_from_the_saddle():
 
 def test_a_box_that_the_exact_map_carries_into_itself():
     domain = nsmaps.attracting_domain(DAMPED, [[0.66, 0.77], [1.265, 1.375]], updates=1)
-    assert domain.trapped
+    assert domain.forward_invariant
     assert domain.claim == "a bound for the exact map: enclosed"
     states = domain.boxes[0][:, 0] + np.random.default_rng(2).random((200, 2)) * np.ptp(domain.boxes[0], axis=1)
     for _ in range(40):
@@ -75,7 +75,7 @@ def test_exit_and_arrival_times():
     window = np.array([[0.66, 0.77], [1.265, 1.375]])
     cover = morse_sets(DAMPED, window, 2)
     held = trap(DAMPED, cover)
-    assert held.trapped
+    assert held.forward_invariant
     times = exit_times(DAMPED, {"all": Box.of(DAMPED.coordinates, window)}, window, 2, 32, target=held)
     assert times.arrived is not None
     states = window[:, 0] + np.random.default_rng(3).random((300, 2)) * np.ptp(window, axis=1)

@@ -108,6 +108,6 @@ def test_steps_of_a_map_in_closed_form():
 def test_a_target_that_is_not_closed_is_refused():
     cover = morse_sets(Henon(), [[-1.2, 1.2], [-0.3, 0.3]], 3)
     held = trap(Henon(), cover)
-    assert not held.trapped
+    assert not held.forward_invariant
     with pytest.raises(NsmapsError, match="not closed under the map"):
         exit_times(Henon(), REGIONS, WINDOW, target=held)

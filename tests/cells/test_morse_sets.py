@@ -80,7 +80,7 @@ def test_the_window_and_periodic_points_of_the_logistic_map():
     assert len({two, zero, fixed}) == 3
     assert [zero, fixed] in cover.edges.tolist()
     held = trap(Logistic(3.2), cover, two)
-    assert held.trapped
+    assert held.forward_invariant
     assert held.contains(np.array(cycle)[:, None]).all()
     assert held.hull[0] == pytest.approx([cycle[1], cycle[0]], abs=0.01)
 
@@ -112,7 +112,7 @@ def test_what_does_not_stay_is_empty():
 def test_a_circle_has_no_seam(shift):
     cover = morse_sets(Turn(shift), [[-1, 1], [shift, shift + TURN]], 4)
     held = trap(Turn(shift), cover, cover.minimal[0])
-    assert held.trapped
+    assert held.forward_invariant
     assert held.contains([[0.0, angle] for angle in np.linspace(-9, 9, 50)]).all()
     assert not held.contains([[0.5, 1.0]]).any()
 
@@ -132,7 +132,7 @@ class Patchy(Henon):
 
 
 def test_what_is_not_known_is_kept():
-    """All cells of unknown images are recurrent if anything leads to them; a set with lost states is not trapped."""
+    """All cells of unknown images are recurrent if anything leads to them; a set with lost states is not forward invariant."""
     window = [[-2, 2], [-1, 1]]
     plain, patchy = morse_sets(Henon(0.9), window, 4), morse_sets(Patchy(0.9), window, 4)
     assert np.isin(plain.numbers, patchy.numbers).all()
@@ -140,7 +140,7 @@ def test_what_is_not_known_is_kept():
     assert np.isin(np.flatnonzero(unknown & np.isin(np.arange(len(unknown)), plain.numbers)), patchy.numbers).all()
     assert not patchy.stays[unknown[patchy.numbers]].any()
     held = trap(Patchy(0.9), patchy, 0)
-    assert not held.trapped
+    assert not held.forward_invariant
     assert "not bounded" in held.reason
 
 

@@ -208,7 +208,7 @@ def test_the_reach_of_an_attractor_without_a_period_has_no_unit(pair, unit):
     """Chaos beside 2:1/T: were lengths and radians compared, the first coordinate alone would count, or not at all."""
     system = pair(0.2265, r=0.25, beta=np.pi / 6)
     starts = np.random.default_rng(3).uniform([0.05, 0.0], [0.9, 2 * np.pi], (60, 2))
-    one, other = basins(system, starts, longest=16), basins(InUnits(system, unit), starts * [unit, 1], longest=16)
+    one, other = basins(system, starts, max_period=16), basins(InUnits(system, unit), starts * [unit, 1], max_period=16)
     assert [a.label for a in one.attractors] == [a.label for a in other.attractors]
     assert {a.period for a in one.attractors} == {0, 2}
     assert np.array_equal(one.label, other.label)
@@ -268,7 +268,7 @@ def test_every_start_of_the_paper_arrives(pair, d, most, label):
 
 def test_a_long_transient_is_no_attractor(pair):
     """Where the chaotic set has lost its hold, orbits stay near it for thousands of returns."""
-    found = find_attractors(pair(0.225, r=0.25, beta=np.pi / 6), np.array([[0.67, 0.47], [0.08, 1.75]]), transient=100)
+    found = find_attractors(pair(0.225, r=0.25, beta=np.pi / 6), np.array([[0.67, 0.47], [0.08, 1.75]]), discard=100)
     assert "2:1/T" in [attractor.label for attractor in found]
 
 

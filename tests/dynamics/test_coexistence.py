@@ -65,7 +65,7 @@ def test_attractors_are_told_apart_and_matched():
 def rattle():
     """The gear rattle up and down through chaos, and through its one window with two attractors."""
     values = np.unique([*np.linspace(0.22, 0.25, 7), 0.265, 0.3, 0.35, 0.4, *np.linspace(0.43, 0.48, 11), 0.85])
-    return nsmaps.bifurcation(rattle_at, values, [3.0, 1.0], follow="both")
+    return nsmaps.bifurcation(rattle_at, values, [3.0, 1.0], direction="both")
 
 
 def rattle_at(eps):

@@ -14,9 +14,9 @@ from nsmaps.exact.outcome import Outcome
 
 def test_rows_are_bifurcation_diagrams(pair):
     along, across = [0.26, 0.30, 0.35], [0.5, 0.6]
-    made = stability_diagram(lambda d, r: pair(d, r), along, across, [0.8, 0.4], longest=8)
+    made = stability_diagram(lambda d, r: pair(d, r), along, across, [0.8, 0.4], max_period=8)
     for k, r in enumerate(across):
-        row = nsmaps.bifurcation(lambda d, r=r: pair(d, r), along, [0.8, 0.4], returns=16, transient=1000, follow="down")
+        row = nsmaps.bifurcation(lambda d, r=r: pair(d, r), along, [0.8, 0.4], returns=16, discard=1000, direction="down")
         assert np.array_equal(made.period[k], row.period[:, 0])
         assert np.array_equal(made.labels[k], row.labels[:, 0])
     assert made.labels[0].tolist() == ["1:1/C", "1:1/2T", "1:1/T"]
@@ -35,7 +35,7 @@ def test_points_without_a_map_are_data(pair):
     assert "greater than 0" in made.reasons[0]
     assert "less than or equal to 1" in made.reasons[1]
     assert seen == [0.5, 1]
-    with pytest.raises(NsmapsError, match="there is no row of 1"):
+    with pytest.raises(NsmapsError, match="none of 1 rows has a map"):
         stability_diagram(of, [0.35], [1.5], [0.8, 0.4])
 
 
@@ -63,9 +63,9 @@ def test_a_row_without_an_event_says_why(pair):
 
 
 def test_sweeps_of_no_points_are_errors_and_a_curve_of_none_is_empty(pair):
-    with pytest.raises(NsmapsError, match="there is no row of 0: no value across"):
+    with pytest.raises(NsmapsError, match="none of 0 rows has a map: no value across"):
         stability_diagram(pair, [0.3], [], [0.8, 0.4])
-    with pytest.raises(NsmapsError, match=r"there is no row of 1: the values have shape \(0,\)"):
+    with pytest.raises(NsmapsError, match=r"none of 1 rows has a map: the values have shape \(0,\)"):
         stability_diagram(pair, [], [0.5], [0.8, 0.4])
     with pytest.raises(NsmapsError, match=r"the values across have shape \(1, 1\)"):
         stability_diagram(pair, [0.3], [[0.5]], [0.8, 0.4])
@@ -86,5 +86,5 @@ def test_the_curve_parts_the_diagram(pair):
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
     made = event_curve(pair, fixed, 0.35, [0.5, 0.55, 0.6], "period doubling", (0.25, 0.36))
     for r, d in zip(made.across, made.values, strict=True):
-        sides = stability_diagram(pair, [d + 2e-3, d - 2e-3], [r], [0.8, 0.31], transient=20_000)
+        sides = stability_diagram(pair, [d + 2e-3, d - 2e-3], [r], [0.8, 0.31], discard=20_000)
         assert sides.period.tolist() == [[1, 2]]

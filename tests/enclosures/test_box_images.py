@@ -220,8 +220,8 @@ def test_what_takes_box_maps_takes_fitted_maps():
     assert cover.of == "fitted map"
     assert cover.contains(fixed[None]).all()
     held = trap(map, cover)
-    assert held.trapped
-    assert closed_box(map, window).trapped
+    assert held.forward_invariant
+    assert closed_box(map, window).forward_invariant
     found = find_cycles(map, window, 1, 3)
     assert found.cycles[0].states[0] == pytest.approx(fixed, abs=1e-12)
     regions = {"far": Box.of(NAMES, [[0.2, 0.4], [-0.3, 0.8]])}

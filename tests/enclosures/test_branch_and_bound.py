@@ -41,7 +41,7 @@ def test_the_domain_of_fp_takes_hundreds_of_calls_of_the_enclosure_not_thousands
     map = Counted(nsmaps.load_system("vi_pair", d=0.35, M=0.1245, g=9.8, beta=pi / 3, F=5))
     domain = attracting_domain(map, START, updates=11)
     steps = sum(len(update.worst) - 1 for update in domain.updates)
-    assert domain.settled
+    assert domain.converged
     assert domain.status == "enclosed"
     assert steps > 100
     assert len(map.asked) < 4 * steps
@@ -58,8 +58,8 @@ def test_the_fitted_domain_takes_hundreds_of_calls_of_bernstein_hulls(monkeypatc
     terms = {"x": {(0, 0): 1.0, (2, 0): -1.4, (0, 1): 0.1}, "y": {(1, 0): 0.3, (0, 2): 0.1}}
     map = PolyMap.of_monomials(("x", "y"), terms, [[-1, 2], [-1, 1]])
     domain = attracting_domain(map, [[-0.75, 1.1], [-0.4, 0.4]], updates=11)
-    iterates = sum(len(update.generic) for update in domain.updates if update.trapped)
-    assert domain.trapped
+    iterates = sum(len(update.generic) for update in domain.updates if update.forward_invariant)
+    assert domain.forward_invariant
     assert iterates > 4000
     assert len(calls) < 1000
 

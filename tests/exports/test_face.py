@@ -98,12 +98,17 @@ def test_awkward_names_do_no_harm(format, tmp_path):
 
 
 def a_result():
-    """What a run holds, with a domain that is not trapped."""
+    """What a run holds, with a domain that is not forward invariant."""
     whole = exported.composite()
     envelope = SimpleNamespace(coordinate="v", kind="closed form", held=np.array([[np.nan] * 2, [0.5, -0.3]]))
     numeric = SimpleNamespace(coordinate="phi", kind="numeric", held=None)
     update = SimpleNamespace(number=3, envelopes=(envelope, numeric))
-    about = {"of": "fitted map R1", "trapped": False, "settled": False, "reason": "one worst-case step leaves the box"}
+    about = {
+        "of": "fitted map R1",
+        "forward_invariant": False,
+        "converged": False,
+        "reason": "one worst-case step leaves the box",
+    }
     domain = SimpleNamespace(coordinates=exported.NAMES, updates=[update], **about)
     sections = [SimpleNamespace(name="first", map="R1"), SimpleNamespace(name="exact", map="exact")]
     chosen = SimpleNamespace(domain="first")
@@ -201,7 +206,7 @@ def test_every_format_says_what_a_second_iterate_is_of(run, format, tmp_path):
     text = "\n".join(path.read_text() for path in sorted(tmp_path.glob("second_iterate.*")))
     domain = nsmaps.read_result(run).domains["fitted"]
     low, high = domain.updates[-1].box[1].tolist()
-    verdict = "forward invariant and" if domain.trapped else "NOT forward invariant and"
+    verdict = "forward invariant and" if domain.forward_invariant else "NOT forward invariant and"
     told = [
         "piece all",
         "a = 0.2, r = 0.5",
@@ -211,7 +216,7 @@ def test_every_format_says_what_a_second_iterate_is_of(run, format, tmp_path):
     ]
     for part in [*told, f"phi_min = {low}", f"phi_max = {high}", "updates[-1].box"]:
         assert (part.replace("_", "\\_") if format == "latex" else part) in text
-    assert ("CAUTION: " in text) is not (domain.trapped and domain.settled)
+    assert ("CAUTION: " in text) is not (domain.forward_invariant and domain.converged)
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -276,7 +281,7 @@ def test_bad_commands_end_with_two(run, tmp_path):
     assert "the format 'fortran'; expected: latex, python, c, julia, matlab, json" in answer.output
     answer = CliRunner().invoke(app, ["export", str(tmp_path), "--to", "c"])
     assert answer.exit_code == 2
-    assert "holds no result.json" in answer.output
+    assert "contains no result.json" in answer.output
     assert CliRunner().invoke(app, ["export", str(run)]).exit_code == 2
 
 

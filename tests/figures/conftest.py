@@ -262,7 +262,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         accurate=stored["accurate"].accurate,
         speed=Speed(exact=100.0, composite=20.0),
         orbits=tuple(OrbitPair(x, orbit(Toy(), x, 40), orbit(composite, x, 40), tracked()) for x in starts),
-        bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, transient=0)},
+        bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, discard=0)},
         **_stability(),
         lyapunov=_exponents(),
         basins=basins(Toy(), GRID, returns=50),

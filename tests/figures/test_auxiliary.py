@@ -201,7 +201,7 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
 
 
 def enclosed(result, lower):
-    """The trapped domain as if it were enclosed, its first lower map given."""
+    """The forward invariant domain as if it were enclosed, its first lower map given."""
     domain = result.domains["fitted"]
     step = domain.updates[0]
     first = replace(step.envelopes[0], lower=lower(step.envelopes[0]))

@@ -12,7 +12,7 @@ from nsmaps.figures.longrun.bifurcation import bifurcation
 
 
 def drawn(result, ax, pair, low, high, coordinate):
-    made = compute(pair, np.linspace(low, high, 41), [0.83, 0.36], returns=20, transient=600, follow="down")
+    made = compute(pair, np.linspace(low, high, 41), [0.83, 0.36], returns=20, discard=600, direction="down")
     bifurcation(replace(result, bifurcation={"exact": made}), ax, "exact", coordinate)
     return made
 

@@ -55,7 +55,7 @@ def test_what_fails_in_a_shipped_study_is_expected_and_says_what_it_shows(name):
     for verdict in failing:
         assert verdict.text.startswith(f"no: expected to fail: shows that {verdict.shows}; "), verdict.name
         assert verdict.shows
-    assert not any("yet it holds" in verdict.text for verdict in result.verdicts)
+    assert not any("but confirmed" in verdict.text for verdict in result.verdicts)
     assert f", {len(failing)} fail as expected." in conclusion(result)
     assert "Expected to fail" not in conclusion(result)
 
@@ -66,7 +66,7 @@ def test_a_trapped_box_without_the_attractor_says_so(case):
     told = [
         name
         for name in result.domains
-        if "it holds nothing of what the study's orbits" in verdict(result, f"domain {name}: trapped").text
+        if "it contains no attractor of the study's orbits" in verdict(result, f"domain {name}: forward invariant").text
     ]
     assert told == (["fitted"] if "fp" in result.study.name else [])
 
@@ -91,7 +91,7 @@ def test_orbits_of_both_maps_arrive_at_the_attractor(case):
 def test_diagonal_region_is_the_papers_r1(swept, pair):
     """Eq. r1uniond, delta = 1.2, union over d, restricted by slope: [0.63, 0.94] x [0.15, 0.45] within 0.04."""
     names = pair(0.3).coordinates
-    diagonal = Diagonal(delta=1.2, slope=2, within=Where(text="phi < pi/2", coordinates=names))
+    diagonal = Diagonal(delta=1.2, slope=2, region=Where(text="phi < pi/2", coordinates=names))
     region = diagonal_region(diagonal, swept)
     assert region.box == pytest.approx(np.array([[0.63, 0.94], [0.15, 0.45]]), abs=0.04)
 
@@ -114,7 +114,7 @@ def test_table_of_fits(pair):
     region = Where(text="phi < pi/2", coordinates=system.coordinates)
     ours = {}
     for delta, order in TABLE:
-        near = surface.restricted(attracting(Diagonal(delta=delta, within=region), surface))
+        near = surface.restricted(attracting(Diagonal(delta=delta, region=region), surface))
         ours[delta, order] = ORDERS[order].fit(near).report
     assert (ours[1.2, "poly23"].r2 >= (0.9992, 0.9998)).all()
     for key, (v, phi) in TABLE.items():
@@ -129,7 +129,7 @@ def test_domain_fp_of_the_fitted_map(pair):
     result = ran("fp")
     domain = result.domains["fitted"]
     assert domain.of == "fitted map R1+"
-    assert all(update.trapped for update in domain.updates)
+    assert all(update.forward_invariant for update in domain.updates)
     assert len(domain.updates) == 11
     assert (domain.sizes[-1] < (0.002, 0.004)).all()
     fixed = orbit(pair(0.35), [0.83, 0.36], 300).final
@@ -159,7 +159,7 @@ def test_a_bound_holds_the_attractor_of_the_map_that_it_names(case):
     """10^5 returns of the exact map, and as many images of the fitted one, in every bound that is claimed for it."""
     name, result = case
     exact = orbit(result.system, [0.2, 0.1], 101_000).states[1000:]
-    claimed = {key: domain for key, domain in result.domains.items() if domain.trapped}
+    claimed = {key: domain for key, domain in result.domains.items() if domain.forward_invariant}
     assert {key for key, domain in claimed.items() if domain.of == "exact map"} == EXACT_BOUNDS[name]
     for key, domain in claimed.items():
         assert domain.status == ("enclosed" if domain.of == "exact map" else "outer")
@@ -185,7 +185,7 @@ def test_a_bound_of_the_exact_map_by_a_polynomial_and_its_error(pair):
     error = held_out_error(fit, pair(0.35), box)
     domain = attracting_domain(fit, box, updates=3, error=error)
     assert (domain.of, domain.status) == ("exact map", "inflated by held-out error")
-    assert domain.trapped
+    assert domain.forward_invariant
     exact = ran("fp").domains["exact"].boxes[3]
     assert ((domain.box[:, 0] <= exact[:, 0]) & (exact[:, 1] <= domain.box[:, 1])).all()
     states = orbit(pair(0.35), [0.2, 0.1], 101_000).states[1000:]
@@ -195,12 +195,12 @@ def test_a_bound_of_the_exact_map_by_a_polynomial_and_its_error(pair):
 def test_domain_fp_of_the_exact_map():
     result = ran("fp")
     print_box = result.domains["exact from R1+"]
-    assert not print_box.trapped
+    assert not print_box.forward_invariant
     assert "phi up to 1.1317" in print_box.reason
     domain = result.domains["exact"]
     assert domain.of == "exact map"
-    assert domain.trapped
-    assert domain.settled
+    assert domain.forward_invariant
+    assert domain.converged
     assert (domain.sizes[-1] < (0.0033, 0.0073)).all()
     assert (np.diff(domain.sizes, axis=0) < 0).all()
     assert (domain.box[:, 0] < (0.83338599, 0.36361156)).all()
@@ -209,7 +209,7 @@ def test_domain_fp_of_the_exact_map():
 
 def test_domain_fp_of_the_exact_map_shrinks_to_the_fixed_point(pair):
     domain = attracting_domain(pair(0.35), [[0.7, 1], [0.2, 1.14]], updates=25, bounds="sampled")
-    assert domain.trapped
+    assert domain.forward_invariant
     assert (domain.sizes[-1] < 1e-4).all()
     assert domain.box.mean(axis=1) == pytest.approx([0.83338599, 0.36361156], abs=1e-4)
 
@@ -217,22 +217,22 @@ def test_domain_fp_of_the_exact_map_shrinks_to_the_fixed_point(pair):
 def test_domain_pd(pair):
     result = ran("pd")
     domain = result.domains["exact"]
-    assert domain.trapped
-    assert domain.settled
+    assert domain.forward_invariant
+    assert domain.converged
     assert domain.sizes[-1] == pytest.approx([0.1126, 0.3900], rel=0.02)
     assert domain.box == pytest.approx(np.array([[0.712078, 0.824670], [0.182461, 0.572483]]), abs=1e-4)
     cycle = orbit(pair(0.30), [0.8, 0.4], 400).states[-2:]
     assert ((cycle > domain.box[:, 0]) & (cycle < domain.box[:, 1])).all()
-    assert "phi up to 1.48176" in verdict(result, "domain exact from R1+: trapped").text
+    assert "phi up to 1.48176" in verdict(result, "domain exact from R1+: forward invariant").text
 
 
 def test_domain_cd(case, pair):
     result = ran("cd")
-    exact = verdict(result, "domain exact: trapped")
+    exact = verdict(result, "domain exact: forward invariant")
     assert (exact.of, exact.holds) == ("exact map", False)
     assert "no useful box" in exact.text
-    printed = verdict(result, "domain exact from R1+: trapped")
+    printed = verdict(result, "domain exact from R1+: forward invariant")
     assert not printed.holds
     assert "v down to 0.635456" in printed.text
     assert "phi up to 1.27509" in printed.text
-    assert verdict(result, "domain fitted: trapped").of == "fitted map R1+"
+    assert verdict(result, "domain fitted: forward invariant").of == "fitted map R1+"

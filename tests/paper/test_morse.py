@@ -24,7 +24,7 @@ def test_the_attractor_is_one_minimal_component_in_a_closed_set_of_cells(pair, d
     k = cover.minimal[0]
     assert (np.ptp(cover.hulls[k], axis=1) <= most).all()
     held = trap(map, cover, k)
-    assert held.trapped
+    assert held.forward_invariant
     assert (np.ptp(held.hull, axis=1) <= most).all()
     states = orbit(map, START, 102_000).states[2000:]
     assert held.contains(states).all()
@@ -65,8 +65,8 @@ def test_corners_miss_part_of_an_image_that_the_enclosure_holds(pair):
 
 
 def test_the_start_box_of_case_fp_is_carried_into_itself_by_enclosure(pair):
-    assert closed_box(pair(0.35), [[0.7, 1], [0.2, 1.14]], 32).trapped
-    assert not closed_box(pair(0.35), [[0.7, 1], [0.2, np.pi / 3]], 32).trapped  # the paper's: an image reaches phi = 1.1317
+    assert closed_box(pair(0.35), [[0.7, 1], [0.2, 1.14]], 32).forward_invariant
+    assert not closed_box(pair(0.35), [[0.7, 1], [0.2, np.pi / 3]], 32).forward_invariant  # an image reaches phi = 1.1317
 
 
 def test_the_fixed_points_of_case_fp(pair):
@@ -86,7 +86,7 @@ def test_the_fixed_points_of_case_fp(pair):
 def test_the_study_of_cells_is_written_and_read_and_drawn(tmp_path):
     result = run(load_study("vi_pair/morse"), tmp_path / "run")
     assert result.holds
-    (verdict,) = [verdict for verdict in result.verdicts if verdict.name == "morse: trapped"]
+    (verdict,) = [verdict for verdict in result.verdicts if verdict.name == "morse: forward invariant"]
     assert verdict.required
     assert "certified by enclosure" in verdict.text
     again = read_result(tmp_path / "run")

@@ -90,7 +90,7 @@ def test_study_published():
         np.testing.assert_array_equal(result.composite.piece(name).map(states), published_map(name, 0.35)(states))
     assert list(result.composite.first_return([[0.8, 0.3], [0.2, 0.1], [0.8, 3.5]]).words) == ["BTB", "BB", ""]
     verdicts = {(v.name, v.of): v.holds for v in result.verdicts}
-    assert verdicts["orbit from (v = 0.2, phi = 0.1): keeps returning", "composite map"] is False  # it leaves all regions
-    assert verdicts["orbit from (v = 0.2, phi = 0.1): keeps returning", "exact map"] is True
+    assert verdicts["orbit from (v = 0.2, phi = 0.1): completes all returns", "composite map"] is False  # it leaves all regions
+    assert verdicts["orbit from (v = 0.2, phi = 0.1): completes all returns", "exact map"] is True
     away = np.abs(result.orbits[0].composite.states[-21:] - [0.80547, 0.37246]).max(axis=1)
     assert away[-1] > 2 * away[0]  # its R1 drives away from its own fixed point

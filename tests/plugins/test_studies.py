@@ -51,7 +51,7 @@ def by_itself(request):
 def test_the_algorithm_by_itself(by_itself):
     assert by_itself.holds
     required = {verdict.name for verdict in by_itself.verdicts if verdict.required}
-    assert {"covered", "domain exact: trapped", "domain exact: settled"} <= required
+    assert {"covered", "domain exact: forward invariant", "domain exact: converged"} <= required
 
 
 @pytest.mark.parametrize("by_itself", ["bouncing_ball"], indirect=True)

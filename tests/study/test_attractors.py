@@ -45,7 +45,7 @@ def test_the_paper_s_two_cycle_is_that_of_both_maps(pd: str) -> None:
     sides = [axis.high - axis.low for axis in result.study.grid.values()]
     apart = (np.abs(exact - ours) / sides).max()  # each is nearest to its like: the cycles are 0.2 long
     assert verdict.text.startswith("yes: period 2 (1:1/2T) of the exact map, period 2 (1:1) of the composite map, ")
-    assert verdict.text.endswith(f", {apart:.2g} of the extents apart")
+    assert verdict.text.endswith(f", at a distance of {apart:.2g} relative to the extents")
     attractor = json.loads(Path("out/result.json").read_text())["numbers"]["orbits"][0]["attractor"]["exact"]
     assert (attractor["period"], attractor["label"], attractor["words"], attractor["stable"]) == (2, "1:1/2T", "BTB BTB", True)
     assert np.array(attractor["states"]) == pytest.approx(exact, abs=1e-9)
@@ -59,9 +59,9 @@ def test_the_paper_s_two_cycle_is_that_of_both_maps(pd: str) -> None:
 
 
 def test_an_orbit_that_ends_elsewhere_is_not_said_to_be_right(pd: str) -> None:
-    """At r = 0.45 the composite map's orbit keeps returning, and goes to rest beside the wall; the exact one does not."""
+    """At r = 0.45 the composite map's orbit completes all returns, and goes to rest beside the wall; the exact one does not."""
     result = nsmaps.run(nsmaps.load_study(pd, parameters={"r": 0.45}))
-    returning = [v for v in result.verdicts if v.name.endswith(": keeps returning")]
+    returning = [v for v in result.verdicts if v.name.endswith(": completes all returns")]
     assert [v.holds for v in returning] == [True, True]
     exact, ours = (by_hand(map, [0.2, 0.1], 4000) for map in (result.system, result.composite))
     assert np.linalg.norm(exact - ours, axis=1).min() > 0.5
@@ -71,8 +71,8 @@ def test_an_orbit_that_ends_elsewhere_is_not_said_to_be_right(pd: str) -> None:
     stays, leaves = (by_hand(*here, 400) for here in ((result.composite, exact[0]), (result.system, ours[0])))
     assert np.abs(stays - exact).max() < 0.02
     assert np.linalg.norm(leaves - ours, axis=1).min() > 0.5
-    also = "the exact map's is an attractor of the composite map too, the composite map's is none of the exact map"
-    assert verdict.text.endswith(f"of the extents apart; {also}")
+    also = "the exact map's is also an attractor of the composite map, the composite map's is not one of the exact map"
+    assert verdict.text.endswith(f"relative to the extents; {also}")
     assert not any("arrives" in v.name for v in result.verdicts)
 
 
@@ -86,9 +86,9 @@ LEAST, MOST = [0.6756, 6.2245], [0.75, 0.3]  #: starts that come to 2:1/2T, up t
         (
             (0.2896, 0.289),
             (MOST, LEAST),
-            "the exact map's is an attractor of the composite map too, the",
+            "the exact map's is also an attractor of the composite map, the",
         ),
-        ((0.289, 0.2896), (LEAST, MOST), "the composite map's is an attractor of the exact map too, the"),
+        ((0.289, 0.2896), (LEAST, MOST), "the composite map's is also an attractor of the exact map, the"),
         ((0.285, 0.35), (LEAST, MOST), "neither map stays on the other's attractor"),
     ],
 )
@@ -129,10 +129,10 @@ def test_the_unit_of_speed_does_not_count_between_attractors(pd: str) -> None:
 def test_an_orbit_that_leaves_all_pieces_has_no_attractor(good: str) -> None:
     Path("s.yaml").write_text(good.replace("where: v > 0.2,", "where: v > 0.31,").replace("require: [covered]\n", ""))
     result = nsmaps.run("s.yaml")
-    keeps = [v for v in result.verdicts if v.name.endswith(": keeps returning") and v.of == "composite map"]
+    keeps = [v for v in result.verdicts if v.name.endswith(": completes all returns") and v.of == "composite map"]
     assert [v.holds for v in keeps] == [False]
     assert keeps[0].text == "no: after 0 of 5 returns at (v = 0.3, phi = 1). That state lies in no piece."
-    assert same(result).text == "no: the composite map's orbit does not keep returning"
+    assert same(result).text == "no: the composite map's orbit does not complete all returns"
     assert result.orbits[0].composite_ends is None
 
 

@@ -61,7 +61,7 @@ BAD = {
         "x}",
         "number '1/x', column 3: unknown name 'x'; expected: numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log",
     ),
-    "count out of range": ("points: 31", "points: 1", "1}", "points is 1; expected: greater than or equal to 2"),
+    "count out of range": ("points: 31", "points: 0", "0}", "points is 0; expected: greater than or equal to 1"),
     "count no number": (
         "returns: 5",
         "returns: many",
@@ -78,13 +78,13 @@ BAD = {
         "orbits:",
         "slices: [{at: {}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
         "{}, along",
-        "'v' runs along the slice; expected in 'at': all of phi",
+        "'v' varies along the slice; expected in 'at': all of phi",
     ),
     "slice along a coordinate that is held": (
         "orbits:",
         "slices: [{at: {v: 1, phi: 0}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
         "{v: 1, phi: 0}",
-        "'v' runs along the slice; expected in 'at': all of phi",
+        "'v' varies along the slice; expected in 'at': all of phi",
     ),
     "slice upside down": (
         "orbits:",
@@ -144,7 +144,7 @@ BAD = {
         "[BB]",
         "[B]",
         "B]",
-        "the word 'B' is no return; expected: words that begin on the base wall 'B' and end on it or in its release",
+        "the word 'B' is not a return; expected: words that begin on the base wall 'B' and end on it or in its release",
     ),
     "pattern that cannot be read": (
         "[BB]",
@@ -156,7 +156,7 @@ BAD = {
         "[BB]",
         "[BBB]",
         None,
-        "a piece of the composite map is one return, and 'low' makes several in a row; expected: words of one",
+        "a piece of the composite map is one return, and 'low' has several; expected: words of one return",
     ),
     "duplicate key": (
         "title: The ball\n",
@@ -175,7 +175,7 @@ BAD = {
         "{name: fast,",
         "{name: slow,",
         "slow, where",
-        "the name 'slow' is given twice; expected: a name of its own for each",
+        "the name 'slow' is given twice; expected: different names",
     ),
     "two regions": (
         "where: v > 0.2,",
@@ -220,7 +220,7 @@ BAD = {
         "require:",
         "diagonal: {family: low, delta: 1.2, deltas: [1.3]}\nrequire:",
         "{family: low, delta",
-        "'deltas' says where 'orders' are compared, and there are none; expected: beside 'orders' only",
+        "'deltas' without 'orders' to compare; expected: beside 'orders' only",
     ),
     "a delta of one": (
         "require:",
@@ -359,14 +359,14 @@ BAD = {
         "require:",
         "branches: [{name: one, parameter: a, from: 0.1, to: 1, start: {v: 1, phi: 1}, doublings: 1, events: [fold]}]\nrequire:",
         "{name: one",
-        "'doublings' follows period doublings; expected: 'period doubling' among the 'events' beside it",
+        "'doublings' requires the event 'period doubling'; expected: 'period doubling' among 'events'",
     ),
     "branches of one name": (
         "require:",
         "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, start: {v: 1, phi: 1}}, {name: one, parameter: a, from: 0.1, "
         "to: 0.4, start: {v: 1, phi: 1}}]\nrequire:",
         None,
-        "the name 'one' is given twice; expected: a name of its own for each",
+        "the name 'one' is given twice; expected: different names",
     ),
     "stability at no value": (
         "require:",
@@ -387,7 +387,7 @@ BAD = {
         "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}}\nrequire:",
         "{along",
-        "'along' and 'across' are both of 'a'; expected: two parameters",
+        "'along' and 'across' have the same parameter 'a'; expected: two parameters",
     ),
     "curve of no branch": (
         "require:",
@@ -420,13 +420,13 @@ BAD = {
         "require:",
         "noise: {sigma: [0.1], tau: 1, step: 2, start: {v: 0.3, phi: 1}, modes: {one: [BB]}}\nrequire:",
         "{sigma",
-        "a step of 2; expected: at most tau = 1",
+        "step is 2; expected: at most tau = 1",
     ),
     "noise held for too short": (
         "require:",
-        "noise: {sigma: [0.1], tau: 1, hold: 1, start: {v: 0.3, phi: 1}, modes: {two: [BB, BB]}}\nrequire:",
+        "noise: {sigma: [0.1], tau: 1, min_returns: 1, start: {v: 0.3, phi: 1}, modes: {two: [BB, BB]}}\nrequire:",
         "{sigma",
-        "hold is 1; expected: motions of one or more words, held for 2 returns or more",
+        "min_returns is 1; expected: motions of one or more words, and min_returns of at least their number, 2",
     ),
     "maps of a diagram by their earlier key": (
         "require:",
@@ -607,7 +607,7 @@ def test_every_complaint_has_its_line(good: str) -> None:
     with pytest.raises(StudyError) as error:
         load_study("bad.yaml")
     assert str(error.value).splitlines() == [
-        f"bad.yaml:{place(text, '0}')}: points is 0; expected: greater than or equal to 2",
+        f"bad.yaml:{place(text, '0}')}: points is 0; expected: greater than or equal to 1",
         f"bad.yaml:{place(text, '0' + chr(10) + 'domains')}: returns is 0; expected: greater than or equal to 1",
     ]
 

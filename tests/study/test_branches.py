@@ -160,7 +160,7 @@ def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
         assert all(len(branch.parameter) == 0 for branch in made.branches[name])
     texts = {verdict.name.split(":")[0]: verdict.text for verdict in made.verdicts if "followed" in verdict.name}
     assert texts["branch nowhere"] == "no: no orbit at 1.2: Newton's method does not converge"
-    assert texts["branch twice"] == "no: no orbit of period 2 at 1.2: Newton's method arrives at one of period 1"
+    assert texts["branch twice"] == "no: no orbit of period 2 at 1.2: Newton's method converges to one of period 1"
     assert texts["branch too fast"].startswith("no: no orbit at 1.2: Newton's method does not converge, and the guess has no")
     assert texts["branch beyond"].startswith("no: up: end of the valid domain at ")
     assert sorted(path.name for path in Path("out/figures").iterdir()) == ["branches-a.png", "branches-r.png"]
@@ -242,7 +242,7 @@ def test_orbits_that_escape_are_data(section: str) -> None:
     text = SWEEPS[section].replace("v: 4.19", "v: 1e300").replace("to: 1.2", "to: 1").replace("from: -0.5", "from: 0.1")
     made = ran(f"system: ball\nparameters: {{a: 0.3}}\n{text}\n", out="out")
     assert made.finished
-    ends = ["bifurcation exact: orbits go on at every value"] if section == "bifurcation" else []
+    ends = ["bifurcation exact: orbit completes at every parameter value"] if section == "bifurcation" else []
     assert [verdict.name for verdict in made.verdicts] == ends
     numbers = json.loads(Path("out/result.json").read_text())["numbers"][section]
     if section == "bifurcation":

@@ -21,7 +21,7 @@ def test_a_set_parameter_is_in_the_name_the_title_the_folder_and_the_study() -> 
     assert not Path("runs/ball/drop").exists()
     written = YAML(typ="safe").load(Path("runs/ball/drop-r=0.45/study.yaml").read_text())
     assert written["name"] == "ball/drop-r=0.45"
-    assert written["title"] == "The ball; with r = 0.45 in place of 0.5"
+    assert written["title"] == "The ball; with r = 0.45 instead of 0.5"
     assert written["parameters"] == {"a": 0.2, "r": 0.45}
     again = nsmaps.read_result("runs/ball/drop-r=0.45")
     assert again.system.parameters == {"a": 0.2, "r": 0.45}
@@ -32,7 +32,7 @@ def test_check_takes_the_same_and_several() -> None:
     answer = CliRunner().invoke(app, ["check", "ball/drop", "--set", "r=9/20", "--set", "a=0.25"])
     assert answer.exit_code == 0, answer.output
     assert answer.stdout.splitlines()[:2] == [
-        "ball/drop-r=0.45-a=0.25: The ball; with r = 0.45 in place of 0.5, a = 0.25 in place of 0.2",
+        "ball/drop-r=0.45-a=0.25: The ball; with r = 0.45 instead of 0.5, a = 0.25 instead of 0.2",
         "  system: ball (a = 0.25, r = 0.45)",
     ]
 
@@ -54,8 +54,8 @@ def test_a_value_that_is_the_studys_own_changes_no_title() -> None:
     [
         ("R=1", "ball/drop with R = 1: unknown parameter 'R'; expected: a, r, mode, did you mean 'r'?"),
         ("r=2", "ball/drop with r = 2: Ball: r is 2.0; expected: less than or equal to 1"),
-        ("r", "'r' sets nothing; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
-        ("=1", "'=1' sets nothing; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
+        ("r", "'r' is not an assignment; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
+        ("=1", "'=1' is not an assignment; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
     ],
 )
 def test_what_cannot_be_set_is_said(setting: str, says: str) -> None:
@@ -90,16 +90,19 @@ def test_what_fails_says_that_pieces_were_given_for_other_parameters(good: str) 
     text = (
         good.replace("where: v > 0.2,", "where: v > 0.3,")
         .replace("map: exact", "map: slow")
-        .replace("updates: 2", "updates: 2\n    require: [trapped]")
+        .replace("updates: 2", "updates: 2\n    require: [forward_invariant]")
     )
     Path("s.yaml").write_text(text)
-    hint = "the pieces are those of the study at r = 0.5; `partition: {tolerance: 1e-3}` in place of `composite` finds them anew"
+    hint = (
+        "the pieces are those of the study at r = 0.5; `partition: {tolerance: 1e-3}` instead of `composite` determines them at "
+    )
+    hint += "these parameters"
     for parameters, told in (({}, False), ({"r": 0.45}, True)):
         verdicts = {verdict.name: verdict for verdict in nsmaps.run(nsmaps.load_study("s.yaml", parameters=parameters)).verdicts}
-        for name in ("covered", "domain exact: trapped"):
+        for name in ("covered", "domain exact: forward invariant"):
             assert not verdicts[name].holds
             assert (hint in verdicts[name].text) is told
-        assert ("its start box is that of the study at r = 0.5" in verdicts["domain exact: trapped"].text) is told
+        assert ("its start box is that of the study at r = 0.5" in verdicts["domain exact: forward invariant"].text) is told
 
 
 def test_a_copy_runs_names_a_schema_that_is_there_and_refuses_to_overwrite() -> None:
@@ -138,7 +141,7 @@ def test_no_such_study_has_a_near_match() -> None:
 
 
 @pytest.mark.parametrize(
-    ("beta", "told"), [("pi/4", "0.785398 in place of 1.0472"), ("pi/3 + 1e-9", "1.0471975521966 in place of 1.0471975511966")]
+    ("beta", "told"), [("pi/4", "0.785398 instead of 1.0472"), ("pi/3 + 1e-9", "1.0471975521966 instead of 1.0471975511966")]
 )
 def test_a_title_has_no_more_digits_than_tell_the_values_apart(beta: str, told: str) -> None:
     study = nsmaps.load_study("vi_pair/pd", parameters={"beta": beta})

@@ -97,7 +97,7 @@ def test_figures_are_drawn_and_drawn_again() -> None:
 def test_figures_of_no_run() -> None:
     answer = CliRunner().invoke(app, ["figures", "nowhere"])
     assert answer.exit_code == 2
-    assert answer.stderr == "nowhere holds no result.json; expected: a folder that `nsmaps run` wrote\n"
+    assert answer.stderr == "nowhere contains no result.json; expected: a folder written by `nsmaps run`\n"
 
 
 def test_the_module_is_the_program() -> None:

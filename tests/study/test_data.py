@@ -65,7 +65,7 @@ def test_orbits_of_one_start_and_of_several(system: nsmaps.ImpactSystem) -> None
 
 
 def test_a_bifurcation_diagram(system: nsmaps.ImpactSystem) -> None:
-    made = nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], returns=6, transient=50)
+    made = nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], returns=6, discard=50)
     data = made.to_xarray()
     assert dict(data.state.sizes) == {"value": 2, "start": 1, "return": 6, "coordinate": 2}
     assert data.motion.sel(value=0.35).values.tolist() == made.labels[1].tolist()
@@ -77,7 +77,7 @@ def test_an_attracting_domain(system: nsmaps.ImpactSystem) -> None:
     assert dict(data.sizes) == {"update": 4, "made": 3, "coordinate": 2, "end": 2, "sample": 31}
     assert data.box.sel(update=3, coordinate="phi", end="high") == made.box[1, 1]
     assert np.array_equal(data.upper.sel(made=2, coordinate="v"), made.updates[1].envelopes[0].upper)
-    assert (data.attrs["trapped"], data.attrs["of"]) == (1, "exact map")
+    assert (data.attrs["forward_invariant"], data.attrs["of"]) == (1, "exact map")
 
 
 def test_a_whole_result_comes_back_from_netcdf(good: str) -> None:

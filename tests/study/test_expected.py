@@ -32,12 +32,14 @@ def text(result: nsmaps.StudyResult, name: str) -> str:
 def test_a_failure_that_is_expected_says_what_it_shows() -> None:
     plain = {verdict.name: verdict.text for verdict in made("  domain small: nothing\n").verdicts}
     result = made("  domain flat: a box may be too flat\n")
-    because = plain["domain flat: trapped"].removeprefix("no: ")
-    assert text(result, "domain flat: trapped") == f"no: expected to fail: shows that a box may be too flat; {because}"
-    assert text(result, "domain flat: settled").startswith("no: expected to fail: shows that a box may be too flat; ")
+    because = plain["domain flat: forward invariant"].removeprefix("no: ")
+    assert text(result, "domain flat: forward invariant") == f"no: expected to fail: shows that a box may be too flat; {because}"
+    assert text(result, "domain flat: converged").startswith("no: expected to fail: shows that a box may be too flat; ")
     flat = [verdict.shows for verdict in result.verdicts if verdict.name.startswith("domain flat")]
     assert flat == ["a box may be too flat"] * 2
-    assert text(result, "domain small: trapped") == plain["domain small: trapped"].replace("expected to fail, yet it holds; ", "")
+    assert text(result, "domain small: forward invariant") == plain["domain small: forward invariant"].replace(
+        "expected to fail, but confirmed; ", ""
+    )
     failing = sum(not verdict.holds for verdict in result.verdicts)
     assert f"Of 5 that are not required, {5 - failing} hold, 2 fail as expected." in conclusion(result)
     again = nsmaps.read_result("out")
@@ -47,24 +49,26 @@ def test_a_failure_that_is_expected_says_what_it_shows() -> None:
 
 
 def test_one_claim_or_one_map_of_a_name() -> None:
-    result = made('  "domain flat: trapped": flat\n')
-    assert [v.name for v in result.verdicts if v.shows] == ["domain flat: trapped"]
+    result = made('  "domain flat: forward invariant": flat\n')
+    assert [v.name for v in result.verdicts if v.shows] == ["domain flat: forward invariant"]
     result = made("  domain flat (exact map): flat\n")
-    assert [v.name for v in result.verdicts if v.shows] == ["domain flat: trapped", "domain flat: settled"]
+    assert [v.name for v in result.verdicts if v.shows] == ["domain flat: forward invariant", "domain flat: converged"]
     assert not any(v.shows for v in made("  domain flat (composite map): flat\n").verdicts)
 
 
 def test_what_holds_against_expectation_or_is_no_verdict_is_said() -> None:
     result = made("  domain small: too small\n  domain other: none\n")
-    assert text(result, "domain small: trapped").startswith("yes: expected to fail, yet it holds; no worst-case step leaves")
+    assert text(result, "domain small: forward invariant").startswith(
+        "yes: expected to fail, but confirmed; no worst-case step leaves"
+    )
     said = conclusion(result)
     assert "Expected to fail, but no verdict here that is not required: domain other." in said
-    assert [verdict.name for verdict in result.verdicts if verdict.shows] == ["domain small: settled"]
+    assert [verdict.name for verdict in result.verdicts if verdict.shows] == ["domain small: converged"]
 
 
 def test_required_verdicts_and_other_parameters_are_not_excused() -> None:
-    required = made("  domain flat: flat\n  domain small: small\n", ", require: [trapped]")
-    assert text(required, "domain small: trapped").startswith("yes: no worst-case step leaves")
+    required = made("  domain flat: flat\n  domain small: small\n", ", require: [forward_invariant]")
+    assert text(required, "domain small: forward invariant").startswith("yes: no worst-case step leaves")
     changed = made("  domain flat: flat\n", d=0.351)
     assert not any(verdict.shows for verdict in changed.verdicts)
     assert "xpected" not in conclusion(changed)

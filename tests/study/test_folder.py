@@ -30,7 +30,7 @@ def test_a_folder_with_a_run_of_another_study_is_refused_and_left_alone() -> Non
     before = content("D")
     answer = CliRunner().invoke(app, ["run", "b.yaml", "--no-figures", "--out", "D"])
     assert answer.exit_code == 2
-    assert answer.stderr.startswith("D holds a run of 'a', and would become one of 'b'; expected: ")
+    assert answer.stderr.startswith("refusing to overwrite a run of 'a' in D with 'b'; expected: ")
     assert content("D") == before
 
 
@@ -91,7 +91,7 @@ def test_a_study_of_ones_own_is_not_written_over() -> None:
     Path("study.yaml").write_text(ORBIT + "# mine\n")
     answer = CliRunner().invoke(app, ["run", "study.yaml", "--out", "."])
     assert answer.exit_code == 2
-    assert "study.yaml is there, and no run wrote it" in answer.stderr
+    assert "study.yaml exists, and no run wrote it" in answer.stderr
     assert Path("study.yaml").read_text() == ORBIT + "# mine\n"
     assert sorted(path.name for path in Path().iterdir()) == ["study.yaml"]
 
@@ -101,7 +101,7 @@ def test_a_record_that_no_run_wrote_is_not_replaced(record: str) -> None:
     Path("s.yaml").write_text(ORBIT)
     Path("out").mkdir()
     Path("out/result.json").write_text(record)
-    with pytest.raises(NsmapsError, match=r"result\.json is there, and no run wrote it"):
+    with pytest.raises(NsmapsError, match=r"result\.json exists, and no run wrote it"):
         nsmaps.run("s.yaml", out="out")
     assert Path("out/result.json").read_text() == record
 

@@ -34,7 +34,7 @@ def test_one_fixed_point_and_a_box_that_orbits_stay_in() -> None:
     said = told(PAIR + ORBITS + BOX)
     point = "Exact map: one stable fixed point (1:1/T), on which both orbits followed end; every orbit from v in "
     assert said.startswith(point)
-    assert said.endswith(" and stays there (enclosed), where what the orbits end on is.")
+    assert said.endswith(" and stays there (enclosed), which contains the attractors of the orbits.")
     start, end = boxes(said)
     system = nsmaps.load_study("s.yaml").system_object()
     states = nsmaps.orbit(system, np.random.default_rng(2).uniform(*start.T, (500, 2)), 60).states
@@ -48,7 +48,7 @@ def test_a_two_cycle_of_one_orbit_and_samples_that_prove_nothing() -> None:
     one = "orbits: [{start: {v: 0.2, phi: 0.1}, returns: 220}]\n"
     said = told(PAIR.replace("0.35", "0.30") + one)
     assert said == "Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends."
-    doubt = "; as far as a grid of states tells, every orbit from "
+    doubt = "; on a grid of states, every orbit from "
     sampled = told(PAIR + one + BOX.replace("updates: 2", "updates: 2, bounds: sampled"))
     assert doubt in sampled
     assert "enclosed" not in sampled
@@ -80,11 +80,11 @@ def of_half(**how: object) -> StudyResult:
 
 def test_a_bound_of_a_fit_is_not_one_of_the_exact_map() -> None:
     said = headline(of_half(of="fitted map R1"))
-    assert said.startswith("Fitted map R1: every orbit from x in [-1, 1] comes into x in [")
+    assert said.startswith("Fitted map R1: every orbit from x in [-1, 1] enters x in [")
     assert "xact" not in said
     error = ErrorBound(np.full(1, 1e-3), "held-out")
     estimate = headline(of_half(error=error, of="exact map, by fitted map R1"))
-    assert estimate.startswith("Exact map, by fitted map R1: as far as the held-out error of the fit tells, every orbit from ")
+    assert estimate.startswith("Exact map, by fitted map R1: by the held-out error of the fit, every orbit from ")
 
 
 def test_the_surest_box_is_told() -> None:

@@ -1,4 +1,4 @@
-"""What a domain that is not trapped says beside the reason: its fit, the words in its start box."""
+"""What a domain that is not forward invariant says beside the reason: its fit, the words in its start box."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 import nsmaps
 from nsmaps.auxiliary.bounds import ErrorBound
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.diagnostics import astray
+from nsmaps.study.diagnostics import no_image
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.domains import DomainSection, trapped_text
 from nsmaps.study.texts import intervals
@@ -41,13 +41,13 @@ domains:
 
 @pytest.fixture
 def result() -> nsmaps.StudyResult:
-    """Domains of a constant, of a fit that follows its data, and of the exact map; none is trapped."""
+    """Domains of a constant, of a fit that follows its data, and of the exact map; none is forward invariant."""
     Path("s.yaml").write_text(BASE)
     return nsmaps.run("s.yaml")
 
 
 def text(result: nsmaps.StudyResult, name: str) -> str:
-    (verdict,) = (v for v in result.verdicts if v.name == f"domain {name}: trapped")
+    (verdict,) = (v for v in result.verdicts if v.name == f"domain {name}: forward invariant")
     assert not verdict.holds
     return verdict.text
 
@@ -56,9 +56,9 @@ def test_a_fit_that_does_not_follow_its_data_is_said(result: nsmaps.StudyResult)
     flat, fine = (result.composite.piece(name).map.report for name in ("flat", "fine"))
     assert (flat.r2 < 0.9).all()
     assert (fine.r2 > 0.9).all()
-    said = "; the fit of flat follows its data badly: R2 = "
+    said = "; the fit of flat is poor: R2 = "
     assert f"{said}{flat.r2[0]:.3g} for v' and {flat.r2[1]:.3g} for phi'" in text(result, "by flat")
-    assert "follows its data badly" not in text(result, "by fine") + text(result, "exact")
+    assert "is poor" not in text(result, "by fine") + text(result, "exact")
     assert [warning.partition(":")[0] for warning in flat.warnings if "does not follow" in warning] == ["v'", "phi'"]
     assert not any("does not follow" in warning for warning in fine.warnings)
 
@@ -74,7 +74,7 @@ def test_a_fit_that_does_not_follow_its_data_is_said(result: nsmaps.StudyResult)
 def test_what_rests_on_samples_is_told_as_an_estimate(error: ErrorBound | None, told: str) -> None:
     half = PolyMap.of_monomials(("x",), {"x": {(1,): Fraction(-1, 2)}}, [[-2, 2]])
     domain = nsmaps.attracting_domain(half, [[-1, 1]], error=error)
-    assert domain.trapped
+    assert domain.forward_invariant
     study = nsmaps.Study(system="ball", parameters={"a": 0.2})
     said = trapped_text(StudyResult(study, study.system_object()), DomainSection(**SECTION), domain)
     assert said == f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({told})"
@@ -117,7 +117,7 @@ def stray(seam: float) -> tuple[nsmaps.StudyResult, str]:
     """An orbit that a constant leads to v of about 0.8, where a piece begins or not, and what is said of it."""
     Path("s.yaml").write_text(STRAY.replace("SEAM", str(seam)))
     made = nsmaps.run("s.yaml")
-    (verdict,) = (v for v in made.verdicts if v.name.endswith(": keeps returning") and v.of == "composite map")
+    (verdict,) = (v for v in made.verdicts if v.name.endswith(": completes all returns") and v.of == "composite map")
     return made, verdict.text
 
 
@@ -126,7 +126,7 @@ def test_an_orbit_that_leaves_all_pieces_says_where_and_from_which() -> None:
     v, phi = made.composite.first_return([[0.1, 1.0]]).image[0]
     assert 0.3 < v < 2
     where = f"no: after 1 of 30 returns at (v = {v:.5g}, phi = {phi:.5g})."
-    assert said == f"{where} That state lies in no piece; piece flat led there."
+    assert said == f"{where} That state lies in no piece; piece flat mapped it there."
 
 
 def test_a_polynomial_that_overflows_is_named_with_the_return_that_left_the_grid() -> None:
@@ -136,10 +136,10 @@ def test_a_polynomial_that_overflows_is_named_with_the_return_that_left_the_grid
     speeds = path.states[: last + 1, 0]
     left = next(k for k, v in enumerate(speeds) if not 0.02 <= v <= 1)
     assert 1 <= left < last < 400
-    said = f"The polynomial of piece steep overflows there; piece steep led out of the grid at return {left}."
-    assert astray(made, path, last) == said
+    said = f"The polynomial of piece steep overflows there; piece steep mapped it out of the grid at return {left}."
+    assert no_image(made, path, last) == said
     beyond = nsmaps.orbit(made.composite, [5.0, 1.0], 400)
-    assert astray(made, beyond, int(np.isfinite(beyond.states).all(axis=1).sum()) - 1) == said.partition(";")[0] + "."
+    assert no_image(made, beyond, int(np.isfinite(beyond.states).all(axis=1).sum()) - 1) == said.partition(";")[0] + "."
 
 
 @pytest.mark.parametrize(

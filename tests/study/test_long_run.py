@@ -46,7 +46,12 @@ def test_a_study_gives_what_the_functions_give() -> None:
         assert np.array_equal(each.boundary.points, line.points)
         assert np.array_equal(each.lyapunov.at.exponents, exponents, equal_nan=True)
         assert np.array_equal(each.noise.stays[1].time, stay.time)
-        assert [(d.follow, d.noise.sigma) for d in each.noise.impacts] == [("down", 0), ("down", 0.05), ("up", 0), ("up", 0.05)]
+        assert [(d.direction, d.noise.sigma) for d in each.noise.impacts] == [
+            ("down", 0),
+            ("down", 0.05),
+            ("up", 0),
+            ("up", 0.05),
+        ]
     numbers = json.loads(Path("long/result.json").read_text())["numbers"]
     assert [row["fraction"] for row in numbers["basins"]["attractors"]] == made.fractions[:-2].tolist()
     assert [row["distance"] for row in numbers["basins"]["attractors"]] == [line.distance(k) for k in range(len(made.attractors))]

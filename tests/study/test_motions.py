@@ -41,7 +41,7 @@ def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: nsmaps.StudyR
     values = both.bifurcation["exact"].values
     inside = [value for value in values if CRISIS < value < FOLD]
     told = f"Attractors of the exact map coexist: 2:1/T beside C for d from {inside[0]:.6g} to {inside[-1]:.6g}"
-    sentence = f"{told} (C: no period up to 60 returns, chaos or still a transient)."
+    sentence = f"{told} (C: no period up to 60 returns, chaos or a long transient)."
     assert conclusion(both) == f"The study requires no verdict. {sentence}"
     (row,) = numbers(both)["bifurcation"]["exact"]["coexisting"]
     assert row == {"motion": "2:1/T", "beside": "C", "from": inside[0], "to": inside[-1], "values": len(inside)}
@@ -119,6 +119,6 @@ def test_orbits_of_a_diagram_that_end_are_a_verdict_with_the_reason() -> None:
     told = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"]).output
     (verdict,) = nsmaps.read_result("out").verdicts
     assert (verdict.holds, verdict.required) == (False, False)
-    assert verdict.text == f"no: one ends at 5 of 5 values, most often so: {nsmaps.Outcome.rests.advice}"
+    assert verdict.text == f"no: an orbit ends at 5 of 5 values, most frequently: {nsmaps.Outcome.rests.advice}"
     assert re.search(r"exact\s+no attractor\s+0.5\s+0.9\s+5", told)
     assert "C: no period" not in told

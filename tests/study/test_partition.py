@@ -93,7 +93,7 @@ def test_check_and_run_print_it(study: Path) -> None:
         ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", "shows a partition into pieces in closed form"),
         ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate, max_order: 3", "'max_order': of closed forms only"),
         ("partition: {tolerance: 1e-2}\n", "", "expected: exact"),
-        ("map: R1", "map: R99", "the partition made no piece 'R99'"),
+        ("map: R1", "map: R99", "the partition has no piece 'R99'"),
         ("map: R1", "map: attractive", "did you mean 'attracting'"),
         ("figures: [words, ", "figures: [words, surfaces, envelops, ", "envelopes"),
     ],

@@ -117,9 +117,9 @@ def test_terms_of_the_verdicts_are_explained_and_no_others(good: str) -> None:
     page = page_of(ran(good.replace("map: exact", "map: exact\n    bounds: sampled"))).text
     for part in (
         "coveredevery state of the study's grid",
-        "keeps returningthe orbit has an image",
+        "completes all returnsthe orbit has an image",
         "same attractorthe orbits of both maps",
-        "trappedthe worst case",
+        "forward invariantthe worst case",
         "sampledsampled on grids of states: not a bound",
         "domain exactof the exact map, from the study's box",
     ):
@@ -146,7 +146,7 @@ def test_hostile_names_are_text(good: str) -> None:
     page = page_of(folder)
     assert page.of("script") == []
     assert HOSTILE in page.text
-    assert f"domain {HOSTILE}: trapped" in page.text
+    assert f"domain {HOSTILE}: forward invariant" in page.text
     assert page.text.count(HOSTILE) >= 5
     assert "<script" not in (folder / "report.html").read_text()
 

@@ -255,7 +255,7 @@ def test_steps_of_another_study_are_refused(good: str, monkeypatch: pytest.Monke
     Path("s.yaml").write_text(good)
     folder = killed("s.yaml", "domains", monkeypatch)
     Path("s.yaml").write_text(good.replace("returns: 5", "returns: 6"))
-    with pytest.raises(NsmapsError, match="out holds steps of a run of another study, or by other versions, than 's' now"):
+    with pytest.raises(NsmapsError, match="out contains steps of a run of another study, or of other versions, than 's' now"):
         run("s.yaml", out=folder, resume=True)
 
 
@@ -268,7 +268,7 @@ def test_what_is_broken_of_a_run_is_computed_again(good: str, file: str) -> None
         Path("out", file).write_bytes(content)
         with pytest.raises(NsmapsError, match=f"^out/{file} cannot be read"):
             read_result("out")
-        with pytest.warns(RuntimeWarning, match=f"^out/{file} cannot be read .*; all of it is computed again$"):
+        with pytest.warns(RuntimeWarning, match=f"^out/{file} cannot be read .*; all steps are computed again$"):
             assert run("s.yaml", out="out", resume=True).verdicts == whole.verdicts
         assert read_result("out").finished
 

@@ -31,14 +31,14 @@ diagonal:
   family: low
   delta: 1.5
   sweep: {parameter: a, from: 0.2, to: 0.4, points: 2}
-  within: "phi < pi"
+  region: "phi < pi"
   orders: {low: {full: {v: 1, phi: 1}}, high: {full: {v: 2, phi: 2}}}
 composite:
   - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
 orbits:
   - {start: {v: 0.3, phi: 1}, returns: 3}
 domains:
-  - {name: fitted, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 2, require: [trapped]}
+  - {name: fitted, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 2, require: [forward_invariant]}
   - {name: exact, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 2}
   - {name: both, map: composite, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
 second_iterate: {domain: fitted}
@@ -136,21 +136,21 @@ def test_every_verdict_names_its_map_and_its_numbers(whole: StudyResult) -> None
     by_name = {(verdict.name, verdict.of): verdict for verdict in whole.verdicts}
     assert list(by_name) == [
         ("covered", "composite map"),
-        ("words are the exact map's", "composite map"),
-        ("orbit from (v = 0.3, phi = 1): keeps returning", "exact map"),
-        ("orbit from (v = 0.3, phi = 1): keeps returning", "composite map"),
+        ("words agree with the exact map", "composite map"),
+        ("orbit from (v = 0.3, phi = 1): completes all returns", "exact map"),
+        ("orbit from (v = 0.3, phi = 1): completes all returns", "composite map"),
         ("orbit from (v = 0.3, phi = 1): same attractor as the exact map", "composite map"),
-        *((f"domain fitted: {claim}", "fitted map all") for claim in ("trapped", "settled")),
-        *((f"domain exact: {claim}", "exact map") for claim in ("trapped", "settled")),
-        *((f"domain both: {claim}", "composite map") for claim in ("trapped", "settled")),
+        *((f"domain fitted: {claim}", "fitted map all") for claim in ("forward invariant", "converged")),
+        *((f"domain exact: {claim}", "exact map") for claim in ("forward invariant", "converged")),
+        *((f"domain both: {claim}", "composite map") for claim in ("forward invariant", "converged")),
     ]
     required = [verdict.name for verdict in whole.verdicts if verdict.required]
-    assert required == ["covered", "domain fitted: trapped"]
+    assert required == ["covered", "domain fitted: forward invariant"]
     for verdict in whole.verdicts:
         assert verdict.text.startswith("yes: " if verdict.holds else "no: ")
-    exact = by_name["domain exact: trapped", "exact map"]
-    assert exact.holds == whole.domains["exact"].trapped
-    returning = by_name["orbit from (v = 0.3, phi = 1): keeps returning", "exact map"].text
+    exact = by_name["domain exact: forward invariant", "exact map"]
+    assert exact.holds == whole.domains["exact"].forward_invariant
+    returning = by_name["orbit from (v = 0.3, phi = 1): completes all returns", "exact map"].text
     v, phi = whole.orbits[0].exact.states[-1]
     assert f"(v = {v:.5g}, phi = {phi:.5g})" in returning
     assert whole.holds == all(verdict.holds for verdict in whole.verdicts if verdict.required)
@@ -331,7 +331,7 @@ def test_no_class_but_our_own_is_made_from_a_file(whole: StudyResult) -> None:
 
 
 def test_a_folder_that_holds_no_result(whole: StudyResult) -> None:
-    with pytest.raises(NsmapsError, match=r"nowhere holds no result.json"):
+    with pytest.raises(NsmapsError, match=r"nowhere contains no result.json"):
         read_result("nowhere")
     Path("out/result.json").write_text('{"format": 99}')
     with pytest.raises(NsmapsError, match=f"has format 99; expected: {FORMAT}"):
@@ -465,7 +465,7 @@ def test_bifurcation_is_that_of_maps_made_at_each_value() -> None:
 def test_a_bifurcation_does_not_make_partitions() -> None:
     text = "".join(line for line in LONG_RUN.splitlines(keepends=True) if "composite:" not in line and "name: all" not in line)
     Path("parts.yaml").write_text(text + "partition: {tolerance: 1e-2}\n")
-    with pytest.raises(NsmapsError, match="a partition is made once"):
+    with pytest.raises(NsmapsError, match="a partition is of one value"):
         run("parts.yaml")
 
 
@@ -504,7 +504,7 @@ def test_a_file_of_a_run_that_is_cut_off_or_missing(whole: StudyResult, name: st
     content = file.read_bytes()
     if name != "study.yaml":
         file.write_bytes(content[: len(content) // 2])
-        with pytest.raises(NsmapsError, match=rf"{name} cannot be read \(.*\); expected: a folder as `nsmaps run` wrote it"):
+        with pytest.raises(NsmapsError, match=rf"{name} cannot be read \(.*\); expected: a folder written by `nsmaps run`"):
             read_result("out")
     file.unlink()
     with pytest.raises(NsmapsError, match=f"{name} is missing|holds no {name}"):

@@ -81,7 +81,7 @@ def test_what_is_no_run_is_told() -> None:
     Path("empty").mkdir()
     made = program("show", "empty")
     assert (made.exit_code, made.stdout) == (2, "")
-    assert "holds no result.json" in made.stderr
+    assert "contains no result.json" in made.stderr
 
 
 @dataclass

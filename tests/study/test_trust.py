@@ -60,15 +60,16 @@ def test_check_says_that_a_file_is_run_before_it_is(stranger: None, monkeypatch:
 
 
 def test_a_file_is_not_run_with_installed_only(stranger: None) -> None:
-    line = f"s.yaml:2:9: the system is the file '{Path('mine.py').resolve()}:Ball', which would be run; expected: a system that"
+    path = Path("mine.py").resolve()
+    line = f"s.yaml:2:9: the system is the file '{path}:Ball', which would be executed; expected: an installed system, "
     for command in ("check", "run"):
         assert refused(command, "s.yaml", "--installed-only").startswith(line)
     for call in (nsmaps.load_study, nsmaps.run):
-        with pytest.raises(StudyError, match="which would be run"):
+        with pytest.raises(StudyError, match="which would be executed"):
             call("s.yaml", installed_only=True)
     assert not Path("mark").exists()
     study = nsmaps.load_study("s.yaml")
-    with pytest.raises(StudyError, match="which would be run"):
+    with pytest.raises(StudyError, match="which would be executed"):
         nsmaps.run(study, installed_only=True)
 
 
@@ -82,8 +83,8 @@ def test_nor_is_the_file_of_a_run_folder(command: tuple[str, ...], stranger: Non
     Path("out/study.yaml").write_text(text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
     positional = [option for option in options if option == "cobweb"]
     rest = [option for option in options if option not in ("--", "cobweb")]
-    assert "which would be run" in refused(name, "out", *positional, *rest, "--installed-only")
-    with pytest.raises(StudyError, match="which would be run"):
+    assert "which would be executed" in refused(name, "out", *positional, *rest, "--installed-only")
+    with pytest.raises(StudyError, match="which would be executed"):
         nsmaps.read_result("out", installed_only=True)
     assert not Path("mark").exists()
 
@@ -93,7 +94,7 @@ def test_a_run_that_goes_on_runs_no_file_that_its_study_does_not_name(stranger: 
     Path("mine.yaml").write_text(resolved(nsmaps.read_result("out").study))
     text = Path("out/study.yaml").read_text()
     Path("out/study.yaml").write_text(text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
-    with pytest.raises(NsmapsError, match="which would be run"):
+    with pytest.raises(NsmapsError, match="which would be executed"):
         nsmaps.run("mine.yaml", out="out", resume=True)
     assert not Path("mark").exists()
 
@@ -108,8 +109,8 @@ LAUGHS = "".join(f"k{n}: &k{n} [{', '.join([f'*k{n - 1}'] * 9) if n else 'ha'}]\
 
 # what a study of a stranger says, and what it is answered
 HOSTILE = {
-    "aliases of aliases": (LAUGHS + "system: ball\n", "s.yaml:6:40: more than 100,000 values, each alias written out"),
-    "an alias of itself": ("system: ball\nfamilies: &a {x: *a}\n", "s.yaml:2:18: the alias *a stands within what it stands for"),
+    "aliases of aliases": (LAUGHS + "system: ball\n", "s.yaml:6:40: more than 100,000 values, with aliases expanded"),
+    "an alias of itself": ("system: ball\nfamilies: &a {x: *a}\n", "s.yaml:2:18: the alias *a is inside its own anchor"),
     "deep": ("system: ball\nrequire: " + "[" * 5000, "s.yaml:2:49: nested deeper than 40 levels"),
     "deep in blocks": ("".join(" " * k + "a:\n" for k in range(500)), "s.yaml:41:41: nested deeper than 40 levels"),
     "large": ("# " + "x" * 500_000 + "\nsystem: ball\n", "s.yaml:1:1: a file of 500,016 bytes; expected: at most 500,000"),
@@ -125,7 +126,7 @@ HOSTILE = {
     "a name inside": ("system: ball\nname: a/../../x\n", "s.yaml:2:7: name is 'a/../../x'; expected: String should match"),
     "an absolute name": ("system: ball\nname: /etc/x\n", "s.yaml:2:7: name is '/etc/x'; expected: String should match pattern"),
     "a long name": ("system: ball\nname: " + "z" * 501, "expected: String should have at most 500 characters"),
-    "a name of lines": ('system: ball\nfamilies: {"a\\nb": [BB]}\n', "'a\\nb' is no name; expected: one line of text"),
+    "a name of lines": ('system: ball\nfamilies: {"a\\nb": [BB]}\n', "'a\\nb' is not a name; expected: one line of text"),
     "a file that is not there": ("system: ball\nsystem: " + "z" * 300 + ".py:X\n", "the key 'system' is given twice"),
     "a system whose file has too long a name": ("system: " + "z" * 300 + ".py:X\n", "to load 'X' from; expected: path"),
     "a system in nobody's home": ("system: ~nobody_x/a.py:X\n", "to load 'X' from; expected: path"),
@@ -273,16 +274,16 @@ def test_what_is_beyond_memory_or_time_is_refused_before_anything_is_computed(se
     line = 3
     for command in ("check", "run"):
         told = refused(command, "s.yaml", "--max-memory", "16")
-        assert re.match(rf"s\.yaml:{line}:1: a run needs about \S+ (GB|hours) of {what}, most of it for '{section}', ", told), (
-            told
-        )
+        assert re.match(
+            rf"s\.yaml:{line}:1: a run is estimated to need \S+ (GB|hours) of {what}, most of it for '{section}'; ", told
+        ), told
     with pytest.raises(StudyError, match=f"of {what}, most of it for '{section}'"):
         nsmaps.run("s.yaml", max_memory=16)
 
 
 def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(SMALL + "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 2, start: {v: 0.3, phi: 1}}\n")
-    assert "expected: at most 1e-06, or what is told by --max-hours or NSMAPS_MAX_HOURS" in refused(
+    assert "expected: at most 1e-06, or another limit by --max-hours or NSMAPS_MAX_HOURS" in refused(
         "check", "s.yaml", "--max-hours", "1e-6"
     )
     monkeypatch.setenv("NSMAPS_MAX_HOURS", "1e-6")
@@ -291,7 +292,7 @@ def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch:
     monkeypatch.setenv("NSMAPS_MAX_HOURS", "inf")
     assert CliRunner().invoke(app, ["check", "s.yaml"]).exit_code == 0
     monkeypatch.setenv("NSMAPS_MAX_MEMORY", "much")
-    assert refused("check", "s.yaml") == "NSMAPS_MAX_MEMORY is 'much'; expected: a number above zero, or inf"
+    assert refused("check", "s.yaml") == "NSMAPS_MAX_MEMORY is 'much'; expected: a positive number, or inf"
     with pytest.raises(NsmapsError, match="NSMAPS_MAX_MEMORY is -1; expected"):
         nsmaps.run("s.yaml", max_memory=-1)
 

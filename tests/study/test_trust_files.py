@@ -80,7 +80,7 @@ def test_arrays_beyond_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv("NSMAPS_MAX_MEMORY", "1e-4")
     with zipfile.ZipFile("out/arrays.npz", "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("x.npy", bytes(10**6))
-    line = "arrays.npz cannot be read (0.001 GB of arrays; expected: at most 0.0001, or what NSMAPS_MAX_MEMORY tells)"
+    line = "arrays.npz cannot be read (0.001 GB of arrays; expected: at most 0.0001, or the value of NSMAPS_MAX_MEMORY)"
     assert line in refused()
 
 
@@ -237,7 +237,7 @@ def test_a_list_of_what_was_drawn_removes_nothing_outside_and_stops_no_run(liste
 def test_a_folder_whose_record_is_none_is_not_written_to(text: str) -> None:
     Path("out").mkdir()
     Path("out/result.json").write_bytes(text.encode("latin-1"))
-    with pytest.raises(NsmapsError, match="is there, and no run wrote it"):
+    with pytest.raises(NsmapsError, match="exists, and no run wrote it"):
         nsmaps.run("ball/drop", out="out")
 
 

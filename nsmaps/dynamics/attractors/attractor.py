@@ -93,7 +93,7 @@ def may_be_one(one: Attractor, other: Attractor) -> bool:
 def find_attractors(
     map: ReturnMap,
     starts: Floats,
-    transient: int = 1000,
+    discard: int = 1000,
     tolerance: float = 1e-6,
     max_period: int = 32,
     known: Sequence[Attractor] = (),
@@ -101,18 +101,14 @@ def find_attractors(
     """The attractors that orbits of starts, shape (N, n), reach after a transient, except for the known ones.
 
     Attractors of a period up to `max_period`, in words and within `tolerance` in each coordinate (in radians for an angle,
-    otherwise as a
-    share of its largest magnitude among starts and last states), have the tolerance as their reach. Others are the states that
-    one
-    orbit visits, and their reach is the largest distance of their second half from the first, in shares of their extents, so
-    that
-    it does not depend on the units of the coordinates.
-    A stable cycle within 1e-3 of a repetition is refined by Newton's method, since slowly converging orbits repeat far from
-    it.
-    Orbits that end reach none; a transient that is too short gives a set without period.
+    otherwise as a share of its largest magnitude among starts and last states), have the tolerance as their reach. Others are
+    the states that one orbit visits, and their reach is the largest distance of their second half from the first, in shares of
+    their extents, so that it does not depend on the units of the coordinates. A stable cycle within 1e-3 of a repetition is
+    refined by Newton's method, since slowly converging orbits repeat far from it. Orbits that end reach none; after too short
+    a transient the set has no period.
     """
     last = np.array(starts, float)
-    for part in returns_of(map, last, transient):
+    for part in returns_of(map, last, discard):
         last = part.image[-len(last) :]
     kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * max_period)
     scale, found = kept.coordinates.magnitudes(np.array(starts, float), kept.states), list[Attractor]()

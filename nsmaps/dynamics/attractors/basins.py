@@ -1,4 +1,4 @@
-"""Basins of attraction: where each start of a grid ends up, after how many returns, and what lies between the basins."""
+"""Basins of attraction: the attractor of each start of a grid, the returns until it is reached, and the boundaries of basins."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 from nsmaps.progress import Progress, shows
 
 UNRESOLVED, ENDED = -1, -2
-SAMPLE = 100  #: starts that are followed to find attractors, at a time
+SAMPLE = 100  #: starts of each round of the search for attractors
 CHUNK = 5000  #: starts in a part
-ROUNDS = 10  #: of looking for attractors among the starts that came to none
-ROUND = 0.1  #: what a round is assumed to leave to those after it, as `progress` reports it
+ROUNDS = 10  #: of the search for attractors among the starts that reached none
+ROUND = 0.1  #: share of the work that a round is assumed to leave to later ones, for `progress`
 
 
 class Ends(NamedTuple):
-    """Where the orbits of some starts end up, as of `Basins`."""
+    """The attractors that some starts reach, as in `Basins`."""
 
     label: NDArray[np.int32]
     arrival: NDArray[np.int32]
@@ -36,40 +36,40 @@ class Ends(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Basins(WithCoordinates):
-    """Where the orbits of N starts of n coordinates end up."""
+    """The attractors that the orbits of N starts of n coordinates reach."""
 
     __repr__ = brief
 
     coordinates: Coordinates
-    grid: Grid | None  #: whose states the starts are, in its order
+    grid: Grid | None  #: of the starts, in its order; None for other starts
     start: Floats  #: shape (N, n)
-    attractors: tuple[Attractor, ...]  #: the one that most starts come to first, unless they were given
-    label: NDArray[np.int32]  #: shape (N,), number of the attractor; -1: came to none in time; -2: the orbit ended
-    arrival: NDArray[np.int32]  #: shape (N,), returns to arrive; where it did not, returns that were made
-    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`: of the last return, or of that which ended the orbit
-    stuck: NDArray[np.bool_]  #: shape (N,), whether it came to rest on the base wall on its way
+    attractors: tuple[Attractor, ...]  #: in descending order of the size of their basins, unless they were given
+    label: NDArray[np.int32]  #: shape (N,), index of the attractor; -1: none was reached; -2: the orbit ended
+    arrival: NDArray[np.int32]  #: shape (N,), returns until arrival, or returns computed where there was none
+    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`: of the last return, or of the return that ended the orbit
+    stuck: NDArray[np.bool_]  #: shape (N,), True if the orbit came to rest on the base wall
 
     @property
     def fractions(self) -> Floats:
-        """The share of the starts that come to each attractor, to none in time, and that end, shape (A + 2,); NaN of none."""
+        """The fraction of the starts that reach each attractor, that reach none, and that end, shape (A + 2,)."""
         kinds = [*range(len(self.attractors)), UNRESOLVED, ENDED]
         with np.errstate(invalid="ignore"):
             return np.array([(self.label == kind).sum() for kind in kinds]) / np.float64(len(self.label))
 
     @property
     def fraction_error(self) -> Floats:
-        """The standard error of each fraction, as if the starts were drawn at random: sqrt(f (1 - f)/N); more than a grid's."""
+        """The standard error of each fraction, for starts drawn at random: sqrt(f (1 - f)/N); an overestimate for a grid."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(np.sqrt(self.fractions * (1 - self.fractions) / len(self.label)))
 
     def edges(self) -> tuple[Floats, NDArray[np.int32]]:
-        """Neighbours on the grid that come to different ends: their states (E, 2, n) and labels (E, 2).
+        """Neighbours on the grid with different labels: their states (E, 2, n) and labels (E, 2).
 
-        Starts that came to no end in time have no edges. Angles are neighbours around the circle where the grid goes round it,
-        and then the second state is on the next turn.
+        Starts that reached no attractor have no edges. If the grid covers a circle, its first and last angles are neighbours, and
+        the second state of such an edge is on the next turn.
         """
         if self.grid is None:
-            raise NsmapsError("the starts are no grid and have no neighbours; expected: basins of a Grid")
+            raise NsmapsError("the starts are not a grid, so they have no neighbours; expected: basins of a Grid")
         label, states = self.label.reshape(self.grid.shape), self.start.reshape(*self.grid.shape, -1)
         pairs, labels, circle = [], [], self.coordinates.angles
         for i, axis in enumerate(self.grid.axes.values()):
@@ -82,10 +82,10 @@ class Basins(WithCoordinates):
             a, b = (np.moveaxis(x, i, 0) for x in (label, np.roll(label, -1, axis=i)))
             there = there.copy()
             there[-1] += turn
-            apart = (a != b) & (a != UNRESOLVED) & (b != UNRESOLVED)
-            apart[-1] &= turn.any()
-            pairs.append(np.stack([here[apart], there[apart]], axis=1))
-            labels.append(np.stack([a[apart], b[apart]], axis=1))
+            differ = (a != b) & (a != UNRESOLVED) & (b != UNRESOLVED)
+            differ[-1] &= turn.any()
+            pairs.append(np.stack([here[differ], there[differ]], axis=1))
+            labels.append(np.stack([a[differ], b[differ]], axis=1))
         return np.concatenate(pairs), np.concatenate(labels)
 
 
@@ -97,11 +97,11 @@ class Boundary:
 
     attractors: tuple[Attractor, ...]
     points: Floats  #: shape (E, n), angles in [0, 2 pi)
-    sides: NDArray[np.int32]  #: shape (E, 2), labels of the starts on either side, as of `Basins`
-    tolerance: float  #: length of the piece of the edge that holds the change of basin, as of `boundary`
+    sides: NDArray[np.int32]  #: shape (E, 2), labels of the starts on either side, as in `Basins`
+    tolerance: float  #: length of the part of the edge that contains the change of basin, as in `boundary`
 
     def distance(self, attractor: int) -> float:
-        """The least distance of the states of an attractor from the points at its basin's boundary; inf without such points.
+        """The least distance of the states of an attractor from the boundary points of its basin; inf without such points.
 
         Euclidean in the coordinates' units, angles the shorter way round. The points lie on the lines of the grid, so the true
         distance is smaller by up to about the grid's spacing.
@@ -121,30 +121,31 @@ def basins(
     attractors: Sequence[Attractor] | None = None,
     returns: int = 1000,
     tolerance: float = 1e-6,
-    longest: int = 32,
+    max_period: int = 32,
     *,
     jobs: Jobs = SERIAL,
 ) -> Basins:
     """Which attractor each start comes to, and after how many returns.
 
-    An orbit has arrived with the first state within `tolerance` of each coordinate of a state of a periodic attractor, in radians
-    of an angle, else as a share of its largest magnitude among the starts and states that attractors are found from, or at the
-    first of 50 successive states within the reach of one without period (`Attractor`). Unless they are given, attractors are
-    found by following some starts, and again some of those that came to none, until none is new: one whose basin falls between
-    the starts is not found.
+    An orbit arrives at a periodic attractor with its first state that differs from one of the attractor's by at most `tolerance`
+    in each coordinate, of an angle in radians, of others relative to its largest magnitude among the starts and attracting
+    states. It arrives at an attractor without period with the first of 50 successive states within its reach (`Attractor`).
+    Unless they are given, attractors are found from a sample of the starts, then from samples of the starts that reached none,
+    until there is no new one: an attractor whose basin contains no start is not found.
 
     Args:
         grid: a Grid over the map's coordinates, or states of shape (N, n), phases in radians.
-        attractors: the only ones that count, such as those of another run.
-        returns: made before an orbit that has not arrived is given up, and to let go of transients when attractors are found.
-        longest: period, in returns, of an attractor that is told from one without period.
-        jobs: see `nsmaps.Jobs`; parts are 5000 starts, in each round of looking for attractors, which are found in this process.
+        attractors: the only ones considered, such as those of another call.
+        returns: largest number computed for an orbit, and the length of the transient when attractors are searched for.
+        max_period: longest period tested, in returns.
+        jobs: see `nsmaps.Jobs`; a part is 5000 starts of a round. Attractors are searched for in this process.
 
     Raises:
-        StateError, NsmapsError: the grid has not the map's coordinates; other arguments that are not accepted.
+        StateError, NsmapsError: the grid does not have the map's coordinates, or another argument is not valid.
     """
-    if returns < 1 or longest < 1 or not tolerance > 0:
-        raise NsmapsError(f"{returns} returns, period up to {longest}, tolerance {tolerance}; expected: 1 or more, above 0")
+    if returns < 1 or max_period < 1 or not tolerance > 0:
+        text = f"{returns} returns, max_period {max_period}, tolerance {tolerance}"
+        raise NsmapsError(f"{text}; expected: at least 1 return, max_period at least 1, a tolerance above 0")
     coordinates = Coordinates(map.coordinates)
     if isinstance(grid, Grid):
         check_axes(grid, coordinates)
@@ -153,14 +154,14 @@ def basins(
     given = jobs.share(0.0, 1.0, "given") if known else SERIAL
     label, arrival, outcome, stuck = _ends(map, start, known, returns if known else 0, given)
     for number in range(0 if attractors else ROUNDS):
-        rest = np.flatnonzero(label == UNRESOLVED)
-        sample = start[rest[np.unique(np.linspace(0, len(rest) - 1, min(SAMPLE, len(rest))).astype(int))]]
-        found = find_attractors(map, sample, returns, tolerance, longest, known)
+        open_ = np.flatnonzero(label == UNRESOLVED)
+        sample = start[open_[np.unique(np.linspace(0, len(open_) - 1, min(SAMPLE, len(open_))).astype(int))]]
+        found = find_attractors(map, sample, returns, tolerance, max_period, known)
         if not found and known:
             break
         known += found
         round = jobs.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
-        label[rest], arrival[rest], outcome[rest], stuck[rest] = _ends(map, start[rest], known, returns, round)
+        label[open_], arrival[open_], outcome[open_], stuck[open_] = _ends(map, start[open_], known, returns, round)
         if not found:
             break
     if attractors is None:
@@ -171,7 +172,7 @@ def basins(
 
 
 def _ends(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, jobs: Jobs) -> Ends:
-    """What `follow` finds: at once, or in parts in an executor or kept in a folder."""
+    """The result of `follow`: at once, or in parts that are computed by an executor or stored in a folder."""
     if not jobs.divided or not attractors:
         return follow(map, start, attractors, returns, jobs.progress)
     parts = [(map, start[cut], tuple(attractors), returns) for cut in jobs.cuts(len(start), CHUNK)]
@@ -179,7 +180,7 @@ def _ends(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], return
 
 
 def _followed(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int) -> Arrays:
-    """What `follow` finds, by name."""
+    """The arrays of `follow` by name."""
     return follow(map, start, attractors, returns)._asdict()
 
 
@@ -190,7 +191,7 @@ def follow(
     returns: int,
     progress: Progress | None = None,
 ) -> Ends:
-    """Label, arrival, outcome and stuck of each start, shape (N, n), as of `Basins`."""
+    """Label, arrival, outcome and stuck of each start, shape (N, n), as in `Basins`."""
     n = len(start)
     label, arrival = np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32)
     outcome, stuck = np.full(n, Outcome.returned, np.int8), np.zeros(n, bool)
@@ -210,31 +211,34 @@ def follow(
             progress(max(k / max(returns, 1), 1 - len(going) / max(n, 1)))
         if not len(going) or k == returns:
             break
-        made = map.first_return(states)
-        outcome[going], arrival[going], states = made.outcome, k + made.valid, made.image
-        stuck[going] |= made.outcome == Outcome.stuck
+        next_returns = map.first_return(states)
+        outcome[going], arrival[going], states = next_returns.outcome, k + next_returns.valid, next_returns.image
+        stuck[going] |= next_returns.outcome == Outcome.stuck
     return Ends(label, arrival, outcome, stuck)
 
 
 @shows
-def boundary(map: ReturnMap, made: Basins, tolerance: float = 1e-6, returns: int = 1000) -> Boundary:
+def boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, returns: int = 1000) -> Boundary:
     """Points between basins, by bisection along the edges of their grid.
 
-    An edge that crosses several basins gives the end of that in which it begins, or where it first meets one such end.
+    On an edge that crosses several basins one change of basin is found, where the basin of its first end ends or begins.
 
     Args:
-        tolerance: length to which each edge is halved in every coordinate, in radians of an angle, else as a share of its largest
-            magnitude on the edges; or to rounding if that is more.
-        returns: as of `basins`, for the states that are tried.
+        tolerance: length to which each edge is bisected in every coordinate, of an angle in radians, of others relative to the
+            largest magnitude on the edges; at least the rounding error.
+        returns: as in `basins`.
+
+    Raises:
+        NsmapsError: the tolerance is not positive, or the starts are not a grid.
     """
     if not tolerance > 0:
-        raise NsmapsError(f"the tolerance is {tolerance}; a positive length is accepted")
-    ends, sides = made.edges()
-    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), made.coordinates.magnitudes(ends)
+        raise NsmapsError(f"the tolerance is {tolerance}; expected: a positive length")
+    ends, sides = basins.edges()
+    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), basins.coordinates.magnitudes(ends)
 
     def label(states: Floats) -> NDArray[np.int32]:
-        return follow(map, states, made.attractors, returns)[0]
+        return follow(map, states, basins.attractors, returns)[0]
 
     low, high, beyond = bisect_change(label, ends[:, 0], ends[:, 1], sides[:, 0], sides[:, 1], tolerance * scale)
-    middle = made.coordinates.wrap((low + high) / 2)
-    return Boundary(made.attractors, middle, np.column_stack([sides[:, 0], beyond]), tolerance)
+    middle = basins.coordinates.wrap((low + high) / 2)
+    return Boundary(basins.attractors, middle, np.column_stack([sides[:, 0], beyond]), tolerance)

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: what a return map does in the long run over the values of a parameter (figs. bifexact, bifapprox)."""
+"""Bifurcation diagrams: the attractors of a return map over the values of a parameter (figs. bifexact, bifapprox)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,15 +20,15 @@ from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as
 if TYPE_CHECKING:
     from xarray import Dataset
 
-PART = 100_000  #: returns that a part of a diagram makes at least, by default: many times what sending and keeping it costs
-Block = tuple[NDArray[np.int64], slice, Arrays]  #: numbers of values, starts, and what `_attractors` found there
+PART = 100_000  #: fewest returns of a part of a diagram by default, many times the cost of its overhead
+Block = tuple[NDArray[np.int64], slice, Arrays]  #: indices of values, starts, and the result of `_attractors` there
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Bifurcation(WithCoordinates):
-    """What orbits do after a transient, for V values of a parameter and S starts each: K states of n coordinates.
+    """Orbits after a transient, for V values of a parameter and S starts each: K states of n coordinates.
 
-    Where no map could be made, or an orbit ended, states are NaN; `reasons` and `outcome` say why.
+    States are NaN where there is no map or the orbit ended; `reasons` and `outcome` give the reason.
     """
 
     __repr__ = brief
@@ -39,9 +39,9 @@ class Bifurcation(WithCoordinates):
     states: Floats  #: shape (V, S, K, n), in the order of the returns; angles in [0, 2 pi)
     turns: NDArray[np.int32]  #: shape (V, S, K, n), whole turns an angle made on the return to each state
     codes: NDArray[np.int64]  #: shape (V, S, K), words of the returns to each state as numbers; see `words`
-    outcome: NDArray[np.int8]  #: shape (V, S), values of `Outcome`: of the last return, or of that which ended the orbit
-    reasons: tuple[str, ...]  #: V texts, why no map could be made; "" where one was
-    period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: not within K/2
+    outcome: NDArray[np.int8]  #: shape (V, S), values of `Outcome`: of the last return, or of the return that ended the orbit
+    reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
+    period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: none up to K/2
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -59,15 +59,15 @@ class Bifurcation(WithCoordinates):
 
     @property
     def held(self) -> NDArray[np.bool_]:
-        """Which orbits went on to the end, shape (V, S)."""
+        """True for orbits that did not end, shape (V, S)."""
         return np.asarray(np.isfinite(self.states[:, :, -1]).all(axis=-1))
 
     def to_xarray(self) -> "Dataset":
-        """An xarray dataset with dimensions `value`, `start`, `return`, `coordinate`. NsmapsError without xarray."""
+        """An xarray dataset with dimensions `value`, `start`, `return`, `coordinate`. Raises NsmapsError without xarray."""
         from nsmaps.datasets import EACH, NONE, TURNS, dataset
 
         rows = {
-            "state": ("value start return coordinate", self.states, EACH, "the states kept; angles in [0, 2 pi)"),
+            "state": ("value start return coordinate", self.states, EACH, "states after the transient; angles in [0, 2 pi)"),
             "turns": ("value start return coordinate", self.turns, TURNS, "whole turns on the return to each state"),
             "word": ("value start return", self.words, NONE, "impact word of the return to each state"),
             "motion": ("value start", self.labels, NONE, "name of the motion, such as 1:1/2T"),
@@ -83,8 +83,8 @@ def bifurcation(
     values: ArrayLike,
     starts: ArrayLike,
     returns: int = 60,
-    transient: int = 2000,
-    follow: Literal["up", "down", "both"] | None = None,
+    discard: int = 2000,
+    direction: Literal["up", "down", "both"] | None = None,
     tolerance: float = 1e-6,
     *,
     jobs: Jobs = SERIAL,
@@ -92,71 +92,71 @@ def bifurcation(
     """The attractors over the values of a parameter, as in remark num_bif.
 
     Args:
-        map_of: the return map at a value, such as `lambda d: system.at(d=d)`. Where it raises a ValueError, as a system does
-            whose parameter is out of range, there is no map, and the value is passed over.
+        map_of: the return map at a value, such as `lambda d: system.at(d=d)`. A value at which it raises a ValueError, as for a
+            parameter out of range, has no map and is skipped.
         values: shape (V,).
-        starts: one state, shape (n,), or some, shape (S, n), phases in radians; at each value they run as one batch.
-        returns: how many are kept at each value.
-        transient: how many are made before them and forgotten.
-        follow: the last states at one value are the starts at the next, through growing ("up") or falling ("down") values. An
-            orbit that ended starts again from where the last value left it. With "both" there are 2 S orbits, those through
-            growing values first. Without it every value has the starts given.
-        tolerance: within which each coordinate must repeat to be periodic, an angle in radians, others as a share of the largest
+        starts: one state, shape (n,), or some, shape (S, n), phases in radians; at each value they are one batch.
+        returns: number stored at each value.
+        discard: number computed before these and discarded as the transient.
+        direction: the last states at one value are the starts at the next, in ascending ("up") or descending ("down") order. An
+            orbit that ended starts again from its start at that value. With "both" there are 2 S orbits, the ascending ones
+            first. With None the orbits at every value begin at the given starts.
+        tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the largest
             magnitude in the diagram and its starts.
         jobs: see `nsmaps.Jobs`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts are values, as many as make
-            100,000 returns; with `follow` each start passes by itself through the values of a part.
+            100,000 returns; with `direction` every start is followed through the values of a part separately.
 
     Raises:
-        StateError: the starts have not the map's coordinates.
-        NsmapsError: other arguments that are not accepted, or there is a map at none of the values.
+        StateError: the starts do not have the map's coordinates.
+        NsmapsError: another argument is not valid, or no value has a map.
     """
     along, now = np.atleast_1d(np.asarray(values, float)), np.atleast_2d(np.asarray(starts, float))
-    _check(along, returns, transient, follow)
-    if follow == "both":
-        how = returns, transient
+    _check(along, returns, discard, direction)
+    if direction == "both":
+        how = returns, discard
         up = bifurcation(map_of, along, now, *how, "up", tolerance, jobs=jobs.share(0.0, 0.5, "up"))
         return _beside(up, bifurcation(map_of, along, now, *how, "down", tolerance, jobs=jobs.share(0.5, 1.0, "down")))
-    order = np.argsort(-along if follow == "down" else along, kind="stable")
+    order = np.argsort(-along if direction == "down" else along, kind="stable")
     if not jobs.divided or not len(now):
-        found = _attractors(map_of, along[order], now, returns, transient, bool(follow))
+        found = _attractors(map_of, along[order], now, returns, discard, bool(direction))
         return _diagram(along, now, [(order, slice(None), found)], tolerance)
-    sweep = _Sweep(map_of, along, order, returns, transient, jobs)
-    return _diagram(along, now, sweep.followed(now) if follow else sweep.apart(now), tolerance)
+    sweep = _Sweep(map_of, along, order, returns, discard, jobs)
+    return _diagram(along, now, sweep.followed(now) if direction else sweep.independent(now), tolerance)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sweep:
-    """A diagram in parts, in an executor or kept in a folder."""
+    """A diagram in parts, computed by an executor or stored in a folder."""
 
     map_of: Callable[[float], ReturnMap]
     values: Floats
-    order: NDArray[np.int64]  #: in which the values are taken
+    order: NDArray[np.int64]  #: indices of the values in the order in which they are taken
     returns: int
-    transient: int
+    discard: int
     jobs: Jobs
 
-    def apart(self, starts: Floats) -> list[Block]:
-        """Every start at every value: parts are values."""
+    def independent(self, starts: Floats) -> list[Block]:
+        """Every start at every value; parts are values."""
         cuts = self._cuts(len(starts))
-        parts = [(self.map_of, self.values[cut], starts, self.returns, self.transient, False) for cut in cuts]
+        parts = [(self.map_of, self.values[cut], starts, self.returns, self.discard, False) for cut in cuts]
         return [(cut, slice(None), part) for cut, part in zip(cuts, self.jobs.run(_attractors, parts), strict=True)]
 
     def followed(self, starts: Floats) -> list[Block]:
-        """Each start through the values: parts are starts, links of their chains one after the other."""
+        """Each start followed through the values; parts are starts, for successive ranges of values."""
         blocks: list[Block] = []
         done, count = 0, len(self.order)
         for cut in self._cuts(1):
-            parts = [(self.map_of, self.values[cut], start[None], self.returns, self.transient, True) for start in starts]
+            parts = [(self.map_of, self.values[cut], start[None], self.returns, self.discard, True) for start in starts]
             jobs = self.jobs.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
-            links = jobs.run(_attractors, parts)
-            blocks += [(cut, slice(s, s + 1), link) for s, link in enumerate(links)]
-            starts, done = np.concatenate([link["last"] for link in links]), done + len(cut)
+            found = jobs.run(_attractors, parts)
+            blocks += [(cut, slice(s, s + 1), part) for s, part in enumerate(found)]
+            starts, done = np.concatenate([part["last"] for part in found]), done + len(cut)
         return blocks
 
     def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
-        """The numbers of the values, in their order, of each part or link."""
-        most = -(-PART // ((self.returns + self.transient) * starts))
-        return [self.order[cut] for cut in self.jobs.cuts(len(self.order), most)]
+        """The indices of the values of each part, in their order."""
+        size = -(-PART // ((self.returns + self.discard) * starts))
+        return [self.order[cut] for cut in self.jobs.cuts(len(self.order), size)]
 
 
 def _attractors(
@@ -164,12 +164,12 @@ def _attractors(
     values: Floats,
     starts: Floats,
     returns: int,
-    transient: int,
-    follow: bool,
+    discard: int,
+    directed: bool,
 ) -> Arrays:
-    """What starts (S, n) come to at values, in this order, and the last states: arrays of a `Bifurcation`, where a map is."""
+    """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a `Bifurcation`."""
     runs, reasons, last = followed(
-        map_of, values, starts, lambda map, states: _attractor(map, states, transient, returns), follow
+        map_of, values, starts, lambda map, states: _attractor(map, states, discard, returns), directed
     )
     about = {"last": last, "reasons": np.array(reasons, str)}
     if not runs:
@@ -180,10 +180,10 @@ def _attractors(
     return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls)}
 
 
-def _attractor(map: ReturnMap, states: Floats, transient: int, returns: int) -> Orbit:
-    """The orbits of states (S, n) after a transient; one that ended in it keeps its outcome."""
+def _attractor(map: ReturnMap, states: Floats, discard: int, returns: int) -> Orbit:
+    """The orbits of states (S, n) after a transient; an orbit that ended in the transient keeps its outcome."""
     part = None
-    for part in returns_of(map, states, transient):
+    for part in returns_of(map, states, discard):
         states = part.image[-len(states) :]
     kept = orbit(map, states, returns)
     if part is not None:
@@ -193,7 +193,7 @@ def _attractor(map: ReturnMap, states: Floats, transient: int, returns: int) -> 
 
 
 def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> Bifurcation:
-    """What was found at some of the values as one table over all of them."""
+    """The diagram over all values from the results at some of them."""
     reasons = np.full(len(values), "", object)
     for cut, _, part in blocks:
         reasons[cut] = part["reasons"]
@@ -213,7 +213,7 @@ def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
 
 
 def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:
-    """The orbits of both over the same values."""
+    """The diagram of the orbits of both over the same values."""
     rows = {
         name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1)
         for name in ("states", "turns", "codes", "outcome", "period")
@@ -221,10 +221,10 @@ def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:
     return replace(one, **rows)  # type: ignore[arg-type]
 
 
-def _check(values: Floats, returns: int, transient: int, follow: object) -> None:
+def _check(values: Floats, returns: int, discard: int, direction: object) -> None:
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
-        raise NsmapsError(f"the values have shape {values.shape}; expected: one or more finite numbers in a row")
-    if returns < 1 or transient < 0:
-        raise NsmapsError(f"{returns} returns after {transient}; expected: at least 1 that is kept, at least 0 before")
-    if follow not in (None, "up", "down", "both"):
-        raise NsmapsError(f"follow is {follow!r}; expected: 'up', 'down', 'both' or None")
+        raise NsmapsError(f"the values have shape {values.shape}; expected: one or more finite numbers, shape (V,)")
+    if returns < 1 or discard < 0:
+        raise NsmapsError(f"{returns} returns after {discard}; expected: at least 1 after at least 0")
+    if direction not in (None, "up", "down", "both"):
+        raise NsmapsError(f"direction is {direction!r}; expected: 'up', 'down', 'both' or None")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -19,11 +19,12 @@ KEPT = 3  #: impacts that are kept for each return
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImpactDiagram:
-    """Impacts in the long run, for V values of a parameter: K each, NaN where there were fewer."""
+    """Impacts after a transient, for V values of a parameter: K each, NaN where there were fewer."""
 
+    was: ClassVar = {"follow": "direction"}  #: fields of earlier runs
     walls: tuple[str, ...]
     noise: Noise
-    follow: Literal["up", "down"]
+    direction: Literal["up", "down"]
     values: Floats  #: shape (V,), in the order in which they were taken
     wall: Floats  #: shape (V, K), index of the wall
     speed: Floats  #: shape (V, K), impact speed, at least zero
@@ -35,29 +36,29 @@ def impact_diagram(
     values: ArrayLike,
     state: ArrayLike,
     noise: Noise,
-    follow: Literal["up", "down"],
+    direction: Literal["up", "down"],
     returns: int = 60,
-    transient: int = 500,
+    discard: int = 500,
     seed: int = 0,
     step: float | None = None,
     *,
     jobs: Jobs = SERIAL,
 ) -> ImpactDiagram:
-    """The impacts of one orbit that is followed through growing ("up") or falling ("down") values of a parameter.
+    """The impacts of one orbit that is followed through ascending ("up") or descending ("down") values of a parameter.
 
-    At each value the transient's returns are made and forgotten, and the impacts of `returns` more are kept, three a return at
-    most. The noise begins anew from its long-run law. An orbit that ended starts again from the state given. Without noise
-    (sigma = 0) these are the deterministic impacts. The whole orbit is one part of `jobs`, see `nsmaps.Jobs`.
+    At each value `discard` returns are computed as the transient, and the impacts of the next `returns` are stored, at most
+    three per return. The noise starts from its stationary law at each value. An orbit that ended starts again from `state`.
+    Without noise (sigma = 0) these are the deterministic impacts. The whole orbit is one part of `jobs`, see `nsmaps.Jobs`.
 
     Raises:
-        NsmapsError: a direction that is none; others as `noisy_orbits`.
+        NsmapsError: the direction is neither "up" nor "down"; others as for `noisy_orbits`.
     """
-    if follow not in ("up", "down"):
-        raise NsmapsError(f"follow is {follow!r}; expected: 'up' or 'down'")
-    along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if follow == "up" else -1]
-    parts = [(system_of, along, np.asarray(state, float), noise, returns, transient, seed, step)]
-    (made,) = jobs.run(_impacts, parts)
-    return ImpactDiagram(tuple(made["walls"].tolist()), noise, follow, along, made["wall"], made["speed"])
+    if direction not in ("up", "down"):
+        raise NsmapsError(f"direction is {direction!r}; expected: 'up' or 'down'")
+    along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if direction == "up" else -1]
+    parts = [(system_of, along, np.asarray(state, float), noise, returns, discard, seed, step)]
+    (tables,) = jobs.run(_impacts, parts)
+    return ImpactDiagram(tuple(tables["walls"].tolist()), noise, direction, along, tables["wall"], tables["speed"])
 
 
 def _impacts(
@@ -66,7 +67,7 @@ def _impacts(
     state: Floats,
     noise: Noise,
     returns: int,
-    transient: int,
+    discard: int,
     seed: int,
     step: float | None,
 ) -> Arrays:
@@ -74,10 +75,10 @@ def _impacts(
     now, kept = state, []
     for k, value in enumerate(along.tolist()):
         system = system_of(value)
-        settled = noisy_orbits(system, now, transient, noise, 1, [seed, 2 * k], step).states[-1, 0]
-        settled = settled if np.isfinite(settled).all() else state
-        made = noisy_orbits(system, settled, returns, noise, 1, [seed, 2 * k + 1], step, impacts=KEPT * returns)
-        now = made.states[-1, 0] if made.held.all() else state
-        kept.append(made.impacts[0])
+        start = noisy_orbits(system, now, discard, noise, 1, [seed, 2 * k], step).states[-1, 0]
+        start = start if np.isfinite(start).all() else state
+        orbits = noisy_orbits(system, start, returns, noise, 1, [seed, 2 * k + 1], step, impacts=KEPT * returns)
+        now = orbits.states[-1, 0] if orbits.held.all() else state
+        kept.append(orbits.impacts[0])
     table = np.stack(kept)
-    return {"wall": table[..., 0], "speed": table[..., 1], "walls": np.array(made.walls, str)}
+    return {"wall": table[..., 0], "speed": table[..., 1], "walls": np.array(orbits.walls, str)}

@@ -20,12 +20,12 @@ from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
 
-CHUNK = 8  #: realisations a task of an executor holds
-SUBSTEPS = 1  #: exact steps that a step is made of: with 2 and `step=2*h` the path is every second point of that of `step=h`
+CHUNK = 8  #: realisations of a task of an executor
+SUBSTEPS = 1  #: exact steps in each step: with 2 and `step=2*h` the path is every second point of that of `step=h`
 
 
 class Noise(BaseModel):
-    """An Ornstein-Uhlenbeck process in the long run: d eta = -eta/tau dt + sigma sqrt(2/tau) dB, so that eta ~ N(0, sigma^2)."""
+    """A stationary Ornstein-Uhlenbeck process: d eta = -eta/tau dt + sigma sqrt(2/tau) dB, so that eta ~ N(0, sigma^2)."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -47,7 +47,7 @@ class NoisyOrbits(WithCoordinates):
     states: Floats  #: shape (n + 1, R, 2), the starts first; NaN after an orbit's end
     turns: NDArray[np.int32]  #: shape (n, R, 2), whole turns of the phase on each return
     codes: NDArray[np.int64]  #: shape (n, R), words as numbers; see `words`
-    outcome: NDArray[np.int8]  #: shape (n, R), values of `Outcome`; that which ended an orbit is repeated
+    outcome: NDArray[np.int8]  #: shape (n, R), values of `Outcome`; the outcome that ended an orbit is repeated
     time: Floats  #: shape (n, R), of each return
     eta: Floats  #: shape (n + 1, R), the forcing by noise at each state
     impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, speed, phase; NaN beyond the last
@@ -59,7 +59,7 @@ class NoisyOrbits(WithCoordinates):
 
     @property
     def held(self) -> NDArray[np.bool_]:
-        """Which realisations went on to the end, shape (R,)."""
+        """True for realisations that did not end, shape (R,)."""
         return np.asarray(np.isfinite(self.states[-1]).all(axis=-1))
 
     def ended(self) -> dict[str, int]:
@@ -82,24 +82,26 @@ def noisy_orbits(
     *,
     jobs: Jobs = SERIAL,
 ) -> NoisyOrbits:
-    """The first n returns of an exact system with noise added to the acceleration of its flights, realised many times.
+    """The first n returns of an exact system with noise added to the acceleration of its flights, for R realisations.
 
     The noise, its velocity and its displacement are drawn exactly at the points of a grid in time, by the matrix exponential of
     z'' = -k z - c z' + eta, whose k and c are those of the system's own flights. Between the points the noise's displacement is
-    a quintic: its error is of order step^(5/2), that of its velocity of order step^(3/2), which is the order of what comes of an
-    impact, path by path. A wall that is met and left again between two points is missed unless the gap has a least value
-    there. A release from rest is where the pressing force of the quintic vanishes: under noise of order step^(1/2) only.
-    Realisation i draws from a Philox generator of its own, of `seed` and i: neither threads nor executors change a digit.
+    a quintic: its error is of order step^(5/2), that of its velocity of order step^(3/2), which is the strong order after an
+    impact. A contact that begins and ends between two points is missed unless the gap has a minimum between them. Release from
+    rest occurs at a zero of the contact force of the quintic: under noise its time is of order step^(1/2) only. Realisation i has
+    its own Philox generator, seeded by `seed` and i: results do not depend on threads and executors.
 
     Args:
-        state: the start, shape (2,), or one for each realisation, shape (R, 2). The noise starts from its long-run law.
-        step: of the grid in time; a hundredth of the period, or a tenth of tau if that is less. At most tau.
-        chatter: as of `first_return`; what is left of the noise within the time of the sum is passed over.
-        impacts: how many impacts of each realisation, on any wall, are kept.
+        state: the start, shape (2,), or one for each realisation, shape (R, 2). The noise starts from its stationary law.
+        step: of the grid in time, at most tau; by default a hundredth of the period, or a tenth of tau if that is less.
+        chatter: as in `first_return`; the noise is neglected within the time of the sum.
+        impacts: number of impacts of each realisation, on any wall, that are stored.
         jobs: see `nsmaps.Jobs`; a part is 8 realisations, in threads on all cores if there is no executor.
 
     Raises:
-        StateError, NsmapsError: arguments that are not accepted, such as a system with modes.
+        StateError: the start has another shape.
+        NsmapsError: a count is negative, the step is not in (0, tau], or chatter is negative, or the
+            system has modes.
     """
     from nsmaps.exact.system import ImpactSystem
 
@@ -122,10 +124,10 @@ def noisy_orbits(
     tasks = [(how, starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, CHUNK)]
     if jobs.executor is None and len(tasks) > 1:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            made = replace(jobs, executor=pool).run(_realised, tasks)
+            results = replace(jobs, executor=pool).run(_realised, tasks)
     else:
-        made = jobs.run(_realised, tasks)
-    tables = concatenated([_blank(n, 0, impacts), *made])
+        results = jobs.run(_realised, tasks)
+    tables = concatenated([_blank(n, 0, impacts), *results])
     along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
     return NoisyOrbits(system.coordinates, system.wall_names, noise, h, seed, **along)
 
@@ -138,22 +140,22 @@ def linear_law(system: "ImpactSystem") -> tuple[float, float]:
 def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
     """The law of (n, n', eta) over a step h, n'' = -k n - c n' + eta: transition and a square root of the covariance, (2, 3, 3).
 
-    Both by one matrix exponential (Van Loan 1978), in units of the step, in which nothing cancels however short it is.
+    Both follow from one matrix exponential (Van Loan 1978) in units of the step, without cancellation for short steps.
     """
     from scipy.linalg import expm
 
     rates = np.array([[0, 1, 0], [-k * h * h, -c * h, 1], [0, 0, -h / noise.tau]])
     both = np.zeros((6, 6))
     both[:3, :3], both[3:, 3:], both[2, 5] = -rates, rates.T, 1.0
-    made = expm(both)
-    transition = made[3:, 3:].T
-    root = np.linalg.cholesky(transition @ made[:3, 3:]) * np.sqrt(2 * h / noise.tau) * noise.sigma
+    exponential = expm(both)
+    transition = exponential[3:, 3:].T
+    root = np.linalg.cholesky(transition @ exponential[:3, 3:]) * np.sqrt(2 * h / noise.tau) * noise.sigma
     units = np.array([h * h, h, 1.0])
     return np.stack([units[:, None] * transition / units, units[:, None] * root])
 
 
 def _blank(n: int, r: int, impacts: int) -> Arrays:
-    """Tables of R realisations, in the order in which the compiled loop takes them."""
+    """Tables of R realisations, in the order of the arguments of the compiled loop."""
     return {
         "states": np.empty((r, n + 1, 2)),
         "turns": np.empty((r, n, 2), np.int32),
@@ -166,7 +168,7 @@ def _blank(n: int, r: int, impacts: int) -> Arrays:
 
 
 def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> Arrays:
-    """The tables of some realisations, told by their numbers."""
+    """The tables of the realisations with the given numbers."""
     system, law, step, parts, chatter, n, impacts, seed = how
     tables = _blank(n, len(numbers), impacts)
     tables["states"][:, 0] = starts

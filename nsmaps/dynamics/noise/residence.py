@@ -25,7 +25,7 @@ class Residence:
 
     @property
     def share(self) -> Floats:
-        """The share of each motion in the time spent in any of them, shape (M,); NaN without any."""
+        """The share of each motion in the time spent in any of them, shape (M,); NaN if there is none."""
         with np.errstate(invalid="ignore"):
             return np.asarray(self.time / self.time.sum())
 
@@ -56,9 +56,8 @@ def residence(words: ArrayLike, time: ArrayLike, modes: Mapping[str, Sequence[st
     """The residence of orbits in motions that are identified by their words.
 
     An orbit enters a motion with the first of `min_returns` successive returns whose words are a cyclic permutation of those
-    of the motion,
-    and stays until it enters another: a shorter episode belongs to the previous motion. A small `min_returns`
-    takes chance sequences for a motion, a large one misses short stays: rates that depend on it show this.
+    of the motion, and stays until it enters another: a shorter episode belongs to the previous motion. A small `min_returns`
+    counts chance sequences as a motion, a large one misses short stays; rates should not depend on it.
 
     Args:
         words: of n successive returns of R orbits, shape (n, R); "" after an orbit's end.

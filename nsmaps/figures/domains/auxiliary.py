@@ -52,10 +52,12 @@ def auxiliary(
         (line,) = ax.plot(envelope.x, curve, color=colour, lw=2.4, zorder=4, label=bounding(i, letter, chosen))
         line.set(marker="D", markersize=5, markevery=(first, every))
     if steps:
-        if step.trapped:
+        if step.forward_invariant:
             ax.axvspan(*step.worst[1, i], color=GREEN, alpha=0.25, lw=0, zorder=0, label=rf"$I_{{1{bare(name)}}}$")
         ax.plot(*worst_steps(step, i), color="black", lw=1.6, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel() if steps else []]))
-    ax.set_title(f"{chosen.of}, update {step.number}: {envelope.kind}" + ("" if step.trapped else ", not forward invariant"))
+    ax.set_title(
+        f"{chosen.of}, update {step.number}: {envelope.kind}" + ("" if step.forward_invariant else ", not forward invariant")
+    )
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))

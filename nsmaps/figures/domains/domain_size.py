@@ -42,10 +42,10 @@ def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "", legend: b
         width = max(9 - 3 * k, 4)  # a later one on top of an earlier one hides it not
         text = domain.of if maps.count(domain.of) == 1 else key
         look: dict[str, Any] = {"color": colour, "ls": dashes, "marker": marker, "ms": width}
-        look["label"] = text + ("" if domain.trapped else ", not forward invariant")
+        look["label"] = text + ("" if domain.forward_invariant else ", not forward invariant")
         if len(sizes) == 1:  # a box that is not forward invariant at once
             look |= {"ls": "", "mfc": "white"}
-        elif not domain.trapped:
+        elif not domain.forward_invariant:
             ax.plot([len(sizes) - 1], sizes[-1:], marker, mfc="white", mec=colour, ms=width, zorder=3)
         ax.plot(np.arange(len(sizes)), sizes, **look)
     if len(positive) and positive.max() > _DECADES * positive.min():

@@ -62,7 +62,7 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
     step = _update(chosen, update)
     envelope, worst = step.envelopes[i], step.worst[:, i]
     name = chosen.coordinates[i]
-    if step.trapped:
+    if step.forward_invariant:
         held = rf"$\mathcal{{A}}^{{({step.number + 1})}}$, {np.ptp(worst[-1]):.3g} wide"
         ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.88), ec=OLIVE, lw=1.0, ls="--", zorder=0, label=held)
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
@@ -78,7 +78,7 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
     ax.plot(envelope.x, lower, color=ORANGE, lw=2.2, zorder=3, label=bounding(i, "L", chosen))
     ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, worst.ravel()]))
-    ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.trapped else ", not forward invariant"))
+    ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.forward_invariant else ", not forward invariant"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
     return dress(ax, (name, "k"), (name, "k+1"))
 
@@ -124,7 +124,7 @@ def outer(domain: "AttractingDomain", step: "Update", index: int) -> tuple[Float
     envelope = step.envelopes[index]
     if domain.status != "enclosed":
         return envelope.lower, envelope.upper
-    low, high = step.worst[1, index] if step.number == 1 or not step.trapped else (-np.inf, np.inf)
+    low, high = step.worst[1, index] if step.number == 1 or not step.forward_invariant else (-np.inf, np.inf)
     rough = [_toothed(curve) for curve in (envelope.lower, envelope.upper)]
     drawn = np.clip(envelope.lower, low, None), np.clip(envelope.upper, None, high)
     lower, upper = (np.where(at, level(curve, _TEETH), curve) for at, curve, level in zip(rough, drawn, _LEVEL, strict=True))

@@ -52,14 +52,14 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
         ax.plot(x, values, color="black", lw=1.6, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
     if not any(_meets(x, curve) for curve in (first, second)):
         ax.text(1.03, 0.05, "no fixed point\nin the box", transform=ax.transAxes, va="bottom")
-    if step.trapped:
+    if step.forward_invariant:
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
         ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.6, ms=13, zorder=5, label=text)
     diagonal(ax, x[0], x[-1])
     bottom, top = window(x[0], x[-1], np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines]), 1.0)
     margin = 0.03 * (top - bottom)
     ax.set_ylim(bottom - margin, top + margin)
-    ax.set_title(f"{domain.of}, update {step.number}" + ("" if step.trapped else ", not forward invariant"))
+    ax.set_title(f"{domain.of}, update {step.number}" + ("" if step.forward_invariant else ", not forward invariant"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.8)
     return dress(ax, (name, "k"), (name, "k+2"))
 

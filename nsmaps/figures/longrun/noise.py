@@ -20,16 +20,16 @@ _COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY)
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet of panels: impacts with falling and growing parameter, if the study has them, shares and rates."""
     found = NOISE.of(result, "noise")
-    diagrams = [partial(impacts, result, follow=follow) for follow in ("down", "up")] if found.impacts else []
+    diagrams = [partial(impacts, result, direction=direction) for direction in ("down", "up")] if found.impacts else []
     return (Sheet("noise", (*diagrams, partial(shares, result), partial(rates, result)), 2),)
 
 
-def impacts(result: "StudyResult", ax: Axes, follow: str = "down") -> Axes:
+def impacts(result: "StudyResult", ax: Axes, direction: str = "down") -> Axes:
     """Velocities of impacts over a parameter, those on other walls than the base wall below zero.
 
     Open circles without noise, blue on the base wall and black on the other; dots with noise, green and red.
     """
-    found = [diagram for diagram in NOISE.of(result, "noise").impacts if diagram.follow == follow]
+    found = [diagram for diagram in NOISE.of(result, "noise").impacts if diagram.direction == direction]
     for diagram in sorted(found, key=lambda each: -each.noise.sigma):
         noisy = diagram.noise.sigma > 0
         for wall, name in enumerate(diagram.walls):
@@ -41,7 +41,7 @@ def impacts(result: "StudyResult", ax: Axes, follow: str = "down") -> Axes:
     ax.set_xlim(values.min(), values.max())
     ax.axhline(0, color="0.8", lw=0.6, zorder=0)
     parameter = section(section(result.study.noise, "noise").impacts, "impacts").parameter
-    ax.set_title(f"{symbol(parameter)} {'falling' if follow == 'down' else 'growing'}", loc="right")
+    ax.set_title(f"{symbol(parameter)} {'falling' if direction == 'down' else 'growing'}", loc="right")
     ax.set_xlabel(with_unit(symbol(parameter)))
     ax.set_ylabel(with_unit("impact velocity"))
     legend = ax.legend(loc="center", bbox_to_anchor=(0.5, 0.68), fontsize=8, ncols=2, handletextpad=0.1, columnspacing=0.8)

@@ -109,13 +109,13 @@ def grow(
             values, good = _sampled(system, slabs, some, np.concatenate([nodes, trial]))
             returns += values.shape[0] * values.shape[1]
             for leaf, y, fine in zip(some, values, good, strict=True):
-                left += _settle(leaf, y, fine, tolerance, degrees)
+                left += _refine(leaf, y, fine, tolerance, degrees)
         done += len(waiting) - len(left) // 2
         waiting = left
     return returns, not waiting
 
 
-def _settle(leaf: Node, y: Floats, fine: bool, tolerance: float, degrees: Sequence[int]) -> list[Node]:
+def _refine(leaf: Node, y: Floats, fine: bool, tolerance: float, degrees: Sequence[int]) -> list[Node]:
     """Fit one leaf with the lowest sufficient degree, or divide it: the halves, if any."""
     along = ALONG_X
     if fine:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -19,10 +20,11 @@ class Diagonal(BaseModel):
     """The criterion for potentially attracting states: near all diagonals, and not on steep parts of the surfaces."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    was: ClassVar = {"within": "region"}
 
     delta: Number = Field(gt=1, description="upper bound on the ratio of a coordinate and its image, and on its reciprocal")
     slope: Number | None = Field(None, gt=0, description="upper bound on abs(dx'_i/dx_i)")
-    within: Region | None = Field(None, description="the region considered; all states if omitted")
+    region: Region | None = Field(None, description="the region considered; all states if omitted")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +68,8 @@ def own_slopes(surface: Surface) -> Floats:
 def attracting(diagonal: Diagonal, surface: Surface) -> Bools:
     """A mask of the surface's states that pass the filter, shape (M,)."""
     mask = near_diagonal(surface.returns, diagonal.delta)
-    if diagonal.within is not None:
-        mask &= diagonal.within.over(surface.coordinates).contains(surface.start)
+    if diagonal.region is not None:
+        mask &= diagonal.region.over(surface.coordinates).contains(surface.start)
     if diagonal.slope is not None:
         mask &= (np.abs(own_slopes(surface)) <= diagonal.slope).all(axis=1)
     return mask

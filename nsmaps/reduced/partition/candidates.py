@@ -52,7 +52,7 @@ def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> 
     for code in np.unique(returns.codes[returns.valid]):
         member = returns.valid & (returns.codes == code)
         surface = Surface("word", grid, member, returns.select(member))
-        found.append(surface.start[attracting(Diagonal(delta=delta, slope=slope, within=None), surface)])
+        found.append(surface.start[attracting(Diagonal(delta=delta, slope=slope, region=None), surface)])
     return np.concatenate(found)
 
 

@@ -1,4 +1,4 @@
-"""Where in a file a study says what: every error about a study begins with file, line and column."""
+"""Locations in the file of a study: every error about a study begins with file, line and column."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -17,15 +17,15 @@ Loc = tuple[str | int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The text a study was read from. Two studies that say the same are equal wherever they stand, so this is not
-    compared."""
+    """The text a study was read from. Studies with the same content are equal, so
+    the source is not compared."""
 
-    name: str = field(default="study", compare=False)  #: the file as it was named, or "study" for one made in Python
-    root: Any = field(default=None, compare=False, repr=False)  #: what ruamel read, with a line and column per key
-    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict, compare=False)  #: parameters set otherwise: before, now
+    name: str = field(default="study", compare=False)  #: the given name of the file, or "study" for one created in Python
+    root: Any = field(default=None, compare=False, repr=False)  #: the tree of ruamel, with a line and column per key
+    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict, compare=False)  #: changed parameters: before, now
 
     def position(self, loc: Loc, key: bool = False) -> tuple[int, int]:
-        """Line and column, from one, of the value at `loc` or of its key; of what holds it where there is no such."""
+        """Line and column, from one, of the value at `loc` or of its key; of its parent if there is none."""
         node, place = self.root, (0, 0)
         for depth, step in enumerate(loc, 1):
             if not isinstance(node, CommentedMap | CommentedSeq) or step not in (node.lc.data or {}):
@@ -43,7 +43,7 @@ class Source:
         return StudyError(f"{self.name}:{line}:{column + offset}: {text}")
 
     def known(self, loc: Loc, name: str, expected: Iterable[str], what: str, key: bool = False) -> str:
-        """The name, if it is expected; else a StudyError with a near match."""
+        """The name; raises StudyError with a near match if it is not among the expected names."""
         expected = list(expected)
         if name in expected:
             return name
@@ -54,8 +54,8 @@ class Source:
     def located(self, loc: Loc, model: type[BaseModel] | None = None, **renamed: str) -> Iterator[None]:
         """Errors raised inside become StudyErrors at `loc`, one line each.
 
-        `model` is the class whose fields are the expected keys there; `renamed` gives the study's word for a field, or
-        "" where the study writes the field's value in its place.
+        `model` is the class whose fields are the expected keys there; `renamed` maps a field to its key in the study, or
+        to "" if the study has the value of the field in its place.
         """
         try:
             yield
@@ -67,19 +67,19 @@ class Source:
             raise self.error(loc, str(error), offset=self.offset(loc, error)) from error
 
     def translate(self, error: ValidationError, base: Loc, model: type[BaseModel] | None, renamed: dict[str, str]) -> StudyError:
-        """Every complaint of pydantic as one line at its place, one complaint a place."""
+        """Every complaint of pydantic as one line at its place, one per place."""
         lines: dict[tuple[int, int] | str, str] = {}
-        for told in explained(error, model):
-            field = tuple(renamed.get(str(step), step) for step in told.loc[:1])
-            loc = base + tuple(step for step in field if step != "") + told.loc[1:]
-            offset = self.offset(loc, told.cause)
-            place = str(loc) if self.root is None else self.position(loc, told.at_key)
-            lines.setdefault(place, str(self.error(loc, told.text, told.at_key, offset)))
+        for complaint in explained(error, model):
+            field = tuple(renamed.get(str(step), step) for step in complaint.loc[:1])
+            loc = base + tuple(step for step in field if step != "") + complaint.loc[1:]
+            offset = self.offset(loc, complaint.cause)
+            place = str(loc) if self.root is None else self.position(loc, complaint.at_key)
+            lines.setdefault(place, str(self.error(loc, complaint.text, complaint.at_key, offset)))
         more = [f"{self.name}: and {error.error_count() - MOST} more"] if error.error_count() > MOST else []
         return StudyError("\n".join([*lines.values(), *more]))
 
     def offset(self, loc: Loc, error: object) -> int:
-        """How far into the text at `loc` a condition stopped being readable, counting an opening quote."""
+        """The position of an error in the condition at `loc`, including an opening quote."""
         column = error.column if isinstance(error, ConditionError) else None
         node = self.root
         with suppress(KeyError, IndexError):

@@ -1,4 +1,4 @@
-"""A file of YAML as ruamel's tree, weighed before it is built: what would grow beyond all measure is an error with its place."""
+"""A file of YAML as ruamel's tree; its size with all aliases expanded is checked before the tree is built."""
 
 import os
 import re
@@ -15,12 +15,12 @@ from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEv
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.reading import odd_character, text_of
 
-LARGEST, MOST, DEEPEST = 500_000, 100_000, 40  #: bytes of a file, values in it with every alias written out, levels of nesting
-LONG = re.compile(r"[-+]?([0-9_]{100,}|0[xob][0-9a-fA-F_]{100,})")  #: a number of so many digits that nothing holds it
+LARGEST, MAX_VALUES, DEEPEST = 500_000, 100_000, 40  #: bytes of a file, values with aliases expanded, levels of nesting
+LONG = re.compile(r"[-+]?([0-9_]{100,}|0[xob][0-9a-fA-F_]{100,})")  #: a number with too many digits
 
 
 def parsed(path: Path) -> Any:
-    """What a file says, as ruamel's tree, which knows the line and column of every key; a StudyError for what is no YAML."""
+    """The content of a file as ruamel's tree, with line and column of every key; raises StudyError unless it is YAML."""
     yaml = YAML()
     yaml.preserve_quotes = True
     try:
@@ -41,7 +41,7 @@ def parsed(path: Path) -> Any:
 
 
 def _in_words(problem: str) -> str:
-    """Ruamel's complaint; the one about a key given twice without the values it quotes."""
+    """The message of ruamel; that on a key given twice without the quoted values."""
     if problem.startswith("found duplicate key"):
         key = problem.removeprefix("found duplicate key").split(" with value")[0].strip().strip("\"'")
         return f"the key {key!r} is given twice; expected: each key once"
@@ -62,10 +62,10 @@ def plain(node: Any) -> Any:
 
 @dataclass(slots=True)
 class _Scales:
-    """What has been read so far: how much each anchor stands for, and what is not closed yet."""
+    """The state of the check: the size of each anchor, and the open collections."""
 
-    anchored: dict[str, int] = field(default_factory=dict)  #: values, with every alias written out
-    open: list[tuple[str | None, int]] = field(default_factory=list)  #: anchors, and the total where they began
+    anchored: dict[str, int] = field(default_factory=dict)  #: number of values, with aliases expanded
+    open: list[tuple[str | None, int]] = field(default_factory=list)  #: anchors, and the total at their begin
     total: int = 0
 
     def add(self, event: Any) -> None:
@@ -83,13 +83,13 @@ class _Scales:
                 self.anchored[event.anchor or ""] = 1
 
     def complaints(self, event: Any) -> Iterator[str]:
-        """What is wrong with the text once an event of it is counted."""
+        """The error of the text after an event, if there is one."""
         if len(self.open) > DEEPEST:
             yield f"nested deeper than {DEEPEST} levels"
-        if self.total > MOST:
-            yield f"more than {MOST:,} values, each alias written out"
+        if self.total > MAX_VALUES:
+            yield f"more than {MAX_VALUES:,} values, with aliases expanded"
         if isinstance(event, AliasEvent) and event.anchor in [anchor for anchor, _ in self.open]:
-            yield f"the alias *{event.anchor} stands within what it stands for"
+            yield f"the alias *{event.anchor} is inside its own anchor"
         if getattr(event, "tag", None) is not None:
             yield f"the tag {event.tag!r}; expected: plain values"
         if isinstance(event, ScalarEvent):
@@ -100,7 +100,7 @@ class _Scales:
 
 
 def _weigh(path: Path, text: str) -> None:
-    """A StudyError at the first place of a text that would take more than a study can need."""
+    """Raise StudyError at the first place at which a text exceeds a limit."""
     scales = _Scales()
     for event in YAML().parse(text):
         scales.add(event)

@@ -1,4 +1,4 @@
-"""From a file to a study, or to an error that says file, line, column, what is accepted and a near match."""
+"""From a file to a study; errors state file, line, column, the expected values and a near match."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -22,26 +22,27 @@ def load_study(
 ) -> Study:
     """The study of a YAML file, or one that an installed system ships, by its name: `vi_pair/fp`.
 
-    A study whose system is a class in a file, `mine.py:Class`, runs that file, which can do whatever you can.
+    A study whose system is a class in a file, `mine.py:Class`, executes that file with your permissions.
 
     Args:
-        parameters: values in place of the study's own, by name; the study is then called `vi_pair/fp-r=0.45`, and its title
-            says so.
-        installed_only: refuse a study whose system is a file; nothing but installed packages is run then.
+        parameters: values in place of the study's own, by name; the study is then named `vi_pair/fp-r=0.45`, and its title
+            states the change.
+        installed_only: refuse a study whose system is a file, so that only installed packages are executed.
 
-    Raises StudyError, one line a complaint, for a study that cannot be run.
+    Raises:
+        StudyError: the study cannot be run; one line per complaint.
     """
     return made_ready(found_study(name, installed_only), parameters)
 
 
 def found_study(name: str | os.PathLike[str], installed_only: bool = False) -> Study:
-    """The study of a file or of this name by its grammar alone: its system is not imported, nor is its file run."""
+    """The study of a file or of this name, checked by its grammar only: its system is not imported or executed."""
     path, asked = Path(name), os.fspath(name)
     return read_study(path, name_of(path), installed_only) if path.is_file() else read_study(shipped_file(asked), asked)
 
 
 def made_ready(study: Study, parameters: Mapping[str, Any] | None = None) -> Study:
-    """The study with its parameters set, held against its system, whose module is imported or file run for it."""
+    """The study with changed parameters, checked against its system, which is imported or executed for this."""
     if parameters:
         study = changed(study, parameters)
     prepare(study)
@@ -49,17 +50,17 @@ def made_ready(study: Study, parameters: Mapping[str, Any] | None = None) -> Stu
 
 
 def check_installed(study: Study) -> None:
-    """A StudyError for a study whose system is a file, which would be run."""
+    """Raise StudyError for a study whose system is a file, which would be executed."""
     if is_file(study.system):
         known = ", ".join(system_names()) or "none is"
-        text = f"the system is the file {study.system!r}, which would be run; expected: a system that is installed, of {known}"
+        text = f"the system is the file {study.system!r}, which would be executed; expected: an installed system, one of {known}"
         raise study.source.error(("system",), text)
 
 
 def read_study(path: Path, name: str, installed_only: bool = False, translate: Callable[[Any], Any] = lambda data: data) -> Study:
-    """The study of a file by its grammar alone; `name` is used where the file gives none. Nothing of it is run.
+    """The study of a file checked by its grammar only; `name` is the default name. No code is executed.
 
-    `translate` makes today's keys of those of the file, as plain data.
+    `translate` replaces former keys by current ones, in plain data.
     """
     source = Source(os.fspath(path), _parsed(path))
     data = translate(plain(source.root))
@@ -80,7 +81,7 @@ def read_study(path: Path, name: str, installed_only: bool = False, translate: C
 
 
 def _printed(path: Path, text: str, source: Source, loc: Loc) -> Any:
-    """What a file beside the study says under a key: `file#key`."""
+    """The value of a key in a file beside the study: `file#key`."""
     name, _, key = text.partition("#")
     file, folder = path.parent / name, path.parent.resolve()
     if os.path.isabs(name) or ".." in Path(name).parts or not file.resolve().is_relative_to(folder):
@@ -94,7 +95,7 @@ def _printed(path: Path, text: str, source: Source, loc: Loc) -> Any:
 
 
 def _parsed(path: Path) -> CommentedMap:
-    """The file as ruamel's tree, which knows the line and column of every key."""
+    """The file as ruamel's tree, with the line and column of every key."""
     root = parsed(path)
     if not isinstance(root, CommentedMap):
         raise StudyError(f"{path}:1:1: a study is a mapping of sections; expected: {', '.join(Study.model_fields)}")
@@ -102,7 +103,7 @@ def _parsed(path: Path) -> CommentedMap:
 
 
 def _found_from(path: Path, system: str) -> str:
-    """A system in a file is sought from the study's folder first; its path is made absolute, so that it stays found."""
+    """Replace the path of a system in a file, relative to the study's folder first, by the absolute path."""
     if not is_file(system):
         return system
     file, _, attribute = system.rpartition(":")
@@ -118,7 +119,7 @@ def files_beside(path: Path) -> list[str]:
 
 
 def shipped_file(name: str) -> Path:
-    """The file of an installed study, or the StudyError that lists what there is."""
+    """The file of an installed study; raises StudyError with the names of all installed studies."""
     system, _, stem = name.rpartition("/")
     try:
         files = study_files(system) if system and not name.endswith((".yaml", ".yml")) else {}

@@ -1,4 +1,4 @@
-"""What the parts of a study need of each other: sections, and names that were given elsewhere in it."""
+"""References between the parts of a study: required sections, and names that are defined elsewhere in it."""
 
 from collections.abc import Iterator
 
@@ -9,26 +9,26 @@ from nsmaps.study.study import Study
 
 
 def check_references(study: Study) -> None:
-    """A StudyError at the first name that refers to nothing or is given twice, or section whose need the study does not name."""
+    """Raise StudyError at the first undefined or repeated name, or section whose required sections are missing."""
     for section in SECTIONS:
         if study.names(section.key):
             section.check(getattr(study, section.key), study)
     _check_figures(study)
-    made = {key for each in SECTIONS if study.names(each.key) for key in each.stands_for(getattr(study, each.key))}
+    replaced = {key for each in SECTIONS if study.names(each.key) for key in each.stands_for(getattr(study, each.key))}
     for loc, what, key in _needs(study):
-        if not study.names(key) and key not in made:
+        if not study.names(key) and key not in replaced:
             raise study.source.error(loc, f"{what} needs the section {key!r}, which is missing")
 
 
 def _check_figures(study: Study) -> None:
-    """A StudyError at the first figure that would have nothing to show."""
+    """Raise StudyError at the first figure without data."""
     for number, figure in enumerate(study.figures):
         with study.source.located(("figures", number)):
             CATALOGUE[figure].check(study)
 
 
 def _needs(study: Study) -> Iterator[Need]:
-    """Every need as (where it arises, what has it, the section it is for)."""
+    """Every need as (place, part that needs, required section)."""
     for section in SECTIONS:
         if study.names(section.key):
             yield from section.needs(getattr(study, section.key))

@@ -1,4 +1,4 @@
-"""A study that an installed system ships, as a file of one's own."""
+"""A study that an installed system ships, as a new file."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -6,17 +6,17 @@ from pathlib import Path
 from nsmaps.errors import NsmapsError
 from nsmaps.study.reading.reader import files_beside, shipped_file
 
-MODELINE = "# yaml-language-server: $schema="  #: with which a study names its grammar, on its first line
+MODELINE = "# yaml-language-server: $schema="  #: the first line of a study, which names its schema
 
 
 def copy_study(name: str, to: Path | None = None) -> list[Path]:
-    """Copy a shipped study to a file or into a folder, with the files that it refers to beside it; the paths written.
+    """Copy a shipped study to a file or into a folder, with the files that it refers to beside it; returns the paths written.
 
-    The copy's first line names the schema of this installation. Its name is its file's, so that its runs are its own.
+    The copy's first line names the schema of this installation. Its name is that of its file.
 
     Raises:
-        StudyError: no such study is installed.
-        NsmapsError: a file is there already; of those referred to, one with another content.
+        StudyError: the study is not installed.
+        NsmapsError: the file exists, or a file to which it refers exists with another content.
     """
     source = shipped_file(name)
     target = Path(source.name) if to is None else to / source.name if to.is_dir() else to

@@ -8,20 +8,20 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from nsmaps.reading import odd_character
 from nsmaps.reduced.conditions.condition import Number
 
-DIAGONAL = "diagonal"  #: the data of a piece that is fitted to the states near the diagonals; a domain's box around them
-ATTRACTING = "attracting"  #: the map of a domain that takes the attracting pieces of a partition
+DIAGONAL = "diagonal"  #: the states near the diagonals as data of a fit, or their hull as a box
+ATTRACTING = "attracting"  #: the map of the attracting pieces of a partition
 SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
 def _in_a_line(name: str) -> str:
     if len(name.splitlines()) != 1 or odd_character(name):
-        raise ValueError(f"{name!r} is no name; expected: one line of text")
+        raise ValueError(f"{name!r} is not a name; expected: one line of text")
     return name
 
 
 Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_in_a_line)]  #: of a part of a study
 Bounds = dict[str, tuple[Number, Number]]  #: a box: low and high by coordinate
-Points = Annotated[int, Field(ge=2, le=100_000)]  #: how many values, equally spaced
+Points = Annotated[int, Field(ge=2, le=100_000)]  #: number of equally spaced values
 
 
 class _Ends(Protocol):
@@ -33,7 +33,7 @@ E = TypeVar("E", bound=_Ends)
 
 
 def in_order(span: E) -> E:
-    """The span itself if it is not empty."""
+    """The span; raises ValueError if it is empty."""
     if not span.low < span.high:
         raise ValueError(f"from {span.low:g} to {span.high:g} is empty; expected: 'from' below 'to'")
     return span
@@ -81,7 +81,7 @@ class Range(Sweep):
 
 
 def one_of(given: dict[str, object], where: str) -> None:
-    """A ValueError unless exactly one of the given keys has a value."""
+    """Raise ValueError unless exactly one of the given keys has a value."""
     named = [name for name, value in given.items() if value is not None]
     if len(named) != 1:
         keys = " or ".join(repr(name) for name in given)

@@ -1,6 +1,6 @@
 """The sections of a study, a module each, in the order in which a run computes them.
 
-To add one: write its module, and name it here: in SECTIONS, and for type checkers in Kept, if results have something of it.
+To add one, write its module and name it here: in SECTIONS and, for type checkers, in Kept if it adds fields to a result.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -67,4 +67,4 @@ if TYPE_CHECKING:
         of.morse.Stored,
         of.second_iterate.Again,
     ):
-        """What the sections add to a result."""
+        """The fields that sections add to a result."""

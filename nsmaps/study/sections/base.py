@@ -1,4 +1,4 @@
-"""What a section of a study is: everything that is asked of it, in one record."""
+"""The definition of a section of a study: all of its functions in one record."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -14,24 +14,24 @@ if TYPE_CHECKING:
     from nsmaps.study.study import Study
 
 S = TypeVar("S")
-Need = tuple[Loc, str, str]  #: where a need arises, what has it, the section that it is for
+Need = tuple[Loc, str, str]  #: the place and the part of a study that needs a section, and that section
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One claim about one map, whether it holds, and the numbers it rests on."""
+    """One claim about one map, whether it is confirmed, and the numbers on which this is based."""
 
-    name: str  #: such as "domain fitted: trapped"
-    of: str  #: the map it speaks of, such as "fitted map R1" or "exact map"
+    name: str  #: such as "partition: tolerance met"
+    of: str  #: the map to which it applies, such as "fitted map R1" or "exact map"
     holds: bool
     required: bool
     text: str
-    shows: str = ""  #: of one that fails as its study expects: what that shows
+    shows: str = ""  #: the meaning of a failure that the study expects
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows of text under heads, and the lines below them, for the end of a run on a terminal."""
+    """A table of text with notes below it, printed at the end of a run."""
 
     title: str
     heads: tuple[str, ...]
@@ -41,35 +41,37 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Nothing:
-    """What a section keeps that computes nothing, or nothing of its own."""
+    """The fields of a section without results."""
 
 
 def _none(*given: object) -> Iterator[Any]:
-    """Neither needs, nor verdicts, nor tables."""
+    """No needs, verdicts or tables."""
     return iter(())
 
 
 @dataclass(frozen=True, kw_only=True)
 class Section(Generic[S]):
-    """One key of a study: what a file may say there, and what a run makes of it.
+    """One key of a study: its grammar, and the functions of a run.
 
-    Whatever is given `spec` is called only for studies that name the section; what is given a result must itself look whether
-    that holds something of the section.
+    Functions of `spec` are called only for studies that name the section. Functions of a result are called for all results, and
+    return nothing if the result has no fields of the section.
     """
 
     key: str
     type: Any  #: of `spec`, as an annotation that pydantic reads
-    was: str = ""  #: the key by which earlier studies name it
-    default: Any = None  #: `spec` of a study that does not name the section
-    step: str = ""  #: the name of its step in a run, if that is not the key
+    was: str = ""  #: the key of the section in earlier studies
+    default: Any = None  #: `spec` in a study that does not name the section
+    step: str = ""  #: the name of its step in a run, if not the key
     stored: type = Nothing  #: a dataclass whose fields a result has, each with its default
-    again: Callable[["StudyResult"], dict[str, Any]] | None = None  #: makes what no file keeps, from what is kept
-    stands_for: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: keys of the sections that it makes unnecessary
+    again: Callable[["StudyResult"], dict[str, Any]] | None = None  #: recomputes fields that are not stored
+    stands_for: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: keys of the sections that it replaces
     needs: Callable[[S], Iterator[Need]] = _none
-    check: Callable[[S, "Study"], None] = lambda spec, study: None  #: a StudyError for a name that refers to nothing
-    bind: Callable[[S, "Binding"], Any] = lambda spec, binding: None  #: objects for a system, or a StudyError; computes nothing
-    compute: "Callable[[S, Plan, StudyResult], dict[str, Any]] | None" = None  #: parts of a result from those before them
-    describe: Callable[[S, "Study"], str] = lambda spec, study: ""  #: what a run would compute, in a few words
+    check: Callable[[S, "Study"], None] = lambda spec, study: None  #: raises StudyError for undefined names
+    bind: Callable[[S, "Binding"], Any] = lambda spec, binding: (
+        None
+    )  #: objects for a system, without computation; may raise StudyError
+    compute: "Callable[[S, Plan, StudyResult], dict[str, Any]] | None" = None  #: fields of a result from those of earlier steps
+    describe: Callable[[S, "Study"], str] = lambda spec, study: ""  #: a short description of the computation
     size: "Callable[[S, Study, ImpactSystem], Size] | None" = None  #: None where it cannot be estimated
     numbers: Callable[["StudyResult"], dict[str, Any]] = lambda result: {}  #: for result.json, by heading
     verdicts: Callable[["StudyResult"], Iterator[Verdict]] = _none

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
 
-LONG = 24  #: letters of words that a row lists
+LONG = 24  #: largest number of letters of the words in a row
 
 
 class BasinsSection(BaseModel):
@@ -32,13 +32,13 @@ class BasinsSection(BaseModel):
     returns: int = Field(1000, ge=1)
     tolerance: Number = Field(1e-6, gt=0)
     max_period: int = Field(32, ge=1)
-    boundary: Number | None = Field(None, gt=0)  #: tolerance of the points between basins; none are looked for if omitted
-    grid: dict[str, Side] | None = None  #: the study's own if omitted
+    boundary: Number | None = Field(None, gt=0)  #: tolerance of the boundary points, which are not computed if omitted
+    grid: dict[str, Side] | None = None  #: that of the study if omitted
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its basins."""
+    """The fields of a result for basins."""
 
     basins: "Basins | None" = None  #: of the grid
     boundary: "Boundary | None" = None  #: between them
@@ -54,20 +54,20 @@ def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
 
 
 def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Where the states of the grid end up, and the points between basins if the study asks for them."""
+    """The basins over the grid, and the points on their boundaries if the study requests them."""
     from nsmaps.dynamics.attractors.basins import basins, boundary
 
     with plan.study.source.located(("basins",)):
         how = None, spec.returns, spec.tolerance, spec.max_period
-        made = basins(plan.system, plan.bound["basins"], *how, jobs=plan.jobs)
-        line = None if spec.boundary is None else boundary(plan.system, made, spec.boundary, spec.returns)
-    return {"basins": made, "boundary": line}
+        found = basins(plan.system, plan.bound["basins"], *how, jobs=plan.jobs)
+        line = None if spec.boundary is None else boundary(plan.system, found, spec.boundary, spec.returns)
+    return {"basins": found, "boundary": line}
 
 
 def _describe(spec: BasinsSection, study: "Study") -> str:
     grid = spec.grid or study.grid
-    most = returns_text(int(states(grid)) * spec.returns)
-    return f"{grid_text(grid)}, up to {spec.returns} returns each; at most {most}"
+    total = returns_text(int(states(grid)) * spec.returns)
+    return f"{grid_text(grid)}, up to {spec.returns} returns each; at most {total}"
 
 
 def _size(spec: BasinsSection, study: "Study", system: "ImpactSystem") -> Size:
@@ -76,49 +76,49 @@ def _size(spec: BasinsSection, study: "Study", system: "ImpactSystem") -> Size:
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """Each attractor with its share of the grid, its slowest start and its distance from the boundary of its basin."""
-    made, line = result.basins, result.boundary
-    if made is None:
+    """Each attractor with its fraction of the grid, the most returns to reach it, and its distance from the boundary."""
+    basins, line = result.basins, result.boundary
+    if basins is None:
         return {}
     rows = []
-    for k, attractor in enumerate(made.attractors):
+    for k, attractor in enumerate(basins.attractors):
         row = {"label": attractor.label, "period": attractor.period, "words": list(attractor.words)}
-        row |= {"fraction": float(made.fractions[k]), "error": float(made.fraction_error[k])}
-        arrival = made.arrival[made.label == k]
+        row |= {"fraction": float(basins.fractions[k]), "error": float(basins.fraction_error[k])}
+        arrival = basins.arrival[basins.label == k]
         row |= {"most_returns": int(arrival.max()) if arrival.size else None}
         rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))
-    kinds = dict(zip(("unresolved", "ended"), made.fractions[-2:].tolist(), strict=True))
-    return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(made.stuck.mean())}}
+    kinds = dict(zip(("unresolved", "ended"), basins.fractions[-2:].tolist(), strict=True))
+    return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(basins.stuck.mean())}}
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
-    """Which attractors the states of the grid come to, and how many of them to each."""
-    made, section = result.basins, result.study.basins
-    if made is None or section is None:
+    """The attractors, and the percentage of the states of the grid that reach each."""
+    basins, section = result.basins, result.study.basins
+    if basins is None or section is None:
         return
     far = "to boundary" if result.boundary is not None else ""
-    note = "within: returns after which every state of the share has come to it"
-    note += "; to boundary: the attractor's least distance from it." if far else "."
+    note = "within: returns after which all these states have reached it"
+    note += "; to boundary: the smallest distance of the attractor from it." if far else "."
     heads = "attractor", "period", "words", "share", "within", far
-    title = f"Basins of the exact map, of {len(made.label)} states of the grid"
-    yield Table(title, heads, tuple(_rows(made, result.boundary, section.returns)), (note,))
+    title = f"Basins of the exact map, of {len(basins.label)} states of the grid"
+    yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
 
 
-def _rows(made: "Basins", line: "Boundary | None", returns: int) -> list[tuple[str, ...]]:
-    """Each attractor: its motion, period, words, share of the starts, most returns to arrive, distance from the boundary.
+def _rows(basins: "Basins", line: "Boundary | None", returns: int) -> list[tuple[str, ...]]:
+    """A row per attractor: motion, period, words, share of the starts, most returns to reach it, distance from the boundary.
 
-    Then the starts that came to none in so many returns, and those whose orbit ended, where there are some.
+    Further rows are for starts that reached none in so many returns, and for those whose orbits ended.
     """
     rows: list[tuple[str, ...]] = []
-    for k, (attractor, share) in enumerate(zip(made.attractors, made.fractions, strict=False)):
+    for k, (attractor, share) in enumerate(zip(basins.attractors, basins.fractions, strict=False)):
         words = " ".join(attractor.words)
-        arrival = made.arrival[made.label == k]
-        within = str(arrival.max()) if arrival.size else ""
+        arrival = basins.arrival[basins.label == k]
+        most_returns = str(arrival.max()) if arrival.size else ""
         far = "" if line is None else f"{line.distance(k):.3g}"
         period = str(attractor.period) if attractor.period else "none"
-        rows.append((attractor.label, period, words if len(words) <= LONG else "several", _percent(share), within, far))
-    rest = {f"none within {returns} returns": made.fractions[-2], "the orbit ends": made.fractions[-1]}
-    return rows + [(name, "", "", _percent(share), "", "") for name, share in rest.items() if share > 0]
+        rows.append((attractor.label, period, words if len(words) <= LONG else "several", _percent(share), most_returns, far))
+    others = {f"none within {returns} returns": basins.fractions[-2], "the orbit ends": basins.fractions[-1]}
+    return rows + [(name, "", "", _percent(share), "", "") for name, share in others.items() if share > 0]
 
 
 def _percent(share: float) -> str:

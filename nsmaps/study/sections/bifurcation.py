@@ -1,4 +1,4 @@
-"""The section `bifurcation`: what maps do in the long run over a parameter."""
+"""The section `bifurcation`: attractors of maps over a parameter."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
 
-ROWS = 12  #: intervals that a table lists, at most, of each map
+ROWS = 12  #: largest number of intervals in a table, per map
 
 
 class BifurcationSection(Range):
-    """What maps do in the long run over a parameter: of the `exact` map, of the `composite` map refitted at each value."""
+    """Attractors over a parameter, of the `exact` map and of the `composite` map refitted at each value."""
 
     was: ClassVar = {"of": "map", "follow": "direction", "transient": "discard"}
     start: dict[str, Number]
     discard: int = Field(2000, ge=0)
-    returns: int = Field(60, ge=1)  #: kept, after those that are discarded
+    returns: int = Field(60, ge=1)  #: stored, after those discarded
     direction: Literal["up", "down", "both"] | None = None
     map: tuple[Literal["exact", "composite"], ...] = ("exact",)
 
@@ -49,13 +49,13 @@ class BifurcationSection(Range):
 
     @property
     def ways(self) -> int:
-        """How often the values are gone through."""
+        """The number of passes through the values."""
         return 2 if self.direction == "both" else 1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its bifurcation diagrams."""
+    """The fields of a result for bifurcation diagrams."""
 
     bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite
 
@@ -67,7 +67,7 @@ def _needs(spec: BifurcationSection) -> Iterator[Need]:
 
 def _check(spec: BifurcationSection, study: "Study") -> None:
     if study.partition and "composite" in spec.map:
-        text = "a partition is made once, the pieces of a bifurcation at every value; expected: 'exact', or 'composite' pieces"
+        text = "a partition is of one value of the parameter; expected: 'exact', or 'composite' pieces, refitted at every value"
         raise study.source.error(("bifurcation", "map"), text)
 
 
@@ -78,7 +78,7 @@ def _bind(spec: BifurcationSection, binding: "Binding") -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Refitted:
-    """The composite map over a parameter, its pieces made at each value: a `map_of` whose parts can be kept."""
+    """The composite map over a parameter, refitted at each value, as a `map_of` that can be pickled."""
 
     plan: "Plan"
     system_at: Along
@@ -88,7 +88,7 @@ class _Refitted:
 
 
 def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The attractors over a parameter, of the exact map and of the composite map, whose pieces are made at each value."""
+    """The attractors over a parameter, of the exact map and of the composite map, which is refitted at each value."""
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 
     values, start = np.linspace(spec.low, spec.high, spec.points), plan.bound["bifurcation"]
@@ -96,15 +96,15 @@ def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> d
     system_at = Along(plan.system, spec.parameter)
     maps: dict[str, tuple[Callable[[float], ReturnMap], int | None]] = {
         "exact": (system_at, None),
-        "composite": (_Refitted(plan, system_at), 1),  # a part a value: to make the map takes longer than its returns
+        "composite": (_Refitted(plan, system_at), 1),  # one value per part: the fit takes longer than the returns
     }
     with plan.study.source.located(("bifurcation",)):
-        made = {}
+        diagrams = {}
         for k, of in enumerate(spec.map):
             map_of, part = maps[of]
             jobs = replace(plan.portion(k, len(spec.map), of), part=part)
-            made[of] = bifurcation(map_of, values, start, *how, jobs=jobs)
-        return {"bifurcation": made}
+            diagrams[of] = bifurcation(map_of, values, start, *how, jobs=jobs)
+        return {"bifurcation": diagrams}
 
 
 def _describe(spec: BifurcationSection, study: "Study") -> str:
@@ -120,57 +120,57 @@ def _size(spec: BifurcationSection, study: "Study", system: "ImpactSystem") -> S
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    return {"bifurcation": {of: _diagram(made) for of, made in result.bifurcation.items()}} if result.bifurcation else {}
+    return {"bifurcation": {of: _diagram(diagram) for of, diagram in result.bifurcation.items()}} if result.bifurcation else {}
 
 
-def _diagram(made: "Bifurcation") -> dict[str, Any]:
-    """The intervals of one motion of the first orbit in the order of the values, how many orbits ended, what coexists."""
-    spans, beside = attractors(made)
+def _diagram(diagram: "Bifurcation") -> dict[str, Any]:
+    """The intervals of each motion of the first orbit, the number of orbits that ended, and coexisting attractors."""
+    spans, beside = attractors(diagram)
     found = {"attractors": spans, "coexisting": beside} if spans else {}
-    return {"ended": int((~made.held).sum()), "motions": motions(made)} | found
+    return {"ended": int((~diagram.held).sum()), "motions": motions(diagram)} | found
 
 
 def missing(name: str, of: str, count: int, all: str, reason: str) -> Verdict:
-    """The verdict that fails of a sweep with values at which there is no map."""
-    return Verdict(f"{name}: a map at every value", of, False, False, f"no: none at {count} of {all}, as {reason}")
+    """The failed verdict on a sweep with values at which there is no map."""
+    return Verdict(f"{name}: a map at every value", of, False, False, f"no: none at {count} of {all}; {reason}")
 
 
 def missing_values(name: str, of: str, reasons: tuple[str, ...]) -> Iterator[Verdict]:
-    """The same from the reasons, one a value and empty where there is a map; none for a sweep without such."""
-    told = [reason for reason in reasons if reason]
-    if told:
-        yield missing(name, of, len(told), f"{len(reasons)} values", told[0])
+    """The same from the reasons, one per value and empty where there is a map; no verdict if all are empty."""
+    given = [reason for reason in reasons if reason]
+    if given:
+        yield missing(name, of, len(given), f"{len(reasons)} values", given[0])
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    for of, made in result.bifurcation.items():
-        yield from missing_values(f"bifurcation {of}", f"{of} map", made.reasons)
-    for of, made in result.bifurcation.items():
-        yield from _ended(of, made)
+    for of, diagram in result.bifurcation.items():
+        yield from missing_values(f"bifurcation {of}", f"{of} map", diagram.reasons)
+    for of, diagram in result.bifurcation.items():
+        yield from _ended(of, diagram)
 
 
-def _ended(of: str, made: "Bifurcation") -> Iterator[Verdict]:
-    """A verdict that fails where an orbit ends at a value, with how most of them do."""
-    lost = ~made.held & np.array([[not reason] for reason in made.reasons])
+def _ended(of: str, diagram: "Bifurcation") -> Iterator[Verdict]:
+    """The failed verdict on a sweep in which orbits ended, with the most frequent reason."""
+    lost = ~diagram.held & np.array([[not reason] for reason in diagram.reasons])
     if lost.any():
-        most = Outcome(int(np.bincount(made.outcome[lost]).argmax()))
-        why = "A polynomial overflows." if of == "composite" and most == Outcome.escaped else most.advice
-        text = f"no: one ends at {lost.any(axis=1).sum()} of {len(lost)} values, most often so: {why}"
-        yield Verdict(f"bifurcation {of}: orbits go on at every value", f"{of} map", False, False, text)
+        outcome = Outcome(int(np.bincount(diagram.outcome[lost]).argmax()))
+        why = "A polynomial overflows." if of == "composite" and outcome == Outcome.escaped else outcome.advice
+        text = f"no: an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
+        yield Verdict(f"bifurcation {of}: orbit completes at every parameter value", f"{of} map", False, False, text)
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
-    """Which motion each map has over which interval of the parameter: the widest intervals."""
+    """The motions of each map and their intervals of the parameter, the widest ones."""
     section = result.study.bifurcation
     if section is None or not result.bifurcation:
         return
-    every = {label for made in result.bifurcation.values() for label in made.labels.ravel().tolist()}
-    told = f"C: no period up to {section.returns // 2} returns: chaos, a longer period, or a transient that has not ended."
-    notes = [told] if any(label.endswith("C") for label in every) else []
+    every = {label for diagram in result.bifurcation.values() for label in diagram.labels.ravel().tolist()}
+    chaos = f"C: no period up to {section.returns // 2} returns: chaos, a longer period, or a transient that has not ended."
+    notes = [chaos] if any(label.endswith("C") for label in every) else []
     listed: list[tuple[str, ...]] = []
-    for of, made in result.bifurcation.items():
-        rows, more, largest = widest(made, ROWS)
-        listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], made), str(r["values"])) for r in rows]
+    for of, diagram in result.bifurcation.items():
+        rows, more, largest = widest(diagram, ROWS)
+        listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
         each = f"{largest} values" if largest > 1 else "one value"
         notes += [f"Of the {of} map there are {more} more intervals, of at most {each}."] if more else []
     yield Table("Motions", ("map", "motion", f"{section.parameter} from", "to", "values"), tuple(listed), tuple(notes))

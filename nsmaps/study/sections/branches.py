@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
 Way = Literal["up", "down"]
-REACHED = ("the range ends", CLOSED)  #: how the reason begins why a branch ends that was followed as far as it was to be
-REPEATS = 1e-6  #: largest difference of states, as a share of their magnitudes, of a cycle that is one of a shorter period
+REACHED = ("the range ends", CLOSED)  #: first words of `ended` of a branch that reached the end of its range
+REPEATS = 1e-6  #: largest relative difference of states at which a cycle is one of a shorter period
 
 
 class BranchSection(BaseModel):
@@ -44,7 +44,7 @@ class BranchSection(BaseModel):
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")
     start: dict[str, Number]
-    at: Number | None = None  #: where the start is; the study's own value if omitted
+    at: Number | None = None  #: value of the parameter at the start; that of the study if omitted
     period: int = Field(1, ge=1)  #: in returns
     direction: Literal["up", "down", "both"] = "both"
     doublings: int = Field(0, ge=0, le=12)
@@ -55,7 +55,7 @@ class BranchSection(BaseModel):
     @model_validator(mode="after")
     def _located(self) -> Self:
         if self.doublings and "period doubling" not in self.events:
-            raise ValueError("'doublings' follows period doublings; expected: 'period doubling' among the 'events' beside it")
+            raise ValueError("'doublings' requires the event 'period doubling'; expected: 'period doubling' among 'events'")
         return self
 
     def value(self, parameters: Mapping[str, float]) -> float:
@@ -69,7 +69,7 @@ class BranchSection(BaseModel):
 
     @property
     def ways(self) -> tuple[Way, ...]:
-        """In which it is followed, one branch each."""
+        """The directions in which it is followed, one branch each."""
         return ("up", "down") if self.direction == "both" else (self.direction,)
 
 
@@ -78,9 +78,9 @@ Branches = tuple[BranchSection, ...]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its branches."""
+    """The fields of a result for branches."""
 
-    branches: "dict[str, tuple[Branch, ...]]" = field(default_factory=dict)  #: by name: one a direction, then doubled cycles
+    branches: "dict[str, tuple[Branch, ...]]" = field(default_factory=dict)  #: by name: one per direction, then doubled cycles
 
 
 def _check(spec: Branches, study: "Study") -> None:
@@ -93,29 +93,29 @@ def _bind(spec: Branches, binding: "Binding") -> tuple[Floats, ...]:
 
 
 def _start(number: int, section: BranchSection, binding: "Binding") -> Floats:
-    """The start of a branch, whose parameter there must be in its range and one that the system accepts."""
+    """The start of a branch; raises StudyError unless the parameter is in its range and valid."""
     source, loc, name = binding.study.source, ("branches", number), section.parameter
     source.known((*loc, "parameter"), name, binding.system.parameters, "parameter")
     value = section.value(binding.system.parameters)
     if not section.low <= value <= section.high:
         text = f"{name} = {value:g} is not from {section.low:g} to {section.high:g}; expected: 'at' within the range"
         raise source.error(loc if section.at is None else (*loc, "at"), text)
-    binding.accepted(loc, name, value, "at")
+    binding.check_value(loc, name, value, "at")
     return binding.start((*loc, "start"), section.start)
 
 
 def _compute(spec: Branches, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The branches by name: one a direction, then those of doubled cycles."""
-    made = {}
+    """The branches by name: one per direction, then those of doubled cycles."""
+    found = {}
     for number, section in enumerate(spec):
         with plan.study.source.located(("branches", number)):
-            made[section.name] = _followed(plan, section, cycle_of(plan, number))
+            found[section.name] = _followed(plan, section, cycle_of(plan, number))
         beat((number + 1) / len(spec))
-    return {"branches": made}
+    return {"branches": found}
 
 
 def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
-    """The cycle near the start of a branch, or as near to one as Newton's method came."""
+    """The cycle near the start of a branch, or the last iterate of Newton's method if it does not converge."""
     from nsmaps.dynamics.periodic import periodic_orbit
 
     section = plan.study.branches[number]
@@ -124,36 +124,36 @@ def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
 
 
 def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "tuple[Branch, ...]":
-    """The branch of a cycle in each direction and those of its doublings; one without orbits where there is no such cycle."""
+    """The branch of a cycle in each direction and those of its doublings; a branch without orbits if there is no cycle."""
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
     from nsmaps.dynamics.motion import periods
 
     value, map_of = section.value(plan.system.parameters), Along(plan.system, section.parameter)
     about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
-    made: list[Branch] = []
+    branches: list[Branch] = []
     for way in section.ways:
-        made.append(continue_branch(map_of, orbit, value, direction=way, **about))
-        if not len(made[0].parameter):
-            return (made[0],)
-        if made[0].ended == CLOSED:  # the other way round are the same orbits
+        branches.append(continue_branch(map_of, orbit, value, direction=way, **about))
+        if not len(branches[0].parameter):
+            return (branches[0],)
+        if branches[0].ended == CLOSED:  # the other direction has the same orbits
             break
-    first = made[0].orbits[0]
+    first = branches[0].orbits[0]
     twice = np.tile(first.states, (2, 1)), np.tile(first.returns.codes, 2)
     least = int(periods(*twice, plan.system.coordinates, REPEATS * plan.system.coordinates.magnitudes(first.states)))
     if least < section.period:
-        told = f"no orbit of period {section.period} at {value:.9g}: Newton's method arrives at one of period {least}"
-        return (Branch.empty(orbit, told),)
-    doubled = [doublings_of(map_of, branch, max_doublings=section.doublings - 1, **about) for branch in made]
-    return tuple(branch for some in (made, *doubled) for branch in some)
+        reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
+        return (Branch.empty(orbit, reason),)
+    doubled = [doublings_of(map_of, branch, max_doublings=section.doublings - 1, **about) for branch in branches]
+    return tuple(branch for some in (branches, *doubled) for branch in some)
 
 
 def _describe(spec: Branches, study: "Study") -> str:
-    return ", ".join(f"{made.name} ({made.parameter} from {made.low:g} to {made.high:g})" for made in spec)
+    return ", ".join(f"{entry.name} ({entry.parameter} from {entry.low:g} to {entry.high:g})" for entry in spec)
 
 
 def _size(spec: Branches, study: "Study", system: "ImpactSystem") -> Size:
-    """Points a branch by its longest step; the cycles of a doubled one have twice the period."""
+    """Points per branch by its longest step; the cycles of a doubled one have twice the period."""
     found = Size()
     for section in spec:
         points = len(section.ways) * 2 / section.step
@@ -164,13 +164,13 @@ def _size(spec: Branches, study: "Study", system: "ImpactSystem") -> Size:
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    return {"branches": {name: _entry(made) for name, made in result.branches.items()}} if result.branches else {}
+    return {"branches": {name: _entry(entry) for name, entry in result.branches.items()}} if result.branches else {}
 
 
-def _entry(made: "Sequence[Branch]") -> dict[str, Any]:
-    """Where each branch of an entry begins and ends and why, and the events on all of them."""
+def _entry(entry: "Sequence[Branch]") -> dict[str, Any]:
+    """The ends of each branch of an entry with their reasons, and the events on all of them."""
     parts, events = [], []
-    for branch in made:
+    for branch in entry:
         low, high = branch.parameter[[0, -1]].tolist() if len(branch.parameter) else (None, None)
         parts.append({"period": branch.period, "orbits": len(branch.parameter), "from": low, "to": high, "ended": branch.ended})
         events += [_event(event) for event in branch.events]
@@ -188,46 +188,46 @@ def _known(event: "Event") -> str:
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    """Whether each branch was followed to the ends of its range, and as many doublings found as were looked for."""
+    """Whether each branch reached the ends of its range, and all requested doublings were found."""
     for section in result.study.branches:
-        made = result.branches.get(section.name)
-        if made is None:
+        entry = result.branches.get(section.name)
+        if entry is None:
             continue
-        first = [branch for branch in made if branch.period == section.period]
+        first = [branch for branch in entry if branch.period == section.period]
         holds = all(branch.ended.startswith(REACHED) for branch in first)
-        told = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
-        text = f"{yes(holds)}: {told if len(first[0].parameter) else first[0].ended}"
+        ends = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
+        text = f"{yes(holds)}: {ends if len(first[0].parameter) else first[0].ended}"
         name = f"branch {section.name}"
         yield Verdict(f"{name}: followed to the end of its range", EXACT, holds, False, text)
         if section.doublings:
-            yield Verdict(f"{name}: doublings", EXACT, *_doublings(section, made))
+            yield Verdict(f"{name}: doublings", EXACT, *_doublings(section, entry))
 
 
 def _end(branch: "Branch") -> str:
-    """Why a branch ended, and where, if at an event."""
+    """The reason why a branch ended, with its place if it is an event."""
     last = branch.events[-1] if branch.events else None
     if last is None or last.kind != branch.ended:
         return branch.ended
     return f"{last.kind} at {last.parameter:.9g}{last.detail and ', '}{last.detail}"
 
 
-def _doublings(section: BranchSection, made: "tuple[Branch, ...]") -> tuple[bool, bool, str]:
-    """Whether every direction with a period doubling has as many one after another as asked for, that nobody requires it, why."""
-    found = {branch: branch.of_kind(DOUBLING)[0] for branch in made if branch.of_kind(DOUBLING)}
+def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[bool, bool, str]:
+    """Whether all requested successive doublings were found: confirmed, not required, text."""
+    found = {branch: branch.of_kind(DOUBLING)[0] for branch in branches if branch.of_kind(DOUBLING)}
     asked = section.doublings * max(sum(branch.period == section.period for branch in found), 1)
     at = ", ".join(f"{event.parameter:.8g}" for event in found.values())
     if len(found) == asked:
         return True, False, f"yes: at {at}"
-    return False, False, f"no: {len(found)} of {asked}{at and f', at {at}'}; then: {made[-1].ended}"
+    return False, False, f"no: {len(found)} of {asked}{at and f', at {at}'}; then: {branches[-1].ended}"
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
-    """What happens on the branches, to the digits that are known of it."""
+    """The events on the branches, to the known digits."""
     names = {section.name: section.parameter for section in result.study.branches}
     rows = [
         (name, event.orbit.label, event.kind, f"{names[name]} = {_known(event)}", f"{event.precision:.1g}", event.detail)
-        for name, made in result.branches.items()
-        for branch in made
+        for name, entry in result.branches.items()
+        for branch in entry
         for event in branch.events
     ]
     yield Table("Events on branches", ("branch", "motion", "event", "parameter", "precision", ""), tuple(rows))

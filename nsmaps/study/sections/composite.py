@@ -1,4 +1,4 @@
-"""The section `composite`: the pieces of the map in place of the exact one, fitted, printed or reset."""
+"""The section `composite`: the pieces of the composite map, fitted, printed or reset."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ MAP = "composite map"
 
 
 class PieceSection(BaseModel):
-    """One piece of the composite map: where it holds, and what it says there."""
+    """One piece of the composite map: its region and its map."""
 
     model_config = SPEC
     name: Name
@@ -46,9 +46,9 @@ class PieceSection(BaseModel):
     where: str | None = None
     family: str | None = None
     fit: FitSection | None = None
-    data: str | None = None  #: a condition, or `diagonal`: what the fit is made from instead of the piece's region
+    data: str | None = None  #: a condition, or `diagonal`: the data of the fit, by default the piece's region
     reset: dict[str, Number] | None = None
-    polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader puts in its place
+    polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader replaces
 
     @model_validator(mode="after")
     def _one_region_one_map(self) -> Self:
@@ -57,7 +57,7 @@ class PieceSection(BaseModel):
         if (self.family is None and self.fit is not None) or (self.family is not None and self.reset is not None):
             raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
         if self.data is not None and self.fit is None:
-            raise ValueError(f"the piece {self.name!r}: 'data' says what a fit is made from, and it has none")
+            raise ValueError(f"the piece {self.name!r}: 'data' defines the data of a fit; expected: beside 'fit' only")
         return self
 
 
@@ -66,23 +66,23 @@ Pieces = tuple[PieceSection, ...]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its composite map."""
+    """The fields of a result for composite map."""
 
     composite: "CompositeMap | None" = None
     coverage: "Coverage | None" = None  #: of the study's grid
-    misleads: "Misleads | None" = None  #: where the composite map of pieces parts from the exact one, on the study's grid
+    misleads: "Misleads | None" = None  #: words and images on the study's grid that differ from those of the exact map
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PiecePlan:
-    """One piece of the composite map to be: its region, and the family and fit of its map, or its reset."""
+    """The definition of one piece: its region, and the family and fit of its map, or its reset."""
 
     name: str
     region: Region
     family: str | None
     fit: PolyFit | None
-    data: Where | None  #: what the fit is made from; None is the region, or the states near the diagonals
-    near_diagonals: bool  #: whether the fit is made from the states near the diagonals
+    data: Where | None  #: the data of the fit; None for the region or the states near the diagonals
+    near_diagonals: bool  #: True if the data of the fit are the states near the diagonals
     reset: dict[str, float] | None
     polynomial: PrintedMap | None
 
@@ -99,11 +99,13 @@ def _check(spec: Pieces, study: "Study") -> None:
     study.once("composite", [piece.name for piece in spec])
     for number, piece in enumerate(spec):
         if piece.name in ("exact", "composite"):
-            raise study.source.error(("composite", number, "name"), f"a piece cannot be called {piece.name!r}: that is a map")
+            raise study.source.error(
+                ("composite", number, "name"), f"{piece.name!r} is the name of a map; expected: another name for the piece"
+            )
         if piece.family is not None:
             study.source.known(("composite", number, "family"), piece.family, study.families, "family")
         if piece.data == DIAGONAL and study.diagonal and piece.family != study.diagonal.family:
-            text = f"the section 'diagonal' is of the family {study.diagonal.family!r}, the piece of {piece.family!r}"
+            text = f"'diagonal' has the family {study.diagonal.family!r}, the piece {piece.family!r}; expected: the same"
             raise study.source.error(("composite", number, "data"), text)
 
 
@@ -133,25 +135,25 @@ def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
 
 def _single(loc: Loc, family: str, binding: "Binding") -> None:
     if bind_family(family, binding.study.families[family], binding).max_returns > 1:
-        text = f"a piece of the composite map is one return, and {family!r} makes several in a row; expected: words of one"
+        text = f"a piece of the composite map is one return, and {family!r} has several; expected: words of one return"
         raise binding.study.source.error((*loc, "family"), text)
 
 
 def _compute(spec: Pieces, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """Steps iv to vi: every piece fitted, printed or reset."""
-    composite = _made(plan, plan.system, result.surfaces)
+    composite = _composite(plan, plan.system, result.surfaces)
     return {"composite": composite, **judged(plan, result, composite)}
 
 
 def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict[str, Any]:
-    """What of the grid the pieces of a composite map hold, and where it gives another word than the exact map."""
+    """The part of the grid that the pieces of a composite map cover, and its comparison with the exact map."""
     if plan.grid is None or result.returns is None:
         return {}
     return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, result.returns)}
 
 
-def _made(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
-    """The composite map at the parameters of a system; piece by piece, so that an error finds its line."""
+def _composite(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
+    """The composite map at the parameters of a system; an error names the line of its piece."""
     pieces: list[Piece] = []
     for number, piece in enumerate(plan.bound["composite"]):
         with plan.study.source.located(("composite", number)):
@@ -160,17 +162,17 @@ def _made(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) ->
 
 
 def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
-    """One piece, fitted to its own data where the study says so and otherwise to all that its region holds."""
+    """One piece, fitted to its own data if the study defines them, otherwise to all states in its region."""
     if piece.polynomial is not None:
         word = plan.families[piece.family].words[0] if piece.family else ""
         return Piece(piece.name, piece.region, piece.polynomial.of(system), word)
     surfaces, spec = _data(plan, surfaces, piece)
-    made = build_composite(system.coordinates, system.wall_names, surfaces, [spec]).pieces[0]
-    return replace(made, region=piece.region)
+    piece_map = build_composite(system.coordinates, system.wall_names, surfaces, [spec]).pieces[0]
+    return replace(piece_map, region=piece.region)
 
 
 def _data(plan: "Plan", surfaces: dict[str, Surface], piece: PiecePlan) -> tuple[dict[str, Surface], PiecePlan]:
-    """The surfaces that a piece is fitted to, and the piece with the region of its data for its own."""
+    """The surfaces to which a piece is fitted, and the piece with the region of its data."""
     data: Region = piece.data or piece.region
     if piece.near_diagonals:
         surfaces, data = near_diagonals(plan, surfaces[piece.family or ""])
@@ -179,20 +181,20 @@ def _data(plan: "Plan", surfaces: dict[str, Surface], piece: PiecePlan) -> tuple
 
 def refits(plan: "Plan", parameter: str, values: "Floats", half: int) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
     """The composite map at each value of a parameter, with the data of its fitted pieces: the first or second half of a step."""
-    made = []
+    found = []
     for value in values.tolist():
         try:
-            made.append((value, *refit(plan, plan.system.at(**{parameter: value}))))
+            found.append((value, *refit(plan, plan.system.at(**{parameter: value}))))
         except NsmapsError as error:
             raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
-        beat(half / 2 + len(made) / len(values) / 2)
-    return made
+        beat(half / 2 + len(found) / len(values) / 2)
+    return found
 
 
 def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, dict[str, Surface]]:
     """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
     found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
-    composite = _made(plan, system, found)
+    composite = _composite(plan, system, found)
     fitted = [(piece.name, *_data(plan, found, piece)) for piece in plan.bound["composite"] if piece.fit]
     return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
 
@@ -202,12 +204,12 @@ def _describe(spec: Pieces, study: "Study") -> str:
 
 
 def _map_of(piece: PieceSection) -> str:
-    """Where the map of a piece comes from."""
+    """The kind of map of a piece."""
     return f"fit of {piece.family}" if piece.fit else "printed" if piece.polynomial else "reset"
 
 
 def pieces_size(study: "Study") -> Size:
-    """All fits of the pieces, once."""
+    """The size of one fit of all pieces."""
     count = states(study.grid)
     return sum((fit_size(piece.fit, count) for piece in study.composite if piece.fit), Size())
 
@@ -226,10 +228,10 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     return sections
 
 
-def _columns(made: "Misleads") -> tuple[list[str], list[float | None]]:
+def _columns(comparison: "Misleads") -> tuple[list[str], list[float | None]]:
     from dataclasses import asdict
 
-    about = asdict(made)
+    about = asdict(comparison)
     return list(about), finite(about.values())
 
 
@@ -240,7 +242,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         yield Verdict("covered", MAP, holds, "covered" in result.study.require, _covered(result, cover))
     if words is not None:
         right = words.wrong_words == 0
-        yield Verdict("words are the exact map's", MAP, right, False, f"{yes(right)}: {words.text}")
+        yield Verdict("words agree with the exact map", MAP, right, False, f"{yes(right)}: {words.text}")
 
 
 def _covered(result: "StudyResult", cover: "Coverage") -> str:

@@ -1,8 +1,8 @@
-"""The section `diagonal`: the states whose image is near to them, and orders of polynomials compared there."""
+"""The section `diagonal`: the states near their images, and a comparison of polynomial orders there."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
@@ -31,13 +31,14 @@ if TYPE_CHECKING:
 
 
 class DiagonalSection(BaseModel):
-    """The states whose image is near to them, united over a parameter (eq. r1uniond)."""
+    """The states near their images, united over a parameter (eq. r1uniond)."""
 
     model_config = SPEC
+    was: ClassVar = {"within": "region"}
     family: str
     delta: Number = Field(gt=1)
     slope: Number | None = Field(None, gt=0)
-    within: str | None = None
+    region: str | None = None
     sweep: Sweep | None = None
     orders: dict[Name, FitSection] = {}
     deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
@@ -46,13 +47,13 @@ class DiagonalSection(BaseModel):
     @model_validator(mode="after")
     def _orders_at_deltas(self) -> Self:
         if self.deltas and not self.orders:
-            raise ValueError("'deltas' says where 'orders' are compared, and there are none; expected: beside 'orders' only")
+            raise ValueError("'deltas' without 'orders' to compare; expected: beside 'orders' only")
         return self
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of the states near the diagonals."""
+    """The fields of a result for states near the diagonals."""
 
     diagonal: "DiagonalRegion | None" = None
     orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
@@ -61,11 +62,11 @@ class Stored:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Near:
-    """The filter, the grid that it is taken over, and the fits that are compared."""
+    """The filter, its grid, and the fits that are compared."""
 
     filter: Diagonal
     grid: Grid
-    own: bool  #: whether the grid is the section's own
+    own: bool  #: True if the section defines the grid
     orders: "dict[str, PolyFit]"
 
 
@@ -80,12 +81,12 @@ def _check(spec: DiagonalSection, study: "Study") -> None:
 def _bind(spec: DiagonalSection, binding: "Binding") -> Near:
     study, source = binding.study, binding.study.source
     if spec.grid is None and study.grid is None:
-        raise source.error(("diagonal",), "'diagonal' needs a grid: its own, or the section 'grid', which is missing")
+        raise source.error(("diagonal",), "'diagonal' has no grid; expected: 'grid' in this section, or the section 'grid'")
     if spec.sweep:
         binding.swept_values(("diagonal", "sweep"), spec.sweep.parameter, (spec.sweep.low, spec.sweep.high))
-    within = None if spec.within is None else binding.where(("diagonal", "within"), spec.within)
+    region = None if spec.region is None else binding.where(("diagonal", "region"), spec.region)
     with source.located(("diagonal",), Diagonal):
-        filter = Diagonal(delta=spec.delta, slope=spec.slope, within=within)
+        filter = Diagonal(delta=spec.delta, slope=spec.slope, region=region)
     loc = ("grid",) if spec.grid is None else ("diagonal", "grid")
     grid = binding.grid(loc, spec.grid or study.grid)
     orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in spec.orders.items()}
@@ -103,7 +104,7 @@ def _compute(spec: DiagonalSection, plan: "Plan", result: "StudyResult") -> dict
     own = plan.families[spec.family].surface(plan.system, bound.grid) if bound.own else result.surfaces[spec.family]
     with plan.study.source.located(("diagonal", "orders")):
         near = compare_deltas(bound.filter, own, spec.deltas, bound.orders)
-    orders = tuple((name, made.report) for name, made in near[0].maps.items())
+    orders = tuple((name, fitted.report) for name, fitted in near[0].maps.items())
     return {"diagonal": region, "near": near, "orders": orders}
 
 
@@ -121,7 +122,9 @@ def near_diagonals(plan: "Plan", surface: Surface) -> tuple[dict[str, Surface], 
     """The part of a surface that is near the diagonals at the study's own parameters, and its hull."""
     near = surface.restricted(attracting(plan.bound["diagonal"].filter, surface))
     if len(near.start) < 2:
-        raise FitError(f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid")
+        raise FitError(
+            f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid; expected: 2 or more"
+        )
     hull = np.stack([near.start.min(axis=0), near.start.max(axis=0)], axis=1)
     return {surface.name: near}, Box.of(surface.coordinates, hull)
 
@@ -138,17 +141,17 @@ def _size(spec: DiagonalSection, study: "Study", system: "ImpactSystem") -> Size
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    made = result.diagonal
-    if made is None:
+    region = result.diagonal
+    if region is None:
         return {}
-    return {"diagonal": {"box": made.box.tolist(), "states": len(made.start), "orders": _orders(result)}}
+    return {"diagonal": {"box": region.box.tolist(), "states": len(region.start), "orders": _orders(result)}}
 
 
 def _orders(result: "StudyResult") -> list[dict[str, Any]]:
-    """The fits near the diagonals by delta and order; of a run that kept those of one delta alone, by order."""
+    """The fits near the diagonals by delta and order; by order for an earlier run with a single delta."""
     if not result.near:
         return [{"name": name} | report_numbers(report) for name, report in result.orders]
-    fits = [(near.delta, name, made.report) for near in result.near for name, made in near.maps.items()]
+    fits = [(near.delta, name, fitted.report) for near in result.near for name, fitted in near.maps.items()]
     return [{"delta": delta, "name": name} | report_numbers(report) for delta, name, report in fits if report]
 
 

@@ -1,8 +1,8 @@
-"""The section `domains`: attracting domains of one map from one box each."""
+"""The section `domains`: attracting domains, each of one map from one start box."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -34,13 +34,14 @@ class DomainSection(BaseModel):
     """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
 
     model_config = SPEC
+    was: ClassVar = {"trapped": "forward_invariant", "settled": "converged"}
     name: Name
     map: str
     box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
-    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the best that the map allows, if omitted
+    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
     updates: int = Field(11, ge=1)
-    grow: bool = False  #: start from the smallest box around this one that the map carries into itself
-    require: tuple[Literal["trapped", "settled"], ...] = ()
+    grow: bool = False  #: start from the smallest box around this one that the map maps into itself
+    require: tuple[Literal["forward_invariant", "converged"], ...] = ()
 
 
 Domains = tuple[DomainSection, ...]
@@ -48,7 +49,7 @@ Domains = tuple[DomainSection, ...]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its domains."""
+    """The fields of a result for domains."""
 
     domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
 
@@ -62,14 +63,14 @@ def _needs(spec: Domains) -> Iterator[Need]:
 def _check(spec: Domains, study: "Study") -> None:
     study.once("domains", [domain.name for domain in spec])
     fitted = [piece.name for piece in study.composite if piece.reset is None]
-    made = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
+    maps = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
     for number, domain in enumerate(spec):
         if not is_of_partition(study, domain.map):
-            study.source.known(("domains", number, "map"), domain.map, ["exact", *made, *fitted], "map")
+            study.source.known(("domains", number, "map"), domain.map, ["exact", *maps, *fitted], "map")
 
 
 def _bind(spec: Domains, binding: "Binding") -> dict[str, Box]:
-    """The start boxes of the domains that give one, by name."""
+    """The given start boxes, by the name of the domain."""
     given = ((k, domain.name, domain.box) for k, domain in enumerate(spec))
     return {name: binding.box(("domains", k, "box"), box) for k, name, box in given if not isinstance(box, str)}
 
@@ -85,14 +86,14 @@ def _compute(spec: Domains, plan: "Plan", result: "StudyResult") -> dict[str, An
 
 
 def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, progress: Progress | None) -> "AttractingDomain":
-    """The attracting domain that a section asks for, of the map that it names."""
+    """The attracting domain of an entry, of the map that it names."""
     pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
     maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
     if plan.study.partition is not None:
         if result.partition is not None:
             maps[ATTRACTING] = attracting_of(result.partition)
         if section.map not in maps:
-            raise NsmapsError(f"the partition made no piece {section.map!r}; expected: {', '.join(maps)}")
+            raise NsmapsError(f"the partition has no piece {section.map!r}; expected: {', '.join(maps)}")
     printed = [piece.name for piece in plan.study.composite if piece.polynomial]
     kind = "printed" if section.map in printed else "fitted"
     of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
@@ -100,7 +101,7 @@ def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, prog
 
 
 def _start_box(plan: "Plan", result: "StudyResult", section: DomainSection) -> tuple[Floats, Floats | None]:
-    """The start box of a domain, shape (n, 2): as given, or around the states near the diagonals, with the nearest of them."""
+    """The start box of a domain, shape (n, 2): given, or the hull of the states near the diagonals, with the nearest state."""
     boxes: dict[str, Box] = plan.bound["domains"]
     if section.name in boxes:
         return boxes[section.name].array, None
@@ -134,7 +135,7 @@ def _describe(spec: Domains, study: "Study") -> str:
 
 
 def _size(spec: Domains, study: "Study", system: "ImpactSystem") -> Size:
-    """All updates that are asked for, though most domains come to rest before."""
+    """The size of all updates; most domains converge earlier."""
     of_pieces = {piece.name for piece in study.composite}
     each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.updates for d in spec]
     return Size(sum(each), 1e5 * float(sum(d.updates for d in spec)))
@@ -148,8 +149,8 @@ def _domain(domain: "AttractingDomain") -> dict[str, Any]:
     return {
         "of": domain.of,
         "boxes": [[finite(side) for side in box] for box in domain.boxes],
-        "trapped": bool(domain.trapped),
-        "settled": bool(domain.settled),
+        "forward_invariant": bool(domain.forward_invariant),
+        "converged": bool(domain.converged),
         "status": domain.status,
         "reason": domain.reason,
         "two_cycle": [finite(pair) for pair in domain.two_cycle],
@@ -160,10 +161,10 @@ def _domain(domain: "AttractingDomain") -> dict[str, Any]:
 
 
 def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
-    """p and q of one coordinate, found twice, the largest difference, and within how much both are known."""
-    apart, within = finite([np.abs(cycle.iterated - cycle.roots).max(), cycle.accuracy])
+    """p and q of one coordinate by both methods, their largest difference, and their accuracy."""
+    difference, accuracy = finite([np.abs(cycle.iterated - cycle.roots).max(), cycle.accuracy])
     p_and_q = {"iterated": finite(cycle.iterated), "roots": finite(cycle.roots), "slope": finite([cycle.slope])[0]}
-    found = {"stable": cycle.stable, "agree": cycle.agree, "apart": apart, "within": within}
+    found = {"stable": cycle.stable, "agree": cycle.agree, "difference": difference, "accuracy": accuracy}
     return {"coordinate": str(cycle.coordinate), **p_and_q, **found}
 
 
@@ -171,26 +172,26 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     for section in result.study.domains:
         domain = result.domains.get(section.name)
         if domain is not None:
-            yield _verdict(section, domain, "trapped", domain.trapped, trapped_text(result, section, domain))
-            yield _verdict(section, domain, "settled", domain.settled, _settled(domain))
+            yield _verdict(section, domain, "forward_invariant", domain.forward_invariant, trapped_text(result, section, domain))
+            yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
 
 
 def _verdict(section: DomainSection, domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
-    return Verdict(f"domain {section.name}: {claim}", domain.of, bool(holds), claim in section.require, text)
+    return Verdict(f"domain {section.name}: {claim.replace('_', ' ')}", domain.of, bool(holds), claim in section.require, text)
 
 
 def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:
-    """Why a domain is trapped, or what is at hand about why it is not."""
-    if domain.trapped:
-        held = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
-        return f"yes: {held}{elsewhere(result, domain)}"
+    """The reason why a box is forward invariant, or possible reasons why it is not."""
+    if domain.forward_invariant:
+        reason = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
+        return f"yes: {reason}{elsewhere(result, domain)}"
     return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
 
 
 def _settled(domain: "AttractingDomain") -> str:
-    if not domain.trapped:
-        return f"no: a box that is not trapped cannot settle ({domain.status})"
-    if not domain.settled:
+    if not domain.forward_invariant:
+        return f"no: the box is not forward invariant ({domain.status})"
+    if not domain.converged:
         return f"no: {domain.reason} ({domain.status})"
     sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
     box = intervals(domain.coordinates, domain.boxes[-1])

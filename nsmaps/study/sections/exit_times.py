@@ -1,4 +1,4 @@
-"""The section `exit_times`: which part of the regions of the composite map the exact map leaves within how many returns."""
+"""The section `exit_times`: returns of the exact map until orbits leave the regions of the composite map."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 
 class ExitTimesSection(BaseModel):
-    """Which part of each piece's region the exact map leaves, and takes to the closed set of `morse`, within how many returns."""
+    """For each piece the share of its region that leaves it, and that reaches the closed set of `morse`, by number of returns."""
 
     model_config = SPEC
     box: Bounds
     depth: int = Field(3, ge=0, le=12)
     cells: int = Field(32, ge=1)
-    period: int | None = Field(None, ge=1, le=12)  #: cycles up to it are looked for in the window
+    period: int | None = Field(None, ge=1, le=12)  #: longest period of the cycles that are sought in the window
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of exit times."""
+    """The fields of a result for exit times."""
 
     cycles: "CycleSearch | None" = None  #: of the window of the transient regions
     exit_times: "ExitTimes | None" = None
@@ -49,21 +49,21 @@ def _bind(spec: ExitTimesSection, binding: "Binding") -> Box:
 
 
 def _compute(spec: ExitTimesSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """What of the regions of the composite map is left and arrives, and the cycles up to a period."""
+    """The exit times of the regions of the composite map, and the cycles up to a period."""
     from nsmaps.cells.exit_times import exit_times
     from nsmaps.cells.periodic_points import find_cycles
 
     window = plan.bound["exit_times"].array
-    target = result.trap if result.trap is not None and result.trap.trapped else None
+    target = result.trap if result.trap is not None and result.trap.forward_invariant else None
     how = spec.depth, spec.cells
     with plan.study.source.located(("exit_times",)):
         if result.composite is None:
-            raise NsmapsError("strips have no regions; expected: a 'composite' map, or a 'partition' of closed forms")
+            raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
         first, then = (plan.portion(half, 2).progress for half in (0, 1))
         found = find_cycles(plan.system, window, spec.period, *how, progress=first) if spec.period else None
         cycles = found.cycles if found else ()
-        made = exit_times(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=then)
-    return {"cycles": found, "exit_times": made}
+        times = exit_times(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=then)
+    return {"cycles": found, "exit_times": times}
 
 
 def _describe(spec: ExitTimesSection, study: "Study") -> str:
@@ -88,7 +88,7 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
-    """What is left of each region, and how complete the search for cycles is."""
+    """The remaining share of each region, and the coverage of the search for cycles."""
     if result.exit_times is not None:
         title = f"Exit times of the regions of the {result.exit_times.of}, by enclosure"
         yield Table(title, (), (), (result.exit_times.table(),))

@@ -1,4 +1,4 @@
-"""The polynomial of a piece: what a study's file may say of it, and its figures."""
+"""The polynomial of a piece: its keys in a study's file, and its errors."""
 
 import math
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -25,7 +25,7 @@ def _kind_of_degrees(value: object) -> str:
 Degrees = Annotated[
     Annotated[dict[str, Degree], Tag("[same]")] | Annotated[dict[str, dict[str, Degree]], Tag("[by output]")],
     Discriminator(_kind_of_degrees),
-]  #: degree by coordinate, or that for each output; one reading is chosen, so that errors are those of what was meant
+]  #: degree by coordinate, or that for each output; one form is chosen by its content, so that errors refer to it
 
 
 class FitSection(BaseModel):
@@ -63,13 +63,13 @@ def bind_fit(loc: Loc, section: FitSection, binding: "Binding") -> PolyFit:
 
 
 def fit_size(fit: FitSection, states: float) -> Size:
-    """A least-squares problem of so many states, dense in the terms."""
+    """The size of a dense least-squares problem of so many states."""
     degrees = [d for each in (fit.full or {}).values() for d in ([each] if isinstance(each, int) else each.values())]
     terms = math.prod(float(degree + 1) for degree in degrees[:2]) if degrees else 50.0
     return Size(1e-9 * states * terms * terms, 8.0 * COPIES * states * terms)
 
 
 def report_numbers(report: "FitReport") -> dict[str, Any]:
-    """A fit's figures, one of each output."""
+    """The errors of a fit, one per output."""
     kept = ("r2", "sse", "max_error", "condition", "points", "terms", "left_out", "loss")
     return {name: finite(getattr(report, name)) for name in kept} | {"warnings": list(report.warnings)}

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
 
-ROWS = 12  #: intervals that a table lists, at most
+ROWS = 12  #: largest number of intervals in a table
 SURE = 2.0  #: standard errors from zero, beyond which an exponent has a sign
-SIGNS = {1: "above zero", -1: "below zero", 0: "not told from zero", None: "none: no map, or the orbit ends"}
+SIGNS = {1: "above zero", -1: "below zero", 0: "not distinguished from zero", None: "none: no map, or the orbit ends"}
 
 
 class LyapunovSection(Range):
@@ -35,14 +35,14 @@ class LyapunovSection(Range):
 
     was: ClassVar = {"follow": "direction", "transient": "discard"}
     start: dict[str, Number]
-    returns: int = Field(10_000, ge=32)  #: that count, after those that are discarded
+    returns: int = Field(10_000, ge=32)  #: averaged over, after those discarded
     discard: int = Field(1000, ge=0)
     direction: Literal["up", "down"] | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its Lyapunov exponents."""
+    """The fields of a result for Lyapunov exponents."""
 
     lyapunov: "LyapunovSweep | None" = None
 
@@ -70,15 +70,15 @@ def _size(spec: LyapunovSection, study: "Study", system: "ImpactSystem") -> Size
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """A row a value: exponents and their errors, a return and a unit of time."""
-    made = result.lyapunov
-    if made is None:
+    """Exponents and their errors at each value, per return and per unit of time."""
+    sweep = result.lyapunov
+    if sweep is None:
         return {}
     names = "exponents", "error", "per_time", "per_time_error"
-    defect = made.at.defect[np.isfinite(made.at.defect)]
+    defect = sweep.at.defect[np.isfinite(sweep.at.defect)]
     worst = float(defect.max()) if defect.size else None
-    rows = {name: plain(getattr(made.at, name)) for name in names}
-    return {"lyapunov": {"values": made.values.tolist(), **rows, "largest_defect": worst}}
+    rows = {name: plain(getattr(sweep.at, name)) for name in names}
+    return {"lyapunov": {"values": sweep.values.tolist(), **rows, "largest_defect": worst}}
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
@@ -87,35 +87,35 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
-    """Over which intervals the largest exponent is above or below zero, those with most values."""
-    made, section = result.lyapunov, result.study.lyapunov
-    if made is None or section is None:
+    """The intervals over which the largest exponent has one sign, those with most values."""
+    sweep, section = result.lyapunov, result.study.lyapunov
+    if sweep is None or section is None:
         return
-    rows = exponent_rows(made)
-    most = sorted(sorted(range(len(rows)), key=lambda k: -rows[k]["values"])[:ROWS])
+    rows = exponent_rows(sweep)
+    widest = sorted(sorted(range(len(rows)), key=lambda k: -rows[k]["values"])[:ROWS])
     listed = [
         (row["sign"], f"{row['from']:.9g}", f"{row['to']:.9g}", str(row["values"]), row["exponent"])
-        for row in (rows[k] for k in most)
+        for row in (rows[k] for k in widest)
     ]
     more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
-    note = f"Above zero: nearby orbits diverge, as in chaos. Decided at two standard errors, of {made.at.returns} returns.{more}"
-    heads = "largest exponent", f"{section.parameter} from", "to", "values", "a return"
+    note = f"Above zero: nearby orbits diverge, as in chaos. Decided at two standard errors, of {sweep.at.returns} returns.{more}"
+    heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
     yield Table("Lyapunov exponents of the exact map", heads, tuple(listed), (note,))
 
 
-def exponent_rows(made: "LyapunovSweep") -> list[Row]:
+def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:
     """The intervals over which the largest exponent has one sign, ascending: `sign`, `from`, `to`, `values`, `exponent`.
 
-    A sign is that of more than two standard errors; `exponent` is the range of the largest one, a return.
+    A sign is that of more than two standard errors; `exponent` is the range of the largest one, per return.
     """
-    order = np.argsort(made.values, kind="stable")
-    values, largest, error = made.values[order], made.at.exponents[order, ..., 0].ravel(), made.at.error[order, ..., 0].ravel()
+    order = np.argsort(sweep.values, kind="stable")
+    values, largest, error = sweep.values[order], sweep.at.exponents[order, ..., 0].ravel(), sweep.at.error[order, ..., 0].ravel()
     signs = [_sign(value, wide) for value, wide in zip(largest.tolist(), error.tolist(), strict=True)]
     rows = list[Row]()
     for sign, run in groupby(range(len(signs)), key=signs.__getitem__):
-        held = list(run)
-        about = {"sign": SIGNS[sign], "from": float(values[held[0]]), "to": float(values[held[-1]]), "values": len(held)}
-        rows.append(about | {"exponent": _range(largest[held])})
+        own = list(run)
+        about = {"sign": SIGNS[sign], "from": float(values[own[0]]), "to": float(values[own[-1]]), "values": len(own)}
+        rows.append(about | {"exponent": _range(largest[own])})
     return rows
 
 

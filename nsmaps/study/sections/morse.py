@@ -1,8 +1,8 @@
-"""The section `morse`: what the exact map does for ever within a window, by enclosure."""
+"""The section `morse`: a cover of the invariant sets of the exact map in a window, by enclosure."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field
 
@@ -21,21 +21,22 @@ if TYPE_CHECKING:
 
 
 class MorseSection(BaseModel):
-    """What the exact map does for ever within a window: a cover by cells, halved `depth` times."""
+    """A cover of the invariant sets of the exact map in a window by cells, which are halved `depth` times."""
 
     model_config = SPEC
+    was: ClassVar = {"trapped": "forward_invariant"}
     box: Bounds
     depth: int = Field(4, ge=0, le=12)
-    cells: int = Field(8, ge=1)  #: an axis, of the first level
-    require: tuple[Literal["trapped"], ...] = ()
+    cells: int = Field(8, ge=1)  #: per axis, on the first level
+    require: tuple[Literal["forward_invariant"], ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its cover."""
+    """The fields of a result for cover."""
 
-    morse: "MorseCover | None" = None  #: what stays in a window, by enclosure of the exact map
-    trap: "Trap | None" = None  #: the closed set about the first minimal component of it
+    morse: "MorseCover | None" = None  #: of the invariant sets in the window, by enclosure of the exact map
+    trap: "Trap | None" = None  #: the closed set around its first minimal component
 
 
 def _bind(spec: MorseSection, binding: "Binding") -> Box:
@@ -43,7 +44,7 @@ def _bind(spec: MorseSection, binding: "Binding") -> Box:
 
 
 def _compute(spec: MorseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """A cover of what stays in a window, and the closed set about its first minimal component."""
+    """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
     from nsmaps.cells.morse_sets import morse_sets, trap
 
     with plan.study.source.located(("morse",)):
@@ -61,7 +62,7 @@ def _size(spec: MorseSection, study: "Study", system: "ImpactSystem") -> Size:
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The hulls of the components, which may be reached from which, and which are minimal."""
+    """The hulls of the components, the graph of transitions between them, and the minimal components."""
     cover = result.morse
     if cover is None:
         return {}
@@ -77,9 +78,9 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     text = "no orbit stays in the window"
     if held is not None:
         hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
-        text = f"{held.reason}; {hull}" if held.trapped else held.reason
-    holds = held is not None and held.trapped
-    yield Verdict("morse: trapped", cover.of, holds, "trapped" in section.require, f"{yes(holds)}: {text}")
+        text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
+    holds = held is not None and held.forward_invariant
+    yield Verdict("morse: forward invariant", cover.of, holds, "forward_invariant" in section.require, f"{yes(holds)}: {text}")
 
 
 MORSE = Section[MorseSection](

@@ -28,7 +28,7 @@ DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
 
 
 class ImpactsSection(Range):
-    """The impacts of the exact map over a parameter, down and up, without noise and with noise of this size."""
+    """The impacts of the exact map over a parameter, down and up, without noise and with noise of amplitude `sigma`."""
 
     was: ClassVar = {"transient": "discard"}
     sigma: Number = Field(gt=0)
@@ -37,9 +37,10 @@ class ImpactsSection(Range):
 
 
 class NoiseSection(BaseModel):
-    """Ornstein-Uhlenbeck forcing: residence in motions for each of its sizes, and impacts over a parameter."""
+    """Ornstein-Uhlenbeck forcing: residence in motions for each amplitude, and impacts over a parameter."""
 
     model_config = SPEC
+    was: ClassVar = {"hold": "min_returns"}
     sigma: tuple[Number, ...] = Field(min_length=1)
     tau: Number = Field(gt=0)
     start: dict[str, Number]
@@ -48,40 +49,41 @@ class NoiseSection(BaseModel):
     seed: int = Field(0, ge=0)
     step: Number | None = Field(None, gt=0)
     modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
-    hold: int = Field(12, ge=1)
+    min_returns: int = Field(12, ge=1)
     impacts: ImpactsSection | None = None
 
     @model_validator(mode="after")
     def _in_bounds(self) -> Self:
         if min(self.sigma) < 0:
-            raise ValueError(f"a noise of size {min(self.sigma):g}; expected: zero or more")
+            raise ValueError(f"sigma is {min(self.sigma):g}; expected: zero or more")
         if self.step is not None and self.step > self.tau:
-            raise ValueError(f"a step of {self.step:g}; expected: at most tau = {self.tau:g}")
-        longest = max(map(len, self.modes.values()))
-        if not all(self.modes.values()) or self.hold < longest:
-            raise ValueError(f"hold is {self.hold}; expected: motions of one or more words, held for {longest} returns or more")
+            raise ValueError(f"step is {self.step:g}; expected: at most tau = {self.tau:g}")
+        length = max(map(len, self.modes.values()))
+        if not all(self.modes.values()) or self.min_returns < length:
+            text = f"expected: motions of one or more words, and min_returns of at least their number, {length}"
+            raise ValueError(f"min_returns is {self.min_returns}; {text}")
         return self
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NoiseResult:
-    """What noise of each of its sizes does."""
+    """Residence and impacts under noise of each amplitude."""
 
     sigma: tuple[float, ...]
-    stays: "tuple[Residence, ...]"  #: one a size
-    ended: tuple[dict[str, int], ...]  #: one a size: how many realisations ended, by outcome
-    impacts: "tuple[ImpactDiagram, ...]" = ()  #: down without and with noise, up without and with noise
+    stays: "tuple[Residence, ...]"  #: one per amplitude
+    ended: tuple[dict[str, int], ...]  #: per amplitude: number of realisations that ended, by outcome
+    impacts: "tuple[ImpactDiagram, ...]" = ()  #: descending without and with noise, ascending without and with noise
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of noise."""
+    """The fields of a result for noise."""
 
     noise: NoiseResult | None = None
 
 
 def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
-    """The start, of shape (n,); there must be the words of the motions, and the parameter."""
+    """The start, of shape (n,); raises StudyError for words that are not valid and an unknown parameter."""
     for name, words in spec.modes.items():
         with binding.study.source.located(("noise", "modes", name)):
             for word in words:
@@ -92,7 +94,7 @@ def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
 
 
 def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The residence in motions for each size of the noise, and the impacts over a parameter."""
+    """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
     from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
     from nsmaps.dynamics.noise.residence import residence
 
@@ -101,15 +103,15 @@ def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[st
         for number, sigma in enumerate(spec.sigma):
             noise = Noise(sigma=sigma, tau=spec.tau)
             how = spec.returns, noise, spec.realisations, spec.seed, spec.step
-            made = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
-            stays.append(residence(made.words, made.time, spec.modes, spec.hold))
-            ended.append(made.ended())
+            orbits = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
+            stays.append(residence(orbits.words, orbits.time, spec.modes, spec.min_returns))
+            ended.append(orbits.ended())
         impacts = _impacts(spec, spec.impacts, plan, plan.portion(count - 1, count, "impacts")) if spec.impacts else ()
         return {"noise": NoiseResult(spec.sigma, tuple(stays), tuple(ended), impacts)}
 
 
 def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jobs) -> "tuple[ImpactDiagram, ...]":
-    """Down and up, each without noise and with it."""
+    """The diagrams in descending and ascending order, each without and with noise."""
     from nsmaps.dynamics.diagrams.impacts import impact_diagram
     from nsmaps.dynamics.noise.orbits import Noise
 
@@ -125,7 +127,7 @@ def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jo
 
 
 def _describe(spec: NoiseSection, study: "Study") -> str:
-    sizes = f"{len(spec.sigma)} sizes, {spec.realisations} realisations of {spec.returns} returns each"
+    sizes = f"{len(spec.sigma)} amplitudes, {spec.realisations} realisations of {spec.returns} returns each"
     returns = len(spec.sigma) * spec.realisations * spec.returns
     if (along := spec.impacts) is None:
         return f"{sizes}; {returns_text(returns)}"
@@ -144,12 +146,12 @@ def _size(spec: NoiseSection, study: "Study", system: "ImpactSystem") -> Size:
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """A row a size of the noise."""
-    made = result.noise
-    if made is None:
+    """The numbers for each amplitude of the noise."""
+    noise = result.noise
+    if noise is None:
         return {}
     rows: list[dict[str, Any]] = []
-    for sigma, stay, ended in zip(made.sigma, made.stays, made.ended, strict=True):
+    for sigma, stay, ended in zip(noise.sigma, noise.stays, noise.ended, strict=True):
         row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
         tables = {name: plain(getattr(stay, name)) for name in ("share", "mean", "rates", "rates_error")}
         rows.append(row | tables | {"unknown": stay.unknown, "ended": ended})

@@ -1,4 +1,4 @@
-"""The section `orbits`: starts followed under the exact map and the map in its place, and what they end on."""
+"""The section `orbits`: orbits of starts under the exact and the reduced map, and their limit sets."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.diagnostics import astray, beyond
+from nsmaps.study.diagnostics import beyond, no_image
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Section, Verdict
@@ -27,16 +27,18 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
 
-SAME = 0.03  #: of the extent of the states in each coordinate, within which two attractors count as one
+SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
 
 
 class OrbitSection(BaseModel):
-    """A start and how many returns to follow it, under the exact map and the composite map."""
+    """A start, and the number of returns of its orbits under the exact map and the composite map."""
 
     model_config = SPEC
     start: dict[str, Number]
     returns: int = Field(ge=1)
-    track: int | None = Field(None, ge=2, le=10_000)  #: impacts on all walls that are kept, with the motion between them
+    track: int | None = Field(
+        None, ge=2, le=10_000
+    )  #: number of impacts, on all walls, that are stored with the motion between them
 
 
 Orbits = tuple[OrbitSection, ...]
@@ -49,14 +51,14 @@ class OrbitPair:
     start: Floats  #: shape (n,)
     exact: "Orbit"
     composite: "Orbit | None"
-    track: "Track | None" = None  #: the exact motion at and between its first impacts, if the study asks for it
-    ends: "LimitSet | None" = None  #: what the exact map's orbit ends on; None where it has no image
+    track: "Track | None" = None  #: the exact motion at and between its first impacts, if the study requests it
+    ends: "LimitSet | None" = None  #: the limit set of the exact orbit; None if the orbit ended
     composite_ends: "LimitSet | None" = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its orbits."""
+    """The fields of a result for orbits."""
 
     orbits: tuple[OrbitPair, ...] = ()
 
@@ -66,7 +68,7 @@ def _bind(spec: Orbits, binding: "Binding") -> tuple[Floats, ...]:
 
 
 def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The orbits of every start under the exact map and under the composite map, and what they end on."""
+    """The orbits of every start under the exact map and under the composite map, and their limit sets."""
     from nsmaps.dynamics.attractors.limit_set import limit_set
     from nsmaps.dynamics.orbit import orbit
 
@@ -96,38 +98,43 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 def _pair(pair: OrbitPair) -> dict[str, Any]:
     ends = {"start": finite(pair.start), "exact": finite(pair.exact.states[-1])}
     found = {"exact": pair.ends, "composite": pair.composite_ends}
-    attractors = {of: _ending(made) for of, made in found.items() if made is not None}
+    attractors = {of: _limit_set(limit_set) for of, limit_set in found.items() if limit_set is not None}
     ends |= {"composite": finite(pair.composite.states[-1])} if pair.composite else {}
     return ends | ({"attractor": attractors} if attractors else {})
 
 
-def _ending(made: "LimitSet") -> dict[str, Any]:
-    """What an orbit ends on: the states of a cycle, and the hull of all that it visits."""
-    pairs = [[value.real, value.imag] for value in made.multipliers.tolist()]
-    hull = np.stack([made.states.min(axis=0), made.states.max(axis=0)], axis=1)
+def _limit_set(limit_set: "LimitSet") -> dict[str, Any]:
+    """The numbers of a limit set: the states of a cycle, the hull of all states, stability."""
+    pairs = [[value.real, value.imag] for value in limit_set.multipliers.tolist()]
+    hull = np.stack([limit_set.states.min(axis=0), limit_set.states.max(axis=0)], axis=1)
     where = {
-        "states": [finite(state) for state in made.states] if made.period else None,
+        "states": [finite(state) for state in limit_set.states] if limit_set.period else None,
         "hull": [finite(side) for side in hull],
     }
-    about = {"period": made.period, "looked_to": made.looked, "label": made.label, "words": " ".join(made.words)}
-    exponent, error = finite([made.exponent, made.exponent_error])
-    return about | where | {"multipliers": pairs, "stable": made.stable, "exponent": exponent, "exponent_error": error}
+    about = {
+        "period": limit_set.period,
+        "looked_to": limit_set.looked,
+        "label": limit_set.label,
+        "words": " ".join(limit_set.words),
+    }
+    exponent, error = finite([limit_set.exponent, limit_set.exponent_error])
+    return about | where | {"multipliers": pairs, "stable": limit_set.stable, "exponent": exponent, "exponent_error": error}
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    """Of every orbit, what each map makes of it and, where there are two maps, whether they end on the same."""
+    """For every orbit, whether it completes all returns under each map, and whether both have the same attractor."""
     coordinates = result.system.coordinates
     for pair in result.orbits:
         name = f"orbit from {point(coordinates, pair.start)}"
-        yield Verdict(f"{name}: keeps returning", EXACT, *_returning(result, pair.exact, pair.ends))
+        yield Verdict(f"{name}: completes all returns", EXACT, *_returning(result, pair.exact, pair.ends))
         if pair.composite is not None:
             returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
-            yield Verdict(f"{name}: keeps returning", "composite map", *returning)
+            yield Verdict(f"{name}: completes all returns", "composite map", *returning)
             yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
 
 
 def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", fitted: bool = False) -> tuple[bool, bool, str]:
-    """Whether an orbit has an image at every return, that nobody requires it, and what it ends on or where it ended."""
+    """Whether an orbit completes all returns: confirmed, not required, text with its limit set or its last state."""
     coordinates = result.system.coordinates
     alive = np.isfinite(orbit.states).all(axis=-1)
     returns = len(orbit.states) - 1
@@ -135,28 +142,29 @@ def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", f
         text = f"yes: after {returns} returns at {point(coordinates, orbit.states[-1])}"
         return True, False, f"{text}; {ends.text}{beyond(result, ends)}" if ends else text
     last = int(np.argmin(alive)) - 1
-    reason = astray(result, orbit, last) if fitted else Outcome(int(orbit.outcome[last])).advice
+    reason = no_image(result, orbit, last) if fitted else Outcome(int(orbit.outcome[last])).advice
     return False, False, f"no: after {last} of {returns} returns at {point(coordinates, orbit.states[last])}. {reason}"
 
 
 def _same(result: "StudyResult", pair: OrbitPair) -> tuple[bool, bool, str]:
-    """Whether both orbits end on sets of one period that may be one, that nobody requires it, and by what."""
+    """Whether both orbits have the same attractor: confirmed, not required, text with the distance."""
     from nsmaps.dynamics.attractors.distance import hausdorff
 
     exact, other = pair.ends, pair.composite_ends
     if exact is None or other is None:
         which = "neither map's" if exact is other else "the exact map's" if exact is None else "the composite map's"
-        return False, False, f"no: {which} orbit {'keeps' if exact is other else 'does not keep'} returning"
+        return False, False, f"no: {which} orbit {'completes' if exact is other else 'does not complete'} all returns"
     scale = _scale(result, pair)
-    apart = hausdorff(exact.states, other.states, exact.coordinates, scale, np.inf)
-    text = f"{_short(exact)} of the exact map, {_short(other)} of the composite map, {apart:.2g} of the extents apart"
+    distance = hausdorff(exact.states, other.states, exact.coordinates, scale, np.inf)
+    text = f"{_short(exact)} of the exact map, {_short(other)} of the composite map"
+    text = f"{text}, at a distance of {distance:.2g} relative to the extents"
     if _alike(exact, other, scale):
         return True, False, f"yes: {text}"
     return False, False, f"no: {text}; {_also(result, len(pair.exact.states) - 1, (exact, other), scale)}"
 
 
 def _alike(one: "LimitSet", other: "LimitSet", scale: Floats) -> bool:
-    """Whether two sets on which orbits end have one period, and their states are near, or those of samples may be of one set."""
+    """Whether two limit sets have the same period and close states, or samples that may be of the same set."""
     from nsmaps.dynamics.attractors.attractor import kept, may_be_one
 
     sets = (kept(end.coordinates, end.states, end.period, end.label, SAME, scale) for end in (one, other))
@@ -164,7 +172,7 @@ def _alike(one: "LimitSet", other: "LimitSet", scale: Floats) -> bool:
 
 
 def _also(result: "StudyResult", returns: int, ends: "tuple[LimitSet, LimitSet]", scale: Floats) -> str:
-    """Which of the attractors of two orbits that end on different ones, exact first, is also the other map's."""
+    """A statement on which of two different attractors, exact first, is also one of the other map."""
     reduced, (exact, other) = result.reduced, ends
     also = reduced is not None and _stays(reduced, exact, returns, scale), _stays(result.system, other, returns, scale)
     if all(also):
@@ -172,11 +180,11 @@ def _also(result: "StudyResult", returns: int, ends: "tuple[LimitSet, LimitSet]"
     if not any(also):
         return "neither map stays on the other's attractor"
     ours, theirs = ("exact", "composite") if also[0] else ("composite", "exact")
-    return f"the {ours} map's is an attractor of the {theirs} map too, the {theirs} map's is none of the {ours} map"
+    return f"the {ours} map's is also an attractor of the {theirs} map, the {theirs} map's is not one of the {ours} map"
 
 
 def _stays(map: "ReturnMap", ends: "LimitSet", returns: int, scale: Floats) -> bool:
-    """Whether an orbit of a map from the last state of an attractor ends there, followed for some returns."""
+    """Whether an orbit of a map from the last state of an attractor stays on it for some returns."""
     from nsmaps.dynamics.attractors.limit_set import limit_set
     from nsmaps.dynamics.orbit import orbit
 
@@ -191,7 +199,7 @@ def _short(ends: "LimitSet") -> str:
 
 
 def _scale(result: "StudyResult", pair: OrbitPair) -> Floats:
-    """The sides of the study's grid, or the extents of the exact orbit where there is none, shape (n,)."""
+    """The sides of the study's grid, or without a grid the extents of the exact orbit, shape (n,)."""
     from nsmaps.dynamics.attractors.distance import extents
 
     if result.study.grid:

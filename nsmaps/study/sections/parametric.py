@@ -31,7 +31,7 @@ class ParametricSection(BaseModel):
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")
     order: int = Field(4, ge=0, le=20)
-    nodes: int | None = Field(None, ge=1, le=100)  #: twice the order and one if omitted
+    nodes: int | None = Field(None, ge=1, le=100)  #: one more than twice the order if omitted
     require: tuple[Literal["follows"], ...] = ()
     _in_order = model_validator(mode="after")(in_order)
 
@@ -44,7 +44,7 @@ class ParametricSection(BaseModel):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its parametric map."""
+    """The fields of a result for parametric map."""
 
     parametric: "ParametricMap | None" = None
 
@@ -58,14 +58,14 @@ def _bind(spec: ParametricSection, binding: "Binding") -> None:
 
 
 def _compute(spec: ParametricSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Made from the maps at its nodes, held against refits half-way between them."""
+    """The parametric map from the maps at its nodes, compared with refits between them."""
     ends = (spec.low, spec.high)
     nodes = chebyshev_nodes(*ends, spec.nodes or 2 * spec.order + 1)
     with plan.study.source.located(("parametric",)):
         at_nodes = {value: composite for value, composite, _ in refits(plan, spec.parameter, nodes, 0)}
-        made = parametric_map(at_nodes, spec.parameter, *ends, spec.order)
+        map = parametric_map(at_nodes, spec.parameter, *ends, spec.order)
         held = refits(plan, spec.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), 1)
-        return {"parametric": replace(made, report=report_on(made, held) if held[0][2] else None)}
+        return {"parametric": replace(map, report=report_on(map, held) if held[0][2] else None)}
 
 
 def _describe(spec: ParametricSection, study: "Study") -> str:
@@ -78,29 +78,31 @@ def _size(spec: ParametricSection, study: "Study", system: "ImpactSystem") -> Si
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """Its largest errors over all values held out, one of each output, by piece."""
-    made = result.parametric
-    if made is None:
+    """The largest errors over all held-out values, one per output, by piece."""
+    map = result.parametric
+    if map is None:
         return {}
-    report = made.report
+    report = map.report
     worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "difference")}
     names = () if report is None else report.names
     pieces = {name: {key: finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
-    ends = {"parameter": made.parameter, "from": made.low, "to": made.high, "condition": made.condition}
+    ends = {"parameter": map.parameter, "from": map.low, "to": map.high, "condition": map.condition}
     held = [] if report is None else report.values.tolist()
-    return {"parametric": ends | {"nodes": made.nodes.tolist(), "held_out": held, "pieces": pieces}}
+    return {"parametric": ends | {"nodes": map.nodes.tolist(), "held_out": held, "pieces": pieces}}
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    made, section = result.parametric, result.study.parametric
-    if made is None or section is None or made.report is None or not made.report.names:
+    map, section = result.parametric, result.study.parametric
+    if map is None or section is None or map.report is None or not map.report.names:
         return
-    report = made.report
+    report = map.report
     share = report.difference / report.refit
     k, h, i = np.unravel_index(np.argmax(share), share.shape)
-    apart = f"{report.difference[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
-    where = f"at worst ({made.coordinates.names[i]} of {report.names[k]} at {made.parameter} = {report.values[h]:.4g})"
-    text = f"{yes(report.follows)}: {where} {apart}; {len(report.values)} values held out"
+    difference = (
+        f"{report.difference[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
+    )
+    where = f"at worst ({map.coordinates.names[i]} of {report.names[k]} at {map.parameter} = {report.values[h]:.4g})"
+    text = f"{yes(report.follows)}: {where} {difference}; {len(report.values)} values held out"
     yield Verdict("parametric: follows", "parametric map", report.follows, "follows" in section.require, text)
 
 

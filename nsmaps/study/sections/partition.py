@@ -1,4 +1,4 @@
-"""The section `partition`: the map in place of the exact one, made by itself from a tolerance."""
+"""The section `partition`: the reduced map from a tolerance, by the general algorithm."""
 
 import re
 from collections.abc import Iterator
@@ -30,11 +30,11 @@ MET = "partition: tolerance met"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its partition, beside the composite map that it makes."""
+    """The fields of a result for the partition, besides its composite map."""
 
-    partition: "PartitionResult | None" = None  #: how the composite map was found, if the study has a partition
-    accurate: "AccurateResult | None" = None  #: the same of the kind `accurate`, in place of a composite map
-    speed: "Speed | None" = None  #: of the composite map that a partition made, beside the exact one
+    partition: "PartitionResult | None" = None  #: the result of the general algorithm
+    accurate: "AccurateResult | None" = None  #: the result of the kind `accurate`, without a composite map
+    speed: "Speed | None" = None  #: of the reduced map, compared with the exact one
 
 
 def _stands_for(spec: Partition) -> tuple[str, ...]:
@@ -47,31 +47,31 @@ def _needs(spec: Partition) -> Iterator[Need]:
 
 def _check(spec: Partition, study: "Study") -> None:
     if study.composite:
-        text = "'partition' makes the pieces of 'composite'; expected: one of the two"
+        text = "'partition' determines the pieces of 'composite'; expected: one of the two"
         raise study.source.error(("partition",), text)
 
 
 def is_of_partition(study: "Study", map: str) -> bool:
-    """Whether the map of a domain is that of pieces which the partition names, as R1; whether there is one, the run shows."""
+    """Whether the map of a domain is named as the pieces of a partition are, such as R1; it may not exist."""
     return study.partition is not None and (map == ATTRACTING or bool(re.fullmatch(r"R\d+", map)))
 
 
-def attracting_of(made: PartitionResult) -> "PolyMap | CompositeMap":
-    """The polynomials of the attracting piece, or the composite map of several."""
-    attracting = made.attracting_map
+def attracting_of(found: PartitionResult) -> "PolyMap | CompositeMap":
+    """The map of the attracting piece, or the composite map of several."""
+    attracting = found.attracting_map
     return attracting.pieces[0].map if len(attracting.pieces) == 1 else attracting
 
 
 def _compute(spec: Partition, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Steps ii to vii by themselves."""
+    """Steps ii to vii of the general algorithm."""
     grid = plan.bound["grid"]
     with plan.study.source.located(("partition",)):
         box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
-        made = partition(plan.system, grid, spec, progress=plan.jobs.progress)
-    if not isinstance(made, PartitionResult):
-        return {"accurate": made, "speed": speeds(plan.system, made.map(plan.system), box)}
-    speed = speeds(plan.system, made.composite, box)
-    return {"partition": made, "composite": made.composite, "speed": speed, **judged(plan, result, made.composite)}
+        found = partition(plan.system, grid, spec, progress=plan.jobs.progress)
+    if not isinstance(found, PartitionResult):
+        return {"accurate": found, "speed": speeds(plan.system, found.map(plan.system), box)}
+    speed = speeds(plan.system, found.composite, box)
+    return {"partition": found, "composite": found.composite, "speed": speed, **judged(plan, result, found.composite)}
 
 
 def _describe(spec: Partition, study: "Study") -> str:
@@ -90,30 +90,30 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     return sections
 
 
-def _reached(made: PartitionResult) -> dict[str, Any]:
-    """What the general algorithm reached, and its log as a table."""
-    rows = [asdict(row) | {key: finite(getattr(row, key)) for key in ("r2", "sse", "max_error")} for row in made.log]
-    error, right_next = finite([made.max_error, made.right_next])
+def _reached(found: PartitionResult) -> dict[str, Any]:
+    """The numbers of the general algorithm, and its log as a table."""
+    rows = [asdict(row) | {key: finite(getattr(row, key)) for key in ("r2", "sse", "max_error")} for row in found.log]
+    error, right_next = finite([found.max_error, found.right_next])
     return {
-        "tolerance": made.spec.tolerance,
-        "met": made.met,
-        "attracting": list(made.attracting),
-        "unmet": list(made.unmet),
+        "tolerance": found.spec.tolerance,
+        "met": found.met,
+        "attracting": list(found.attracting),
+        "unmet": list(found.unmet),
         "max_error": error,
-        "held_out": made.points,
-        "covered": made.covered,
-        "uncovered": made.uncovered,
+        "held_out": found.points,
+        "covered": found.covered,
+        "uncovered": found.uncovered,
         "right_next": right_next,
-        "arrives": dict(zip(("exact", "composite"), made.arrives, strict=True)),
+        "arrives": dict(zip(("exact", "composite"), found.arrives, strict=True)),
         "log": rows,
     }
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     required = "tolerance" in result.study.require
-    if (made := result.partition) is not None:
-        yield Verdict(f"{MET} in the attracting regions", MAP, made.met, required, f"{yes(made.met)}: {made.reason}")
-        yield Verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(made))
+    if (found := result.partition) is not None:
+        yield Verdict(f"{MET} in the attracting regions", MAP, found.met, required, f"{yes(found.met)}: {found.reason}")
+        yield Verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(found))
     if (strips := result.accurate) is not None:
         yield Verdict(f"{MET} everywhere (held out)", MAP, strips.met, required, _errors(strips))
     if (speed := result.speed) is not None:
@@ -121,25 +121,25 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         yield Verdict("partition: clearly faster than the exact map", MAP, speed.faster, False, text)
 
 
-def _arrive(made: PartitionResult) -> tuple[bool, bool, str]:
-    exact, composite = made.arrives
-    holds = bool(made.attracting) and composite >= exact
-    shares = f"{100 * composite:.3g} % of random starts end there, under the exact map {100 * exact:.3g} %"
+def _arrive(found: PartitionResult) -> tuple[bool, bool, str]:
+    exact, composite = found.arrives
+    holds = bool(found.attracting) and composite >= exact
+    shares = f"{100 * composite:.3g} % of random starts arrive there, under the exact map {100 * exact:.3g} %"
     return holds, False, f"{yes(holds)}: {shares}"
 
 
-def _errors(made: "AccurateResult") -> str:
-    where = zip(("over the box", "beside edges"), (made.uniform, made.beside), strict=True)
+def _errors(found: "AccurateResult") -> str:
+    where = zip(("over the box", "beside edges"), (found.uniform, found.beside), strict=True)
     errors = [
         f"{e.largest:.2g} at {e.points - e.by_exact_map} states {place} ({e.over or 'none'} over the tolerance)"
         for place, e in where
     ]
-    share = f"the exact map answers for {made.strips.report.exact_share:.2g} of the area"
-    return f"{yes(made.met)}: largest error {' and '.join(errors)}; {share}"
+    share = f"the exact map is used on {found.strips.report.exact_share:.2g} of the area"
+    return f"{yes(found.met)}: largest error {' and '.join(errors)}; {share}"
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The regions that a partition ended with."""
+    """The regions of the final partition."""
     if result.partition is None:
         return
     error = "largest error of " + ", ".join(f"{name}'" for name in result.system.coordinates)

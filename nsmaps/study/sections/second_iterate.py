@@ -28,7 +28,7 @@ class SecondIterateSection(BaseModel):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Again:
-    """What a result has of it, made again from the coefficients of the piece whenever a run is read."""
+    """The fields of a result, recomputed from the coefficients of the piece when a run is read."""
 
     second_iterate: "SecondIterate | None" = None
 
@@ -70,10 +70,10 @@ def _describe(spec: SecondIterateSection, study: "Study") -> str:
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    made = result.second_iterate
-    if made is None:
+    iterate = result.second_iterate
+    if iterate is None:
         return {}
-    return {"second_iterate": {"expr": str(made.expr), "alpha": [float(value) for value in made.alpha]}}
+    return {"second_iterate": {"expr": str(iterate.expr), "alpha": [float(value) for value in iterate.alpha]}}
 
 
 SECOND_ITERATE = Section[SecondIterateSection](

@@ -1,4 +1,4 @@
-"""The section `slices`: first returns along one coordinate, the others held."""
+"""The section `slices`: first returns along one coordinate, at fixed values of the others."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
 
-Cut = tuple[str, Axis, dict[str, float]]  #: which coordinate runs, its values, what the others are held at
+Cut = tuple[str, Axis, dict[str, float]]  #: the coordinate that varies, its values, and the values of the others
 
 
 class SliceSection(BaseModel):
-    """First returns along one coordinate, the others held."""
+    """First returns along one coordinate, at fixed values of the others."""
 
     model_config = SPEC
     at: dict[str, Number]
@@ -36,7 +36,7 @@ Slices = tuple[SliceSection, ...]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its slices."""
+    """The fields of a result for slices."""
 
     slices: "tuple[Slice, ...]" = ()  #: first returns along one coordinate
 
@@ -46,13 +46,13 @@ def _bind(spec: Slices, binding: "Binding") -> tuple[Cut, ...]:
 
 
 def _cut(loc: Loc, section: SliceSection, binding: "Binding") -> Cut:
-    """Every coordinate must run or be held, and none both."""
+    """The cut; raises StudyError unless every coordinate either varies or has a value."""
     ((along, span),) = binding.some_coordinates((*loc, "along"), section.along).items()
     binding.some_coordinates((*loc, "at"), section.at)
     coordinates = binding.system.coordinates
     if {along, *section.at} != set(coordinates) or along in section.at:
         others = ", ".join(name for name in coordinates if name != along)
-        raise binding.study.source.error((*loc, "at"), f"{along!r} runs along the slice; expected in 'at': all of {others}")
+        raise binding.study.source.error((*loc, "at"), f"{along!r} varies along the slice; expected in 'at': all of {others}")
     return along, binding.axis((*loc, "along", along), span), dict(section.at)
 
 

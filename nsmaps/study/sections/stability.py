@@ -1,4 +1,4 @@
-"""The section `stability`: what attracts over two parameters."""
+"""The section `stability`: attractors over two parameters."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class CurveSection(BaseModel):
-    """Where the first event of a kind on a branch lies, over the second parameter."""
+    """The curve of the first event of a kind on a branch, over the second parameter."""
 
     model_config = SPEC
     branch: str
@@ -36,7 +36,7 @@ class CurveSection(BaseModel):
 
 
 class StabilitySection(BaseModel):
-    """What attracts over two parameters: attractors are followed along the first, for each value of the second."""
+    """Attractors over two parameters, followed along the first for each value of the second."""
 
     model_config = SPEC
     was: ClassVar = {"transient": "discard", "longest": "max_period", "follow": "direction"}
@@ -51,25 +51,25 @@ class StabilitySection(BaseModel):
     @model_validator(mode="after")
     def _two(self) -> Self:
         if self.along.parameter == self.across.parameter:
-            raise ValueError(f"'along' and 'across' are both of {self.along.parameter!r}; expected: two parameters")
+            raise ValueError(f"'along' and 'across' have the same parameter {self.along.parameter!r}; expected: two parameters")
         return self
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its stability diagram."""
+    """The fields of a result for stability diagram."""
 
     stability: "StabilityDiagram | None" = None
-    curves: "dict[str, EventCurve]" = field(default_factory=dict)  #: over it, by branch and event
+    curves: "dict[str, EventCurve]" = field(default_factory=dict)  #: of events, by branch and event
 
 
 def _check(spec: StabilitySection, study: "Study") -> None:
-    """A StudyError at the first curve that is of no branch along the first parameter, or given twice."""
+    """Raise StudyError at the first curve without a branch along the first parameter, or given twice."""
     name = spec.along.parameter
-    accepted = [branch.name for branch in study.branches if branch.parameter == name]
+    expected = [branch.name for branch in study.branches if branch.parameter == name]
     for number, curve in enumerate(spec.curves):
         loc = ("stability", "curves", number)
-        study.source.known((*loc, "branch"), curve.branch, accepted, f"branch in {name!r}")
+        study.source.known((*loc, "branch"), curve.branch, expected, f"branch in {name!r}")
         if curve in spec.curves[:number]:
             text = f"the curve of {curve.branch!r} and {curve.event!r} is given twice; expected: each once"
             raise study.source.error(loc, text)
@@ -82,7 +82,7 @@ def _bind(spec: StabilitySection, binding: "Binding") -> Floats:
 
 
 def _compute(spec: StabilitySection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """What attracts over two parameters, and the curves of events over it."""
+    """The stability diagram, and the curves of events."""
     from nsmaps.dynamics.diagrams.stability import stability_diagram
 
     spans = spec.along, spec.across
@@ -92,15 +92,15 @@ def _compute(spec: StabilitySection, plan: "Plan", result: "StudyResult") -> dic
     map_of = Along(plan.system, *(span.parameter for span in spans))
     curves = {}
     with plan.study.source.located(("stability",)):
-        made = stability_diagram(map_of, along, across, plan.bound["stability"], **how, jobs=plan.portion(0, count))
+        diagram = stability_diagram(map_of, along, across, plan.bound["stability"], **how, jobs=plan.portion(0, count))
         for number, each in enumerate(spec.curves, 1):
             curves[f"{each.event} of {each.branch}"] = _curve(plan, result, each, map_of, across)
             beat((number + 1) / count)
-    return {"stability": made, "curves": curves}
+    return {"stability": diagram, "curves": curves}
 
 
 def _curve(plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Along, across: Floats) -> "EventCurve":
-    """An event of a branch over the second parameter: from the value next to the study's own on, to both ends."""
+    """An event of a branch over the second parameter: continued to both ends from the value nearest to the study's own."""
     from nsmaps.dynamics.diagrams.stability import EventCurve, event_curve
 
     number = [section.name for section in plan.study.branches].index(curve.branch)
@@ -127,12 +127,12 @@ def _size(spec: StabilitySection, study: "Study", system: "ImpactSystem") -> Siz
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The share of the points that have each period, and the curves."""
-    made = result.stability
-    if made is None:
+    """The fraction of the points that have each period, and the curves."""
+    diagram = result.stability
+    if diagram is None:
         return {}
     names = {0: "no period found", -1: "no attractor"}
-    shares = {names.get(period, str(period)): made.share(period) for period in np.unique(made.period).tolist()}
+    shares = {names.get(period, str(period)): diagram.share(period) for period in np.unique(diagram.period).tolist()}
     lines = {
         name: {"across": curve.across.tolist(), "values": plain(curve.values), "precision": plain(curve.precision)}
         for name, curve in result.curves.items()
@@ -141,10 +141,10 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    made = result.stability
-    if made is not None and (made.outcome == Outcome.invalid).any() and any(made.reasons):
-        none, why = int((made.outcome == Outcome.invalid).sum()), next(filter(None, made.reasons))
-        yield missing("stability", EXACT, none, f"{made.outcome.size} points", why)
+    diagram = result.stability
+    if diagram is not None and (diagram.outcome == Outcome.invalid).any() and any(diagram.reasons):
+        none, why = int((diagram.outcome == Outcome.invalid).sum()), next(filter(None, diagram.reasons))
+        yield missing("stability", EXACT, none, f"{diagram.outcome.size} points", why)
 
 
 STABILITY = Section[StabilitySection](

@@ -1,4 +1,4 @@
-"""The sections `grid` and `families`: first returns of all states of a grid, and the return surfaces among them."""
+"""The sections `grid` and `families`: first returns of all states of a grid, and return surfaces."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ Families = dict[Name, tuple[str, ...]]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stored:
-    """What a run keeps of its grid."""
+    """The fields of a result for grid."""
 
     returns: "Returns | None" = None  #: the first returns of every state of the grid, of any word and outcome
     surfaces: "dict[str, Surface]" = field(default_factory=dict)
@@ -40,7 +40,7 @@ def _grid(spans: Spans, binding: "Binding") -> Grid:
 
 
 def _compute(spans: Spans, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Step i: every state's first return over the grid, and the surfaces of the families among them."""
+    """Step i: the first return of every state of the grid, and the surfaces of the families."""
     grid: Grid = plan.bound["grid"]
     returns = plan.system.first_return(grid.states())
     families = list(plan.families.values())
@@ -55,14 +55,14 @@ def _describe(spans: Spans, study: "Study") -> str:
 
 
 def surfaces_size(study: "Study", count: float, families: int) -> Size:
-    """The surfaces of some families over so many states."""
+    """The size of the surfaces of some families over so many states."""
     words = [word for family in study.families.values() for word in family]
-    longest = max((LONG if is_pattern(word) else most_returns(word) for word in words), default=1)
-    return Size(RETURN * count * longest, count * (STATE + COPIES * MEMBER * families))
+    max_length = max((LONG if is_pattern(word) else most_returns(word) for word in words), default=1)
+    return Size(RETURN * count * max_length, count * (STATE + COPIES * MEMBER * families))
 
 
 def grid_size(study: "Study") -> Size:
-    """The surfaces of all families of a study over its grid."""
+    """The size of the surfaces of all families of a study over its grid."""
     return surfaces_size(study, states(study.grid), max(1, len(study.families)))
 
 
@@ -84,15 +84,15 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 
 
 def bind_family(name: str, words: Sequence[str], binding: "Binding") -> WordFamily:
-    """A family, whose words must be returns of the system."""
+    """A family; raises StudyError unless its words are returns of the system."""
     walls, source = binding.system.wall_names, binding.study.source
     for number, word in enumerate(words):
         loc = ("families", name, number)
         with source.located(loc):
             encode(letters_of(word), walls)
         if not (letters_of(word).startswith(walls[0]) and len(word) > 1):
-            accepted = f"expected: words that begin on the base wall {walls[0]!r} and end on it or in its release"
-            raise source.error(loc, f"the word {word!r} is no return; {accepted}")
+            expected = f"expected: words that begin on the base wall {walls[0]!r} and end on it or in its release"
+            raise source.error(loc, f"the word {word!r} is not a return; {expected}")
     with source.located(("families", name), WordFamily, words=""):
         return WordFamily(name=name, words=tuple(words))
 

@@ -1,7 +1,6 @@
 """The folder of a run: study.yaml (as resolved), result.json (numbers, verdicts, versions) and arrays.npz.
 
-Figures are redrawn from the arrays as they were computed, never from a second run. Every file appears whole or not at
-all, result.json last.
+Figures are drawn from the stored arrays. Every file is replaced as a whole, result.json last.
 """
 
 import json
@@ -35,22 +34,22 @@ from nsmaps.study.result import KEPT, StudyResult
 from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Verdict
 from nsmaps.study.store.renewed import renewed
-from nsmaps.study.store.run_folder import RECORD, replace_results, settle
+from nsmaps.study.store.run_folder import RECORD, move_ready, replace_results
 from nsmaps.study.store.serialize import Arrays, decode, encode
 from nsmaps.study.study import Study
 from nsmaps.study.summary import numbers
 
 FORMAT = 3
-LARGEST = 2**30  #: bytes of a record
+LARGEST = 2**30  #: largest number of bytes of a record
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")
 
 
 class BrokenRun(NsmapsError):
-    """A file of a run is missing or cut off."""
+    """A file of a run is missing or incomplete."""
 
 
 def versions() -> dict[str, str]:
-    """The versions of Python, of nsmaps and of what it is built on, without importing any of them."""
+    """The versions of Python, of nsmaps and of its dependencies, without importing them."""
     found = {"python": platform.python_version(), "platform": platform.platform()}
     for package in PACKAGES:
         with suppress(PackageNotFoundError):
@@ -59,27 +58,27 @@ def versions() -> dict[str, str]:
 
 
 def versions_of(system: str) -> dict[str, str]:
-    """The versions, and the package that gives a system, or the system's file."""
+    """The versions, and the package that defines a system, or the system's file."""
     given_by = system if is_file(system) else owner_of(entry_of(system))
     return {**versions(), "system": given_by}
 
 
 def resolved(study: Study) -> str:
-    """The study as YAML with every number worked out; it reads back as the same study."""
+    """The study as YAML with all expressions evaluated; reading it yields the same study."""
     text = StringIO()
     yaml = YAML()
     yaml.default_flow_style = None
     yaml.width = 120
-    told = study.model_dump(mode="json", by_alias=True, exclude_defaults=True)
-    if study.expected_failures:  # texts for keys, which ruamel breaks between lines in flow style, as no reader takes them
-        told["expected_failures"] = CommentedMap(study.expected_failures)
-        told["expected_failures"].fa.set_block_style()
-    yaml.dump(told, text)
+    content = study.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    if study.expected_failures:  # in flow style ruamel breaks long keys, which cannot be read back
+        content["expected_failures"] = CommentedMap(study.expected_failures)
+        content["expected_failures"].fa.set_block_style()
+    yaml.dump(content, text)
     return text.getvalue()
 
 
 def write(result: StudyResult, folder: Path) -> None:
-    """Write a result's files to a folder, which is made if it is not there; what was drawn of an earlier result goes."""
+    """Write a result's files to a folder, which is created if needed; figures of an earlier result are removed."""
     arrays: Arrays = {}
     objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
     study = resolved(result.study).encode()
@@ -92,14 +91,14 @@ def _digest(content: bytes) -> str:
 
 
 def amend(result: StudyResult, folder: Path) -> None:
-    """Write what was found of a result afterwards to its folder too: timings, and what could not be drawn of it."""
+    """Update the record of a result in its folder: timings, and figures that could not be drawn."""
     record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     found = {"timings": result.timings, "undrawn": result.undrawn}
     replace_file(folder / RECORD, json.dumps(record | found, indent=1).encode())
 
 
 def _record(result: StudyResult) -> dict[str, Any]:
-    """What result.json says to a reader."""
+    """The summary in result.json."""
     return {
         "format": FORMAT,
         "study": result.study.name,
@@ -116,22 +115,24 @@ def _record(result: StudyResult) -> dict[str, Any]:
 
 
 def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False) -> StudyResult:
-    """The result of a run from its folder; its second iterate is expanded again from the coefficients kept.
+    """The result of a run from its folder; its second iterate is recomputed from the stored coefficients.
 
-    A run of a system in a file runs that file; with `installed_only` it is refused.
+    A system in a file is executed; with `installed_only` it is refused.
 
-    Raises NsmapsError when the folder holds no finished result, one of another format, or another study than the run wrote there.
+    Raises:
+        NsmapsError: the folder has no result, a result in another format, or a study that was changed after the run.
     """
     place = Path(folder)
-    with suppress(OSError):  # it may be read only
-        settle(place)
+    with suppress(OSError):  # the folder may be read-only
+        move_ready(place)
     if not (place / "result.json").is_file():
-        raise NsmapsError(f"{place} holds no result.json; expected: a folder that `nsmaps run` wrote")
+        raise NsmapsError(f"{place} contains no result.json; expected: a folder written by `nsmaps run`")
     with _whole(place / "result.json"):
         record = json_of(text_of(place / "result.json", LARGEST))
     _check_format(place, record)
     with _whole(place / "study.yaml"):
-        if record.get("study_sha256") not in (None, _digest((place / "study.yaml").read_bytes())):  # None: of before it was kept
+        digests = None, _digest((place / "study.yaml").read_bytes())  # None: written by a version that did not store it
+        if record.get("study_sha256") not in digests:
             raise ValueError("it is not as the run wrote it")
         study = read_study(place / "study.yaml", str(record.get("study")), installed_only, lambda data: renewed(data, Study))
     with _whole(place / "arrays.npz"):
@@ -140,13 +141,13 @@ def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False)
         return _again(_result(study, _Record.model_validate(record), loaded))
     except NsmapsError:
         raise
-    except Exception as error:  # a record that no run wrote can be wrong in every way
+    except Exception as error:  # a record that was not written by a run can have any error
         why = " ".join(f"{type(error).__name__}: {error}".split())
         raise NsmapsError(f"{place} is of format {FORMAT}, but not as this nsmaps reads it: {why}; {_writer(record)}") from error
 
 
 class _Record(BaseModel):
-    """What result.json must say to be read; what it says to a reader besides is left alone."""
+    """The required keys of result.json; other keys are ignored."""
 
     verdicts: tuple[Verdict, ...]
     timings: dict[str, float]
@@ -159,12 +160,12 @@ class _Record(BaseModel):
 def _result(study: Study, record: _Record, arrays: Arrays) -> StudyResult:
     """The result of a record and its arrays."""
     kept: dict[str, Any] = {Study.was.get(name, name): decode(value, arrays) for name, value in record.objects.items()}
-    told = {name: getattr(record, name) for name in _Record.model_fields if name != "objects"}
-    return StudyResult(study, study.system_object(), **told, **kept)
+    content = {name: getattr(record, name) for name in _Record.model_fields if name != "objects"}
+    return StudyResult(study, study.system_object(), **content, **kept)
 
 
 def _again(result: StudyResult) -> StudyResult:
-    """The result with what no file keeps, made again from what is kept."""
+    """The result with the fields that are not stored, recomputed from those that are."""
     for section in SECTIONS:
         if section.again and section.name in result.timings:
             result = replace(result, **section.again(result))
@@ -172,37 +173,37 @@ def _again(result: StudyResult) -> StudyResult:
 
 
 def _loaded(file: Path) -> Arrays:
-    """The arrays of a file, of which none is pickled, and which are no larger than the memory that a run may need."""
+    """The arrays of a file; raises unless they are plain and smaller than the limit of memory."""
     with zipfile.ZipFile(file) as packed:
-        size, most = sum(part.file_size for part in packed.infolist()) / GIGABYTE, memory_limit()
-    if size > most:
-        raise NsmapsError(f"{size:.3g} GB of arrays; expected: at most {most:.3g}, or what NSMAPS_MAX_MEMORY tells")
+        size, limit = sum(part.file_size for part in packed.infolist()) / GIGABYTE, memory_limit()
+    if size > limit:
+        raise NsmapsError(f"{size:.3g} GB of arrays; expected: at most {limit:.3g}, or the value of NSMAPS_MAX_MEMORY")
     with np.load(file, allow_pickle=False) as arrays:
         return {name: arrays[name] for name in arrays.files}
 
 
 @contextmanager
 def _whole(file: Path) -> Iterator[None]:
-    """A file of a run that is missing or cut off is an error that says what to do."""
+    """Raise BrokenRun for a file of a run that is missing or incomplete."""
     try:
         yield
     except StudyError:
         raise
     except (OSError, EOFError, ValueError, RuntimeError, MemoryError, LookupError, zipfile.BadZipFile, zlib.error) as error:
         what = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
-        raise BrokenRun(f"{file} {what}; expected: a folder as `nsmaps run` wrote it; run the study again") from error
+        raise BrokenRun(f"{file} {what}; expected: a folder written by `nsmaps run`; run the study again") from error
 
 
 def _check_format(place: Path, record: Any) -> None:
-    """An error unless a record is of the format that is read here."""
+    """Raise NsmapsError unless a record has a format that this version reads."""
     found = record.get("format") if isinstance(record, dict) else None
     if found != FORMAT:
         newer = isinstance(found, int) and found > FORMAT
-        what = "a newer nsmaps reads it" if newer else "no nsmaps that was released wrote it; run the study again"
+        what = "a newer nsmaps reads it" if newer else "no released version of nsmaps wrote it; run the study again"
         raise NsmapsError(f"{place / 'result.json'} has format {found!r}; expected: {FORMAT}; {what}; {_writer(record)}")
 
 
 def _writer(record: Any) -> str:
-    """Which version wrote a record, as it says."""
+    """The version that wrote a record, according to the record."""
     versions = record.get("versions") if isinstance(record, dict) else None
     return f"written by nsmaps {versions.get('nsmaps') if isinstance(versions, dict) else 'of an unknown version'}"

@@ -1,4 +1,4 @@
-"""What is finished of a run that is not: a file a step in the run's folder, until the result is written."""
+"""The finished steps of an unfinished run: one file per step in the run's folder, until the result is written."""
 
 import json
 from dataclasses import replace
@@ -13,33 +13,34 @@ from nsmaps.storage import replace_file
 from nsmaps.study.result import KEPT, StudyResult
 from nsmaps.study.store.serialize import Arrays, decode, encode
 
-PARTS = "parts"  #: the folder of a run's folder with what is finished of a run that is not
-STEP = "step"  #: the key of an array with the text of what is no array
+PARTS = "parts"  #: the folder of finished steps inside a run's folder
+STEP = "step"  #: the key of an array with the JSON text of the step
 
 
 def keep_step(result: StudyResult, name: str, changes: dict[str, Any], folder: Path) -> None:
-    """Write what a step has changed in a result into the run's folder, if it can be read back."""
+    """Write the fields that a step has changed into the run's folder, if they can be read back."""
     if not set(changes) <= set(KEPT):
         return
     arrays: Arrays = {}
     objects = {field: encode(value, field, arrays) for field, value in changes.items()}
-    text = json.dumps({"of": _told(result), "seconds": result.timings[name], "objects": objects})
+    text = json.dumps({"of": _identity(result), "seconds": result.timings[name], "objects": objects})
     (folder / PARTS).mkdir(parents=True, exist_ok=True)
     replace_file(_file(folder, name), packed({**arrays, STEP: np.array(text)}))
 
 
 def with_steps(result: StudyResult, names: list[str], folder: Path) -> StudyResult:
-    """The result with the steps that are kept in the run's folder; one whose file is broken is not among them.
+    """The result with the finished steps in the run's folder, except for those whose files are damaged.
 
-    Raises NsmapsError where they are steps of another study, or of other versions.
+    Raises:
+        NsmapsError: they are steps of another study, or of other versions.
     """
     for name in names:
         arrays = read_arrays(_file(folder, name))
         if arrays is not None and name not in result.timings:
             step = json.loads(str(arrays.pop(STEP)))
-            if step["of"] != _told(result):
+            if step["of"] != _identity(result):
                 raise NsmapsError(
-                    f"{folder} holds steps of a run of another study, or by other versions, than {result.study.name!r} now; "
+                    f"{folder} contains steps of a run of another study, or of other versions, than {result.study.name!r} now; "
                     "expected: the same study, system and versions, or a run from the beginning"
                 )
             changes = {field: decode(value, arrays) for field, value in step["objects"].items()}
@@ -51,6 +52,6 @@ def _file(folder: Path, name: str) -> Path:
     return folder / PARTS / f"{name}.npz"
 
 
-def _told(result: StudyResult) -> str:
-    """Of what study, and by which versions, a step is."""
+def _identity(result: StudyResult) -> str:
+    """The study and the versions of a step, as text."""
     return json.dumps([result.study.model_dump(mode="json", by_alias=True, exclude_defaults=True), result.versions])

@@ -6,13 +6,14 @@ from nsmaps.complaints import bare, inside
 
 
 def renewed(data: Any, model: Any) -> Any:
-    """The content of a study's file, each key of a model, and each figure, under the name that the model's `was` gives it."""
+    """The content of a study's file with current keys, figures and claims, by the names in `was` of each model."""
     if isinstance(data, list):
         return [renewed(item, inside(model, 0)) for item in data]
     if not isinstance(data, dict):
         return data
     was = getattr(bare(model), "was", {})
     named = {was.get(key, key): value for key, value in data.items()}
-    if isinstance(named.get("figures"), list):
-        named["figures"] = [was.get(name, name) if isinstance(name, str) else name for name in named["figures"]]
+    for key in ("figures", "require"):
+        if isinstance(named.get(key), list):
+            named[key] = [was.get(word, word) if isinstance(word, str) else word for word in named[key]]
     return {key: renewed(value, inside(model, str(key))) for key, value in named.items()}

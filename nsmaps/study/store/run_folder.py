@@ -1,4 +1,4 @@
-"""The folder of a run: whose it is, and what commands wrote into it beside the results."""
+"""The folder of a run: its study, and the files that commands wrote besides the results."""
 
 import json
 import os
@@ -12,40 +12,40 @@ from nsmaps.storage import replace_file, unfinished
 
 RECORD = "result.json"
 RESULTS = ("study.yaml", "arrays.npz", RECORD)
-LISTED = "written.txt"  #: the paths of what was drawn and exported from the results, a line each
+LISTED = "written.txt"  #: the paths of figures and exports of the results, one per line
 
 
-READY = ".ready"  #: a folder inside with files of a result that are whole, and are moved to their places
-BEGIN = '{\n "format": '  #: how a record begins
+READY = ".ready"  #: a folder inside with the complete files of a result, before they are moved
+BEGIN = '{\n "format": '  #: the first characters of a record
 
 
 def check_folder(folder: Path, study: str) -> None:
-    """Refuse a folder that cannot be, that holds a run of another study, or files of a run's names that no run wrote.
+    """Raise NsmapsError for a folder that is not valid, of another study, or with files that no run wrote.
 
-    What a program that was killed had ready is moved to its place before.
+    Complete files of a program that was killed are moved to their places before.
     """
     if odd := odd_character(os.fspath(folder)):
         raise NsmapsError(f"the character {odd} in the name of a folder; expected: a name without control characters")
     there = next(path for path in (folder, *folder.parents, Path()) if os.path.lexists(path))
     if not (os.path.isdir(there) and os.access(there, os.W_OK)):
-        raise NsmapsError(f"{there} is no folder that can be written to; expected: one that can, or the name of one to be made")
+        raise NsmapsError(f"{there} is not a writable folder; expected: a writable folder, or the name of a new one")
     with writable(folder):
-        settle(folder)
+        move_ready(folder)
         with unfinished(folder):
             pass
-    accepted = "expected: a folder of this study's own, or one that is empty or not there"
+    expected = "expected: a folder of this study, an empty folder, or a new one"
     if (folder / RECORD).is_file():
         found = study if _is_cut_off(folder / RECORD) else _study_of(folder / RECORD)
         if found is None:
-            raise NsmapsError(f"{folder / RECORD} is there, and no run wrote it; {accepted}")
+            raise NsmapsError(f"{folder / RECORD} exists, and no run wrote it; {expected}")
         if found != study:
-            raise NsmapsError(f"{folder} holds a run of {found!r}, and would become one of {study!r}; {accepted}")
+            raise NsmapsError(f"refusing to overwrite a run of {found!r} in {folder} with {study!r}; {expected}")
     elif (folder / "study.yaml").exists() and not (folder / "arrays.npz").exists():
-        raise NsmapsError(f"{folder / 'study.yaml'} is there, and no run wrote it; the run's own would replace it; {accepted}")
+        raise NsmapsError(f"{folder / 'study.yaml'} exists, and no run wrote it; refusing to overwrite it; {expected}")
 
 
 def _study_of(record: Path) -> str | None:
-    """The name of the study that a record is of, as it says."""
+    """The name of the study of a record."""
     try:
         data = json.loads(record.read_text(encoding="utf-8"))
     except (ValueError, RecursionError):
@@ -55,23 +55,23 @@ def _study_of(record: Path) -> str | None:
 
 
 def _is_cut_off(record: Path) -> bool:
-    """Whether a file is what a broken disk left of a record."""
+    """True if a file is an incomplete record."""
     text = record.read_bytes().decode(errors="replace")
     return not text.strip("\0 \n") or (text.startswith(BEGIN) and _study_of(record) is None)
 
 
 def replace_results(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Replace the files of a result, all or none, whatever stops the program; what was drawn of the earlier result goes."""
-    settle(folder)
+    """Replace the files of a result, all or none, even if the program is stopped; figures of the earlier result are removed."""
+    move_ready(folder)
     with unfinished(folder) as beside:
         for name, content in contents.items():
             replace_file(beside / name, content)
         beside.rename(folder / READY)
-    settle(folder)
+    move_ready(folder)
 
 
-def settle(folder: Path) -> None:
-    """Move files of a result that are ready to their places, the record last, if there are any."""
+def move_ready(folder: Path) -> None:
+    """Move the complete files of a result to their places, the record last, if there are any."""
     if not (folder / READY / RECORD).is_file():
         return
     clear(folder)
@@ -83,46 +83,46 @@ def settle(folder: Path) -> None:
 
 @contextmanager
 def writable(folder: Path) -> Iterator[None]:
-    """Where a run's folder cannot be written the error says what is kept and how to go on."""
+    """Raise NsmapsError for an OSError inside, with what is stored and how to resume."""
     try:
         yield
     except OSError as error:
         raise NsmapsError(
-            f"{folder} cannot be written to ({error.strerror or error}); expected: room on the disk, and the right to write. "
-            "What was finished before is kept there: go on with --resume"
+            f"{folder} cannot be written to ({error.strerror or error}); expected: free space and write permission. "
+            "The finished steps are stored there: resume with --resume"
         ) from error
 
 
 @contextmanager
 def listed(folder: Path, part: Path) -> Iterator[Path]:
-    """A folder to write into, whose files are moved to the folder `part` at the end, whole or not at all.
+    """A folder to write into, whose files are moved to the folder `part` at the end, all or none.
 
-    Those that are then inside the run's folder are listed, and before they are there: so they go with the results they are of.
+    Files inside the run's folder are listed first, so that they are removed with the results.
     """
     with unfinished(part) as beside:
         yield beside
-        made = sorted(path.name for path in beside.iterdir())
+        names = sorted(path.name for path in beside.iterdir())
         root, place = folder.resolve(), part.resolve()
-        inside = [(place / name).relative_to(root).as_posix() for name in made] if place.is_relative_to(root) else []
+        inside = [(place / name).relative_to(root).as_posix() for name in names] if place.is_relative_to(root) else []
         if inside and (folder / RECORD).is_file():
             replace_file(folder / LISTED, "".join(f"{path}\n" for path in sorted({*files_of(folder), *inside})).encode())
-        for name in made:
+        for name in names:
             (beside / name).replace(part / name)
 
 
 def clear(folder: Path) -> None:
-    """Remove what speaks of earlier results: the record, the report, and what is listed; nothing else."""
+    """Remove the record, the report and the listed files of earlier results, and nothing else."""
     root = folder.resolve()
     for name in (RECORD, "report.html", *files_of(folder), LISTED):
         path = folder / name
         if os.path.lexists(path) and not os.path.isdir(path) and path.resolve().is_relative_to(root):
             path.unlink(missing_ok=True)
             if path.parent != folder:
-                with suppress(OSError):  # not there, or with something else in it
+                with suppress(OSError):  # missing, or with other files
                     path.parent.rmdir()
 
 
 def files_of(folder: Path) -> list[str]:
-    """The paths in a run's folder of what was drawn and exported from its results."""
+    """The paths of the figures and exports in a run's folder."""
     path = folder / LISTED
     return path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []

@@ -1,6 +1,6 @@
-"""Results as plain data and back: dataclasses, named tuples and specs of nsmaps as JSON, their arrays apart under readable names.
+"""Results as plain data and back: dataclasses, named tuples and specs of nsmaps as JSON, their arrays under readable names.
 
-Only classes of nsmaps are ever made from a file, and a file's text is never evaluated.
+Only classes of nsmaps are instantiated from a file, and no text of a file is evaluated.
 """
 
 import math
@@ -16,8 +16,8 @@ from pydantic import BaseModel
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import NsmapsError
 
-KIND = "$"  #: the key that marks what is not plain JSON
-STORED = {  #: the classes that a file may name, by module; a class may move to another module, its name stays as it is
+KIND = "$"  #: the key of the kind of a value that is not plain JSON
+STORED = {  #: classes that a file may name, by module; files contain the name alone
     "coordinates": ("Coordinates",),
     "cells.grid": ("Cells",),
     "cells.morse_sets": ("Level", "MorseCover", "Trap"),
@@ -69,7 +69,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def encode(value: Any, path: str, arrays: Arrays) -> Any:
-    """The value as JSON; its arrays are put into `arrays` under their path in it, such as `domains/fitted/boxes`."""
+    """The value as JSON; its arrays are added to `arrays` under their path, such as `domains/fitted/boxes`."""
     if isinstance(value, np.generic):
         value = value.item()
     if value is None or isinstance(value, bool | int) or type(value) is str:
@@ -91,7 +91,7 @@ def encode(value: Any, path: str, arrays: Arrays) -> Any:
 
 
 def decode(data: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
-    """The value of an encoded one."""
+    """The value that `encode` turned into `data`."""
     if isinstance(data, list):
         return [decode(item, arrays) for item in data]
     if not isinstance(data, dict):
@@ -113,7 +113,7 @@ def decode(data: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
 
 
 def _label(item: Any, number: int) -> str:
-    """An item's own name, where it has one, else its number."""
+    """The name of an item, or its number if it has none."""
     name = _members(item).get("name") if is_dataclass(item) else None
     return name if isinstance(name, str) else str(number)
 
@@ -123,7 +123,7 @@ def _members(value: Any) -> dict[str, Any]:
         return {name: list(texts) for name, texts in value.plain.items()}
     if isinstance(value, BaseModel):
         return dict(value)
-    if isinstance(value, tuple):  # a named one
+    if isinstance(value, tuple):  # a named tuple
         return dict(zip(type(value).__annotations__, value, strict=True))
     return {field.name: getattr(value, field.name) for field in fields(value)}
 
@@ -132,12 +132,12 @@ def _stored_name(value: Any) -> str:
     cls = type(value)
     if HOME.get(cls.__name__) != cls.__module__:
         name = f"{cls.__module__}.{cls.__name__}"
-        raise NsmapsError(f"{name} cannot be kept in a file; expected: results and specs of nsmaps")
+        raise NsmapsError(f"{name} cannot be stored in a file; expected: results and specs of nsmaps")
     return cls.__name__
 
 
 def stored_class(stored: str) -> Any:
-    """The class of a stored name; before it was the name alone, a module and a colon stood before it."""
+    """The class of a stored name, which in earlier files follows a module and a colon."""
     name = stored.rpartition(":")[2]
     name = FORMER.get(name, name)
     if name not in HOME:
