@@ -167,7 +167,7 @@ def test_escape_flips_and_what_is_no_state_are_data():
     none = basins(TwoWells(), np.empty((0, 2)))
     assert none.label.shape == (0,)
     assert none.attractors == ()
-    with pytest.raises(NsmapsError, match="no grid"):
+    with pytest.raises(NsmapsError, match="the starts are not a grid, so they have no neighbours"):
         made.edges()
 
 

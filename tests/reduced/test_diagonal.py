@@ -72,10 +72,10 @@ def test_only_gentle_slopes_attract():
     assert 0 < expected.sum() < attracting(near, surface).sum()
 
 
-def test_within_restricts():
+def test_a_region_restricts():
     surface = surface_of(lambda v, phi: (v, phi))
-    for within in (Where(text="phi < pi/2", coordinates=NAMES), Box(coordinates=NAMES, bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
-        keep = attracting(Diagonal(delta=1.2, within=within), surface)
+    for region in (Where(text="phi < pi/2", coordinates=NAMES), Box(coordinates=NAMES, bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
+        keep = attracting(Diagonal(delta=1.2, region=region), surface)
         np.testing.assert_array_equal(keep, surface.start[:, 1] < math.pi / 2)
 
 

@@ -48,7 +48,7 @@ def test_the_long_run_says_parameter_range_points_and_returns() -> None:
     assert told["lyapunov"] == f"5 values of a from 0.2 to 0.4, 100 + 50 returns each; {5 * 150} returns with derivatives"
     assert told["basins"] == "20 x 30 states, up to 7 returns each; at most 4,200 returns"
     assert told["noise"] == (
-        "2 sizes, 3 realisations of 12 returns each, and impacts at 2 values of a from 0.2 to 0.4, 6 + 5 returns each; "
+        "2 amplitudes, 3 realisations of 12 returns each, and impacts at 2 values of a from 0.2 to 0.4, 6 + 5 returns each; "
         f"{2 * 3 * 12 + 4 * 2 * 11} returns"
     )
 

@@ -217,14 +217,14 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     along, start, values = Along(made.system, "r"), [4.19, 0.5], np.linspace(0.8, 1.2, 5)
     if section == "stability":
         assert told.text == (
-            "no: none at 12 of 15 points, as there is no map at any of 5 values; "
+            "no: none at 12 of 15 points; there is no map at any of 5 values; "
             "at 0.8: Ball: a is -0.5; expected: greater than 0"
         )
         assert made.stability is not None
         assert (made.stability.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
         assert "less than or equal to 1" in made.stability.reasons[2]
         return
-    assert told.text.startswith("no: none at 2 of 5 values, as Ball: r is 1.1; expected: less than or equal to 1"), told.text
+    assert told.text.startswith("no: none at 2 of 5 values; Ball: r is 1.1; expected: less than or equal to 1"), told.text
     if section == "bifurcation":
         each = made.bifurcation["exact"]
         assert np.array_equal(each.states[:3], bifurcation(along, values[:3], start, 4, 9).states)

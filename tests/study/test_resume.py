@@ -307,7 +307,7 @@ def test_a_disk_that_is_full_at_the_end_loses_no_step_and_no_earlier_result(good
 
     with monkeypatch.context() as patch:
         patch.setattr(folders, "replace_file", full)
-        with pytest.raises(NsmapsError, match=r"^out cannot be written to \(No space left on device\); .* go on with --resume$"):
+        with pytest.raises(NsmapsError, match=r"^out cannot be written to \(No space left on device\); .* resume with --resume$"):
             run("s.yaml", out="out")
     assert {path.name: path.read_bytes() for path in Path("out").iterdir() if path.is_file()} == before
     assert {path.stem for path in Path("out/parts").iterdir()} == {"system", "surfaces", "composite", "orbits", "domains"}
@@ -317,6 +317,6 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_computed(mon
     Path("s.yaml").write_text(good)
     Path("file").write_text("")
     made = made_by(monkeypatch)
-    with pytest.raises(NsmapsError, match=r"^file is no folder that can be written to"):
+    with pytest.raises(NsmapsError, match=r"^file is not a writable folder"):
         run("s.yaml", out="file/out")
     assert made == []

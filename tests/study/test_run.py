@@ -507,5 +507,5 @@ def test_a_file_of_a_run_that_is_cut_off_or_missing(whole: StudyResult, name: st
         with pytest.raises(NsmapsError, match=rf"{name} cannot be read \(.*\); expected: a folder written by `nsmaps run`"):
             read_result("out")
     file.unlink()
-    with pytest.raises(NsmapsError, match=f"{name} is missing|holds no {name}"):
+    with pytest.raises(NsmapsError, match=f"{name} is missing|contains no {name}"):
         read_result("out")

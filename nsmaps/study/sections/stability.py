@@ -88,7 +88,7 @@ def _compute(spec: StabilitySection, plan: "Plan", result: "StudyResult") -> dic
     spans = spec.along, spec.across
     along, across = (np.linspace(span.low, span.high, span.points) for span in spans)
     count = 1 + len(spec.curves)
-    how: Any = {"longest": spec.max_period, "transient": spec.discard, "follow": spec.direction}
+    how: Any = {"max_period": spec.max_period, "discard": spec.discard, "direction": spec.direction}
     map_of = Along(plan.system, *(span.parameter for span in spans))
     curves = {}
     with plan.study.source.located(("stability",)):
