@@ -1,0 +1,211 @@
+"""Random first returns of systems with modes against a plain integrator: python tests/bench/words.py [STARTS].
+
+The integrator shares nothing with nsmaps but the formulas of the class: Runge-Kutta steps of order 4, and an event wherever a
+function of the mode is negative at the end of a step, found by bisection. Where a word differs it is computed again with steps
+of a tenth and of a hundredth; what still differs is listed with both words and with clearance and slowest event of the return.
+"""
+
+import sys
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import sympy as sp
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from hybrid import SYSTEMS, numbers, reference, system
+
+STEPS, LONGEST, FINER = 100, 40, (10, 100)  # a radian of the forcing, radians, finer steps for those that differ
+T = sp.Symbol("t", real=True)
+
+
+@dataclass(frozen=True)
+class Plain:
+    """The formulas of a system as functions of time and states, arrays of one column a motion."""
+
+    system: object
+
+    @cached_property
+    def states(self):
+        return SimpleNamespace(**{name: sp.Symbol(name, real=True) for name in self.system.states})
+
+    def function(self, expr):
+        made = sp.lambdify((T, *vars(self.states).values()), expr, "numpy")
+        return lambda t, y: np.broadcast_to(made(t, *y), t.shape)
+
+    @cached_property
+    def modes(self):
+        given = self.system.modes(T, self.states)
+        return {name: [self.function(rates[state]) for state in self.system.states] for name, rates in given.items()}
+
+    @cached_property
+    def guards(self):
+        rows = []
+        for name, guard in self.system.guards(T, self.states).items():
+            reset = [self.function(guard.reset.get(state, y)) for state, y in vars(self.states).items()]
+            letter = name[0] if guard.letter is None else guard.letter
+            where = [self.function(one) for one in guard.where]
+            rows.append((name, guard.watched, self.function(guard.function), where, reset, guard.to, letter, guard.ends))
+        return rows
+
+    def step(self, mode, t, y, h):
+        """One Runge-Kutta step of order 4."""
+        rates = lambda t, y: np.array([f(t, y) for f in self.modes[mode]])  # noqa: E731
+        a = rates(t, y)
+        b = rates(t + h / 2, y + h / 2 * a)
+        c = rates(t + h / 2, y + h / 2 * b)
+        return y + h / 6 * (a + 2 * b + 2 * c + rates(t + h, y + h * c))
+
+
+def returns(plain, t, y, mode, h, longest):
+    """The first returns of motions just after an event of the section: words, and time and states at the section."""
+    names = plain.system.section(T, plain.states)
+    sections = (names.guards,) if isinstance(names.guards, str) else tuple(names.guards)
+    n, word, mode = len(t), np.full(len(t), "", object), np.array(mode, object)
+    t, y, h, done = t.copy(), y.copy(), np.full(len(t), h), np.zeros(len(t), bool)
+    start, armed = t.copy(), {row[0]: np.zeros(n, bool) for row in plain.guards}
+    image = np.full((len(y) + 1, n), np.nan)
+    while not done.all():
+        for name in plain.modes:
+            own = np.flatnonzero((mode == name) & ~done)
+            if not len(own):
+                continue
+            new = plain.step(name, t[own], y[:, own], h[own])
+            first, which = np.ones(len(own)), np.full(len(own), -1)
+            for k, (label, watched, function, *_) in enumerate(plain.guards):
+                if name not in watched:
+                    continue
+                value = function(t[own] + h[own], new)
+                falls = (value < 0) & armed[label][own]
+                armed[label][own] |= value > 0
+                low, high = np.zeros(len(own)), np.ones(len(own))
+                for _ in range(50 if falls.any() else 0):
+                    middle = (low + high) / 2
+                    some = own[falls]
+                    there = function(
+                        t[some] + middle[falls] * h[some], plain.step(name, t[some], y[:, some], middle[falls] * h[some])
+                    )
+                    low[falls], high[falls] = (
+                        np.where(there > 0, middle[falls], low[falls]),
+                        np.where(there > 0, high[falls], middle[falls]),
+                    )
+                sooner = falls & (high < first)
+                first[sooner], which[sooner] = high[sooner], k
+            y[:, own] = plain.step(name, t[own], y[:, own], first * h[own])
+            t[own] += first * h[own]
+            for k in np.unique(which[which >= 0]):
+                happen(plain, k, own[which == k], (t, y, mode, word, done, image, armed), sections, names.side)
+        late = (t - start > longest) & ~done
+        done |= late
+        word[late] = "late"
+    return word, image
+
+
+def happen(plain, k, rows, motion, sections, side):
+    """The event of a function: that of the first guard with it whose conditions hold."""
+    t, y, mode, word, done, image, armed = motion
+    left = rows
+    for name, watched, _, where, reset, to, letter, ends in plain.guards[k:]:
+        if name != plain.guards[k][0] and not (where and plain.guards[k][3]):
+            continue
+        left = left[np.isin(mode[left].astype(str), watched)]
+        holds = np.ones(len(left), bool)
+        for condition in where:
+            holds &= condition(t[left], y[:, left]) >= 0
+        own, left = left[holds], left[~holds]
+        if not len(own):
+            continue
+        after = np.array([f(t[own], y[:, own]) for f in reset])
+        ending = name in sections
+        if ending:
+            image[:, own] = np.vstack([t[own], y[:, own] if side == "before" else after])
+        y[:, own] = after
+        word[own] = word[own] + letter
+        mode[own] = to or mode[own]
+        done[own] |= ending or ends
+        for other, _, function, *_ in plain.guards:
+            value = function(t[own], y[:, own])
+            armed[other][own] = value > 1e-9 * (1 + np.abs(y[:, own]).max(axis=0))
+
+
+def main(count):
+    for name in SYSTEMS:
+        given = reference(name)
+        for key, parameters in given["parameters"].items():
+            rows = np.array([numbers(row["start"]) for row in given["returns"] if row["params"] == key])
+            if len(rows) > 1:
+                compare(f"{name} {key}", system(name, parameters), rows, count)
+
+
+def compare(title, made, rows, count):
+    rng = np.random.default_rng(11)
+    starts = rng.uniform(rows.min(axis=0), rows.max(axis=0), (count, rows.shape[1]))
+    found = made.first_return(starts)
+    plain = Plain(made)
+    unit = 1 / made.phase_rate() if made.phase_rate() else float(made._kernel().table.steps.min())
+    known = found.valid & (found.time < LONGEST * unit)
+    starts, found = starts[known], found.select(np.flatnonzero(known))
+    words, images = again(plain, made, starts, unit / STEPS, 2 * LONGEST * unit)
+    differ = np.flatnonzero(words != found.words)
+    for finer in FINER:
+        if len(differ):
+            words[differ], images[:, differ] = again(plain, made, starts[differ], unit / STEPS / finer, 2 * LONGEST * unit)
+        differ = np.flatnonzero(words != found.words)
+    near = made.itineraries(starts[differ])
+    left = [
+        (words[k], found.words[k], f"{c:.1e}", f"{s:.1e}") for k, c, s in zip(differ, near.clearance, near.slowest, strict=True)
+    ]
+    same = words == found.words
+    gap = np.array(
+        [images[1 + made.states.index(c)] if c in made.states else images[0] * made.phase_rate() for c in made.coordinates]
+    ).T
+    off = np.abs(made._kernel().coordinates.difference(gap, found.image))[same]
+    print(
+        f"{title}: {len(starts)} returns, {len(differ)} words differ, images differ by {np.median(off):.1e} in the median",
+        *left,
+        flush=True,
+    )
+
+
+def again(plain, made, starts, h, longest):
+    """Words and images by the plain integrator, from the states of nsmaps just after the section's event."""
+    t, y, mode, letters = begun(plain, made, starts)
+    words, image = returns(plain, t, y, mode, h, longest)
+    return np.array([a + b for a, b in zip(letters, words, strict=True)]), image
+
+
+def begun(plain, made, starts):
+    """Time, states and mode just after the event of the section, from its coordinates."""
+    section = made.section(T, plain.states)
+    sections = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
+    phase = [k for k, name in enumerate(made.coordinates) if name not in made.states]
+    t = starts[:, phase[0]] / made.phase_rate() if phase else np.zeros(len(starts))
+    chosen = {name: starts[:, k] for k, name in enumerate(made.coordinates)}
+    y = np.full((len(made.states), len(starts)), np.nan)
+    guards = made.guards(T, plain.states)
+    symbols = vars(plain.states)
+    for k, state in enumerate(made.states):
+        if state in chosen:
+            y[k] = chosen[state]
+        elif state in section.states:
+            known = np.nan_to_num(y)
+            y[k] = plain.function(section.states[state])(t, known)
+    for k, state in enumerate(made.states):
+        if np.isnan(y[k]).any():
+            solved = sp.solve(guards[sections[0]].function, symbols[state])[0]
+            y[k] = plain.function(solved)(t, np.nan_to_num(y))
+    mode, letters, left = np.full(len(t), "", object), np.full(len(t), "", object), np.ones(len(t), bool)
+    for name, watched, _, where, reset, to, letter, _ in plain.guards:
+        if name not in sections or not left.any():
+            continue
+        holds = left & np.all([condition(t, y) >= 0 for condition in where] or [left], axis=0)
+        if made.section(T, plain.states).side == "before":
+            y[:, holds] = np.array([f(t, y) for f in reset])[:, holds]
+        mode[holds], letters[holds], left = to or watched[0], letter, left & ~holds
+    return t, y, mode, letters
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10_000)
