@@ -144,7 +144,6 @@ def attracting_domain(
     reason = why if found is None else _reason(map, done, moved, tolerance, maps.status)
     if invariant and len(done) < updates and moved > REST:
         reason += f"; stopped after {max_seconds:g} s, with update {len(done)} of {updates}"
-    accuracy = _accuracy(maps, start, done[-1])
     return AttractingDomain(
         of=of or (error.of if error is not None else name_of(map)),
         coordinates=Coordinates(map.coordinates),
@@ -154,7 +153,7 @@ def attracting_domain(
         converged=invariant and moved <= (tolerance if len(done) == updates else REST),
         status=maps.status,
         reason=reason if invariant else _why_not(map, reason, start, error),
-        **_limits(done[-1], _drawn(map, maps, done[-1].box, samples), accuracy, invariant),
+        **_limits(done[-1], _drawn(map, maps, done[-1].box, samples), _accuracy(maps, start, done[-1]), invariant),
     )
 
 

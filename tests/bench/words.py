@@ -1,8 +1,8 @@
-"""Random first returns of systems with modes against a plain integrator: python tests/bench/words.py [STARTS].
+"""Random first returns of systems with modes against a plain integrator: python tests/bench/words.py [STARTS [SYSTEM ...]].
 
 The integrator shares nothing with nsmaps but the formulas of the class: Runge-Kutta steps of order 4, and an event wherever a
 function of the mode is negative at the end of a step, found by bisection. Where a word differs it is computed again with steps
-of a tenth and of a hundredth; what still differs is listed with both words and with clearance and slowest event of the return.
+of a tenth and of a hundredth, short after events. What still differs is listed: both words, clearance and slowest event.
 """
 
 import sys
@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from hybrid import SYSTEMS, numbers, reference, system
 
 STEPS, LONGEST, FINER = 100, 40, (10, 100)  # a radian of the forcing, radians, finer steps for those that differ
+GROWTH, FIRST = 0.2, 1e-6  # steps after an event, for those: at most a share of the time since then, and of a step at first
 T = sp.Symbol("t", real=True)
 
 
@@ -59,15 +60,16 @@ class Plain:
         return y + h / 6 * (a + 2 * b + 2 * c + rates(t + h, y + h * c))
 
 
-def returns(plain, t, y, mode, h, longest):
+def returns(plain, t, y, mode, h, longest, careful):
     """The first returns of motions just after an event of the section: words, and time and states at the section."""
     names = plain.system.section(T, plain.states)
     sections = (names.guards,) if isinstance(names.guards, str) else tuple(names.guards)
     n, word, mode = len(t), np.full(len(t), "", object), np.array(mode, object)
-    t, y, h, done = t.copy(), y.copy(), np.full(len(t), h), np.zeros(len(t), bool)
+    t, y, done, since, whole = t.copy(), y.copy(), np.zeros(n, bool), t.copy(), h
     start, armed = t.copy(), {row[0]: np.zeros(n, bool) for row in plain.guards}
     image = np.full((len(y) + 1, n), np.nan)
     while not done.all():
+        h = np.minimum(whole, np.maximum(GROWTH * (t - since), FIRST * whole)) if careful else np.full(n, whole)
         for name in plain.modes:
             own = np.flatnonzero((mode == name) & ~done)
             if not len(own):
@@ -96,6 +98,7 @@ def returns(plain, t, y, mode, h, longest):
             y[:, own] = plain.step(name, t[own], y[:, own], first * h[own])
             t[own] += first * h[own]
             for k in np.unique(which[which >= 0]):
+                since[own[which == k]] = t[own[which == k]]
                 happen(plain, k, own[which == k], (t, y, mode, word, done, image, armed), sections, names.side)
         late = (t - start > longest) & ~done
         done |= late
@@ -130,8 +133,8 @@ def happen(plain, k, rows, motion, sections, side):
             armed[other][own] = value > 1e-9 * (1 + np.abs(y[:, own]).max(axis=0))
 
 
-def main(count):
-    for name in SYSTEMS:
+def main(count, only):
+    for name in only or SYSTEMS:
         given = reference(name)
         for key, parameters in given["parameters"].items():
             rows = np.array([numbers(row["start"]) for row in given["returns"] if row["params"] == key])
@@ -151,7 +154,7 @@ def compare(title, made, rows, count):
     differ = np.flatnonzero(words != found.words)
     for finer in FINER:
         if len(differ):
-            words[differ], images[:, differ] = again(plain, made, starts[differ], unit / STEPS / finer, 2 * LONGEST * unit)
+            words[differ], images[:, differ] = again(plain, made, starts[differ], unit / STEPS / finer, 2 * LONGEST * unit, True)
         differ = np.flatnonzero(words != found.words)
     near = made.itineraries(starts[differ])
     left = [
@@ -169,11 +172,11 @@ def compare(title, made, rows, count):
     )
 
 
-def again(plain, made, starts, h, longest):
+def again(plain, made, starts, h, longest, careful=False):
     """Words and images by the plain integrator, from the states of nsmaps just after the section's event."""
     t, y, mode, letters = begun(plain, made, starts)
-    words, image = returns(plain, t, y, mode, h, longest)
-    return np.array([a + b for a, b in zip(letters, words, strict=True)]), image
+    words, image = returns(plain, t, y, mode, h, longest, careful)
+    return letters + words, image
 
 
 def begun(plain, made, starts):
@@ -208,4 +211,4 @@ def begun(plain, made, starts):
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10_000)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10_000, sys.argv[2:])
