@@ -151,11 +151,11 @@ def compare(title, made, rows, count):
     known = found.valid & (found.time < LONGEST * unit)
     starts, found = starts[known], found.select(np.flatnonzero(known))
     words, images = again(plain, made, starts, unit / STEPS, 2 * LONGEST * unit)
-    differ = np.flatnonzero(words != found.words)
+    differ = others(words, found.words)
     for finer in FINER:
         if len(differ):
             words[differ], images[:, differ] = again(plain, made, starts[differ], unit / STEPS / finer, 2 * LONGEST * unit, True)
-        differ = np.flatnonzero(words != found.words)
+        differ = others(words, found.words)
     near = made.itineraries(starts[differ])
     left = [
         (words[k], found.words[k], f"{c:.1e}", f"{s:.1e}") for k, c, s in zip(differ, near.clearance, near.slowest, strict=True)
@@ -170,6 +170,12 @@ def compare(title, made, rows, count):
         *left,
         flush=True,
     )
+
+
+def others(words, found):
+    """Where words differ; of long ones nsmaps tells the beginning."""
+    pairs = zip(words, found.tolist(), strict=True)
+    return np.flatnonzero([not word.startswith(told[:-3]) if told.endswith("...") else word != told for word, told in pairs])
 
 
 def again(plain, made, starts, h, longest, careful=False):
