@@ -143,33 +143,30 @@ def main(count, only):
 
 
 def compare(title, made, rows, count):
+    starts, found, words, off = judged(made, rows, count)
+    differ = others(words, found.words)
+    near = made.itineraries(starts[differ])
+    margins = zip(differ, near.clearance, near.slowest, strict=True)
+    left = [(words[k], str(found.words[k]), f"{clearance:.1e}", f"{slowest:.1e}") for k, clearance, slowest in margins]
+    told = f"{len(starts)} returns, {len(differ)} words differ, images differ by {np.median(off):.1e} in the median"
+    print(f"{title}: {told}", *left, flush=True)
+
+
+def judged(made, rows, count):
+    """Random starts over the ranges of some, their returns, the words of the integrator, and the differences of images."""
     rng = np.random.default_rng(11)
     starts = rng.uniform(rows.min(axis=0), rows.max(axis=0), (count, rows.shape[1]))
-    found = made.first_return(starts)
-    plain = Plain(made)
+    found, plain = made.first_return(starts), Plain(made)
     unit = 1 / made.phase_rate() if made.phase_rate() else float(made._kernel().table.steps.min())
     known = found.valid & (found.time < LONGEST * unit)
     starts, found = starts[known], found.select(np.flatnonzero(known))
     words, images = again(plain, made, starts, unit / STEPS, 2 * LONGEST * unit)
-    differ = others(words, found.words)
     for finer in FINER:
+        differ = others(words, found.words)
         if len(differ):
             words[differ], images[:, differ] = again(plain, made, starts[differ], unit / STEPS / finer, 2 * LONGEST * unit, True)
-        differ = others(words, found.words)
-    near = made.itineraries(starts[differ])
-    left = [
-        (words[k], found.words[k], f"{c:.1e}", f"{s:.1e}") for k, c, s in zip(differ, near.clearance, near.slowest, strict=True)
-    ]
-    same = words == found.words
-    gap = np.array(
-        [images[1 + made.states.index(c)] if c in made.states else images[0] * made.phase_rate() for c in made.coordinates]
-    ).T
-    off = np.abs(made._kernel().coordinates.difference(gap, found.image))[same]
-    print(
-        f"{title}: {len(starts)} returns, {len(differ)} words differ, images differ by {np.median(off):.1e} in the median",
-        *left,
-        flush=True,
-    )
+    place = [images[1 + made.states.index(c)] if c in made.states else images[0] * made.phase_rate() for c in made.coordinates]
+    return starts, found, words, np.abs(made.coordinates.difference(np.transpose(place), found.image))
 
 
 def others(words, found):

@@ -217,8 +217,7 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     along, start, values = Along(made.system, "r"), [4.19, 0.5], np.linspace(0.8, 1.2, 5)
     if section == "stability":
         assert told.text == (
-            "no: none at 12 of 15 points; there is no map at any of 5 values; "
-            "at 0.8: Ball: a is -0.5; expected: greater than 0"
+            "no: none at 12 of 15 points; there is no map at any of 5 values; at 0.8: Ball: a is -0.5; expected: greater than 0"
         )
         assert made.stability is not None
         assert (made.stability.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
