@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from nsmaps.exact.words import LONGER
 from nsmaps.figures.data import BIFURCATION, section
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import dress, family_colours
+from nsmaps.figures.style import GREY, dress, family_colours
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
@@ -19,7 +19,7 @@ _DOTS: dict[str, Any] = {"ms": 2.6, "mew": 0, "rasterized": True}
 _ROOM = 0.017  #: of the width of a panel that a letter of the name of a motion needs
 _UPRIGHT = 0.024  #: of the width of a panel that a name needs that is written upwards
 _VALUES = 4  #: of the parameter that a window with a name has; beside a doubling, motions that have not converged pass for chaos
-_COLUMNS = 5  #: of words in the legend
+_COLUMNS, _LETTERS = 5, 34  #: of words in the legend: columns, and letters that a row has room for
 _TIGHT: dict[str, Any] = {"handletextpad": 0.0, "columnspacing": 0.7, "borderaxespad": 0.0, "borderpad": 0.0}
 
 
@@ -32,7 +32,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 
 def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: int = 0) -> Axes:
-    """One coordinate of the attractors over the parameter, coloured by the word of the return to each state.
+    """One coordinate of the attractors over the parameter, coloured by the word of the return to each state, further ones grey.
 
     Motions n:m/pT of the first orbit are named above where their interval has the room; grey bands: values without an attractor.
     """
@@ -42,13 +42,19 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     every = {word for each in diagrams.values() for word in np.unique(each.words).tolist() if word}
     colours = family_colours(sorted((word for word in every if LONGER not in word), key=len))
     shown = np.isfinite(diagram.states[..., coordinate])
-    for word in np.unique(words[shown]).tolist():
+    present = np.unique(words[shown]).tolist()
+    named = [word for word in present if colours.get(word, GREY) != GREY]
+    for word in named:
         own = shown & (words == word)
-        ax.plot(values[own], diagram.states[..., coordinate][own], ".", color=colours.get(word, "0.5"), label=word, **_DOTS)
+        ax.plot(values[own], diagram.states[..., coordinate][own], ".", color=colours[word], label=word, **_DOTS)
+    if more := len(present) - len(named):
+        own = shown & ~np.isin(words, named)
+        ax.plot(values[own], diagram.states[..., coordinate][own], ".", color=GREY, label=f"{more} more words", **_DOTS)
     ax.set_xlim(diagram.values.min(), diagram.values.max())
     _name_motions(ax, diagram)
     if shown.any():
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.1), frameon=False, markerscale=4, ncols=_COLUMNS, **_TIGHT)
+        columns = max(1, min(_COLUMNS, _LETTERS // (2 + max(map(len, named), default=0))))
+        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.1), frameon=False, markerscale=4, ncols=columns, **_TIGHT)
     else:
         ax.text(0.5, 0.5, "no attractor", transform=ax.transAxes, ha="center")
     parameter = section(result.study.bifurcation, "bifurcation").parameter
