@@ -71,3 +71,14 @@ def test_a_diagram_without_an_attractor_says_so(result, ax):
     bifurcation(replace(result, bifurcation={"exact": none}), ax)
     assert [text.get_text() for text in ax.texts] == ["no attractor"]
     assert ax.get_legend() is None
+
+
+def test_words_beyond_the_colours_are_one_entry(result, ax):
+    words = ["B" + "T" * k + "B" for k in range(12)]
+    made = diagram(["C"] * 12)
+    codes = np.array([[[encode(word, WALLS)] * 2] for word in words])
+    bifurcation(replace(result, bifurcation={"exact": replace(made, codes=codes)}), ax)
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels[-1] == f"{12 - len(labels) + 1} more words"
+    assert set(labels[:-1]) < set(words)
+    assert sum(len(line.get_xdata()) for line in ax.lines if line.get_label() in labels) == 24
