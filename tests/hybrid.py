@@ -3,12 +3,15 @@
 import json
 from pathlib import Path
 
+import sympy as sp
 from nsmaps_belt import Belt
 from nsmaps_buck_converter import BuckConverter
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
+
+from nsmaps import HybridSystem, Section
 
 DATA = Path(__file__).parent / "data" / "hybrid"
 SYSTEMS = {
@@ -41,3 +44,24 @@ def word(name, found):
     if name == "S5_buck":
         return found if found.endswith("...") else found[:-1]
     return found[1:]
+
+
+class BeforeWall(HybridSystem):
+    """An oscillator before a wall, without the impact."""
+
+    zeta: float
+    w: float
+    A: float
+    wall: float
+    r: float
+
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi / self.w
+
+    def modes(self, t, y):
+        return {"free": {"x": y.v, "v": self.A * sp.cos(self.w * t) - 2 * self.zeta * y.v - y.x}}
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from hybrid import BeforeWall
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_recoil_pair import RecoilPair
@@ -41,28 +42,11 @@ class Ball(HybridSystem):
         return Section("B", ("v", "phi"))
 
 
-class Oscillator(HybridSystem):
+class Oscillator(BeforeWall):
     """The impact oscillator."""
-
-    zeta: float
-    w: float
-    A: float
-    wall: float
-    r: float
-
-    states = ("x", "v")
-
-    def period(self) -> Any:
-        return 2 * sp.pi / self.w
-
-    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-        return {"free": {"x": y.v, "v": self.A * sp.cos(self.w * t) - 2 * self.zeta * y.v - y.x}}
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {"B": Guard("free", self.wall - y.x, reset={"v": -self.r * y.v}, rests="pressed")}
-
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("B", ("v", "phi"))
 
 
 def starts(n: int, fastest: float) -> Any:

@@ -8,6 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from hybrid import BeforeWall
 from nsmaps_impact_oscillator import ImpactOscillator
 
 from nsmaps import Guard, HybridSystem, Section
@@ -88,29 +89,12 @@ class SoftSteel(ImpactOscillator):
         return self.r * speed * sp.Max(1 - speed**2 / 50, sp.Rational(1, 2)) / (1 + speed) ** sp.Rational(1, 5)
 
 
-class SoftSteelByModes(HybridSystem):
+class SoftSteelByModes(BeforeWall):
     """The same as a system with modes."""
-
-    zeta: float
-    w: float
-    A: float
-    wall: float
-    r: float
-
-    states = ("x", "v")
-
-    def period(self) -> Any:
-        return 2 * sp.pi / self.w
-
-    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-        return {"free": {"x": y.v, "v": self.A * sp.cos(self.w * t) - 2 * self.zeta * y.v - y.x}}
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         after = self.r * y.v * sp.Max(1 - y.v**2 / 50, sp.Rational(1, 2)) / (1 + abs(y.v)) ** sp.Rational(1, 5)
         return {"B": Guard("free", self.wall - y.x, reset={"v": -after})}
-
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("B", ("v", "phi"))
 
 
 def test_restitution_by_speed_is_that_of_an_impact_system() -> None:

@@ -68,7 +68,6 @@ class Tables(NamedTuple):
     starts: Any  #: shape (number of starts,), the transition of each
     states: Any  #: shape (number of starts, n, N), the state by that which the coordinates are
     places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
-    plain: bool  #: whether no function has more than its first term zero after an event, and no contact lasts
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,6 @@ def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
         places=np.array(places),
-        plain=bool((functions["on"] <= 1).all() and not any(one.releases for one in definition.transitions)),
     )
 
 
