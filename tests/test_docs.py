@@ -109,6 +109,7 @@ def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
             run_doctest(block, page, namespace)
         elif block.language == "python":
             if named := FILE.match(block.text):
+                Path(named[1]).parent.mkdir(parents=True, exist_ok=True)
                 Path(named[1]).write_text(block.text)
             run_python(block, page, namespace)
 

@@ -13,6 +13,7 @@ import typer
 
 from nsmaps.cli.terminal import BAD, examples, progress_line, reported_errors, summary
 from nsmaps.errors import NsmapsError
+from nsmaps.exports.languages import LANGUAGES
 from nsmaps.figures.catalogue import CATALOGUE
 
 if TYPE_CHECKING:
@@ -200,7 +201,7 @@ def show(folder: Folder, installed_only: InstalledOnly = False) -> None:
 
 def export(
     folder: Folder,
-    to: Annotated[str, typer.Option(metavar="FORMAT", help="latex, python, c, julia, matlab or json.")],
+    to: Annotated[str, typer.Option(metavar="FORMAT", help=f"A language: {', '.join(LANGUAGES)}.")],
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/export", file_okay=False)] = None,
     iterate: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Instead the N-th iterate of one piece, all coordinates.")

@@ -1,10 +1,11 @@
 """A program as C99 with a header: one function for a state, one for many, and one for each polynomial map."""
 
 import math
+from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import C, number
-from nsmaps.exports.program import Part, Program
+from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 HEADER = Template("""/*
 $about
@@ -121,9 +122,10 @@ $none
 """)
 
 
-def c_files(program: Program) -> dict[str, str]:
+def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
     """The header and the source, by file name."""
-    name, pieces = program.name, program.kind == "pieces"
+    program = program_of(result, name, about)
+    pieces = program.kind == "pieces"
     n, m = len(program.inputs), len(program.outputs)
     sizes = [part.tensor.shape[1:] for part in program.parts]
     body = _pieces(program) if pieces else _chain(program)

@@ -22,6 +22,7 @@ from nsmaps.exports.closed_forms import (
     second_of_document,
 )
 from nsmaps.exports.plain_data import Document, coordinates_of, floats, name_of, names_of, number_of, numbers, powers_of
+from nsmaps.exports.program import Exportable
 from nsmaps.reading import json_of, text_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport
@@ -34,21 +35,19 @@ SCHEMA, VERSION = "nsmaps", 1
 TABLE = "MAP"  #: the name of the table in a Python module
 LARGEST = 2**28  #: bytes of a file that is read
 
-AnyMap = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | ClosedMap
 
-
-def document(result: AnyMap) -> Document:
+def document(result: Exportable) -> Document:
     """A map or closed form as plain data: strings, numbers, lists and dictionaries. NsmapsError for a user-defined region."""
     kind = kind_of(result)
     return {"schema": SCHEMA, "version": VERSION, "kind": kind} | KINDS[kind][1](result)
 
 
-def kind_of(result: AnyMap) -> str:
+def kind_of(result: Exportable) -> str:
     """What a map or closed form is called, such as "polynomial map"."""
     return next(kind for kind, (cls, _, _) in KINDS.items() if isinstance(result, cls))
 
 
-def read_map(path: str | os.PathLike[str]) -> AnyMap:
+def read_map(path: str | os.PathLike[str]) -> Exportable:
     """The map or closed form that `export` wrote as JSON (`.json`) or as a Python module (`.py`), the same to the bit.
 
     A module is not executed: its table is read.
@@ -67,7 +66,7 @@ def read_map(path: str | os.PathLike[str]) -> AnyMap:
         raise NsmapsError(f"{file} is not an exported map ({why})") from error
 
 
-def of_document(data: Document) -> AnyMap:
+def of_document(data: Document) -> Exportable:
     """The map or closed form of plain data. NsmapsError for another schema, version or kind."""
     layout = (data.get("schema"), data.get("version")) if isinstance(data, dict) else (None, None)
     if layout != (SCHEMA, VERSION):
@@ -188,7 +187,7 @@ def _parametric_of(data: Document) -> ParametricMap:
     return ParametricMap(name_of(data["parameter"]), *ends, names, walls, pieces, nodes, number_of(data["condition"]), report)
 
 
-Kind = tuple[type, Callable[[Any], Document], Callable[[Document], AnyMap]]
+Kind = tuple[type, Callable[[Any], Document], Callable[[Document], Exportable]]
 KINDS: dict[str, Kind] = {
     "polynomial map": (PolyMap, _polymap, _polymap_of),
     "composite map": (CompositeMap, _composite, _composite_of),

@@ -6,9 +6,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from nsmaps.auxiliary.attracting_domain import AttractingDomain
 from nsmaps.exact.system import ImpactSystem
-from nsmaps.exports.document import AnyMap
 from nsmaps.exports.headers import of_domain, of_study
-from nsmaps.exports.program import identifiers
+from nsmaps.exports.program import Exportable, identifiers
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap
 from nsmaps.symbolic.curve_iterates import HELD, ClosedEnvelope, SecondIterate, envelope_curves
@@ -48,7 +47,7 @@ class Named:
     """A map or closed form with the name of its file."""
 
     name: str
-    map: AnyMap
+    map: Exportable
     about: Sequence[str]  #: lines on what it is of
 
 

@@ -1,9 +1,10 @@
 """A program as a Julia module."""
 
+from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import JULIA, number
-from nsmaps.exports.program import Part, Program
+from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 MODULE = Template('''"""
 $about
@@ -112,8 +113,9 @@ end
 """)
 
 
-def julia_files(program: Program) -> dict[str, str]:
+def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
     """The module, by file name."""
+    program = program_of(result, name, about)
     module = "".join(word.capitalize() for word in program.name.split("_"))
     text = MODULE.substitute(
         about="\n".join(program.about).rstrip().replace("\\", "\\\\").replace("$", "\\$").replace('"', "'"),

@@ -28,7 +28,7 @@ DOCUMENT = r"""%% Written by nsmaps %s.
 SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"} | {c: f"\\{c}" for c in "&%$#_{}"}
 
 
-def latex_files(result: Exportable, name: str, about: Sequence[str] = ()) -> dict[str, str]:
+def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
     """The document, by file name, with lines about where the result is from."""
     if isinstance(result, SecondIterate | HeldIterate):
         title, body = f"Iterate {len(result.curves)} of ${math(result.variable)}$", _iterate(result)

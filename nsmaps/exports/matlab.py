@@ -1,9 +1,10 @@
 """A program as a MATLAB function file, for many states at once; GNU Octave runs it too."""
 
+from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import MATLAB, number
-from nsmaps.exports.program import Part, Program
+from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 WIDE = 8  #: coefficients a line
 
@@ -87,8 +88,9 @@ function value = real_power(x, y)
     value = base .^ y;""")
 
 
-def matlab_files(program: Program) -> dict[str, str]:
+def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
     """The function file, by file name."""
+    program = program_of(result, name, about)
     about = "\n".join(f"%   {line}".rstrip() for line in "\n".join(program.about).rstrip().split("\n"))
     text = FILE.substitute(
         results="[images, pieces]" if program.kind == "pieces" else "images",

@@ -1,12 +1,13 @@
 """A program as a Python module that needs NumPy alone, and evaluates with the very operations of `PolyMap`."""
 
+from collections.abc import Sequence
 from inspect import getsource
 from pprint import pformat
 
 from nsmaps.exports.conditions import PYTHON
 from nsmaps.exports.document import TABLE, document
 from nsmaps.exports.plain_data import Document
-from nsmaps.exports.program import Program
+from nsmaps.exports.program import Exportable, Program, program_of
 from nsmaps.reduced.fit import polymap
 
 HEAD = '''"""{about}
@@ -104,10 +105,11 @@ def {name}(states):
 KINDS = {"map": MAP, "pieces": PIECES, "chain": CHAIN}
 
 
-def python_files(program: Program, data: Document) -> dict[str, str]:
-    """The module, by file name; `data` is the document of what it holds."""
-    result = "images, pieces" if program.kind == "pieces" else "images"
-    usage = f"    {result} = {program.name}(states)  # states: shape (N, {len(program.inputs)})"
+def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
+    """The module, by file name."""
+    program, data = program_of(result, name, about), document(result)
+    images = "images, pieces" if program.kind == "pieces" else "images"
+    usage = f"    {images} = {program.name}(states)  # states: shape (N, {len(program.inputs)})"
     head = HEAD.format(
         about="\n".join(program.about).rstrip().replace("\\", "\\\\").replace('"', "'"),
         usage=usage,

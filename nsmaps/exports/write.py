@@ -1,22 +1,18 @@
 """Any result as files of another language: `nsmaps.export(result, "c")`."""
 
-import json
 import os
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.system import ImpactSystem
-from nsmaps.exports.c import c_files
-from nsmaps.exports.document import KINDS, AnyMap, document, kind_of
+from nsmaps.exports.document import KINDS, kind_of
 from nsmaps.exports.exportables import Finished, held_by
-from nsmaps.exports.headers import described, of_study
-from nsmaps.exports.julia import julia_files
-from nsmaps.exports.latex import latex_files
-from nsmaps.exports.matlab import matlab_files
-from nsmaps.exports.program import identifiers, program_of
-from nsmaps.exports.python import python_files
+from nsmaps.exports.headers import of_study
+from nsmaps.exports.languages import LANGUAGES
+from nsmaps.exports.program import Exportable, identifiers
 from nsmaps.exports.system import system_files
 from nsmaps.symbolic.map_iterates import iterate
 
@@ -59,7 +55,7 @@ def export(
     """
     files = _files(result, format, name)
     _write(files, path)
-    several = len(files) > 1 or not isinstance(result, AnyMap | ImpactSystem)
+    several = len(files) > 1 or not isinstance(result, Exportable | ImpactSystem)
     return files if several else next(iter(files.values()))
 
 
@@ -85,10 +81,11 @@ def _write(files: Mapping[str, str], path: str | os.PathLike[str] | None) -> Non
             (folder / name).write_text(text, encoding="utf-8")
 
 
-def _writer(format: str) -> "Writer":
-    if format not in WRITERS:
-        raise NsmapsError(f"the format {format!r}{near_match(str(format), WRITERS)}; expected: {', '.join(WRITERS)}")
-    return WRITERS[format]
+def _writer(format: str) -> Callable[[Exportable, str, Sequence[str]], dict[str, str]]:
+    """The function that writes a language."""
+    if format not in LANGUAGES:
+        raise NsmapsError(f"the format {format!r}{near_match(str(format), LANGUAGES)}; expected: {', '.join(LANGUAGES)}")
+    return import_module(f"nsmaps.exports.{format}").files
 
 
 def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
@@ -101,7 +98,7 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
         if format != "latex":
             raise NsmapsError(f"an exact system as {format!r}: its map is implicit; expected: 'latex'")
         return system_files(result, name)
-    if isinstance(result, AnyMap):
+    if isinstance(result, Exportable):
         return write(result, name or kind_of(result).replace(" ", "_"), ())
     if not isinstance(result, Finished):
         raise NsmapsError(f"a {type(result).__name__} cannot be exported; expected: {ACCEPTED}")
@@ -116,19 +113,3 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
             "a second iterate (not one of strips, which ask the exact system near edges)"
         )
     return files
-
-
-def _json(result: AnyMap, name: str, about: Sequence[str]) -> dict[str, str]:
-    provenance = {"about": [*about, *described(result)]}
-    return {f"{name}.json": json.dumps(document(result) | provenance, indent=1, allow_nan=False) + "\n"}
-
-
-Writer = Callable[[AnyMap, str, Sequence[str]], dict[str, str]]
-WRITERS: Mapping[str, Writer] = {
-    "latex": latex_files,
-    "python": lambda result, name, about: python_files(program_of(result, name, about), document(result)),
-    "c": lambda result, name, about: c_files(program_of(result, name, about)),
-    "julia": lambda result, name, about: julia_files(program_of(result, name, about)),
-    "matlab": lambda result, name, about: matlab_files(program_of(result, name, about)),
-    "json": _json,
-}

@@ -1,7 +1,7 @@
 """The definition of a section of a study: all of its functions in one record."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from nsmaps.study.estimates import Size
@@ -63,6 +63,7 @@ class Section(Generic[S]):
     default: Any = None  #: `spec` in a study that does not name the section
     step: str = ""  #: the name of its step in a run, if not the key
     stored: type = Nothing  #: a dataclass whose fields a result has, each with its default
+    holds: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  #: classes of stored results, by module below `nsmaps`
     again: Callable[["StudyResult"], dict[str, Any]] | None = None  #: recomputes fields that are not stored
     stands_for: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: keys of the sections that it replaces
     needs: Callable[[S], Iterator[Need]] = _none

@@ -129,6 +129,7 @@ BASINS = Section[BasinsSection](
     key="basins",
     type=BasinsSection | None,
     stored=Stored,
+    holds={"dynamics.attractors.basins": ("Basins", "Boundary")},
     needs=_needs,
     bind=_bind,
     compute=_compute,

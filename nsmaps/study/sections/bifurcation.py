@@ -180,6 +180,7 @@ BIFURCATION = Section[BifurcationSection](
     key="bifurcation",
     type=BifurcationSection | None,
     stored=Stored,
+    holds={"dynamics.diagrams.bifurcation": ("Bifurcation",)},
     needs=_needs,
     check=_check,
     bind=_bind,

@@ -238,6 +238,7 @@ BRANCHES = Section[Branches](
     type=Branches,
     default=(),
     stored=Stored,
+    holds={"dynamics.continuation.events": ("Event",), "dynamics.continuation.branch": ("Branch",)},
     check=_check,
     bind=_bind,
     compute=_compute,

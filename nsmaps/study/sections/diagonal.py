@@ -159,6 +159,7 @@ DIAGONAL = Section[DiagonalSection](
     key="diagonal",
     type=DiagonalSection | None,
     stored=Stored,
+    holds={"reduced.fit.filter_errors": ("NearDiagonals",), "reduced.fit.filter": ("Diagonal", "DiagonalRegion")},
     needs=_needs,
     check=_check,
     bind=_bind,

@@ -204,6 +204,12 @@ DOMAINS = Section[Domains](
     type=Domains,
     default=(),
     stored=Stored,
+    holds={
+        "auxiliary.attracting_domain": ("AttractingDomain",),
+        "auxiliary.envelope": ("Envelope",),
+        "auxiliary.worst_case_limits": ("TwoCycle",),
+        "auxiliary.worst_case": ("Update",),
+    },
     needs=_needs,
     check=_check,
     bind=_bind,

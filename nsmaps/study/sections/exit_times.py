@@ -101,6 +101,7 @@ EXIT_TIMES = Section[ExitTimesSection](
     was="transient",
     type=ExitTimesSection | None,
     stored=Stored,
+    holds={"cells.periodic_points": ("CycleSearch",), "cells.exit_times": ("ExitTimes",)},
     needs=_needs,
     bind=_bind,
     compute=_compute,

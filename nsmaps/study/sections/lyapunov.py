@@ -136,6 +136,7 @@ LYAPUNOV = Section[LyapunovSection](
     key="lyapunov",
     type=LyapunovSection | None,
     stored=Stored,
+    holds={"dynamics.lyapunov": ("Lyapunov", "LyapunovSweep")},
     bind=_bind,
     compute=_compute,
     describe=_describe,

@@ -87,6 +87,7 @@ MORSE = Section[MorseSection](
     key="morse",
     type=MorseSection | None,
     stored=Stored,
+    holds={"cells.morse_sets": ("Level", "MorseCover", "Trap")},
     bind=_bind,
     compute=_compute,
     describe=_describe,

@@ -162,6 +162,12 @@ NOISE = Section[NoiseSection](
     key="noise",
     type=NoiseSection | None,
     stored=Stored,
+    holds={
+        "dynamics.diagrams.impacts": ("ImpactDiagram",),
+        "dynamics.noise.orbits": ("Noise",),
+        "dynamics.noise.residence": ("Residence",),
+        "study.sections.noise": ("NoiseResult",),
+    },
     bind=_bind,
     compute=_compute,
     describe=_describe,

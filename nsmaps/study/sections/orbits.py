@@ -212,6 +212,7 @@ ORBITS = Section[Orbits](
     type=Orbits,
     default=(),
     stored=Stored,
+    holds={"exact.trajectory": ("Track",), "reduced.validation.words": ("Misleads",), "study.sections.orbits": ("OrbitPair",)},
     bind=_bind,
     compute=_compute,
     describe=_describe,

@@ -110,6 +110,7 @@ PARAMETRIC = Section[ParametricSection](
     key="parametric",
     type=ParametricSection | None,
     stored=Stored,
+    holds={"reduced.composite.parametric": ("ParametricMap", "ParametricReport")},
     needs=_needs,
     bind=_bind,
     compute=_compute,

@@ -71,5 +71,13 @@ def _size(spec: Slices, study: "Study", system: "ImpactSystem") -> Size:
 
 
 SLICES = Section[Slices](
-    key="slices", type=Slices, default=(), stored=Stored, bind=_bind, compute=_compute, describe=_describe, size=_size
+    key="slices",
+    type=Slices,
+    default=(),
+    stored=Stored,
+    holds={"exact.surfaces.slice": ("Slice",)},
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
 )

@@ -151,6 +151,7 @@ STABILITY = Section[StabilitySection](
     key="stability",
     type=StabilitySection | None,
     stored=Stored,
+    holds={"dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram")},
     check=_check,
     bind=_bind,
     compute=_compute,

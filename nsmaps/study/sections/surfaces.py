@@ -110,6 +110,7 @@ GRID = Section[Spans](
     type=Spans | None,
     step="surfaces",
     stored=Stored,
+    holds={"exact.surfaces.surface": ("Axis", "Grid", "Surface")},
     bind=_grid,
     compute=_compute,
     describe=_describe,

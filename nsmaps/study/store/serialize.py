@@ -15,56 +15,29 @@ from pydantic import BaseModel
 
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import NsmapsError
+from nsmaps.study.sections import SECTIONS
 
 KIND = "$"  #: the key of the kind of a value that is not plain JSON
-STORED = {  #: classes that a file may name, by module; files contain the name alone
+SHARED = {  #: classes of several sections, by module
     "coordinates": ("Coordinates",),
     "cells.grid": ("Cells",),
-    "cells.morse_sets": ("Level", "MorseCover", "Trap"),
-    "auxiliary.attracting_domain": ("AttractingDomain",),
-    "auxiliary.envelope": ("Envelope",),
-    "cells.periodic_points": ("CycleSearch",),
-    "cells.exit_times": ("ExitTimes",),
-    "auxiliary.worst_case_limits": ("TwoCycle",),
-    "auxiliary.worst_case": ("Update",),
     "dynamics.attractors.attractor": ("Attractor",),
-    "dynamics.attractors.basins": ("Basins", "Boundary"),
-    "dynamics.diagrams.bifurcation": ("Bifurcation",),
     "dynamics.attractors.limit_set": ("LimitSet",),
-    "dynamics.continuation.events": ("Event",),
-    "dynamics.diagrams.impacts": ("ImpactDiagram",),
-    "dynamics.lyapunov": ("Lyapunov", "LyapunovSweep"),
-    "dynamics.noise.orbits": ("Noise",),
     "dynamics.orbit": ("Orbit",),
     "dynamics.periodic": ("PeriodicOrbit",),
-    "dynamics.noise.residence": ("Residence",),
-    "dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram"),
-    "dynamics.continuation.branch": ("Branch",),
     "exact.returns": ("Impacts", "Margin", "Returns"),
-    "exact.surfaces.slice": ("Slice",),
-    "exact.surfaces.surface": ("Axis", "Grid", "Surface"),
-    "exact.trajectory": ("Track",),
-    "reduced.adaptive.accurate": ("AccurateResult",),
     "reduced.composite.composite": ("CompositeMap", "Coverage", "Piece"),
-    "reduced.fit.filter_errors": ("NearDiagonals",),
-    "reduced.fit.filter": ("Diagonal", "DiagonalRegion"),
-    "reduced.adaptive.validate": ("HeldOut",),
-    "reduced.validation.words": ("Misleads",),
-    "reduced.composite.parametric": ("ParametricMap", "ParametricReport"),
-    "reduced.partition.result": ("LogRow", "PartitionResult"),
-    "reduced.partition.spec": ("Partition",),
     "reduced.fit.polymap": ("FitReport", "PolyMap"),
-    "reduced.composite.printed": ("PrintedMap",),
     "reduced.conditions.region": ("Box", "Where"),
-    "reduced.adaptive.slabs": ("Slab",),
-    "reduced.validation.speed": ("Speed",),
-    "reduced.adaptive.kernel": ("Tables",),
-    "reduced.adaptive.surrogate": ("StripReport", "Strips"),
-    "study.sections.noise": ("NoiseResult",),
-    "study.sections.orbits": ("OrbitPair",),
 }
 FORMER = {"Ending": "LimitSet", "Transient": "ExitTimes"}  #: names of classes in earlier files
-HOME = {name: f"nsmaps.{module}" for module, names in STORED.items() for name in names}
+#: the module of every class that a file may name; files contain the name alone
+HOME = {
+    name: f"nsmaps.{module}"
+    for holds in (SHARED, *(section.holds for section in SECTIONS))
+    for module, names in holds.items()
+    for name in names
+}
 Arrays = dict[str, NDArray[Any]]
 
 

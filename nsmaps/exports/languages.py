@@ -1,0 +1,10 @@
+"""The languages of exports: each is its module in this room, whose `files(result, name, about)` gives texts by file name."""
+
+LANGUAGES = (
+    "latex",
+    "python",
+    "c",
+    "julia",
+    "matlab",
+    "json",
+)
