@@ -176,7 +176,7 @@ def test_separable_along_the_papers_curves():
     f = lambda v, phi: (v**2 + 3 * (phi - 0.36) * v, phi + 5 * (v - 0.84) * phi**2)  # noqa: E731
     surface = surface_of(f, v=(0.6, 0.9, 6), phi=(0.15, 0.45, 11))
     assert {round(x, 12) for x in surface.start[:, 0]} >= {0.84}
-    polymap = Separable(degrees={"v": 2, "phi": 2}, along={"phi": 0.352, "v": 0.85}).fit(surface)
+    polymap = Separable(degrees={"v": 2, "phi": 2}, lines={"phi": 0.352, "v": 0.85}).fit(surface)
     step = 0.03 * round((0.352 - 0.15) / 0.03) + 0.15
     np.testing.assert_allclose(list(polymap.monomials("v").values()), [0, 3 * (step - 0.36), 1], atol=1e-12)
     np.testing.assert_allclose(list(polymap.monomials("phi").values()), [0, 1, 0], atol=1e-12)
@@ -196,12 +196,12 @@ def test_separable_over_all_data_is_the_least_squares_mean():
 
 def test_along_a_line_without_data_is_refused():
     surface = surface_of(cubic, phi=(1.1, 2.5, 15))
-    with pytest.raises(FitError, match=r"along: no data within a grid step of phi = 0.35; the data lie in \[1.1, 2.5\]"):
-        Separable(degrees={"v": 2, "phi": 2}, along={"phi": 0.35, "v": 0.75}).fit(surface)
-    with pytest.raises(FitError, match="along: no value of 'phi'"):
-        Separable(degrees={"v": 2, "phi": 2}, along={"v": 0.75}).fit(surface)
-    with pytest.raises(FitError, match="along: no coordinate 'w'"):
-        Separable(degrees={"v": 2, "phi": 2}, along={"phi": 0.35, "w": 0.75}).fit(surface)
+    with pytest.raises(FitError, match=r"lines: no data within a grid step of phi = 0.35; the data lie in \[1.1, 2.5\]"):
+        Separable(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "v": 0.75}).fit(surface)
+    with pytest.raises(FitError, match="lines: no value of 'phi'"):
+        Separable(degrees={"v": 2, "phi": 2}, lines={"v": 0.75}).fit(surface)
+    with pytest.raises(FitError, match="lines: no coordinate 'w'"):
+        Separable(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "w": 0.75}).fit(surface)
 
 
 # ------------------------------------------------------------------------------------------------------- angles

@@ -76,19 +76,19 @@ BAD = {
     ),
     "slice of a coordinate too few": (
         "orbits:",
-        "slices: [{at: {}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
-        "{}, along",
+        "slices: [{at: {}, axis: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
+        "{}, axis",
         "'v' varies along the slice; expected in 'at': all of phi",
     ),
     "slice along a coordinate that is held": (
         "orbits:",
-        "slices: [{at: {v: 1, phi: 0}, along: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
+        "slices: [{at: {v: 1, phi: 0}, axis: {v: {from: 0, to: 1, points: 9}}}]\norbits:",
         "{v: 1, phi: 0}",
         "'v' varies along the slice; expected in 'at': all of phi",
     ),
     "slice upside down": (
         "orbits:",
-        "slices: [{at: {phi: 0}, along: {v: {from: 1, to: 0.5, points: 9}}}]\norbits:",
+        "slices: [{at: {phi: 0}, axis: {v: {from: 1, to: 0.5, points: 9}}}]\norbits:",
         "{from: 1",
         "from 1 to 0.5 is empty; expected: 'from' below 'to'",
     ),
@@ -370,28 +370,28 @@ BAD = {
     ),
     "stability at no value": (
         "require:",
-        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 0}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 0}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}}\nrequire:",
         "0}, across",
         "points is 0; expected: greater than or equal to 2",
     ),
     "stability of values that are none": (
         "require:",
-        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 1.1, to: 1.9, points: 2}, "
+        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 1.1, to: 1.9, points: 2}, "
         "start: {v: 1, phi: 1}}\nrequire:",
         "1.1",
         "r is 1.1; expected: less than or equal to 1",
     ),
     "stability of one parameter": (
         "require:",
-        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
+        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}}\nrequire:",
-        "{along",
-        "'along' and 'across' have the same parameter 'a'; expected: two parameters",
+        "{sweep",
+        "'sweep' and 'across' have the same parameter 'a'; expected: two parameters",
     ),
     "curve of no branch": (
         "require:",
-        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
@@ -399,7 +399,7 @@ BAD = {
     "curve of a branch in another parameter": (
         "require:",
         "branches: [{name: one, parameter: r, from: 0.1, to: 0.9, start: {v: 1, phi: 1}}]\n"
-        "stability: {along: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",

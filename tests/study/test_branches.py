@@ -30,7 +30,7 @@ branches:
 """
 STABILITY = """\
 stability:
-  along: {parameter: a, from: 1.1, to: 1.7, points: 4}
+  sweep: {parameter: a, from: 1.1, to: 1.7, points: 4}
   across: {parameter: r, from: 0.46, to: 0.54, points: 5}
   start: {v: 4.19, phi: 0.5}
   discard: 200
@@ -204,7 +204,7 @@ START = "start: {v: 4.19, phi: 0.5}, discard: 9"
 SWEEPS = {
     "bifurcation": f"bifurcation: {{{RANGE}, {START}, returns: 4}}",
     "lyapunov": f"lyapunov: {{{RANGE}, {START}, returns: 64}}",
-    "stability": f"stability: {{along: {{{RANGE}}}, across: {{parameter: a, from: -0.5, to: 0.5, points: 3}}, {START}}}",
+    "stability": f"stability: {{sweep: {{{RANGE}}}, across: {{parameter: a, from: -0.5, to: 0.5, points: 3}}, {START}}}",
 }
 
 

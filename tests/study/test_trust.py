@@ -253,7 +253,7 @@ BEYOND = {
         "memory",
     ),
     "stability": (
-        "stability: {along: {parameter: a, from: 0.2, to: 0.4, points: 100000}, across: {parameter: r, from: 0.2, to: 0.4, "
+        "stability: {sweep: {parameter: a, from: 0.2, to: 0.4, points: 100000}, across: {parameter: r, from: 0.2, to: 0.4, "
         "points: 100000}, start: {v: 0.3, phi: 1}}\n",
         "memory",
     ),

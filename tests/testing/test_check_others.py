@@ -120,7 +120,7 @@ def test_trial_states_of_a_region_may_be_given():
         Full(degrees={"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}}, absolute=("v",)),
         Full(degrees={}),
         Separable(degrees={"v": 5, "phi": 7}),
-        Separable(degrees={"v": 4, "phi": 3}, along={"v": 0.7, "phi": 1.1}, absolute=("v",)),
+        Separable(degrees={"v": 4, "phi": 3}, lines={"v": 0.7, "phi": 1.1}, absolute=("v",)),
     ],
 )
 def test_fits_that_are_there_pass(fit):

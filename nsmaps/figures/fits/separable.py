@@ -39,7 +39,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str = "") -> Axes:
     """The phase plane of one coordinate: the exact map along one line of the grid, and the separable map.
 
-    The line is the one that the fit is drawn `along`, or else through the median of the states. Grey: all other states of the
+    The line is the one at the fit's `lines`, or else through the median of the states. Grey: all other states of the
     region, of which a separable map knows nothing.
     """
     part = _part(result, piece)
@@ -118,5 +118,5 @@ def _part(result: "StudyResult", piece: str) -> _Part:
     surface = whole.restricted(region.contains(whole.coordinates.wrap(whole.start)))
     start, target = unwrapped(surface)
     medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))
-    fit = Separable(degrees=section(asked.separable, "separable"), along=asked.along or medians, absolute=())
+    fit = Separable(degrees=section(asked.separable, "separable"), lines=asked.lines or medians, absolute=())
     return _Part(spec.name, composite.piece(spec.name).map, fit, surface, start, target)

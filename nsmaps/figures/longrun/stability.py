@@ -27,7 +27,7 @@ _LINES = ("-", "--", ":", "-.")
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: the motions, with the curves of events."""
     diagrams, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
-    names, curves = (asked.along.parameter, asked.across.parameter), result.curves
+    names, curves = (asked.sweep.parameter, asked.across.parameter), result.curves
     return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, (7.2, 4.8)),)
 
 

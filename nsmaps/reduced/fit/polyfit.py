@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -103,8 +103,9 @@ class Full(PolyFit):
 class Separable(PolyFit):
     """Polynomials of one coordinate each, its own: v' = f(v), phi' = g(phi) (remark separable)."""
 
+    was: ClassVar = {"along": "lines"}
     degrees: dict[str, Degree]
-    along: dict[str, Number] | None = Field(
+    lines: dict[str, Number] | None = Field(
         None,
         description="fit each coordinate on the grid line where the others are nearest to these values, the paper's "
         "representative curves (fig. r2approx); on all data if omitted",
@@ -120,16 +121,16 @@ class Separable(PolyFit):
         return np.asarray(powers * (np.array(coordinates) == output), int)
 
     def data(self, surface: Surface, output: str) -> Bools:
-        """The grid line through `along`, or all of the surface."""
+        """The grid line at `lines`, or all of the surface."""
         rows = np.ones(len(surface.start), bool)
         names = surface.coordinates
-        for name in self.along or {}:
-            _known(name, names, "along")
+        for name in self.lines or {}:
+            _known(name, names, "lines")
         for j, name in enumerate(names):
-            if self.along is not None and name != output:
-                if name not in self.along:
-                    raise FitError(f"along: no value of {name!r} to fit {output}' at; expected: {', '.join(names)}")
-                rows &= _line(surface, j, self.along[name])
+            if self.lines is not None and name != output:
+                if name not in self.lines:
+                    raise FitError(f"lines: no value of {name!r} to fit {output}' at; expected: {', '.join(names)}")
+                rows &= _line(surface, j, self.lines[name])
         return rows
 
 
@@ -195,7 +196,7 @@ def _line(surface: Surface, j: int, value: float) -> Bools:
     away = np.abs((nearest_turn(x, value) if surface.coordinates.angles[j] else x) - value)
     if not len(x) or away.min() > 1.001 * step:
         where = f"lie in [{x.min():.6g}, {x.max():.6g}]" if len(x) else "are empty"
-        raise FitError(f"along: no data within a grid step of {name} = {value!r}; the data {where}")
+        raise FitError(f"lines: no data within a grid step of {name} = {value!r}; the data {where}")
     return np.abs(x - x[np.argmin(away)]) < 1e-6 * step
 
 

@@ -46,7 +46,7 @@ def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterato
     found: list[tuple[str, PolyFit, int]] = [("constant", Full(degrees={first: 0, second: 0}, absolute=()), 2)]
     for a in range(highest + 1):
         if separable and a:
-            alone = Separable(degrees={first: a, second: a}, along=None, absolute=())
+            alone = Separable(degrees={first: a, second: a}, lines=None, absolute=())
             found.append(
                 (
                     f"separable {first}:{a} {second}:{a}",

@@ -1,7 +1,7 @@
 """The polynomial of a piece: its keys in a study's file, and its errors."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, Discriminator, Tag, model_validator
 
@@ -32,23 +32,24 @@ class FitSection(BaseModel):
     """The polynomial of a piece: `full` (eq. cubic2dv) or `separable` (remark separable), degrees by coordinate."""
 
     model_config = SPEC
+    was: ClassVar = {"along": "lines"}
     full: Degrees | None = None
     separable: dict[str, Degree] | None = None
-    along: dict[str, Number] | None = None
+    lines: dict[str, Number] | None = None
     absolute: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
         one_of({"full": self.full, "separable": self.separable}, "a fit")
-        if self.along is not None and self.separable is None:
-            raise ValueError("'along' chooses the curves of a separable fit; expected: beside 'separable' only")
+        if self.lines is not None and self.separable is None:
+            raise ValueError("'lines' chooses the curves of a separable fit; expected: beside 'separable' only")
         return self
 
 
 def bind_fit(loc: Loc, section: FitSection, binding: "Binding") -> PolyFit:
     """The fit that a section describes, whose names must be coordinates of the system."""
     source = binding.study.source
-    for key in ("separable", "along"):
+    for key in ("separable", "lines"):
         if getattr(section, key) is not None:
             binding.every_coordinate((*loc, key), getattr(section, key))
     for number, name in enumerate(section.absolute):
@@ -59,7 +60,7 @@ def bind_fit(loc: Loc, section: FitSection, binding: "Binding") -> PolyFit:
         with source.located(loc, FitSection, degrees="full"):
             return Full(degrees=section.full, absolute=section.absolute)
     with source.located(loc, FitSection, degrees="separable"):
-        return Separable(degrees=section.separable or {}, along=section.along, absolute=section.absolute)
+        return Separable(degrees=section.separable or {}, lines=section.lines, absolute=section.absolute)
 
 
 def fit_size(fit: FitSection, states: float) -> Size:

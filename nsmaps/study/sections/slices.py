@@ -1,7 +1,7 @@
 """The section `slices`: first returns along one coordinate, at fixed values of the others."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, Field
 
@@ -27,8 +27,9 @@ class SliceSection(BaseModel):
     """First returns along one coordinate, at fixed values of the others."""
 
     model_config = SPEC
+    was: ClassVar = {"along": "axis"}
     at: dict[str, Number]
-    along: dict[str, Span] = Field(min_length=1, max_length=1)
+    axis: dict[str, Span] = Field(min_length=1, max_length=1)
 
 
 Slices = tuple[SliceSection, ...]
@@ -47,13 +48,13 @@ def _bind(spec: Slices, binding: "Binding") -> tuple[Cut, ...]:
 
 def _cut(loc: Loc, section: SliceSection, binding: "Binding") -> Cut:
     """The cut; raises StudyError unless every coordinate either varies or has a value."""
-    ((along, span),) = binding.some_coordinates((*loc, "along"), section.along).items()
+    ((along, span),) = binding.some_coordinates((*loc, "axis"), section.axis).items()
     binding.some_coordinates((*loc, "at"), section.at)
     coordinates = binding.system.coordinates
     if {along, *section.at} != set(coordinates) or along in section.at:
         others = ", ".join(name for name in coordinates if name != along)
         raise binding.study.source.error((*loc, "at"), f"{along!r} varies along the slice; expected in 'at': all of {others}")
-    return along, binding.axis((*loc, "along", along), span), dict(section.at)
+    return along, binding.axis((*loc, "axis", along), span), dict(section.at)
 
 
 def _compute(spec: Slices, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
@@ -66,7 +67,7 @@ def _describe(spec: Slices, study: "Study") -> str:
 
 
 def _size(spec: Slices, study: "Study", system: "ImpactSystem") -> Size:
-    points = sum(states(section.along) for section in spec)
+    points = sum(states(section.axis) for section in spec)
     return Size(RETURN * points, COPIES * STATE * points)
 
 

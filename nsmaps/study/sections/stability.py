@@ -39,8 +39,8 @@ class StabilitySection(BaseModel):
     """Attractors over two parameters, followed along the first for each value of the second."""
 
     model_config = SPEC
-    was: ClassVar = {"transient": "discard", "longest": "max_period", "follow": "direction"}
-    along: Range
+    was: ClassVar = {"along": "sweep", "transient": "discard", "longest": "max_period", "follow": "direction"}
+    sweep: Range
     across: Range
     start: dict[str, Number]
     discard: int = Field(1000, ge=0)
@@ -50,8 +50,8 @@ class StabilitySection(BaseModel):
 
     @model_validator(mode="after")
     def _two(self) -> Self:
-        if self.along.parameter == self.across.parameter:
-            raise ValueError(f"'along' and 'across' have the same parameter {self.along.parameter!r}; expected: two parameters")
+        if self.sweep.parameter == self.across.parameter:
+            raise ValueError(f"'sweep' and 'across' have the same parameter {self.sweep.parameter!r}; expected: two parameters")
         return self
 
 
@@ -65,7 +65,7 @@ class Stored:
 
 def _check(spec: StabilitySection, study: "Study") -> None:
     """Raise StudyError at the first curve without a branch along the first parameter, or given twice."""
-    name = spec.along.parameter
+    name = spec.sweep.parameter
     expected = [branch.name for branch in study.branches if branch.parameter == name]
     for number, curve in enumerate(spec.curves):
         loc = ("stability", "curves", number)
@@ -76,7 +76,7 @@ def _check(spec: StabilitySection, study: "Study") -> None:
 
 
 def _bind(spec: StabilitySection, binding: "Binding") -> Floats:
-    binding.some_values(("stability", "along"), spec.along)
+    binding.some_values(("stability", "sweep"), spec.sweep)
     binding.some_values(("stability", "across"), spec.across)
     return binding.start(("stability", "start"), spec.start)
 
@@ -85,7 +85,7 @@ def _compute(spec: StabilitySection, plan: "Plan", result: "StudyResult") -> dic
     """The stability diagram, and the curves of events."""
     from nsmaps.dynamics.diagrams.stability import stability_diagram
 
-    spans = spec.along, spec.across
+    spans = spec.sweep, spec.across
     along, across = (np.linspace(span.low, span.high, span.points) for span in spans)
     count = 1 + len(spec.curves)
     how: Any = {"max_period": spec.max_period, "discard": spec.discard, "direction": spec.direction}
@@ -117,13 +117,13 @@ def _curve(plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Alo
 
 
 def _describe(spec: StabilitySection, study: "Study") -> str:
-    values = " x ".join(f"{span.points} values of {span.parameter}" for span in (spec.along, spec.across))
-    return f"{values}; {returns_text(spec.along.points * spec.across.points * (spec.discard + 2 * spec.max_period))}"
+    values = " x ".join(f"{span.points} values of {span.parameter}" for span in (spec.sweep, spec.across))
+    return f"{values}; {returns_text(spec.sweep.points * spec.across.points * (spec.discard + 2 * spec.max_period))}"
 
 
 def _size(spec: StabilitySection, study: "Study", system: "ImpactSystem") -> Size:
     one = Size(VALUE + RETURN * (spec.discard + 10.0 * spec.max_period), COPIES * (STATE + STORED * spec.max_period))
-    return one.times(float(spec.along.points) * spec.across.points)
+    return one.times(float(spec.sweep.points) * spec.across.points)
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
