@@ -9,7 +9,7 @@ the processor.
 
 import pickle
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from hashlib import sha256
 from inspect import get_annotations
@@ -31,6 +31,7 @@ from nsmaps.exact.libraries import EntryCompiler, NamedCompiler, PartCompiler, u
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
+missing: list[Callable[[], None]] = []  #: called when compiled code is not in the folder; they may wait for another process
 FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")  #: packages that their versions identify
 
 
@@ -148,10 +149,14 @@ class _Kept(_Cache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function for arguments of these types, or None."""
         target_context.refresh()
-        content = kept(self._name(sig, target_context.codegen()))
+        name = self._name(sig, target_context.codegen())
+        content = kept(name)
         if content is None:
             self._began = perf_counter()
             self._report()
+            for wait in [*missing]:
+                wait()
+                content = kept(name)
         return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
 
     def save_overload(self, sig: Any, data: Any) -> None:

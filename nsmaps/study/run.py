@@ -15,6 +15,7 @@ from nsmaps.parallel import Jobs
 from nsmaps.plugins import is_file
 from nsmaps.progress import Progress, Work, working
 from nsmaps.storage import missing_of, remove_empty
+from nsmaps.study.ahead import compiling_ahead
 from nsmaps.study.binding import Plan, prepare
 from nsmaps.study.limits import check_sizes
 from nsmaps.study.reading.reader import check_installed, load_study
@@ -114,7 +115,7 @@ class _Run:
 
     def _all_steps(self) -> None:
         names = steps_of(self.plan.study)
-        with heard() as stopped:
+        with heard() as stopped, compiling_ahead(self.plan, lambda: not self.result.timings):
             for number, name in enumerate(names):
                 self.work.at(name, number, len(names))
                 if name not in self.result.timings:

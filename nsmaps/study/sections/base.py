@@ -71,6 +71,7 @@ class Section(Generic[S]):
     bind: Callable[[S, "Binding"], Any] = lambda spec, binding: (
         None
     )  #: objects for a system, without computation; may raise StudyError
+    calls: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: of `ahead.CALLS`, what its step has compiled
     compute: "Callable[[S, Plan, StudyResult], dict[str, Any]] | None" = None  #: fields of a result from those of earlier steps
     describe: Callable[[S, "Study"], str] = lambda spec, study: ""  #: a short description of the computation
     size: "Callable[[S, Study, ImpactSystem], Size] | None" = None  #: None where it cannot be estimated

@@ -263,6 +263,7 @@ COMPOSITE = Section[Pieces](
     needs=_needs,
     check=_check,
     bind=_bind,
+    calls=lambda spec: ("composite",),
     compute=_compute,
     describe=_describe,
     size=_size,

@@ -213,6 +213,7 @@ DOMAINS = Section[Domains](
     needs=_needs,
     check=_check,
     bind=_bind,
+    calls=lambda spec: ("boxes",) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in spec) else (),
     compute=_compute,
     describe=_describe,
     size=_size,

@@ -104,6 +104,7 @@ EXIT_TIMES = Section[ExitTimesSection](
     holds={"cells.periodic_points": ("CycleSearch",), "cells.exit_times": ("ExitTimes",)},
     needs=_needs,
     bind=_bind,
+    calls=lambda spec: ("boxes",),
     compute=_compute,
     describe=_describe,
     size=_size,

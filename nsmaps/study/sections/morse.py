@@ -89,6 +89,7 @@ MORSE = Section[MorseSection](
     stored=Stored,
     holds={"cells.morse_sets": ("Level", "MorseCover", "Trap")},
     bind=_bind,
+    calls=lambda spec: ("boxes",),
     compute=_compute,
     describe=_describe,
     size=_size,

@@ -169,6 +169,7 @@ NOISE = Section[NoiseSection](
         "study.sections.noise": ("NoiseResult",),
     },
     bind=_bind,
+    calls=lambda spec: ("noise",),
     compute=_compute,
     describe=_describe,
     size=_size,

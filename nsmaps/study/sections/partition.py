@@ -167,6 +167,7 @@ PARTITION = Section[Partition](
     stands_for=_stands_for,
     needs=_needs,
     check=_check,
+    calls=lambda spec: ("composite",),
     compute=_compute,
     describe=_describe,
     numbers=_numbers,

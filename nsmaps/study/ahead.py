@@ -1,0 +1,105 @@
+"""Compilation on another core of what later steps of a run call, while the first step compiles the exact map.
+
+The other process calls the same functions once, with a state or box of no use, and so puts the compiled code into the folder of
+compiled code, where the run waits for it instead of compiling the same. Where all code is stored already, nothing is started.
+"""
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.exact.compiled import missing
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.study.sections import SECTIONS
+
+if TYPE_CHECKING:
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.binding import Plan
+    from nsmaps.study.study import Study
+
+
+def _composite(system: "ImpactSystem") -> None:
+    """One orbit of a composite map of one piece."""
+    names = system.coordinates
+    piece = Piece("", Box.of(names, [[0.0, 1.0]] * len(names)), PolyMap.reset(names, {}))
+    composite = CompositeMap(names, system.wall_names, (piece,))
+    composite.orbits(np.zeros((1, len(names))), 1)
+    composite.piece_of(np.zeros((1, len(names))))
+
+
+def _boxes(system: "ImpactSystem") -> None:
+    """The image of one box."""
+    system.image_boxes(np.zeros((1, len(system.coordinates), 2)))
+
+
+def _noise(system: "ImpactSystem") -> None:
+    """One return under noise."""
+    from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+
+    noisy_orbits(system, np.zeros(len(system.coordinates)), 1, Noise(sigma=0, tau=float(system.period())))
+
+
+CALLS: dict[str, Callable[["ImpactSystem"], None]] = {"composite": _composite, "boxes": _boxes, "noise": _noise}
+
+
+def calls_of(study: "Study") -> list[str]:
+    """The calls whose code the steps of a study need."""
+    called = {name for section in SECTIONS if study.names(section.key) for name in section.calls(getattr(study, section.key))}
+    return [name for name in CALLS if name in called]
+
+
+@contextmanager
+def compiling_ahead(plan: "Plan", early: Callable[[], bool]) -> Iterator[None]:
+    """Have the code of later steps compiled by another process, if code is found to be missing here while it is `early`."""
+    names = calls_of(plan.study)
+    others: list[subprocess.Popen[bytes]] = []
+
+    def wait() -> None:
+        if others:
+            others[0].wait()
+        elif early():
+            others.extend(_started(plan.system, names))
+
+    if names and sys.executable and (os.cpu_count() or 1) > 1:
+        missing.append(wait)
+    try:
+        yield
+    finally:
+        missing[:] = [each for each in missing if each is not wait]
+        for other in others:
+            other.kill()
+            other.wait()
+
+
+def _started(system: "ImpactSystem", names: list[str]) -> list[subprocess.Popen[bytes]]:
+    """The process that makes the calls; none if the system cannot be sent to one, or none can be started."""
+    with suppress(OSError, pickle.PicklingError, AttributeError, TypeError):
+        sent = pickle.dumps((system, names))
+        command = [sys.executable, "-m", __name__]
+        other = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with suppress(OSError):  # it has ended already
+            assert other.stdin is not None
+            other.stdin.write(sent)
+            other.stdin.close()
+        return [other]
+    return []
+
+
+def _make_calls() -> None:
+    """Make the calls that the standard input names; one that fails is left to the run, which reports why."""
+    system, names = pickle.load(sys.stdin.buffer)
+    for name in names:
+        with suppress(Exception):
+            CALLS[name](system)
+
+
+if __name__ == "__main__":
+    _make_calls()
