@@ -67,11 +67,15 @@ def beyond(result: "StudyResult", ends: "LimitSet") -> str:
     return f"; {'' if out.all() else 'in part '}outside the study's grid" if out.any() else ""
 
 
+def grid_ends(result: "StudyResult") -> Floats:
+    """The ends of the study's grid in each coordinate, shape (n, 2); NaN without a grid, and of coordinates held at a value."""
+    spans = [(result.study.grid or {}).get(name) for name in result.system.coordinates]
+    return np.array([(np.nan, np.nan) if span is None or span.low == span.high else (span.low, span.high) for span in spans])
+
+
 def _outside(result: "StudyResult", states: Floats) -> NDArray[np.bool_]:
     """True for the states (N, n) outside the study's grid, if it has one; angles are taken modulo 2 pi."""
-    if not result.study.grid:
-        return np.zeros(len(states), bool)
-    low, high = np.array([(span.low, span.high) for span in result.study.grid.values()]).T
+    low, high = grid_ends(result).T
     x = result.system.coordinates.lift(states, (low + high) / 2)
     return np.asarray(((x < low) | (x > high)).any(axis=1))
 

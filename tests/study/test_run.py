@@ -13,6 +13,7 @@ from ruamel.yaml import YAML
 
 from nsmaps import StudyResult, load_study, read_result, run
 from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.attractors.distance import extents, hausdorff
 from nsmaps.errors import NsmapsError
 from nsmaps.interrupts import Interrupted
 from nsmaps.plugins import study_files
@@ -509,3 +510,35 @@ def test_a_file_of_a_run_that_is_cut_off_or_missing(whole: StudyResult, name: st
     file.unlink()
     with pytest.raises(NsmapsError, match=f"{name} is missing|contains no {name}"):
         read_result("out")
+
+
+PLANE = """\
+system: recoil_pair
+parameters: {eta: 0.05, kappa: 0.04, Lambda: 0.2, d: 0.35, r: 0.5, g_bar: 0.2113}
+grid: {GRID}
+families: {BTB: [BTB]}
+composite:
+  - name: all
+    where: v > 0
+    family: BTB
+    polynomial:
+      images: {v: {"1": 0.5, v: 0.4}, X: {X: 1}, V: {V: 1}, phi: {phi: 0.9}}
+      over: {v: [0.6, 1], X: [0, 0.2], V: [-1, 0], phi: [0.2, 0.6]}
+orbits:
+  - {start: {v: 0.84, X: 0.09, V: -0.67, phi: 0.4}, returns: 30}
+"""
+SIDES = ["v: {from: 0.6, to: 1.0, points: 4}", "X: 0.09", "V: -0.67", "phi: {from: 0.2, to: 0.6, points: 4}"]
+
+
+def test_a_grid_with_coordinates_held_is_judged_in_those_that_vary_and_in_any_order_of_its_keys() -> None:
+    texts = []
+    for sides in (SIDES, SIDES[::-1]):
+        Path("plane.yaml").write_text(PLANE.replace("{GRID}", "{" + ", ".join(sides) + "}"))
+        result = run("plane.yaml")
+        texts.append([verdict.text for verdict in result.verdicts])
+        exact, other = (ends.states for ends in (result.orbits[0].ends, result.orbits[0].composite_ends))
+        scale = [0.4, *extents(result.orbits[0].exact.states, result.system.coordinates)[1:3], 0.4]
+        distance = hausdorff(exact, other, result.system.coordinates, scale, np.inf)
+        assert f"at a distance of {distance:.2g} relative" in texts[-1][-1]
+        assert "nan" not in "".join(texts[-1])
+    assert texts[0] == texts[1]

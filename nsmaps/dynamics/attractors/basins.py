@@ -75,8 +75,8 @@ class Basins(WithCoordinates):
         for i, axis in enumerate(self.grid.axes.values()):
             if axis.points == 1:
                 continue
-            step, turn = (axis.high - axis.low) / (axis.points - 1), np.zeros(len(self.coordinates))
-            if circle[i] and axis.high - axis.low < 2 * np.pi <= axis.high - axis.low + 1.5 * step:
+            turn = np.zeros(len(self.coordinates))
+            if circle[i] and axis.high - axis.low < 2 * np.pi <= axis.high - axis.low + 1.5 * axis.step:
                 turn[i] = 2 * np.pi
             here, there = (np.moveaxis(x, i, 0) for x in (states, np.roll(states, -1, axis=i)))
             a, b = (np.moveaxis(x, i, 0) for x in (label, np.roll(label, -1, axis=i)))

@@ -44,6 +44,11 @@ class Axis(BaseModel):
         """The axis of a coordinate that is held at a value, in a plane through the states of a map of more coordinates."""
         return cls(low=value, high=value, points=1)
 
+    @property
+    def step(self) -> float:
+        """The distance of neighbouring values; zero if the coordinate is held at one."""
+        return (self.high - self.low) / max(self.points - 1, 1)
+
     def values(self) -> Floats:
         """Shape (points,)."""
         return np.linspace(self.low, self.high, self.points)
@@ -139,11 +144,14 @@ class Surface:
         axes = {str(name): axis.values() for name, axis in self.grid.axes.items()}
         image = np.stack([self.on_grid(values) for values in self.image.T], axis=-1)
         lifted = np.stack([self.on_grid(values) for values in self.lifted.T], axis=-1)
+        words = np.full(self.grid.size, "", self.returns.words.dtype)
+        words[self.member] = self.returns.words
         dims = " ".join(axes)
         rows = {
             "image": (f"{dims} coordinate", image, EACH, "where the return arrives; angles in [0, 2 pi)"),
             "lifted": (f"{dims} coordinate", lifted, EACH, "the same with angles continued from the start"),
             "time": (dims, self.on_grid(self.returns.time), TIME, "from start to image"),
+            "word": (dims, words.reshape(self.grid.shape), "", "impact word; empty where the family has no state"),
         }
         return dataset(self.coordinates, rows, axes, family=self.name)
 

@@ -93,7 +93,7 @@ class _Part:
         rows = self.fit.data(self.surface, self.names[i])
         line = np.column_stack([self.start[rows], self.target[rows, i]])
         axis = list(self.surface.grid.axes.values())[i]
-        gaps = np.flatnonzero(np.diff(line[:, i]) > 1.5 * (axis.high - axis.low) / (axis.points - 1))
+        gaps = np.flatnonzero(np.diff(line[:, i]) > 1.5 * axis.step)
         return np.insert(line, gaps + 1, np.nan, axis=0)
 
     def fitted(self, i: int) -> Floats:

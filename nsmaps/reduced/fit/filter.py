@@ -58,9 +58,8 @@ def own_slopes(surface: Surface) -> Floats:
     slopes = np.empty((len(surface.returns), len(surface.coordinates)))
     for i, axis in enumerate(surface.grid.axes.values()):
         image = np.moveaxis(surface.on_grid(surface.lifted[:, i]), i, 0)
-        step = (axis.high - axis.low) / (axis.points - 1)
         slope = np.full(image.shape, np.nan)
-        slope[1:-1] = (image[2:] - image[:-2]) / (2 * step)
+        slope[1:-1] = (image[2:] - image[:-2]) / (2 * axis.step)
         slopes[:, i] = np.moveaxis(slope, 0, i).ravel()[surface.member]
     return slopes
 

@@ -191,13 +191,12 @@ def _line(surface: Surface, j: int, value: float) -> Bools:
     """The states on the grid line of coordinate j nearest to a value, shape (M,)."""
     name = surface.coordinates[j]
     axis = surface.grid.axes[name]
-    step = (axis.high - axis.low) / (axis.points - 1)
     x = surface.start[:, j]
     away = np.abs((nearest_turn(x, value) if surface.coordinates.angles[j] else x) - value)
-    if not len(x) or away.min() > 1.001 * step:
+    if not len(x) or away.min() > 1.001 * axis.step:
         where = f"lie in [{x.min():.6g}, {x.max():.6g}]" if len(x) else "are empty"
         raise FitError(f"lines: no data within a grid step of {name} = {value!r}; the data {where}")
-    return np.abs(x - x[np.argmin(away)]) < 1e-6 * step
+    return np.abs(x - x[np.argmin(away)]) <= 1e-6 * axis.step
 
 
 def _up_to(highest: Sequence[int], total: int) -> list[tuple[int, ...]]:

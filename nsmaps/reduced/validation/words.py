@@ -26,7 +26,7 @@ class Misleads:
         near = f"half of them within {self.typical:.2g} of an edge between pieces, all within {self.farthest:.2g}"
         far = f", {near} (grid scaled to unit sides)"
         gone = f"; the images of {100 * self.leaves:.3g} % lie in no piece"
-        return f"{word}{far if self.wrong_words else ''}{gone if self.leaves else ''}"
+        return f"{word}{far if np.isfinite(self.typical) else ''}{gone if self.leaves else ''}"
 
 
 def misleads(composite: CompositeMap, grid: Grid, exact: Returns) -> Misleads:
@@ -42,7 +42,7 @@ def misleads(composite: CompositeMap, grid: Grid, exact: Returns) -> Misleads:
     both = ours.valid & exact.valid & worded
     wrong = both & (ours.codes != exact.codes)
     away = np.full(len(number), np.inf)
-    spacing = [1 / (points - 1) for points in grid.shape]
+    spacing = [1 / max(points - 1, 1) for points in grid.shape]  # of a coordinate that is held at a value any number serves
     for k in np.unique(number[wrong]):
         mine = number == k
         if mine.all():

@@ -259,7 +259,6 @@ COMPOSITE = Section[Pieces](
     type=Pieces,
     default=(),
     stored=Stored,
-    holds={"reduced.composite.printed": ("PrintedMap",)},
     needs=_needs,
     check=_check,
     bind=_bind,

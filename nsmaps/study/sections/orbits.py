@@ -11,7 +11,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.diagnostics import beyond, no_image
+from nsmaps.study.diagnostics import beyond, grid_ends, no_image
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Section, Verdict
@@ -199,12 +199,11 @@ def _short(ends: "LimitSet") -> str:
 
 
 def _scale(result: "StudyResult", pair: OrbitPair) -> Floats:
-    """The sides of the study's grid, or without a grid the extents of the exact orbit, shape (n,)."""
+    """The sides of the study's grid, or, of coordinates without one, the extents of the exact orbit, shape (n,)."""
     from nsmaps.dynamics.attractors.distance import extents
 
-    if result.study.grid:
-        return np.array([span.high - span.low for span in result.study.grid.values()])
-    return extents(pair.exact.states, result.system.coordinates)
+    sides = np.diff(grid_ends(result), axis=1)[:, 0]
+    return np.where(np.isnan(sides), extents(pair.exact.states, result.system.coordinates), sides)
 
 
 ORBITS = Section[Orbits](
