@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nsmaps.continuation.bisection import bisect_change
+from nsmaps.continuation.bisection import bisect_change, bisect_changes
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
@@ -53,3 +53,16 @@ def test_no_segments_need_no_labels():
     low, high, beyond = bisect_change(label, none, none, np.empty(0, int), np.empty(0, int))
     assert low.shape == high.shape == (0, 2)
     assert beyond.shape == (0,)
+    assert [len(found) for found in bisect_changes(label, none, none, np.empty((0, 2)), np.empty((0, 2)), 3)] == [0, 0, 0]
+
+
+def test_changes_are_found_one_after_another_as_long_as_the_end_is_not_reached():
+    """Of the steps at 1, 2, ..., 5 those on each segment, both sides to rounding; no more than are asked for."""
+    low, high = np.array([0.5, 1.5]), np.array([5.4, 3.5])
+    ends = np.floor(low), np.floor(high)
+    rows, below, above = bisect_changes(np.floor, low, high, *ends, 9)
+    assert sorted(zip(rows.tolist(), above.tolist(), strict=True)) == [(0, 1), (0, 2), (0, 3), (0, 4), (0, 5), (1, 2), (1, 3)]
+    assert np.array_equal(np.nextafter(below, 9), above)
+    rows, _, above = bisect_changes(np.floor, low[:1], high[:1], ends[0][:1], ends[1][:1], 2)
+    assert rows.tolist() == [0, 0]
+    assert len(set(above)) == 2

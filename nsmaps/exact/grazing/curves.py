@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, brief
-from nsmaps.continuation.bisection import bisect_change
+from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, nearest_turn
 from nsmaps.errors import StateError
 from nsmaps.exact.engine.itinerary import itinerary as itinerary_of
@@ -113,16 +113,12 @@ def _changes(system: "ImpactSystem", frame: Frame, lines: int) -> Floats:
     codes = _codes(system, mesh)
     pairs: list[tuple[Any, Any]] = [(np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])]  # neighbours in v, in phi
     differ = [codes[one] != codes[other] for one, other in pairs]
-    sides = (0, 1)
-    a, end = (np.concatenate([mesh[pair[k]][change] for pair, change in zip(pairs, differ, strict=True)]) for k in sides)
-    before, behind = (np.concatenate([codes[pair[k]][change] for pair, change in zip(pairs, differ, strict=True)]) for k in sides)
-    found = []
-    for _ in range(CHANGES):
-        a, b, now = bisect_change(lambda states: _codes(system, states), a, end, before, behind, halvings=HALVINGS)
-        found.append(np.stack([a, b], axis=1))
-        more = now != behind
-        a, end, before, behind = b[more], end[more], now[more], behind[more]
-    return np.concatenate(found)
+    (a, before), (b, beyond) = (
+        [np.concatenate([of[pair[k]][change] for pair, change in zip(pairs, differ, strict=True)]) for of in (mesh, codes)]
+        for k in (0, 1)
+    )
+    _, *sides = bisect_changes(lambda states: _codes(system, states), a, b, before, beyond, CHANGES, HALVINGS)
+    return np.stack(sides, axis=1)
 
 
 def _codes(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:

@@ -6,13 +6,13 @@ meets it, and the map behaves like the square root of the distance. The birth of
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, Ints
+from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.exact.words import longer_than
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ LONGEST = 12  #: impacts and turning points of a return: longer ones, as of long
 MANY_IMPACTS = -1  #: in place of the code of a longer word
 SCAN = 600  #: phases of a line in the first scan
 ZOOM = 24  #: phases into which a place that may hide two edges is divided, three times
+CHANGES = 20  #: changes that are sought between neighbouring phases
 NEAR = 10.0 ** -np.arange(3, 11)  #: distance from an edge at which another is sought, in radians
 GRAZE = 1e-8  #: share of the largest gap on the lines, below which a gap at an edge is a graze; for a speed its root
 STENCIL = 1e-10  #: radians between the three places from which the gap is continued to zero
@@ -63,8 +64,13 @@ class _Points:
     def sorted(self) -> "_Points":
         return self.take(np.lexsort((self.phi, self.line)))
 
+    @property
+    def label(self) -> Ints:
+        """Code and outcome, shape (N, 2)."""
+        return np.column_stack([self.code, self.outcome])
+
     def differs(self, other: "_Points") -> NDArray[np.bool_]:
-        return (self.code != other.code) | (self.outcome != other.outcome)
+        return np.asarray((self.label != other.label).any(axis=1))
 
 
 def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, high: float) -> list[Line]:
@@ -120,18 +126,14 @@ def _hidden(points: _Points, spacing: float) -> _Points:
 def _bisected(system: "ImpactSystem", v: Floats, points: _Points) -> tuple[_Points, _Points]:
     """Every change between neighbouring points, located to rounding: the points below and above it."""
     change = (points.line[1:] == points.line[:-1]) & points.take(slice(1, None)).differs(points.take(slice(0, -1)))
-    below, above = points.take(slice(0, -1)).take(change), points.take(slice(1, None)).take(change)
-    done: list[tuple[_Points, _Points]] = []
-    for _ in range(60):
-        wide = above.phi - below.phi > 4e-16 * np.maximum(1.0, np.abs(below.phi))
-        done.append((below.take(~wide), above.take(~wide)))
-        below, above = below.take(wide), above.take(wide)
-        if not len(below.phi):
-            break
-        mid = _look(system, v, below.line, (below.phi + above.phi) / 2)
-        lower, upper = mid.differs(below), mid.differs(above)
-        below, above = below.take(lower).also(mid.take(upper)), mid.take(lower).also(above.take(upper))
-    below, above = (reduce(_Points.also, side) for side in zip(*done, (below, above), strict=True))
+    low, high = points.take(slice(0, -1)).take(change), points.take(slice(1, None)).take(change)
+
+    def look(states: Floats) -> _Points:
+        return _look(system, v, states[:, 0].astype(int), states[:, 1])
+
+    start, end = (np.column_stack([side.line, side.phi]) for side in (low, high))
+    _, *sides = bisect_changes(lambda states: look(states).label, start, end, low.label, high.label, CHANGES)
+    below, above = map(look, sides)
     order = np.lexsort((below.phi, below.line))
     return below.take(order), above.take(order)
 
