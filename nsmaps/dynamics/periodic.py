@@ -106,8 +106,13 @@ class PeriodicOrbit:
     @property
     def stable(self) -> bool | None:
         """True if every multiplier lies within the unit circle; None where the multipliers are unknown."""
-        size = np.abs(self.multipliers)
-        return None if np.isnan(size).any() else bool((size < 1).all())
+        return stability(self.multipliers)
+
+
+def stability(multipliers: ArrayLike) -> bool | None:
+    """True if all of some multipliers lie within the unit circle; None if one is not a number, or there is none."""
+    size = np.abs(multipliers)
+    return None if np.isnan(size).any() or not size.size else bool((size < 1).all())
 
 
 def periodic_orbit(

@@ -191,7 +191,8 @@ _ROWS = (
     Row(
         "longrun.branches",
         "The states of periodic orbits against the parameter, solid where stable and dashed where unstable, with events.",
-        "Branches of periodic orbits, coloured by motion. Solid lines are stable and dashed lines unstable; marks are events.",
+        "Branches of periodic orbits, coloured by motion. Solid lines are stable, dashed lines unstable and dotted lines of "
+        "unknown stability; marks are events.",
         (data.BRANCHES,),
     ),
     Row(

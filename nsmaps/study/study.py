@@ -70,6 +70,12 @@ class _Head(BaseModel):
                 raise self.source.error((key, number, "name"), text)
 
 
+if TYPE_CHECKING:
+    Claim = str
+else:
+    Claim = Literal[tuple(claim for section in SECTIONS for claim in section.claims)]
+
+
 class _Sections(_Head):
     """The sections of a study, as they are registered."""
 
@@ -78,13 +84,13 @@ class _Sections(_Head):
         def __getattr__(self, name: str) -> Any: ...
 
         figures: tuple[FigureName, ...]
-        require: tuple[Literal["covered", "tolerance"], ...]
+        require: tuple[Claim, ...]
         expected_failures: dict[str, str]
 
 
 _FIELDS: dict[str, Any] = {section.key: (section.type, section.default) for section in SECTIONS} | {
     "figures": (tuple[FigureName, ...], ()),
-    "require": (tuple[Literal["covered", "tolerance"], ...], ()),
+    "require": (tuple[Claim, ...], ()),
     "expected_failures": (dict[str, str], {}),  # by the name of a verdict that is not required: the meaning of its failure
 }
 _TEXT = """One study: a system by name, its parameters, and the sections that are to be computed.

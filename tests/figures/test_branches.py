@@ -22,10 +22,11 @@ def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     drawn = [(line.get_linestyle(), np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in ax.lines]
     solid, dashed = drawn[0], drawn[1]
     assert (solid[0], dashed[0]) == ("-", "--")
-    assert np.array_equal(solid[1][np.isfinite(solid[2])], one.parameter[one.stable])
-    assert np.array_equal(solid[2][one.stable], one.points[one.stable, 0, 1])
-    assert np.array_equal(dashed[2][~one.stable], one.points[~one.stable, 0, 1])
-    assert np.isfinite(dashed[2]).sum() == (~one.stable).sum() + 1  # on to where it becomes stable
+    stable = one.stable.astype(bool)
+    assert np.array_equal(solid[1][np.isfinite(solid[2])], one.parameter[stable])
+    assert np.array_equal(solid[2][stable], one.points[stable, 0, 1])
+    assert np.array_equal(dashed[2][~stable], one.points[~stable, 0, 1])
+    assert np.isfinite(dashed[2]).sum() == (~stable).sum() + 1  # on to where it becomes stable
     marks = [(x.tolist(), y.tolist()) for style, x, y in drawn if style == "None"]
     assert marks == [([event.parameter], event.orbit.states[:, 1].tolist())]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
@@ -67,3 +68,20 @@ def test_lines_are_the_finer_the_longer_the_period(pair, ax):
 def test_nothing_to_draw_is_an_error(ax):
     with pytest.raises(NsmapsError, match="no branch with orbits"):
         branches([], ax)
+
+
+def test_orbits_of_unknown_stability_are_dotted_and_in_the_legend(pair, ax):
+    """One orbit of a branch without a derivative, as on a graze: neither solid nor dashed."""
+    system = pair(0.35)
+    one = continue_branch(lambda d: system.at(d=d), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.34, 0.36), "down")
+    derivative = one.returns.derivative.copy()
+    derivative[1] = np.nan
+    unknown = replace(one, returns=replace(one.returns, derivative=derivative), events=())
+    assert unknown.stable[:3].tolist() == [True, None, True]
+    branches([unknown], ax, 1, "d")
+    drawn = {line.get_linestyle(): np.isfinite(np.asarray(line.get_ydata())) for line in ax.lines}
+    assert drawn["-"].tolist() == [stable is True for stable in unknown.stable]
+    assert np.flatnonzero(drawn[":"]).tolist() == [0, 1, 2]
+    assert not drawn["--"].any()
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["1:1/T", "unstable", "of unknown stability"]

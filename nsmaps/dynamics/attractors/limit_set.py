@@ -12,7 +12,7 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.motion import label
 from nsmaps.dynamics.orbit import Orbit, orbit
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit, stability
 from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap
 
 LONGEST = 64  #: longest period, in returns, that is tested
@@ -43,7 +43,7 @@ class LimitSet(WithCoordinates):
     @property
     def stable(self) -> bool | None:
         """True if every multiplier lies within the unit circle; None where the multipliers are unknown."""
-        return bool((np.abs(self.multipliers) < 1).all()) if len(self.multipliers) else None
+        return stability(self.multipliers)
 
     @property
     def name(self) -> str:

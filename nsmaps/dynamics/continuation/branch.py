@@ -54,9 +54,9 @@ class Branch:
         return np.array([orbit.multipliers for orbit in self.orbits], complex).reshape(-1, self.returns.start.shape[1])
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
-        """True if every multiplier lies within the unit circle, shape (K,)."""
-        return np.asarray((np.abs(self.multipliers) < 1).all(axis=1))
+    def stable(self) -> NDArray[np.object_]:
+        """True if every multiplier lies within the unit circle, else False; None where they are unknown, shape (K,)."""
+        return np.array([orbit.stable for orbit in self.orbits], object)
 
     @property
     def labels(self) -> NDArray[np.str_]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 _COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY, RED, BLACK)
+_LOOKS = {True: ("-", ""), False: ("--", "unstable"), None: (":", "of unknown stability")}  #: line and legend, by stability
 _MARKERS = {
     "period doubling": "o",
     "period halving": "o",
@@ -71,16 +72,22 @@ def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter
         kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
         handles = [Line2D([], [], color=colours[motion], label=motion) for motion in motions]
         handles += [Line2D([], [], color=BLACK, marker=_MARKERS[kind], mfc="white", ls="", label=kind) for kind in kinds]
-        handles.append(Line2D([], [], color="0.4", ls="--", label="unstable"))
+        stability = {False, *(stable for branch in shown for stable in branch.stable)}
+        handles += [
+            Line2D([], [], color="0.4", ls=ls, label=label)
+            for stable, (ls, label) in _LOOKS.items()
+            if label and stable in stability
+        ]
         ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     return dress(ax, (parameter, ""), (shown[0].returns.coordinates[coordinate], "k"))
 
 
 def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
-    """A line for each state of the cycle, solid where it is stable."""
-    stable = branch.stable
+    """A line for each state of the cycle, solid where it is stable, dashed where it is not, dotted where that is unknown."""
     for path in branch.points[..., coordinate].T:
-        for chosen, dashes in ((stable, "-"), (_neighbours(~stable), "--")):
+        for stable, (dashes, _) in _LOOKS.items():
+            own = np.array([each is stable for each in branch.stable], bool)
+            chosen = own if stable else _neighbours(own)
             line = np.where(chosen, path, np.nan)
             line = cut(line, np.pi) if isinstance(branch.returns.coordinates[coordinate], Angle) else line
             ax.plot(branch.parameter, line, dashes, color=colour, lw=1.8 * _fineness(branch.period))

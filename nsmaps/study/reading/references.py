@@ -35,7 +35,6 @@ def _needs(study: Study) -> Iterator[Need]:
     for number, figure in enumerate(study.figures):
         for key in CATALOGUE[figure].sections:
             yield ("figures", number), f"the figure {figure!r}", key
-    for verdict, keys in (("covered", ("composite", "grid")), ("tolerance", ("partition",))):
-        if verdict in study.require:
-            for key in keys:
-                yield ("require",), f"the verdict {verdict!r}", key
+    for section in SECTIONS:
+        for claim, keys in section.claims.items():
+            yield from ((("require",), f"the verdict {claim!r}", key) for key in keys if claim in study.require)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from nsmaps.study.estimates import Size
 from nsmaps.study.reading.locations import Loc
@@ -27,6 +27,18 @@ class Verdict:
     required: bool
     text: str
     shows: str = ""  #: the meaning of a failure that the study expects
+
+
+class Requiring(Protocol):
+    """A study, or a section of it, with the claims that it requires."""
+
+    @property
+    def require(self) -> tuple[str, ...]: ...
+
+
+def claimed(spec: Requiring, claim: str, name: str, of: str, holds: object, text: str) -> Verdict:
+    """The verdict on a claim that `require` of a section, or of the study, may name; its text begins with yes or no."""
+    return Verdict(name, of, bool(holds), claim in spec.require, text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +78,7 @@ class Section(Generic[S]):
     holds: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  #: classes of stored results, by module below `nsmaps`
     again: Callable[["StudyResult"], dict[str, Any]] | None = None  #: recomputes fields that are not stored
     stands_for: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: keys of the sections that it replaces
+    claims: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  #: of the study's `require`: the sections that each needs
     needs: Callable[[S], Iterator[Need]] = _none
     check: Callable[[S, "Study"], None] = lambda spec, study: None  #: raises StudyError for undefined names
     bind: Callable[[S, "Binding"], Any] = lambda spec, binding: (

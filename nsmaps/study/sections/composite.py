@@ -19,7 +19,7 @@ from nsmaps.study.diagnostics import pieces_of_others
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name, one_of
-from nsmaps.study.sections.base import Need, Section, Verdict
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.diagonal import near_diagonals
 from nsmaps.study.sections.fits import FitSection, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.surfaces import bind_family
@@ -239,7 +239,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     cover, words = result.coverage, result.misleads
     if cover is not None:
         holds = bool(cover.fraction == 1.0)
-        yield Verdict("covered", MAP, holds, "covered" in result.study.require, _covered(result, cover))
+        yield claimed(result.study, "covered", "covered", MAP, holds, _covered(result, cover))
     if words is not None:
         right = words.wrong_words == 0
         yield Verdict("words agree with the exact map", MAP, right, False, f"{yes(right)}: {words.text}")
@@ -259,6 +259,7 @@ COMPOSITE = Section[Pieces](
     type=Pieces,
     default=(),
     stored=Stored,
+    claims={"covered": ("composite", "grid")},
     needs=_needs,
     check=_check,
     bind=_bind,

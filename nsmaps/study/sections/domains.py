@@ -16,7 +16,7 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.diagnostics import elsewhere, on_domain
 from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
-from nsmaps.study.sections.base import Need, Section, Verdict
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.diagonal import near_diagonals
 from nsmaps.study.sections.partition import attracting_of, is_of_partition
 from nsmaps.study.texts import finite, intervals
@@ -177,7 +177,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
 
 
 def _verdict(section: DomainSection, domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
-    return Verdict(f"domain {section.name}: {claim.replace('_', ' ')}", domain.of, bool(holds), claim in section.require, text)
+    return claimed(section, claim, f"domain {section.name}: {claim.replace('_', ' ')}", domain.of, holds, text)
 
 
 def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:

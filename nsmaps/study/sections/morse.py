@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Section, Verdict
+from nsmaps.study.sections.base import Section, Verdict, claimed
 from nsmaps.study.texts import intervals, yes
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
         text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
     holds = held is not None and held.forward_invariant
-    yield Verdict("morse: forward invariant", cover.of, holds, "forward_invariant" in section.require, f"{yes(holds)}: {text}")
+    yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
 
 
 MORSE = Section[MorseSection](

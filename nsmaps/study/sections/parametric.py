@@ -11,7 +11,7 @@ from nsmaps.reduced.composite.parametric import ParametricMap, chebyshev_nodes, 
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import Size
 from nsmaps.study.reading.values import SPEC, in_order
-from nsmaps.study.sections.base import Need, Section, Verdict
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.composite import pieces_size, refits
 from nsmaps.study.sections.surfaces import grid_size
 from nsmaps.study.texts import finite, yes
@@ -103,7 +103,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     )
     where = f"at worst ({map.coordinates.names[i]} of {report.names[k]} at {map.parameter} = {report.values[h]:.4g})"
     text = f"{yes(report.follows)}: {where} {difference}; {len(report.values)} values held out"
-    yield Verdict("parametric: follows", "parametric map", report.follows, "follows" in section.require, text)
+    yield claimed(section, "follows", "parametric: follows", "parametric map", report.follows, text)
 
 
 PARAMETRIC = Section[ParametricSection](

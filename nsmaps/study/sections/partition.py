@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition
 from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.reading.values import ATTRACTING
-from nsmaps.study.sections.base import Need, Section, Table, Verdict
+from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
 from nsmaps.study.sections.composite import MAP, judged
 from nsmaps.study.texts import finite, yes
 
@@ -110,12 +111,12 @@ def _reached(found: PartitionResult) -> dict[str, Any]:
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    required = "tolerance" in result.study.require
+    tolerance = partial(claimed, result.study, "tolerance")
     if (found := result.partition) is not None:
-        yield Verdict(f"{MET} in the attracting regions", MAP, found.met, required, f"{yes(found.met)}: {found.reason}")
+        yield tolerance(f"{MET} in the attracting regions", MAP, found.met, f"{yes(found.met)}: {found.reason}")
         yield Verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(found))
     if (strips := result.accurate) is not None:
-        yield Verdict(f"{MET} everywhere (held out)", MAP, strips.met, required, _errors(strips))
+        yield tolerance(f"{MET} everywhere (held out)", MAP, strips.met, _errors(strips))
     if (speed := result.speed) is not None:
         text = f"{yes(speed.faster)}: {speed.text}"
         yield Verdict("partition: clearly faster than the exact map", MAP, speed.faster, False, text)
@@ -165,6 +166,7 @@ PARTITION = Section[Partition](
         "reduced.adaptive.surrogate": ("StripReport", "Strips"),
     },
     stands_for=_stands_for,
+    claims={"tolerance": ("partition",)},
     needs=_needs,
     check=_check,
     calls=lambda spec: ("composite",),
