@@ -124,9 +124,9 @@ def check(
     The memory and time of a run are estimated, and refused beyond a limit, as in a run.
 
     Each error is reported on one line with file, line, column, what is expected and a near match; the exit code is then 2.
-    A displacement that does not start at its impact is an error too.
+    Formulas of the system that are inconsistent, such as a displacement that does not start at its impact, are errors too.
     """
-    from nsmaps.exact.checks import check_start
+    from nsmaps.exact.checks import check_formulas
     from nsmaps.plugins import is_file
     from nsmaps.study.limits import check_sizes, total
     from nsmaps.study.reading.overrides import assignments
@@ -141,7 +141,7 @@ def check(
             )
         read = made_ready(read, assignments(set_ or []))
         with read.source.located(("system",)):
-            check_start(system := read.system_object())
+            check_formulas(system := read.system_object())
         needs = check_sizes(read, system, max_memory, max_hours)
     typer.echo(f"{read.name}: {read.title}" if read.title else read.name)
     given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())

@@ -10,6 +10,7 @@ from nsmaps.exact.flows.formulas import S, V, W, Z, check_form, check_symbols, d
 from nsmaps.exact.flows.source import FailsNow, law_of, period_of, walls_of
 
 if TYPE_CHECKING:
+    from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.system import ImpactSystem
 
 NEAR = 1e-9  # to which a flight must start at its impact, with parameters that are floats
@@ -36,6 +37,21 @@ def check_definition(cls: "type[ImpactSystem]") -> None:
         raise
     except Exception:
         return
+
+
+def check_formulas(system: "ImpactSystem | HybridSystem") -> None:
+    """Refuse formulas that are inconsistent for the system's parameters: nothing is compiled.
+
+    Raises:
+        SystemDefinitionError: as `check_start`, or as the first return of a system with modes.
+    """
+    from nsmaps.exact.hybrid import HybridSystem
+    from nsmaps.exact.modes.kernel import kernel_of
+
+    if isinstance(system, HybridSystem):
+        kernel_of(system)
+    else:
+        check_start(system)
 
 
 def check_start(system: "ImpactSystem") -> None:

@@ -73,7 +73,10 @@ def _system(study: Study) -> "ImpactSystem":
         with source.located(("parameters", name)):
             as_number(study.parameters[name])
     with source.located(("parameters",) if study.parameters else ("system",), cls):
-        return study.system_object()
+        system = study.system_object()
+    with source.located(("system",)):
+        system.coordinates  # noqa: B018 - a system with modes reads its formulas for them
+    return system
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,8 +11,33 @@ import pytest
 from typer.testing import CliRunner
 
 from nsmaps.cli.cli import app
+from nsmaps.plugins import study_names
 
 ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n"
+SQUARED = """
+import sympy as sp
+from nsmaps import HybridSystem, Section
+
+class Squared(HybridSystem):
+    \"\"\"A rate that is not affine.\"\"\"
+
+    k: float
+    states = ("x",)
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        return {"free": {"x": sp.cos(t) - self.k * y.x**2}}
+
+    def section(self, t, y):
+        return Section("s", ("x",))
+
+    def guards(self, t, y):
+        from nsmaps import Guard
+
+        return {"s": Guard(-sp.sin(t / 2))}
+"""
 
 
 def nsmaps(*arguments: str) -> "subprocess.CompletedProcess[str]":
@@ -50,6 +75,24 @@ def test_check_says_what_would_be_computed() -> None:
         "  required: covered",
     ]
     assert list(Path().iterdir()) == []
+
+
+@pytest.mark.parametrize("name", [name for name in study_names() if not name.startswith("ball/")])
+def test_every_installed_study_is_checked(name) -> None:
+    answer = CliRunner().invoke(app, ["check", name])
+    assert answer.exit_code == 0, answer.output
+    assert answer.stdout.startswith(f"{name}: ")
+
+
+def test_check_refuses_the_formulas_of_a_system_with_modes() -> None:
+    Path("squared.py").write_text(SQUARED)
+    orbit = "orbits: [{start: {x: 0.5}, returns: 1}]"
+    Path("squared.yaml").write_text(f"system: squared.py:Squared\nparameters: {{k: 1}}\n{orbit}\n")
+    answer = CliRunner().invoke(app, ["check", "squared.yaml"])
+    assert answer.exit_code == 2
+    assert "squared.yaml:1" in answer.output
+    assert "squared.py:14" in answer.output
+    assert "affine" in answer.output
 
 
 def test_run_writes_under_runs_and_ends_with_the_verdicts() -> None:

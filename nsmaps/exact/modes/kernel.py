@@ -8,6 +8,8 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.files import place_of
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.definition import Definition
 from nsmaps.exact.modes.memory import Moved, Record, memory, record
@@ -93,6 +95,7 @@ def kernel_of(system: "HybridSystem") -> ModeKernel:
     return ModeKernel(definition, tables_of(definition, values), values)
 
 
+FORMULAS = ("period", "modes", "guards", "section")  #: of a class, one of which the message of an error begins with
 DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than numbers, and its formulas
 
 
@@ -102,5 +105,9 @@ def known_definition(system: "HybridSystem") -> Definition:
     fixed = tuple((name, repr(getattr(system, name))) for name in cls.model_fields if name not in cls.parameter_names())
     key = cls, fixed, cls.horizon, (cls.period, cls.modes, cls.guards, cls.section)
     if key not in DEFINITIONS:
-        DEFINITIONS[key] = definition_of(system)
+        try:
+            DEFINITIONS[key] = definition_of(system)
+        except SystemDefinitionError as error:
+            formula = next((name for name in FORMULAS if str(error).startswith(f"{cls.__name__}.{name}")), None)
+            raise error if formula is None else SystemDefinitionError(f"{error}{place_of(cls, formula)}") from None
     return DEFINITIONS[key]

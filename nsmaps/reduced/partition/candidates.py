@@ -12,10 +12,10 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.reduced.fit.filter import Diagonal, attracting
 from nsmaps.reduced.fit.polyfit import stretch_of
-from nsmaps.reduced.partition.cell import rounded
+from nsmaps.reduced.partition.cell import rounded, side_of
 
-STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis, returns of their orbits, number of last states that count
-RASTER = 40  #: cells of the raster that groups states
+STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis of the plane, returns of their orbits, last states that count
+RASTER, MOST_CELLS = 40, 10**7  #: cells of the raster that groups states, along each axis and at most in all
 MARGIN = 0.01  #: margin around a group, as a share of the grid's sides
 MOST_GROUPS = 4  #: for more boxes one hull is taken around all
 
@@ -59,7 +59,8 @@ def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> 
 def ends_of_orbits(map: ReturnMap, grid: Grid) -> Floats:
     """States of the grid's box in which orbits from all over it end, shape (M, n)."""
     box = box_of(grid)
-    starts = np.stack(np.meshgrid(*(np.linspace(low, high, STARTS) for low, high in box)), axis=-1).reshape(-1, len(box))
+    side = side_of(len(box), STARTS)
+    starts = np.stack(np.meshgrid(*(np.linspace(low, high, side) for low, high in box)), axis=-1).reshape(-1, len(box))
     tail = orbit(map, starts, RETURNS).states[-TAIL:].reshape(-1, len(box))
     return np.unique(tail[inside(tail, box)].round(9), axis=0)
 
@@ -105,14 +106,15 @@ def _groups(states: Floats, box: Floats, circles: Bools) -> np.ndarray:
     """A number for each state, equal for those whose cells of a raster touch, around circles too."""
     from scipy.ndimage import label
 
-    place = np.clip(((states - box[:, 0]) / (box[:, 1] - box[:, 0]) * RASTER).astype(int), 0, RASTER - 1)
-    raster = np.zeros((RASTER,) * len(box), bool)
+    side = min(RASTER, int(MOST_CELLS ** (1 / len(box))))
+    place = np.clip(((states - box[:, 0]) / (box[:, 1] - box[:, 0]) * side).astype(int), 0, side - 1)
+    raster = np.zeros((side,) * len(box), bool)
     raster[tuple(place.T)] = True
     numbers = label(np.pad(raster, [(0, int(circle)) for circle in circles], mode="wrap"), np.ones((3,) * len(box)))[0]
     for i in np.flatnonzero(circles):  # the first cells are repeated after the last ones
         cells = np.moveaxis(numbers, i, 0)
         for k in map(tuple, np.argwhere(cells[0])):
-            numbers[numbers == cells[RASTER][k]] = cells[0][k]
+            numbers[numbers == cells[side][k]] = cells[0][k]
     return numbers[tuple(place.T)]
 
 

@@ -1,13 +1,11 @@
-"""Cells of a partition of the plane: rectangles cut by curves of low order, written as conditions, with samples of the exact
-map.
-"""
+"""Cells of a partition: boxes cut by curves or surfaces of low order, written as conditions, with samples of the exact map."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import count, islice, product
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import TWO_PI, Angle, Coordinates, WithCoordinates
@@ -16,34 +14,51 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.reduced.conditions.region import Region, Where
 
-SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid, and random held-out points
+SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid in the plane, and random held-out points
 FEW = 20  #: if a cell holds less than one in so many of the points around it, its grid is drawn around those
+
+
+def side_of(n: int, side: int) -> int:
+    """The points along each axis of a grid in n coordinates with 2^(n - 2) times as many points as one of side^2."""
+    return max(4, round((2.0 ** (n - 2) * side**2) ** (1 / n)))
+
+
+@lru_cache(maxsize=256)
+def powers(others: int, terms: int) -> tuple[tuple[int, ...], ...]:
+    """The exponents of the first monomials in some coordinates, by degree; in one coordinate its increasing powers."""
+    graded = (each for degree in count() for each in product(range(degree, -1, -1), repeat=others) if sum(each) == degree)
+    return tuple(islice(graded, terms)) if others else ((),)
 
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """The curve x_dependent = q(x_other), and the selected side of it; without another coordinate it is a plain bound."""
+    """The curve or surface x_dependent = q(others) and the selected side of it; q is a polynomial, constant for a plain bound."""
 
     dependent: int
-    coefficients: tuple[float, ...]  #: in increasing powers of the other coordinate
+    coefficients: tuple[float, ...]  #: of the first monomials in the other coordinates, see `powers`
     above: bool
 
     @property
     def order(self) -> int:
-        """The degree of q."""
+        """The number of coefficients beside the constant: in the plane, the degree of q."""
         return len(self.coefficients) - 1
 
     def text(self, coordinates: Sequence[str]) -> str:
         """The side as a condition, such as `v > 0.63 - 0.53*phi`."""
-        other = coordinates[1 - self.dependent]
-        powers = ["", f"*{other}", *(f"*{other}**{k}" for k in range(2, self.order + 1))][: self.order + 1]
-        terms = [f"{value!r}{power}" for value, power in zip(self.coefficients, powers, strict=True)]
+        others = [name for i, name in enumerate(coordinates) if i != self.dependent]
+        terms = []
+        for value, exponents in zip(self.coefficients, powers(len(others), len(self.coefficients)), strict=True):
+            factors = [name if k == 1 else f"{name}**{k}" for name, k in zip(others, exponents, strict=True) if k]
+            terms.append("*".join([repr(value), *factors]))
         curve = " + ".join(terms).replace("+ -", "- ")
         return f"{coordinates[self.dependent]} {'>' if self.above else '<='} {curve}"
 
     def beyond(self, states: Floats) -> Bools:
-        """A mask of the states above the curve, shape (N,)."""
-        return states[:, self.dependent] > Polynomial(self.coefficients)(states[:, 1 - self.dependent])
+        """A mask of the states (N, n) above the curve, shape (N,)."""
+        others = np.delete(states, self.dependent, axis=1)
+        monomials = np.array(powers(others.shape[1], len(self.coefficients)))
+        q = sum(c * np.prod(others**each, axis=1) for c, each in zip(self.coefficients, monomials, strict=True))
+        return np.asarray(states[:, self.dependent] > q)
 
     def replaces(self, other: "Cut") -> bool:
         """True if this cut, made later, is the other one moved inwards."""
@@ -61,7 +76,7 @@ class Cell(WithCoordinates):
 
     coordinates: Coordinates
     bounds: tuple[tuple[float, float], ...]  #: of the box, one pair a coordinate
-    closed: tuple[bool, ...] = (True, True)  #: True if the lower bound belongs to the cell
+    closed: tuple[bool, ...] = ()  #: True if the lower bound belongs to the cell, as all do if omitted
     cuts: tuple[Cut, ...] = ()  #: curves; plain bounds are in `bounds`
     hull: tuple[tuple[float, float], ...] = ()  #: a box around the cell within the curves; the bounds without them
 
@@ -71,7 +86,7 @@ class Cell(WithCoordinates):
             others = tuple(other for other in self.cuts if not cut.replaces(other))
             return replace(self, cuts=(*others, cut))._shrunk()
         i, value = cut.dependent, cut.coefficients[0]
-        bounds, closed = list(self.bounds), list(self.closed)
+        bounds, closed = list(self.bounds), list(self.closed or (True,) * len(self.bounds))
         bounds[i] = (value, bounds[i][1]) if cut.above else (bounds[i][0], value)
         closed[i] = closed[i] and not cut.above
         return replace(self, bounds=tuple(bounds), closed=tuple(closed))._shrunk()
@@ -80,7 +95,8 @@ class Cell(WithCoordinates):
     def text(self) -> str:
         """The cell as a condition."""
         texts = []
-        for name, (low, high), closed in zip(self.coordinates, self.bounds, self.closed, strict=True):
+        ends = self.closed or (True,) * len(self.bounds)
+        for name, (low, high), closed in zip(self.coordinates, self.bounds, ends, strict=True):
             around = isinstance(name, Angle)
             below = "" if around and closed and low == 0 else f"{low!r} {'<=' if closed else '<'} "
             above = "" if around and high == TWO_PI else f" <= {high!r}"
@@ -103,11 +119,12 @@ class Cell(WithCoordinates):
         box = np.array(self.bounds, float)
         if self.cuts:
             for _ in range(3):
-                states = _grid(self.coordinates, box, 4 * SIDE).states()
+                grid = _grid(self.coordinates, box, 4 * SIDE)
+                states = grid.states()
                 inside = states[self.region.contains(states)]
                 if not len(inside):
                     break
-                margin = (box[:, 1] - box[:, 0]) / (4 * SIDE - 1)
+                margin = (box[:, 1] - box[:, 0]) / (np.array(grid.shape) - 1)
                 low, high = inside.min(axis=0) - margin, inside.max(axis=0) + margin
                 box = np.column_stack([np.maximum(low, box[:, 0]), np.minimum(high, box[:, 1])])
         hull = tuple((float(low), float(high)) for low, high in box)
@@ -167,4 +184,6 @@ def _free(states: Floats, cell: Cell, taken: Sequence[Region]) -> Bools:
 
 
 def _grid(coordinates: Sequence[str], box: Floats, side: int) -> Grid:
-    return Grid(axes={name: Axis(low=low, high=high, points=side) for name, (low, high) in zip(coordinates, box, strict=True)})
+    """A grid over a box (n, 2), of `side` points along each axis in the plane."""
+    points = side_of(len(box), side)
+    return Grid(axes={name: Axis(low=low, high=high, points=points) for name, (low, high) in zip(coordinates, box, strict=True)})

@@ -1,6 +1,6 @@
-"""Step iv: the lowest order of polynomials in two coordinates that meets a tolerance at held-out points."""
+"""Step iv: the lowest order of polynomials that meets a tolerance at held-out points."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,25 +40,25 @@ class Chosen:
 def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterator[tuple[str, PolyFit, int]]:
     """The orders that are compared, by their number of terms: constant, separable if requested, and full ones.
 
-    Degrees of full ones differ by at most one, as in the paper's poly23.
+    In the plane the degrees of full ones differ by at most one, as in the paper's poly23; in more coordinates they are equal,
+    since a fit costs the more there.
     """
-    first, second = coordinates
-    found: list[tuple[str, PolyFit, int]] = [("constant", Full(degrees={first: 0, second: 0}, absolute=()), 2)]
+    n = len(coordinates)
+    found: list[tuple[str, PolyFit, int]] = []
     for a in range(highest + 1):
+        for beside in range(max(0, a - 1), min(highest, a + 1) + 1) if n == 2 else (a,):
+            degrees = dict.fromkeys(coordinates, beside) | {coordinates[0]: a}
+            fit = Full(degrees=degrees, absolute=())
+            name = f"full {_text(degrees)}" if any(degrees.values()) else "constant"
+            found.append((name, fit, n * len(fit.exponents(coordinates, coordinates[0]))))
         if separable and a:
-            alone = Separable(degrees={first: a, second: a}, lines=None, absolute=())
-            found.append(
-                (
-                    f"separable {first}:{a} {second}:{a}",
-                    alone,
-                    2 * a + 2,
-                )
-            )
-        for b in range(max(0, a - 1), min(highest, a + 1) + 1):
-            if a or b:
-                fit = Full(degrees={first: a, second: b}, absolute=())
-                found.append((f"full {first}:{a} {second}:{b}", fit, 2 * len(fit.exponents(coordinates, first))))
+            degrees = dict.fromkeys(coordinates, a)
+            found.append((f"separable {_text(degrees)}", Separable(degrees=degrees, lines=None, absolute=()), n * (a + 1)))
     yield from sorted(found, key=lambda each: each[2])
+
+
+def _text(degrees: Mapping[str, int]) -> str:
+    return " ".join(f"{name}:{degree}" for name, degree in degrees.items())
 
 
 def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool = False) -> Chosen | None:

@@ -1,4 +1,4 @@
-"""The general algorithm (section 4.1, steps 0 to vii): from a system with two coordinates and a tolerance to a composite map."""
+"""The general algorithm (section 4.1, steps 0 to vii): from a system and a tolerance to a composite map."""
 
 from typing import TYPE_CHECKING
 
@@ -16,23 +16,25 @@ if TYPE_CHECKING:
 def partition(
     system: "ImpactSystem", grid: Grid, spec: Partition, *, progress: Progress | None = None
 ) -> "PartitionResult | AccurateResult":
-    """The map of a planar system over a grid's box that meets a tolerance: in closed form with a log of its construction, or
-    accurate.
+    """The map of a system over a grid's box that meets a tolerance: in closed form with a log of its construction, or accurate.
+
+    Closed forms have any number of coordinates, by curves and polynomials in all of them; samples of a cell have 2^(n - 2)
+    times as many states as in the plane. The accurate kind is for two coordinates.
 
     Args:
         progress: called with the fraction of `max_pieces` that is made, or of the known leaves that is done; at the end with 1.
 
     Raises:
-        NsmapsError: the grid's axes are not the system's coordinates, or these are not two: the algorithm divides a plane.
+        NsmapsError: the grid's axes are not the system's coordinates, or these are not two for the accurate kind.
     """
     from nsmaps.reduced.adaptive.accurate import accurate
     from nsmaps.reduced.partition.finalize import finalize
     from nsmaps.reduced.partition.refine import Refinement
 
     check_axes(grid, system.coordinates)
-    if len(system.coordinates) != 2:
+    if spec.kind == "accurate" and len(system.coordinates) != 2:
         given = system.coordinates
-        raise NsmapsError(f"the system has the coordinates {given}; expected: two, since the algorithm divides a plane by curves")
+        raise NsmapsError(f"the system has the coordinates {given}; expected: two, as the accurate kind divides a plane")
     with working("partition", progress) as work:
         if spec.kind == "accurate":
             return accurate(system, grid, spec.tolerance, progress=work.reached)

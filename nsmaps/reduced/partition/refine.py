@@ -1,9 +1,8 @@
-"""Steps iii to vi in turn: regions of the plane are fitted, and split where the fit is insufficient, until all meet their
-demand.
-"""
+"""Steps iii to vi in turn: regions are fitted, and split where the fit is insufficient, until all meet their demand."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +35,10 @@ STRAY_EVERYWHERE = 0.01  #: the same where one tolerance holds everywhere
 FRACTIONS = (0.25, 0.5, 0.75)  #: places in a cell at which it may be split
 SHIFTS = (0.05, 0.15, 0.3)  #: width of a strip along a curved edge that is split off, as a share of the cell
 NARROWEST = 1e-12  #: share of a coordinate, below which it is not split
-FINE, STRICT = 80, 8000  #: points along a cell's grid to find edges on; held-out states where none may miss the demand
+FINE, STRICT = (
+    80,
+    8000,
+)  #: points along a planar cell's grid to find edges on; held-out states where none may miss the demand
 TIGHTER = 2.0  #: factor by which the demand on such a piece is divided, round by round
 ROUNDS = 8  #: of tightening transient pieces that hold part of an attractor
 
@@ -71,11 +73,12 @@ class Leaf:
         return 0.0 if self.chosen is None or self.chosen.met else self.missed
 
     def piece(self) -> Piece:
-        """The piece of a composite map; a negative speed of a polynomial is replaced by its absolute value."""
+        """The piece of a composite map: where no exact image is negative, negative values of a polynomial lose their sign."""
         assert self.chosen is not None
         polymap = self.chosen.map
         held_out = self.sample.held_out
-        negative = (polymap(held_out.start) < 0).any(axis=0) & ~held_out.coordinates.angles
+        signed = (held_out.image[held_out.valid] < 0).any(axis=0)
+        negative = (polymap(held_out.start) < 0).any(axis=0) & ~held_out.coordinates.angles & ~signed
         names = tuple(name for name, each in zip(held_out.coordinates, negative, strict=True) if each)
         return Piece(f"R{self.number}", self.cell.region, replace(polymap, absolute=names), self.chosen.word)
 
@@ -276,7 +279,7 @@ def roots(names: Sequence[str], box: Floats) -> list[Cell]:
         spans[i] = (
             [(float(low), float(high))] if high <= TWO_PI else [(float(low), TWO_PI), (0.0, float(min(high - TWO_PI, low)))]
         )
-    return [Cell(coordinates, (first, second)) for first in spans[0] for second in spans[1] if second[0] < second[1]]
+    return [Cell(coordinates, bounds) for bounds in product(*spans) if all(low < high for low, high in bounds)]
 
 
 def splits(cell: Cell) -> Iterator[Cut]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import TWO_PI, Angle, Coordinates
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -31,8 +31,9 @@ def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
     """
     names, box = returns.coordinates, box_of(grid)
     left = returns.image[returns.valid & ~inside(returns.image, box)]
+    signed: Bools = np.any(returns.image[returns.valid] < 0, axis=0)
     for i, name in enumerate(names):
-        for side, text in _outside(name, *box[i].tolist()):
+        for side, text in _outside(name, float(box[i, 0]), float(box[i, 1]), bool(signed[i])):
             region = Where(text=text, coordinates=names)
             states = left[region.contains(left)] if len(left) else left
             if not len(states):
@@ -43,10 +44,10 @@ def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
                 yield Piece(f"reset {name} {side}", region, PolyMap.reset(names, values))
 
 
-def _outside(name: str, low: float, high: float) -> Iterator[tuple[str, str]]:
-    """The sides on which a coordinate may leave its interval, as conditions; a speed is never negative."""
+def _outside(name: str, low: float, high: float, signed: bool) -> Iterator[tuple[str, str]]:
+    """The sides on which a coordinate may leave its interval, as conditions; others than `signed` ones are never negative."""
     if not isinstance(name, Angle):
-        yield from [("below", f"{name} < {low!r}")] if low > 0 else []
+        yield from [("below", f"{name} < {low!r}")] if low > 0 or signed else []
         yield "above", f"{name} > {high!r}"
     elif high - low < TWO_PI:
         low, high = low % TWO_PI, high % TWO_PI
@@ -57,7 +58,8 @@ def _beyond(box: Floats, i: int, side: str, around: bool) -> Floats:
     """Random states outside of the box in coordinate i, shape (STARTS, n)."""
     bounds = box.copy()
     low, high = box[i]
-    bounds[i] = (high, low + TWO_PI) if around else (0, low) if side == "below" else (high, high + (high - low) / 4)
+    below = (0 if low > 0 else low - (high - low) / 4, low)
+    bounds[i] = (high, low + TWO_PI) if around else below if side == "below" else (high, high + (high - low) / 4)
     return np.random.default_rng(5).uniform(bounds[:, 0], bounds[:, 1], (STARTS, len(box)))
 
 

@@ -1,19 +1,18 @@
-"""The edges of a planar return map in a cell, found by bisection, and curves that separate its words or sheets."""
+"""The edges of a return map in a cell, found by bisection, and curves or surfaces that separate its words or sheets."""
 
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import comb
 from typing import Protocol
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Itineraries, Returns
-from nsmaps.reduced.partition.cell import Cut, Sample, rounded
+from nsmaps.reduced.partition.cell import Cut, Sample, powers, rounded
 
 BISECTIONS = 40
 MOST_EDGES = 400  #: pairs of neighbours between which borders are sought
@@ -76,13 +75,14 @@ def separators(sample: Sample, sheets: Sheets) -> Iterator[Cut]:
         points = sheets.points[edge]
         if len(points) < FEWEST:
             continue
-        for dependent in (0, 1):
-            width = np.ptp(sample.returns.start[:, dependent])
-            if np.ptp(points[:, 1 - dependent]) < 1e-3 * np.ptp(sample.returns.start[:, 1 - dependent]):
+        wide, others = np.ptp(sample.returns.start, axis=0), points.shape[1] - 1
+        thin = np.ptp(points, axis=0) < 1e-3 * wide
+        for dependent in range(points.shape[1]):
+            if np.delete(thin, dependent).all():
                 continue
             for order in range(1, SEPARATOR_ORDER + 1):
-                if len(points) >= 2 * (order + 1):
-                    yield _through(points, dependent, order, width)
+                if len(points) >= 2 * comb(others + order, order):
+                    yield _through(points, dependent, comb(others + order, order), wide[dependent])
     for number in range(sheets.number.max() + 1):
         states = sample.returns.start[sheets.number == number]
         for i in range(states.shape[1]):
@@ -120,21 +120,23 @@ def bound(i: int, value: float, width: float) -> Cut:
     return Cut(i, (rounded(value, width),), above=False)
 
 
-def _through(points: Floats, dependent: int, order: int, width: float) -> Cut:
-    """The curve of an order through points, by least squares."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", np.exceptions.RankWarning)  # such a curve separates nothing, and is not chosen
-        curve = Polynomial.fit(points[:, 1 - dependent], points[:, dependent], order).convert()
-    reach = max(1.0, float(np.abs(points[:, 1 - dependent]).max()))
-    coefficients = [rounded(float(value), width / 10 / reach**k) for k, value in enumerate(curve.coef)]
+def _through(points: Floats, dependent: int, terms: int, width: float) -> Cut:
+    """The curve with a number of terms through points, by least squares."""
+    others = np.delete(points, dependent, axis=1)
+    reach = np.maximum(1.0, np.abs(others).max(axis=0))
+    monomials = np.array(powers(others.shape[1], terms))
+    design = np.prod((others / reach)[:, None, :] ** monomials, axis=2)
+    found = np.linalg.lstsq(design, points[:, dependent], rcond=None)[0]
+    scales = np.prod(reach**monomials, axis=1)
+    coefficients = [rounded(float(c / scale), width / 10 / scale) for c, scale in zip(found, scales, strict=True)]
     return Cut(dependent, tuple(coefficients), above=False)
 
 
 def _neighbours(sample: Sample) -> tuple[Ints, Ints]:
     """The pairs of grid points in the cell that are next to each other."""
     places = np.arange(sample.grid.size).reshape(sample.grid.shape)
-    pairs = [(places[1:], places[:-1]), (places[:, 1:], places[:, :-1])]
-    first, second = (np.concatenate([pair[k].ravel() for pair in pairs]) for k in (0, 1))
+    along = [np.moveaxis(places, i, 0) for i in range(places.ndim)]
+    first, second = np.concatenate([each[1:].ravel() for each in along]), np.concatenate([each[:-1].ravel() for each in along])
     both = sample.inside[first] & sample.inside[second]
     return first[both], second[both]
 

@@ -1,4 +1,4 @@
-"""The specification of a partition, the map that replaces an exact one in a plane."""
+"""The specification of a partition, the map that replaces an exact one in a box."""
 
 from typing import Literal, Self
 
@@ -10,7 +10,7 @@ Role = Literal["attracting", "transient"]
 
 
 class Partition(BaseModel):
-    """The specification of the reduced map of a planar system; the tolerance is the only choice that must be made."""
+    """The specification of the reduced map of a system; the tolerance is the only choice that must be made."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
