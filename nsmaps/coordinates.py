@@ -21,6 +21,7 @@ class Bounded(Protocol):
         ...
 
 
+StateLike = ArrayLike | Mapping[str, float]  #: see `as_starts`
 BoxLike = ArrayLike | Mapping[str, tuple[float, float]] | Bounded  #: see `as_box`
 
 
@@ -179,35 +180,58 @@ def as_states(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
     return array
 
 
-def as_box(box: BoxLike, coordinates: Sequence[str]) -> Floats:
+def as_starts(states: StateLike, coordinates: Sequence[str]) -> Floats:
+    """One state or many as a float array of shape (n,) or (..., n).
+
+    Args:
+        states: an array with the coordinates as its last axis, or for one state a mapping of every coordinate to its value.
+
+    Raises:
+        StateError: a coordinate is missing or unknown, or the array has another shape.
+    """
+    given = _in_order(states, coordinates, "state") if isinstance(states, Mapping) else states
+    array, n = as_numbers(given, coordinates), len(coordinates)
+    if array.ndim == 0 or array.shape[-1] != n:
+        raise StateError(
+            f"the start has shape {array.shape}; expected: ({n},) or (..., {n}), the coordinates {', '.join(coordinates)} last"
+        )
+    return array
+
+
+def as_box(box: BoxLike, coordinates: Sequence[str], whole_turn: bool = False) -> Floats:
     """A box of states as an array of shape (n, 2), lower and upper end of each coordinate, angles in radians on any turn.
 
     Args:
         box: a mapping of every coordinate to (low, high), a `nsmaps.Box`, or an array of shape (n, 2).
+        whole_turn: whether the side of an angle is at most a whole turn.
 
     Raises:
         StateError: a coordinate is missing or unknown, or an end is not finite or not above the lower one.
     """
-    names = ", ".join(coordinates)
     bounds = getattr(box, "bounds", box)
-    if isinstance(bounds, Mapping):
-        for name in [*bounds, *coordinates]:
-            if name not in coordinates or name not in bounds:
-                wrong = (
-                    f"{name!r} is not a coordinate{near_match(str(name), coordinates)}"
-                    if name in bounds
-                    else f"{name!r} is missing"
-                )
-                raise StateError(f"the box has {', '.join(map(str, bounds))}: {wrong}; expected: bounds of each of {names}")
-        bounds = [bounds[name] for name in coordinates]
+    ends = _in_order(bounds, coordinates, "box") if isinstance(bounds, Mapping) else bounds
     try:
-        array = np.array(bounds, float)
+        array = np.array(ends, float)
     except (TypeError, ValueError):
         array = np.empty(0)
-    bad = [repr(box) if not array.size else str(array.tolist())]
+    bad, turn = [repr(box) if not array.size else str(array.tolist())], TWO_PI * (1 + 1e-12)
     if array.shape == (len(coordinates), 2):
-        ends = zip(coordinates, array.tolist(), strict=True)
-        bad = [f"{name} from {low!r} to {high!r}" for name, (low, high) in ends if not -np.inf < low < high < np.inf]
+        longest = np.where(Coordinates(coordinates).angles & whole_turn, turn, np.inf)
+        sides = zip(coordinates, array.tolist(), longest, strict=True)
+        bad = [f"{name} from {a!r} to {b!r}" for name, (a, b), most in sides if not (-np.inf < a < b < np.inf and b - a <= most)]
     if bad:
-        raise StateError(f"the box is {bad[0]}; expected: finite ends (low, high), low < high, for each of {names}")
+        least = ", an angle within a whole turn" if whole_turn else ""
+        names = ", ".join(coordinates)
+        raise StateError(f"the box is {bad[0]}; expected: finite ends (low, high), low < high{least}, for each of {names}")
     return array
+
+
+def _in_order(values: Mapping[str, Any], coordinates: Sequence[str], what: str) -> list[Any]:
+    """The values by name in the order of the coordinates; raises StateError if one is missing or unknown."""
+    expected = "bounds" if what == "box" else "a value"
+    for name in [*values, *coordinates]:
+        if name not in coordinates or name not in values:
+            why = "missing" if name in coordinates else f"not a coordinate{near_match(str(name), coordinates)}"
+            given, names = ", ".join(map(str, values)), ", ".join(coordinates)
+            raise StateError(f"the {what} has {given}: {name!r} is {why}; expected: {expected} of each of {names}")
+    return [values[name] for name in coordinates]

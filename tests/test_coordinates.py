@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import nsmaps
-from nsmaps.coordinates import TWO_PI, Coordinates, as_box
+from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_starts
+from nsmaps.errors import StateError
 from nsmaps.parallel import names_among, names_as_arrays
 from nsmaps.study.store.serialize import decode, encode
 
@@ -34,6 +35,71 @@ def test_one_box_in_every_form_is_one_array(box: object) -> None:
     array = as_box(box, NAMES)  # type: ignore[arg-type]
     assert array.dtype == float
     assert array.tolist() == ROWS
+
+
+@pytest.mark.parametrize("state", [{"v": 0.7, "phi": 1}, {"phi": 1.0, "v": 0.7}, [0.7, 1], np.array([0.7, 1.0])])
+def test_one_state_in_every_form_is_one_array(state: object) -> None:
+    assert as_starts(state, NAMES).tolist() == [0.7, 1.0]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("state", "why"),
+    [
+        ({"v": 0.7}, "the state has v: 'phi' is missing; expected: a value of each of v, phi"),
+        ({"v": 0.7, "phi": 1, "psi": 2}, "'psi' is not a coordinate"),
+        ([0.7], r"the start has shape \(1,\); expected: \(2,\) or \(..., 2\), the coordinates v, phi last"),
+        (0.7, r"the start has shape \(\)"),
+        ("v", "'v' is not an array of numbers"),
+    ],
+)
+def test_other_states_are_refused(state: object, why: str) -> None:
+    with pytest.raises(StateError, match=why):
+        as_starts(state, NAMES)  # type: ignore[arg-type]
+
+
+BOX = {"v": (0.6, 0.95), "phi": (0.1, 1.0)}
+BOXED = {
+    "strip_map": lambda system, box: nsmaps.strip_map(system, box, 1e-2),
+    "grazing_curves": lambda system, box: system.grazing_curves(box, lines=9),
+    "closed_box": lambda system, box: nsmaps.closed_box(system, box, 2),
+    "morse_sets": lambda system, box: nsmaps.morse_sets(system, box, 0, 2),
+    "attracting_domain": lambda system, box: nsmaps.attracting_domain(system, box, 1, samples=9),
+    "over": lambda system, box: nsmaps.PolyMap.reset(system.coordinates, {"v": 1.0}).over(box),
+}
+
+
+@pytest.mark.parametrize("name", BOXED)
+def test_everything_that_takes_a_box_takes_it_in_one_way(name: str, pair) -> None:
+    """A mapping, a `Box` and an array alike; the errors are those of `as_box`."""
+    system = pair(0.35)
+    for box in (BOX, nsmaps.Box(coordinates=system.coordinates, bounds=BOX), list(BOX.values())):
+        BOXED[name](system, box)
+    for wrong, why in (
+        ({"v": (0.6, 0.95)}, "'phi' is missing; expected: bounds"),
+        ([[1, 0], [0, 1]], "the box is v from 1.0 to 0.0"),
+    ):
+        with pytest.raises(StateError, match=why):
+            BOXED[name](system, wrong)
+
+
+STARTED = {
+    "orbit": lambda system, state: nsmaps.orbit(system, state, 2).states,
+    "lyapunov": lambda system, state: nsmaps.lyapunov(system, state, 32).exponents,
+    "periodic_orbit": lambda system, state: nsmaps.periodic_orbit(system, state).states,
+    "impacts": lambda system, state: system.impacts(state, 3).time,
+    "trajectory": lambda system, state: np.array(system.trajectory(state, 3)),
+    "noisy_orbits": lambda system, state: nsmaps.noisy_orbits(system, state, 3, nsmaps.Noise(sigma=0.01, tau=0.5), 2).states,
+}
+
+
+@pytest.mark.parametrize("name", STARTED)
+def test_everything_that_takes_a_state_takes_it_in_one_way(name: str, pair) -> None:
+    system = pair(0.35)
+    expected = STARTED[name](system, [0.8, 0.4])
+    assert np.array_equal(STARTED[name](system, {"phi": 0.4, "v": 0.8}), expected, equal_nan=True)
+    for wrong in ({"v": 0.8}, [0.8], 0.8):
+        with pytest.raises(StateError, match="expected: "):
+            STARTED[name](system, wrong)
 
 
 def test_the_array_of_a_box_is_a_copy() -> None:

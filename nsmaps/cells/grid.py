@@ -46,9 +46,7 @@ class Cells(WithCoordinates):
     @classmethod
     def over(cls, coordinates: Sequence[str], window: BoxLike, cells: int | Sequence[int]) -> Self:
         """A window, as `as_box` takes it, in so many cells an axis. NsmapsError if either is not valid."""
-        own, box, n = Coordinates(coordinates), as_box(window, coordinates), len(coordinates)
-        if (np.ptp(box, axis=1) > TWO_PI)[own.angles].any():
-            raise NsmapsError(f"the window is {box.tolist()}; expected: at most a whole turn of an angle")
+        own, box, n = Coordinates(coordinates), as_box(window, coordinates, whole_turn=True), len(coordinates)
         shape = (cells,) * n if isinstance(cells, int) else tuple(cells)
         if len(shape) != n or min(shape) < 1:
             raise NsmapsError(f"cells is {cells}; expected: a number from 1 on, or one for each of {', '.join(coordinates)}")

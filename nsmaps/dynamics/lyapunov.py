@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import Coordinates, WithCoordinates, as_numbers
+from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed
-from nsmaps.errors import NsmapsError, StateError
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
@@ -50,7 +50,7 @@ class Lyapunov(WithCoordinates):
 
 
 @shows
-def lyapunov(map: ReturnMap, state: ArrayLike, n: int, discard: int = 1000) -> Lyapunov:
+def lyapunov(map: ReturnMap, state: StateLike, n: int, discard: int = 1000) -> Lyapunov:
     """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim), over n returns.
 
     A frame of tangent vectors is carried through the returns by the map's derivative and made orthonormal after each by modified
@@ -69,9 +69,7 @@ def lyapunov(map: ReturnMap, state: ArrayLike, n: int, discard: int = 1000) -> L
         StateError: the state does not have the map's coordinates.
         NsmapsError: n is below 32, the number of batches, or `discard` is negative.
     """
-    start, dim = as_numbers(state, map.coordinates), len(map.coordinates)
-    if start.ndim == 0 or start.shape[-1] != dim:
-        raise StateError(f"the start has shape {start.shape}; its last axis must hold {map.coordinates}")
+    start, dim = as_starts(state, map.coordinates), len(map.coordinates)
     if n < BATCHES or discard < 0:
         raise NsmapsError(f"{n} returns after {discard}; expected: at least {BATCHES}, one per batch, after zero or more")
     flat = start.reshape(-1, dim)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import Coordinates, WithCoordinates, as_numbers
+from nsmaps.arrays import Floats, brief
+from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, continued, single_returns
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
@@ -66,8 +66,8 @@ class Orbit(WithCoordinates):
 
 
 @shows
-def orbit(map: ReturnMap, state: ArrayLike, n: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
-    """The first n returns of one state, shape (dim,), or of many, shape (..., dim).
+def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
+    """The first n returns of one state, shape (dim,) or a mapping by name, or of many, shape (..., dim).
 
     Args:
         map: an exact system, a composite map, or anything else with `coordinates` and `first_return`.
@@ -77,9 +77,7 @@ def orbit(map: ReturnMap, state: ArrayLike, n: int, *, progress: Progress | None
     Raises:
         StateError: the state has not the map's coordinates, or n is negative.
     """
-    start, dim = as_numbers(state, map.coordinates), len(map.coordinates)
-    if start.ndim == 0 or start.shape[-1] != dim:
-        raise StateError(f"the start has shape {start.shape}; its last axis must hold {map.coordinates}")
+    start, dim = as_starts(state, map.coordinates), len(map.coordinates)
     if n < 0:
         raise StateError(f"n is {n}; expected: a number of returns >= 0")
     flat = start.reshape(-1, dim)

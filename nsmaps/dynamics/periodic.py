@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import Coordinates
+from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -116,7 +116,7 @@ def stability(multipliers: ArrayLike) -> bool | None:
 
 
 def periodic_orbit(
-    map: ReturnMap, guess: ArrayLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
+    map: ReturnMap, guess: StateLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
 ) -> PeriodicOrbit:
     """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
 
@@ -124,7 +124,7 @@ def periodic_orbit(
 
     Args:
         map: with derivatives, such as an exact system, a composite map or one of strips.
-        guess: the first state, shape (n,), whose images are the others; or all states, shape (period, n).
+        guess: the first state, shape (n,) or a mapping by name, whose images are the others; or all states, shape (period, n).
         period: q, in returns.
         tolerance: largest residual of a converged orbit, as a share of the scale; see `PeriodicOrbit.converged`.
         scale: shape (n,), of each coordinate; its largest magnitude on the orbit and its guess if omitted, a radian for an
@@ -136,7 +136,7 @@ def periodic_orbit(
     """
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
-    states = np.atleast_2d(np.asarray(guess, float))
+    states = np.atleast_2d(as_starts(guess, map.coordinates))
     coordinates = Coordinates(map.coordinates)
     dim = len(coordinates)
     if states.shape not in ((1, dim), (period, dim)):

@@ -2,7 +2,7 @@
 
 import sys
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from inspect import isabstract
 from types import SimpleNamespace
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike
-from nsmaps.coordinates import TWO_PI, Angle, Coordinates, as_states
+from nsmaps.coordinates import TWO_PI, Angle, BoxLike, Coordinates, StateLike, as_starts, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
 from nsmaps.exact.files import REFUSED, defined_at
 from nsmaps.exact.parameters import ParametricSystem
@@ -117,9 +117,7 @@ class ImpactSystem(ParametricSystem):
         way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
         return self._kernel().sensitivities(start, way, chatter)
 
-    def grazing_curves(
-        self, box: Mapping[str, Sequence[float]], lines: int = 400, spacing: float = 0.005
-    ) -> "tuple[GrazingCurve, ...]":
+    def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> "tuple[GrazingCurve, ...]":
         """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
 
         Each curve is followed from a start point until it ends: at the `box`, at `rest` (its speed falls to zero), at another
@@ -130,7 +128,7 @@ class ImpactSystem(ParametricSystem):
         the state and do not form curves.
 
         Args:
-            box: (low, high) of each coordinate, speeds >= 0; phases within one turn, of which a whole one is a circle.
+            box: as of `as_box`, speeds >= 0; phases within one turn, of which a whole one is a circle.
             lines: number of lines of the scan, in each direction.
             spacing: largest distance between points of a curve, in sizes of the box and periods of the flight's time.
 
@@ -155,16 +153,16 @@ class ImpactSystem(ParametricSystem):
 
         return image_boxes(self, boxes)
 
-    def impacts(self, state: ArrayLike, n: int, chatter: float = 1e-12) -> Impacts:
+    def impacts(self, state: StateLike, n: int, chatter: float = 1e-12) -> Impacts:
         """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
-        start = as_states(np.asarray(state, float)[None], self.coordinates)
+        start = as_states(as_starts(state, self.coordinates)[None], self.coordinates)
         if not (start[0, 0] >= 0 and np.isfinite(start).all()):
             raise StateError(f"the state {start[0]} is not a start; expected: a finite impact speed >= 0 and a phase")
         if n < 1:
             raise StateError(f"n is {n}; expected: at least one impact")
         return self._kernel().impacts(start[0], n, chatter)
 
-    def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Any, Any]:
+    def trajectory(self, state: StateLike, n: int, samples: int = 50) -> tuple[Any, Any]:
         """Times and displacements along the flights between the first n impacts from `state`, with `samples` points per flight.
 
         Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. For velocities,

@@ -6,8 +6,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.arrays import ArrayLike
-from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, near_match
 
 if TYPE_CHECKING:
@@ -46,8 +45,8 @@ class ClosedMap(WithCoordinates):
         images = {name: image.subs(swaps) for name, image in self.images.items()}
         return replace(self, images=images, symbols=tuple(name for name in self.symbols if name not in values))
 
-    def over(self, box: ArrayLike | None = None) -> "PolyMap":
-        """The composition as a PolyMap in Chebyshev products of a box (n, 2), each coefficient rounded once: what to evaluate.
+    def over(self, box: BoxLike | None = None) -> "PolyMap":
+        """The composition as a PolyMap in Chebyshev products of a box (see `as_box`), each coefficient rounded once.
 
         Expanded monomials of a high degree cancel in floats. A parameter becomes the last coordinate, which the map leaves as it
         is. If the box is omitted it is that of the map applied first.

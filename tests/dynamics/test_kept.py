@@ -17,7 +17,7 @@ AROUND = (0.55, 1.0), (0.0, 1.5)  #: holds the attractors for d in [0.26, 0.35]
 @pytest.mark.parametrize(("tolerance", "off"), [(1e-3, 1e-3), (1e-4, 2e-5)])
 def test_doubling_of_strips(pair, tolerance, off):
     def of(d):
-        return strip_map(pair(d), (0.6, 0.95), (0.05, 1.0), tolerance)
+        return strip_map(pair(d), ((0.6, 0.95), (0.05, 1.0)), tolerance)
 
     def orbit(d):
         found = nsmaps.periodic_orbit(of(d), [0.8, 0.31])
@@ -31,7 +31,7 @@ def test_doubling_of_strips(pair, tolerance, off):
 
 
 def test_multipliers_of_strips(pair):
-    made = nsmaps.periodic_orbit(strip_map(pair(0.35), *AROUND, 1e-4), [0.8, 0.4])
+    made = nsmaps.periodic_orbit(strip_map(pair(0.35), AROUND, 1e-4), [0.8, 0.4])
     assert made.converged
     assert np.allclose(made.multipliers, MULTIPLIERS, rtol=1e-2)
     assert np.allclose(made.states, [[0.83338599, 0.36361156]], atol=1e-4)
@@ -48,5 +48,5 @@ def attractor(map):
 @pytest.mark.thorough
 @pytest.mark.parametrize(("d", "most"), [(0.26, 2e-3), (0.27, 1e-4), (0.30, 1e-4), (0.35, 1e-4)])
 def test_attractor_of_strips(pair, d, most):
-    strips = strip_map(pair(d), *AROUND, 1e-4)
+    strips = strip_map(pair(d), AROUND, 1e-4)
     assert 0 < hausdorff(attractor(pair(d)), attractor(strips), strips.coordinates) < most

@@ -76,6 +76,7 @@ def test_a_word_with_d_and_with_a_reset():
     with pytest.raises(NsmapsError, match="'v' has no bounded domain; expected: a box"):
         after.over()
     box = [[0.5, 1.0], [0.1, 0.9]]
+    assert np.array_equal(after.over({"phi": box[1], "v": box[0]})([[0.7, 0.2]]), after.over(box)([[0.7, 0.2]]))
     np.testing.assert_allclose(after.over(box)([[0.7, 0.2]]), piece("R1", 1).map([[0.7, 1.2]]), atol=1e-13)
 
 

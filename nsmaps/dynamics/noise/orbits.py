@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.arrays import Floats, brief
+from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import decoded
@@ -71,7 +71,7 @@ class NoisyOrbits(WithCoordinates):
 @divides
 def noisy_orbits(
     system: "ImpactSystem",
-    state: ArrayLike,
+    state: StateLike,
     n: int,
     noise: Noise,
     realisations: int = 1,
@@ -108,7 +108,7 @@ def noisy_orbits(
     if not isinstance(system, ImpactSystem):
         name = type(system).__name__
         raise NsmapsError(f"{name} is not an ImpactSystem; expected: one, as noise is added to the flights of one displacement")
-    starts = np.asarray(state, float)
+    starts = as_starts(state, system.coordinates)
     if starts.shape not in ((2,), (realisations, 2)) or realisations < 0:
         raise StateError(f"the start has shape {starts.shape}; expected: (2,) or ({max(realisations, 0)}, 2)")
     period = float(system.period())

@@ -4,7 +4,6 @@ Start points come from a scan of itineraries, the curves from `equations.py`.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.bisection import bisect_changes
-from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, nearest_turn
+from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box, nearest_turn
 from nsmaps.errors import StateError
 from nsmaps.exact.engine.itinerary import itinerary as itinerary_of
 from nsmaps.exact.grazing.equations import NEAR, Frame, Touch
@@ -62,9 +61,7 @@ def _word(itinerary: str) -> str:
     return itinerary.replace(HIGHEST, "").replace(LOWEST, "")
 
 
-def grazing_curves(
-    system: "ImpactSystem", box: Mapping[str, Sequence[float]], lines: int = 400, spacing: float = 0.005
-) -> tuple[GrazingCurve, ...]:
+def grazing_curves(system: "ImpactSystem", box: BoxLike, lines: int = 400, spacing: float = 0.005) -> tuple[GrazingCurve, ...]:
     """The grazing curves in a box, as described in `ImpactSystem.grazing_curves`."""
     frame = _frame(system, box)
     if not (lines >= 2 and spacing > 0):
@@ -81,14 +78,11 @@ def grazing_curves(
     return tuple(curves)
 
 
-def _frame(system: "ImpactSystem", box: Mapping[str, Sequence[float]]) -> Frame:
+def _frame(system: "ImpactSystem", box: BoxLike) -> Frame:
     """The box, checked."""
-    ends = np.array([box.get(name, (np.nan, np.nan)) for name in system.coordinates], float)
-    if set(box) != set(system.coordinates) or ends.shape != (2, 2) or not (np.isfinite(ends).all() and ends[0, 0] >= 0):
-        raise StateError(f"the box is {dict(box)}; expected: a finite (low, high) for each of v and phi, v >= 0")
-    low, high = ends.T
-    if not ((low < high).all() and high[1] - low[1] <= TWO_PI * (1 + 1e-12)):
-        raise StateError(f"the box is {dict(box)}; expected: each low below its high, and phi within one turn")
+    low, high = as_box(box, system.coordinates, whole_turn=True).T
+    if not low[0] >= 0:
+        raise StateError(f"the speeds are from {low[0]:g} to {high[0]:g}; expected: none below zero")
     kernel = system._kernel()
     return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate()))
 

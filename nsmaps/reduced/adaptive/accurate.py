@@ -39,6 +39,5 @@ def accurate(system: "ImpactSystem", grid: Grid, tolerance: float, *, progress: 
     """
     if system.coordinates.angles.tolist() != [False, True]:
         raise FitError(f"the coordinates are {system.coordinates}; expected: an impact speed and a phase")
-    speeds, phases = ((axis.low, axis.high) for axis in (grid.axes[name] for name in system.coordinates))
-    strips = strip_map(system, speeds, phases, tolerance, progress=progress)
+    strips = strip_map(system, {name: (axis.low, axis.high) for name, axis in grid.axes.items()}, tolerance, progress=progress)
     return AccurateResult(strips.strips, *held_out(strips))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
-from nsmaps.coordinates import TWO_PI, Coordinates, as_states
+from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, as_box, as_states
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
 from nsmaps.progress import Progress, Work, working
@@ -154,8 +154,7 @@ def _put(returns: Returns, rows: Ints, given: Returns) -> None:
 
 def strip_map(
     system: "ImpactSystem",
-    speeds: tuple[float, float],
-    phases: tuple[float, float],
+    box: BoxLike,
     tolerance: float,
     progress: Progress | None = None,
     max_seconds: float = inf,
@@ -166,19 +165,24 @@ def strip_map(
     many periods of the forcing: on a terminal a line shows how far it is.
 
     Args:
-        speeds: lowest and highest, both above zero: at zero the ball does not leave the wall, and the map is not smooth.
-        phases: lowest and highest, radians; a whole turn is taken as a circle, cut where that is best.
+        box: as of `as_box`. Its speeds are above zero: at zero the ball does not leave the wall, and the map is not smooth. A
+            whole turn of phases is taken as a circle, cut where that is best.
         tolerance: of the speed, and of the phase in radians, over the whole box but within 1e-11 of an edge.
         progress: called before each round of fits with the fraction of the known leaves that is done, and with 1 at the end.
         max_seconds: time after which no round begins, and after half of which no search for edges begins: the exact map answers
             on the unfinished part, whose share is `report.exact_share`; `report.stopped` is then True.
 
     Raises:
-        FitError: an invalid box, or a tolerance below rounding.
+        StateError: an invalid box.
+        FitError: speeds that are not above zero, or a tolerance below rounding.
     """
-    _check_box(speeds, phases, tolerance)
+    speeds, phases = as_box(box, system.coordinates, whole_turn=True).tolist()
+    if not LEAST_TOLERANCE <= tolerance < np.inf:
+        raise FitError(f"the tolerance is {tolerance!r}; expected: at least {LEAST_TOLERANCE:g}")
+    if not speeds[0] > 0:
+        raise FitError(f"speeds from {speeds[0]!r} to {speeds[1]!r}; expected: all above zero")
     with working("strip map", progress, max_seconds) as work:
-        return _strip_map(system, speeds, phases, tolerance, work)
+        return _strip_map(system, (speeds[0], speeds[1]), (phases[0], phases[1]), tolerance, work)
 
 
 def _strip_map(
@@ -208,15 +212,6 @@ def _strip_map(
     words = np.array([(band.words[cell], band.outcomes[cell]) for band, cell in cells], np.int64).reshape(-1, 2)
     report = replace(report, stopped=not (found and fitted))
     return StripMap(system, Strips(box, tuple(bands), report, words, build_tables(box, bands, trees)))
-
-
-def _check_box(speeds: tuple[float, float], phases: tuple[float, float], tolerance: float) -> None:
-    if not LEAST_TOLERANCE <= tolerance < np.inf:
-        raise FitError(f"the tolerance is {tolerance!r}; expected: at least {LEAST_TOLERANCE:g}")
-    if not 0 < speeds[0] < speeds[1] < np.inf:
-        raise FitError(f"speeds from {speeds[0]!r} to {speeds[1]!r}; expected: a lower one above zero and a higher, finite")
-    if not (np.isfinite(phases).all() and phases[0] < phases[1] <= phases[0] + TWO_PI * (1 + 1e-12)):
-        raise FitError(f"phases from {phases[0]!r} to {phases[1]!r}; expected: a lower and a higher, at most a turn apart")
 
 
 def _report(

@@ -10,7 +10,7 @@ from numpy.polynomial.chebyshev import chebder, chebvander
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
-from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
+from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box, as_states
 from nsmaps.errors import FitError, near_match
 
 if TYPE_CHECKING:
@@ -78,25 +78,23 @@ class PolyMap(WithCoordinates):
         cls,
         coordinates: Sequence[str],
         monomials: Mapping[str, Mapping[tuple[int, ...], Fraction]],
-        box: ArrayLike,
+        box: BoxLike,
         absolute: tuple[str, ...] = (),
     ) -> "PolyMap":
-        """The map of plain monomials, each output's coefficients by their exponents, in Chebyshev products of a box (n, 2).
+        """The map of plain monomials, each output's coefficients by their exponents, in Chebyshev products of a box.
 
         Conversion is in exact rational arithmetic with one rounding, so that cancellation on the box costs no digits.
         """
-        names, domain = Coordinates(coordinates), np.array(box, float)
+        names, domain = Coordinates(coordinates), as_box(box, coordinates)
         centre, scale = domain.mean(axis=1), np.ptp(domain, axis=1) / 2
-        if not np.isfinite(domain).all() or not (scale > 0).all():
-            raise FitError(f"Chebyshev products of the box {domain.tolist()}; expected: bounded sides, lower < upper")
         terms = [_terms(_changed(_dense_exactly(monomials[name], len(names)), centre, scale, _in_chebyshev)) for name in names]
         terms = [each or {(0,) * len(names): Fraction(0)} for each in terms]
         exponents = tuple(np.array(list(each), int) for each in terms)
         coefficients = tuple(np.array([float(value) for value in each.values()]) for each in terms)
         return cls(names, exponents, coefficients, centre, scale, domain, absolute)
 
-    def over(self, box: ArrayLike) -> "PolyMap":
-        """The same polynomials in Chebyshev products of another box (n, 2), each coefficient rounded once; without report."""
+    def over(self, box: BoxLike) -> "PolyMap":
+        """The same polynomials in Chebyshev products of another box, each coefficient rounded once; without report."""
         monomials = {name: self.exact_monomials(name) for name in self.coordinates}
         return PolyMap.of_monomials(self.coordinates, monomials, box, self.absolute)
 
