@@ -218,7 +218,7 @@ def as_box(box: BoxLike, coordinates: Sequence[str], whole_turn: bool = False) -
     if array.shape == (len(coordinates), 2):
         longest = np.where(Coordinates(coordinates).angles & whole_turn, turn, np.inf)
         sides = zip(coordinates, array.tolist(), longest, strict=True)
-        bad = [f"{name} from {a!r} to {b!r}" for name, (a, b), most in sides if not (-np.inf < a < b < np.inf and b - a <= most)]
+        bad = [f"{name} from {a!r} to {b!r}" for name, (a, b), side in sides if not (-np.inf < a < b < np.inf and b - a <= side)]
     if bad:
         least = ", an angle within a whole turn" if whole_turn else ""
         names = ", ".join(coordinates)
