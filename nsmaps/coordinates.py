@@ -216,8 +216,8 @@ def as_box(box: BoxLike, coordinates: Sequence[str], whole_turn: bool = False) -
         array = np.empty(0)
     bad, turn = [repr(box) if not array.size else str(array.tolist())], TWO_PI * (1 + 1e-12)
     if array.shape == (len(coordinates), 2):
-        longest = np.where(Coordinates(coordinates).angles & whole_turn, turn, np.inf)
-        sides = zip(coordinates, array.tolist(), longest, strict=True)
+        widest = np.where(Coordinates(coordinates).angles & whole_turn, turn, np.inf)
+        sides = zip(coordinates, array.tolist(), widest, strict=True)
         bad = [f"{name} from {a!r} to {b!r}" for name, (a, b), side in sides if not (-np.inf < a < b < np.inf and b - a <= side)]
     if bad:
         least = ", an angle within a whole turn" if whole_turn else ""
