@@ -42,6 +42,11 @@ AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by cl
         **dict.fromkeys(("period", "labels", "outcome"), "across_value along_value"),
     },
     "Impacts": dict.fromkeys(("wall", "time", "phase", "speed", "mark"), "impact"),
+    "Events": {
+        **dict.fromkeys(("name", "letter", "time", "phase"), "event"),
+        **dict.fromkeys(("before", "after"), "event state"),
+    },
+    "ModeTrack": {"modes": "flight", "time": "flight sample", "states": "flight sample state"},
     "Track": {
         **dict.fromkeys(("time", "displacement", "velocity", "ball"), "flight sample"),
         "walls": "wall flight sample",

@@ -107,6 +107,15 @@ class HybridSystem(ParametricSystem):
 
         return image_boxes(self, boxes)
 
+    def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Floats, Floats]:
+        """Times and states along the flights between the first n events from `state`, with `samples` points per flight.
+
+        Arrays of shape (T,) and (T, number of states) in the system's units, through sliding and lasting contact too. For modes
+        and events see `nsmaps.exact.trajectory.track`, which also states what is a start and which errors are raised.
+        """
+        track = self._kernel().track(np.asarray(state, float), n, samples)
+        return track.time.ravel(), track.states.reshape(-1, len(self.states))
+
     def phase_rate(self) -> float:
         """Radians of phase a unit of the system's time; zero without forcing."""
         period = self.period()

@@ -1,13 +1,14 @@
-"""The exact motion at and between impacts, sampled, for figures of trajectories."""
+"""The exact motion at and between impacts or events, sampled, for figures of trajectories."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.errors import StateError
+from nsmaps.exact.events import ModeTrack, check_samples
+from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.returns import Impacts
 
 if TYPE_CHECKING:
@@ -44,16 +45,22 @@ class Track:
         return bool((np.ptp(self.walls.reshape(len(self.at), -1), axis=1) > 0).any())
 
 
-def track(system: "ImpactSystem", state: ArrayLike, n: int, samples: int = 60) -> Track:
-    """The exact motion from the impact `state`, shape (2,), through the first n impacts on all walls, the start included.
+@overload
+def track(system: "ImpactSystem", state: ArrayLike, n: int, samples: int = 60) -> Track: ...
+@overload
+def track(system: HybridSystem, state: ArrayLike, n: int, samples: int = 60) -> ModeTrack: ...
+def track(system: "ImpactSystem | HybridSystem", state: ArrayLike, n: int, samples: int = 60) -> Track | ModeTrack:
+    """The exact motion from a state of the return map, shape (m,), through the first n impacts or events, the start included.
 
-    Between impacts it is the system's own displacement and its rate, by the compiled flow.
+    Impacts are those on all walls, events those of all guards; a motion that ends, as by `Guard.ends`, or that meets no further
+    event within the horizon, has fewer. Between them the motion is the system's own, by the compiled flow.
 
     Raises:
         StateError: the state is not a start, n is less than 2, or there are fewer than 2 samples.
     """
-    if n < 2 or samples < 2:
-        raise StateError(f"{n} impacts of {samples} samples a flight; expected: two or more of each")
+    check_samples(n, samples)
+    if isinstance(system, HybridSystem):
+        return system._kernel().track(np.asarray(state, float), n, samples)
     impacts = system.impacts(state, n)
     time, displacement, velocity = system._kernel().trajectory(impacts, samples)
     walls = system.walls().values()

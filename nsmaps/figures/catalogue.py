@@ -62,14 +62,15 @@ _ROWS = (
     Row(
         "system.motion",
         "The displacements of ball and walls over time, beside the phase plane of relative displacement and velocity.",
-        "The exact motion at and between impacts, over time and in the phase plane. Stars are impacts on the base wall.",
+        "The exact motion at and between impacts, over time and in the phase plane. Stars are impacts on the base wall. With "
+        "modes it is that of all states, coloured by mode, with the events.",
         (data.TRACKS,),
     ),
     Row(
         "system.impacts",
         "The phase against the relative velocity at every impact, joined in order by dotted lines.",
-        "All impacts of the orbit by phase and by velocity just before the impact, whose sign distinguishes the walls. Dotted "
-        "lines give their order.",
+        "All impacts of the orbit by phase and by velocity just before the impact, whose sign distinguishes the walls, or all "
+        "events of a system with modes. Dotted lines give their order.",
         (data.TRACKS,),
     ),
     Row(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
+    from nsmaps.exact.events import ModeTrack
     from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.exact.surfaces.surface import Grid, Surface
     from nsmaps.exact.trajectory import Track
@@ -194,7 +195,7 @@ def _is_accurate(study: "Study") -> bool:
     return study.partition is not None and study.partition.kind == "accurate"
 
 
-def _tracks(result: "StudyResult") -> "Sequence[Track]":
+def _tracks(result: "StudyResult") -> "Sequence[Track | ModeTrack]":
     return [pair.track for pair in result.orbits if pair.track is not None]
 
 
@@ -249,7 +250,7 @@ ACCURATE: "Need[AccurateResult]" = Need(
 )
 SPEED: "Need[Speed]" = Need("the speed of a reduced map", ("grid", "partition"), lambda result: result.speed, "a 'partition'")
 ORBITS: "Need[Sequence[OrbitPair]]" = Need("orbits", ("orbits",), lambda result: result.orbits)
-TRACKS: "Need[Sequence[Track]]" = Need(
+TRACKS: "Need[Sequence[Track | ModeTrack]]" = Need(
     "the motion between impacts",
     ("orbits",),
     _tracks,

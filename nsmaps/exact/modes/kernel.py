@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import Coordinates
+from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.events import ModeTrack
 from nsmaps.exact.files import place_of
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.definition import Definition
@@ -16,6 +17,7 @@ from nsmaps.exact.modes.memory import Moved, Record, memory, record
 from nsmaps.exact.modes.reading import definition_of
 from nsmaps.exact.modes.returns import returns
 from nsmaps.exact.modes.tables import Tables, moved_of, tables_of
+from nsmaps.exact.modes.tracks import mode_track
 from nsmaps.exact.returns import Itineraries, Returns
 
 if TYPE_CHECKING:
@@ -64,6 +66,10 @@ class ModeKernel:
             return np.zeros(start.shape)
         moved = moved_of(self.definition, self.table, self.values, rates)
         return self._batch(start, 1, moved).tangents[0, :, :, 0]
+
+    def track(self, start: Floats, n: int, samples: int) -> ModeTrack:
+        """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""
+        return mode_track(self.definition, self.table, as_states(start[None], self.coordinates)[0], n, samples)
 
     def _batch(self, start: Floats, directions: int, moved: Moved | None = None, margins: bool = False) -> Record:
         """First returns of a batch, shape (N, n), on all cores."""

@@ -7,10 +7,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from nsmaps.exact.events import ModeTrack
 from nsmaps.figures.data import TRACKS
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import ORANGE, angle_ticks, with_unit
-from nsmaps.figures.system.motion import legend, mark_impacts, marks_of
+from nsmaps.figures.system.flights import at_events, legend
+from nsmaps.figures.system.motion import mark_impacts, marks_of
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -25,9 +27,12 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def impacts(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     """Phase over velocity just before each impact, marked by wall: the velocity has the sign of its wall's side.
 
-    Dotted lines lead from each impact to the next; phases are in [0, 2 pi).
+    Dotted lines lead from each impact to the next; phases are in [0, 2 pi). Of a system with modes it is the first coordinate of
+    its section that is a state.
     """
     track = TRACKS.of(result, "impacts")[number]
+    if isinstance(track, ModeTrack):
+        return at_events(track, ax, result.system.coordinates)
     phase = track.impacts.phase
     ax.axvline(0, color="0.75", lw=0.8, zorder=0)
     ax.plot(track.rates, phase, color="0.35", ls=":", lw=1.1)

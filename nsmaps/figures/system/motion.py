@@ -1,17 +1,19 @@
-"""The exact motion at and between impacts: fig. model:abc, panels (b) and (c)."""
+"""The exact motion at and between impacts or events: fig. model:abc, panels (b) and (c)."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats
+from nsmaps.exact.events import ModeTrack
 from nsmaps.exact.trajectory import Track
 from nsmaps.figures.data import TRACKS
-from nsmaps.figures.page import Sheet
+from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED, with_unit
+from nsmaps.figures.system.flights import legend, over_time, plane
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -21,18 +23,27 @@ _ARROWS = 14  #: flights with an arrow of time, at most: the first, before they 
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: a row a tracked orbit, its places over time and its phase plane."""
-    count = len(TRACKS.of(result, "motion"))
-    panels = [partial(draw, result, number=k) for k in range(count) for draw in (motion, phase_plane)]
+    """One sheet: a row a tracked orbit, its places over time and its phase plane; with modes all states, one or two a row."""
+    panels: list[Panel] = []
+    for number, track in enumerate(TRACKS.of(result, "motion")):
+        more = partial(phase_plane, result, number=number)
+        if isinstance(track, ModeTrack):
+            panels += [partial(motion, result, number=number, state=k) for k in range(len(track.names))]
+            panels += [more] * (len(track.names) > 1)
+        else:
+            panels += [partial(motion, result, number=number), more]
     return (Sheet("motion", tuple(panels), 2, (6.2, 4.2)),)
 
 
-def motion(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
+def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> Axes:
     """The ball between the walls over time, solid, with its impacts marked by wall; dashed the walls.
 
-    Places are at rest where the system says how its walls move; else they are displacements, and walls do not move.
+    Places are at rest where the system says how its walls move; else they are displacements, and walls do not move. Of a system
+    with modes it is the state of this position.
     """
     track = TRACKS.of(result, "motion")[number]
+    if isinstance(track, ModeTrack):
+        return over_time(track, ax, state)
     time = track.time.ravel()
     for wall in track.walls:
         ax.plot(time, wall.ravel(), color="black", ls=(0, (4, 2)), lw=1.0)
@@ -49,8 +60,13 @@ def motion(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
 
 
 def phase_plane(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
-    """Relative velocity over relative displacement with arrows of time; upright where an impact turns it, grey the walls."""
+    """Relative velocity over relative displacement with arrows of time; upright where an impact turns it, grey the walls.
+
+    Of a system with modes it is the second state over the first.
+    """
     track = TRACKS.of(result, "motion")[number]
+    if isinstance(track, ModeTrack):
+        return plane(track, ax)
     for at in track.at:
         ax.axvline(at, color="0.87", lw=6.0, zorder=0)
     for k, (place, rate) in enumerate(zip(track.displacement, track.velocity, strict=True)):
@@ -82,9 +98,3 @@ def marks_of(track: Track) -> list[Line2D]:
         Line2D([], [], color=colour, marker=shape, ls="", ms=size, mec="white", mew=0.5, label=f"impact on {name}")
         for name, (colour, shape, size) in zip(track.impacts.walls, MARKS, strict=False)
     ]
-
-
-def legend(ax: Axes, handles: list[Line2D]) -> None:
-    """A line of names above the axes."""
-    look: dict[str, Any] = {"ncols": 4, "frameon": False, "columnspacing": 1.1, "handletextpad": 0.4}
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.exact.events import ModeTrack
     from nsmaps.exact.system import ImpactSystem
     from nsmaps.exact.trajectory import Track
     from nsmaps.study.binding import Binding, Plan
@@ -38,7 +39,7 @@ class OrbitSection(BaseModel):
     returns: int = Field(ge=1)
     track: int | None = Field(
         None, ge=2, le=10_000
-    )  #: number of impacts, on all walls, that are stored with the motion between them
+    )  #: number of impacts on all walls, or of events, that are stored with the motion between them
 
 
 Orbits = tuple[OrbitSection, ...]
@@ -51,7 +52,9 @@ class OrbitPair:
     start: Floats  #: shape (n,)
     exact: "Orbit"
     composite: "Orbit | None"
-    track: "Track | None" = None  #: the exact motion at and between its first impacts, if the study requests it
+    track: "Track | ModeTrack | None" = (
+        None  #: the exact motion at and between its first impacts or events, if the study requests it
+    )
     ends: "LimitSet | None" = None  #: the limit set of the exact orbit; None if the orbit ended
     composite_ends: "LimitSet | None" = None
 
@@ -211,7 +214,12 @@ ORBITS = Section[Orbits](
     type=Orbits,
     default=(),
     stored=Stored,
-    holds={"exact.trajectory": ("Track",), "reduced.validation.words": ("Misleads",), "study.sections.orbits": ("OrbitPair",)},
+    holds={
+        "exact.events": ("Events", "ModeTrack"),
+        "exact.trajectory": ("Track",),
+        "reduced.validation.words": ("Misleads",),
+        "study.sections.orbits": ("OrbitPair",),
+    },
     bind=_bind,
     compute=_compute,
     describe=_describe,

@@ -1,0 +1,62 @@
+"""The motion of a system with modes through its events, sampled."""
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.errors import StateError
+from nsmaps.exact.events import Events, ModeTrack, check_samples
+from nsmaps.exact.modes.definition import Definition
+from nsmaps.exact.modes.memory import memory
+from nsmaps.exact.modes.path import begin, follow, sample
+from nsmaps.exact.modes.tables import Tables
+
+
+class Event(NamedTuple):
+    """One event of a motion, with a name."""
+
+    transition: int
+    mode: int  #: that follows, -1 where the motion ends
+    time: float
+    phase: float
+    before: Floats  #: shape (n,), states just before
+    after: Floats  #: shape (n,)
+
+
+def events_of(definition: Definition, table: Tables, start: Floats) -> Iterator[Event]:
+    """The events of the motion from a row of the section's coordinates, the start first, until none follows.
+
+    Raises:
+        StateError: the row is not a start.
+    """
+    n, w = len(definition.states), memory(table, 0)
+    before, time = np.empty(n), 0.0
+    k, mode, phi = begin(table, start, before, w)
+    if k < 0:
+        raise StateError(f"the state {start} is not a start; expected: a finite state just before or after the section's event")
+    while k >= 0:
+        if definition.transitions[k].name:
+            yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy())
+        if mode < 0:
+            return
+        k, mode, flight, phi, _ = follow(table, mode, phi, before, w)
+        time += flight
+
+
+def mode_track(definition: Definition, table: Tables, start: Floats, n: int, samples: int) -> ModeTrack:
+    """The motion from a row of the section's coordinates through at most n events. Raises as `events_of` and `check_samples`."""
+    check_samples(n, samples)
+    events = list(islice(events_of(definition, table, start), n))
+    ones = [definition.transitions[event.transition] for event in events]
+    time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
+    before, after = (np.array([getattr(event, name) for event in events]) for name in ("before", "after"))
+    times = np.linspace(time[:-1], time[1:], samples, axis=1)
+    states, w = np.empty((*times.shape, len(definition.states))), memory(table, 0)
+    for k, event in enumerate(events[:-1]):
+        sample(table, event.mode, event.phase, event.after, times[k] - time[k], states[k], w)
+    names, letters = (np.array([getattr(one, name) for one in ones], str) for name in ("name", "letter"))
+    modes = np.array([definition.modes[event.mode] for event in events[:-1]], str)
+    return ModeTrack(definition.states, Events(names, letters, time, phase, before, after), modes, times, states)

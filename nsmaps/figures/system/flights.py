@@ -1,0 +1,87 @@
+"""The motion of a system with modes: its states over time, in a plane, and at its events."""
+
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import Coordinates
+from nsmaps.exact.events import ModeTrack
+from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, angle_ticks, label, with_unit
+
+MODES = (RED, SKY, OLIVE, MAGENTA, BROWN, GREY)  #: colours of flights, by mode
+EVENTS = ((GREEN, "*", 11.0), (BLUE, "o", 6.0), (ORANGE, "s", 5.5), (BLACK, "^", 6.0), (GREY, "D", 5.0))  #: by letter
+
+
+def over_time(track: ModeTrack, ax: Axes, k: int) -> Axes:
+    """The state k over time, coloured by mode; marks at events, dotted lines where the state jumps."""
+    _flights(ax, track, track.time, track.states[..., k])
+    _events(ax, track, (track.events.time, track.events.time), (track.events.before[:, k], track.events.after[:, k]))
+    ax.set_xlim(0, track.events.time[-1] or 1.0)
+    ax.margins(y=0.06)
+    ax.set_xlabel(with_unit("time $t$"))
+    ax.set_ylabel(label(track.names[k]))
+    return ax
+
+
+def plane(track: ModeTrack, ax: Axes) -> Axes:
+    """The second state over the first with the start in a ring, coloured by mode; marks at events, dotted lines at jumps."""
+    events = track.events
+    _flights(ax, track, track.states[..., 0], track.states[..., 1])
+    _events(ax, track, *((events.before[:, k], events.after[:, k]) for k in (0, 1)))
+    return _from_start(ax, events.before[0, 0], events.before[0, 1], *map(label, track.names[:2]))
+
+
+def at_events(track: ModeTrack, ax: Axes, coordinates: Coordinates) -> Axes:
+    """The phase, or the second coordinate, over the first one just before each event; dotted lines give their order."""
+    names = [name for name in coordinates if name in track.names] or list(track.names)
+    x = track.events.before[:, track.names.index(names[0])]
+    phased = bool(coordinates.angles.any()) or len(names) < 2
+    y = track.events.phase if phased else track.events.before[:, track.names.index(names[1])]
+    _events(ax, track, (x, x), (y, y))
+    ax.plot(x, y, color="0.35", ls=":", lw=1.1, zorder=0)
+    if phased:
+        angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
+    phase = next((name for name, angle in zip(coordinates, coordinates.angles, strict=True) if angle), names[-1])
+    return _from_start(ax, x[0], y[0], label(names[0]), label(phase if phased else names[1]))
+
+
+def _flights(ax: Axes, track: ModeTrack, x: Floats, y: Floats) -> None:
+    """Curves (M - 1, samples), coloured by mode."""
+    colours = _colours(track)
+    for mode, across, up in zip(track.modes, x, y, strict=True):
+        ax.plot(across, up, color=colours[str(mode)], lw=1.5)
+
+
+def _events(ax: Axes, track: ModeTrack, x: tuple[Floats, Floats], y: tuple[Floats, Floats]) -> None:
+    """Marks by letter just before events, dotted lines to just after them, and what the marks and the colours of curves mean."""
+    handles = [Line2D([], [], color=colour, label=mode) for mode, colour in _colours(track).items()] if ax.lines else []
+    ax.plot(np.stack(x), np.stack(y), color="0.35", ls=":", lw=0.9)
+    for letter, (colour, shape, size) in zip(dict.fromkeys(track.events.letter.tolist()), EVENTS, strict=False):
+        own = track.events.letter == letter
+        look: dict[str, Any] = {"color": colour, "marker": shape, "ls": "", "ms": size, "mec": "white", "mew": 0.5}
+        ax.plot(x[0][own], y[0][own], zorder=5, clip_on=False, **look)
+        handles.append(Line2D([], [], label=f"event {letter}", **look))
+    legend(ax, handles)
+
+
+def _from_start(ax: Axes, x: float, y: float, across: str, up: str) -> Axes:
+    ax.plot([x], [y], "o", mfc="none", mec=ORANGE, mew=1.6, ms=13)
+    ax.margins(0.06)
+    ax.set_xlabel(across)
+    ax.set_ylabel(up)
+    return ax
+
+
+def _colours(track: ModeTrack) -> dict[str, str]:
+    """A colour for each mode that occurs, in the order in which they do."""
+    return dict(zip(dict.fromkeys(track.modes.tolist()), cycle(MODES), strict=False))
+
+
+def legend(ax: Axes, handles: list[Line2D]) -> None:
+    """A line of names above the axes."""
+    look: dict[str, Any] = {"ncols": 4, "frameon": False, "columnspacing": 1.1, "handletextpad": 0.4}
+    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)

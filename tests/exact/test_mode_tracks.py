@@ -1,0 +1,161 @@
+"""The motion of systems with modes between events, through slip, sliding and contact, against an integrator of 30 digits."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+from nsmaps_belt import Belt
+from nsmaps_buck_converter import BuckConverter
+from nsmaps_recoil_pair import RecoilPair
+from nsmaps_rocking_block import RockingBlock
+
+import nsmaps
+from nsmaps import Guard, HybridSystem, Section, Sliding
+from nsmaps.errors import StateError
+from nsmaps.exact.trajectory import track
+
+DIGITS, ROUNDING = 30, 1e-14
+BELT = {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25}
+PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
+
+
+class Friction(HybridSystem):
+    """Mass on a belt whose friction is a surface of sliding, in the section once a period."""
+
+    states = ("x", "u")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
+        return {"slower": {"x": y.u, "u": force + sp.Rational(1, 2)}, "faster": {"x": y.u, "u": force - sp.Rational(1, 2)}}
+
+    def guards(self, t, y):
+        every = ("slower", "faster", "stick")
+        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5)), "O": Guard(every, -sp.sin(t))}
+
+    def section(self, t, y):
+        return Section("O", ("x", "u"))
+
+
+def belt(force):
+    """Rates of a mass on the belt in slip with this friction."""
+    zeta, w, A = (mp.mpf(BELT[name]) for name in ("zeta", "w", "A"))
+    return lambda t, y: [y[1], A * mp.cos(w * t) - 2 * zeta * y[1] - y[0] + force]
+
+
+def friction(force):
+    """The same of `Friction`."""
+    return lambda t, y: [y[1], mp.cos(t) / 2 - y[1] / 20 - 3 * y[0] + force]
+
+
+def pair(free):
+    """Rates of ball and capsule, free or together: one mass then, (1 + eta) X'' = cos(pi t) - kappa X - Lambda X' - eta g."""
+    eta, kappa, damping, g = (mp.mpf(PAIR[name]) for name in ("eta", "kappa", "Lambda", "g_bar"))
+
+    def rates(t, y):
+        capsule = mp.cos(mp.pi * t) - kappa * y[2] - damping * y[3]
+        return [y[1], capsule + g, y[3], capsule] if free else [0, 0, y[3], (capsule - eta * g) / (1 + eta)]
+
+    return rates
+
+
+MOTIONS = {
+    "belt": (
+        Belt(**BELT),
+        [0.7, 1.0],
+        {"slower": belt(mp.mpf(BELT["mu_k"])), "stick": lambda t, y: [BELT["vb"], 0]},
+    ),
+    "friction": (
+        Friction(),
+        [0.3, 0.9],
+        {"slower": friction(mp.mpf("0.5")), "faster": friction(-mp.mpf("0.5")), "stick": lambda t, y: [mp.mpf("0.2"), 0]},
+    ),
+    "pair in contact": (RecoilPair(**PAIR, contact=True), [0.01, 0.19, -0.67, 5.5], {"flight": pair(True), "base": pair(False)}),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_flights_are_those_of_an_integrator_of_thirty_digits(name):
+    system, start, rates = MOTIONS[name]
+    made = track(system, start, 40 if "contact" in name else 9, samples=4)
+    assert set(made.modes.tolist()) == set(rates)
+    with mp.workdps(DIGITS):
+        for k, mode in enumerate(made.modes.tolist()):
+            begin = mp.mpf(made.events.phase[k]) / mp.mpf(system.phase_rate())
+            flow = mp.odefun(rates[mode], begin, [mp.mpf(x) for x in made.events.after[k]])
+            for time, states in zip(made.time[k, 1:], made.states[k, 1:], strict=True):
+                expected = flow(begin + mp.mpf(time) - mp.mpf(made.time[k, 0]))
+                size = 1 + np.abs(made.states[k]).max() + made.time[k, -1]
+                assert all(abs(a - b) < ROUNDING * size for a, b in zip(states, expected, strict=True))
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_flights_join_events(name):
+    """Each ends in the states just before the next event; phases and times advance together."""
+    system, start, _ = MOTIONS[name]
+    made = track(system, start, 30, samples=7)
+    events = made.events
+    assert made.states[:, -1] == pytest.approx(events.before[1:], abs=1e-13)
+    assert np.array_equal(made.states[:, 0], events.after[:-1])
+    assert np.array_equal(made.time[:, -1], events.time[1:])
+    turned = events.phase[0] + system.phase_rate() * events.time
+    assert np.exp(1j * events.phase) == pytest.approx(np.exp(1j * turned), abs=1e-12)
+    times, states = system.trajectory(start, 30, samples=7)
+    assert np.array_equal(times, made.time.ravel())
+    assert np.array_equal(states, made.states.reshape(-1, len(system.states)))
+
+
+@pytest.mark.parametrize("name", ["belt", "friction"])
+def test_events_of_the_section_are_the_orbit(name):
+    system, start, _ = MOTIONS[name]
+    made = track(system, start, 60, samples=2)
+    letters = {"belt": ["M", "P"], "friction": ["O"]}[name]
+    here = np.isin(made.events.letter, letters)
+    orbit = nsmaps.orbit(system, start, here.sum() - 1)
+    by_name = dict(zip(made.names, made.events.before[here].T, strict=True)) | {"phi": made.events.phase[here]}
+    for k, coordinate in enumerate(system.coordinates):
+        assert by_name[coordinate] == pytest.approx(orbit.states[:, k], abs=1e-12)
+
+
+def test_chatter_leads_to_contact_and_contact_to_its_release():
+    system, start, _ = MOTIONS["pair in contact"]
+    made = track(system, start, 40)
+    contact = made.modes.tolist().index("base")
+    assert set(made.modes[:contact].tolist()) == {"flight"}
+    assert (np.diff(made.events.time)[:contact][1:] < np.diff(made.events.time)[: contact - 1]).all()
+    assert made.states[contact, :, 0] == pytest.approx(np.full(60, 0.175), abs=1e-15)
+    assert (made.states[contact, :, 1] == 0).all()
+    release = made.events.before[contact + 1], made.events.phase[contact + 1]
+    force = np.cos(release[1]) - 0.04 * release[0][2] - 0.2 * release[0][3] + 0.2113
+    assert force == pytest.approx(0, abs=1e-13)
+
+
+def test_a_start_after_the_reset_and_a_motion_that_ends():
+    """The block starts at its corner with the speed after the impact, and overturns: there its motion ends."""
+    made = track(RockingBlock(a=4.0, w=4.0), [0.6, 1.0], 50)
+    assert made.events.before[0] == pytest.approx([0, 0.6])
+    assert made.events.after[0] == pytest.approx([0, 0.6])
+    assert made.events.name[-1].startswith("E to the")
+    assert len(made.events.time) == len(made.modes) + 1 < 50
+    assert abs(made.states[-1, -1, 0]) == pytest.approx(2, abs=1e-14)
+
+
+def test_a_system_without_forcing():
+    """The converter's ramp falls once a period of its clock, in volts and seconds."""
+    converter = BuckConverter(E=22.0)
+    start = nsmaps.orbit(converter, [12.0, 0.55], 200).final
+    made = track(converter, start, 40)
+    section = made.events.name == made.events.name[0]
+    periods = np.diff(made.events.time[section])
+    assert periods == pytest.approx(np.full(len(periods), periods[0]), rel=1e-12)
+    assert (made.events.phase == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("start", "n", "samples"), [([np.nan, 0.1], 5, 9), ([0.7, 1.0], 1, 9), ([0.7, 1.0], 5, 1), ([0.7], 5, 9)]
+)
+def test_tracks_that_cannot_be(start, n, samples):
+    with pytest.raises(StateError, match="expected: "):
+        track(Belt(**BELT), start, n, samples)
