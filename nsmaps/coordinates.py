@@ -31,6 +31,11 @@ class Angle(str):
     __slots__ = ()
 
 
+def is_angle(name: object) -> bool:
+    """True for the name of an angle, as `Coordinates` yields it; where they are available, `Coordinates.angles` says the same."""
+    return isinstance(name, Angle)
+
+
 def wrap(angle: ArrayLike) -> Floats:
     """The angle, in radians, brought to [0, 2 pi)."""
     wrapped = np.mod(np.asarray(angle, float), TWO_PI)
@@ -75,7 +80,7 @@ class Coordinates(Sequence[str]):
             given = repr(names) if not angles else f"{names!r} with the angles {angles!r}"
             why = f": {wrong[0]!r} is not printable, occurs twice or is not among the names" if wrong else ""
             raise NsmapsError(f"the coordinates are {given}{why}; expected: distinct names, such as ('v', Angle('phi'))")
-        mask = np.array([isinstance(name, Angle) or name in angles for name in names], bool)
+        mask = np.array([is_angle(name) or name in angles for name in names], bool)
         mask.flags.writeable = False
         object.__setattr__(self, "names", plain)
         object.__setattr__(self, "angles", mask)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def dataset(
         from xarray import Dataset
     except ImportError as error:
         raise NsmapsError("xarray is not installed; expected: pip install 'nsmaps[data]'") from error
-    units = ["rad" if isinstance(name, Angle) else "1" for name in coordinates]
+    units = ["rad" if is_angle(name) else "1" for name in coordinates]
     arrays = {
         name: (dims.split(), array, ({"units": unit} if unit else {}) | {"long_name": text})
         for name, (dims, array, unit, text) in rows.items()

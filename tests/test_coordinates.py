@@ -1,9 +1,11 @@
 """Coordinates keep their angles and measure by them; boxes of states are taken in one way, anything else is refused."""
 
+import ast
 import json
 import pickle
 from copy import deepcopy
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -220,3 +222,14 @@ def test_a_system_and_a_plain_map_may_give_names() -> None:
     assert Turned.coordinates == Coordinates(("w", "theta"), ("theta",))
     plain = nsmaps.PolyMap.reset(NAMES, {"v": 1.0})
     assert plain.coordinates == Coordinates(NAMES)
+
+
+def test_no_other_module_asks_whether_a_name_is_an_angle_by_its_class() -> None:
+    package = Path(nsmaps.__file__).parent
+    asking = [
+        f"{file.relative_to(package)}:{node.lineno}"
+        for file in package.rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance" and "Angle" in ast.unparse(node.args[1])
+    ]
+    assert [place.split(":")[0] for place in asking] == ["coordinates.py"]

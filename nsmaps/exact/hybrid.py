@@ -53,8 +53,8 @@ class HybridSystem(ParametricSystem):
         return self._kernel().coordinates
 
     @property
-    def wall_names(self) -> tuple[str, ...]:
-        """The letters of events in words."""
+    def letters(self) -> tuple[str, ...]:
+        """The letters of words: those of the events."""
         return self._kernel().letters
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:

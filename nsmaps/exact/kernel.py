@@ -80,7 +80,7 @@ class Kernel:
         """The rows of `_room` one after another."""
         image, turns, codes, outcome, time, tangents = (row.reshape(-1, *row.shape[2:]) for row in rows)
         slopes = tangents if len(rows[-1]) else None
-        return Returns(self.system.coordinates, self.system.wall_names, start, image, turns, codes, outcome, time, slopes)
+        return Returns(self.system.coordinates, self.system.letters, start, image, turns, codes, outcome, time, slopes)
 
     def noisy_orbit(self, law: Any, step: Floats, parts: int, chatter: float, rng: np.random.Generator, tables: Any) -> None:
         """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`."""
@@ -114,7 +114,7 @@ class Kernel:
                 flow_of(table), start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k]
             ),
         )
-        return Itineraries(self.system.wall_names, codes, turns, clearance, slowest, outcome)
+        return Itineraries(self.system.letters, codes, turns, clearance, slowest, outcome)
 
     def sensitivities(self, start: Floats, rates: Floats, chatter: float) -> Floats:
         """The derivatives of the images of a batch, shape (N, 2), by the parameters along a direction."""
@@ -133,7 +133,7 @@ class Kernel:
         p, up = self.flow, self.base_up
         m = trajectory(p, v, phi, float(chatter), up, on_base, time, phase, speed, mark)
         marks = np.array(["", CHATTER, REST, REST, ""])[mark[:m]]
-        return Impacts(self.system.wall_names, 1 - on_base[:m], time[:m], phase[:m], speed[:m], marks)
+        return Impacts(self.system.letters, 1 - on_base[:m], time[:m], phase[:m], speed[:m], marks)
 
     def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
         """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""

@@ -63,8 +63,8 @@ class ImpactSystem(ParametricSystem):
         return displacement
 
     @property
-    def wall_names(self) -> tuple[str, ...]:
-        """The letters of the walls, the base wall first."""
+    def letters(self) -> tuple[str, ...]:
+        """The letters of words: the names of the walls, the base wall first."""
         return tuple(self.walls())
 
     def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:

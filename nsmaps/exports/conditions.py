@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.fold import Algebra, fold
 from nsmaps.reduced.conditions.reader import FUNCTIONS
@@ -37,7 +37,7 @@ class Dialect:
         return text
 
     def _interval(self, name: str, variable: str, low: float, high: float) -> str:
-        x = f"near({variable}, {number((low + high) / 2)})" if isinstance(name, Angle) else variable
+        x = f"near({variable}, {number((low + high) / 2)})" if is_angle(name) else variable
         return self.joined(self.both, [f"({number(low)} <= {x})", f"({x} <= {number(high)})"])
 
     def joined(self, sign: str, parts: Sequence[str]) -> str:

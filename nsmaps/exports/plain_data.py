@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.coordinates import Angle, Coordinates
+from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reading import odd_character
 
@@ -35,7 +35,7 @@ def _has_text(values: Any) -> bool:
 
 def coordinates_of(names: Sequence[str]) -> list[Document]:
     """Coordinates as plain data, with whether they are angles."""
-    return [{"name": str(name), "angle": isinstance(name, Angle)} for name in names]
+    return [{"name": str(name), "angle": is_angle(name)} for name in names]
 
 
 def names_of(data: Sequence[Document]) -> Coordinates:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import Angle, Coordinates
+from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.headers import curve_titles, order_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
@@ -57,7 +57,7 @@ class Part:
         """The middle that an angle among the inputs is brought next to, None where it is taken as it is."""
         polymap = self.polymap
         sides = zip(polymap.coordinates, polymap.centre.tolist(), polymap.domain.tolist(), strict=True)
-        return tuple(c if isinstance(name, Angle) and all(map(isfinite, ends)) else None for name, c, ends in sides)
+        return tuple(c if is_angle(name) and all(map(isfinite, ends)) else None for name, c, ends in sides)
 
     @property
     def about(self) -> list[str]:
@@ -95,7 +95,7 @@ class Program:
     @property
     def about(self) -> list[str]:
         """The lines of the comment on top."""
-        units = [f"{name} ({'radians' if isinstance(name, Angle) else 'in the units of the system'})" for name in self.inputs]
+        units = [f"{name} ({'radians' if is_angle(name) else 'in the units of the system'})" for name in self.inputs]
         lines = [self.title, *self.provenance, f"Written by nsmaps {own_version()}.", ""]
         return [*lines, f"State: {', '.join(units)}.", *self.notes, "", *(line for part in self.parts for line in part.about)]
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import Angle, nearest_turn
+from nsmaps.coordinates import nearest_turn
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.figures.composite.areas import colours_of
 from nsmaps.figures.composite.cobweb import composite_states, draw_pieces, look
@@ -178,7 +178,7 @@ class _Cobweb:
         line = np.repeat(self._states[step - 1 : step], len(self._x), axis=0)
         line[:, self._i] = self._x
         image = self._composite.first_return(line).image[:, self._i]
-        if isinstance(self._composite.coordinates[self._i], Angle):
+        if self._composite.coordinates.angles[self._i]:
             image = nearest_turn(image, self._middle)
         return np.where(self._composite.piece_of(line) == active, image, np.nan)
 

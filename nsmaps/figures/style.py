@@ -16,7 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import is_angle
 
 BLACK, MAGENTA, BLUE, ORANGE, GREEN = "#000000", "#CC79A7", "#0072B2", "#E69F00", "#009E73"
 SKY, YELLOW, RED, GREY, OLIVE, BROWN = "#56B4E9", "#F0E442", "#D55E00", "#7F7F7F", "#8A8000", "#6B3A0E"
@@ -146,10 +146,11 @@ def units_of(system: Any) -> Iterator[None]:
 def with_unit(text: str, coordinate: str = "") -> str:
     """The text of an axis with the unit of what it shows: `rad` of an angle, else what the system says.
 
+    >>> from nsmaps.coordinates import Angle
     >>> with_unit("phase", Angle("phi"))
     'phase (rad)'
     """
-    unit = "rad" if isinstance(coordinate, Angle) else "dimensionless" if _DIMENSIONLESS.get() else ""
+    unit = "rad" if is_angle(coordinate) else "dimensionless" if _DIMENSIONLESS.get() else ""
     return f"{text} ({unit})" if unit else text
 
 
@@ -183,7 +184,7 @@ def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
     if x[0] == y[0]:  # of one kind on both axes
         spans = [max(spans) if max(spans) <= _ALIKE * min(spans) else min(spans)] * 2
     for axis, coordinate, span in ((ax.xaxis, x[0], spans[0]), (ax.yaxis, y[0], spans[1])):
-        if isinstance(coordinate, Angle):
+        if is_angle(coordinate):
             angle_ticks(axis, span)
         if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
             axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))  # few, for the many digits of a small domain

@@ -30,7 +30,7 @@ def _composite(system: "ImpactSystem") -> None:
     """One orbit of a composite map of one piece."""
     names = system.coordinates
     piece = Piece("", Box.of(names, [[0.0, 1.0]] * len(names)), PolyMap.reset(names, {}))
-    composite = CompositeMap(names, system.wall_names, (piece,))
+    composite = CompositeMap(names, system.letters, (piece,))
     composite.orbits(np.zeros((1, len(names))), 1)
     composite.piece_of(np.zeros((1, len(names))))
 

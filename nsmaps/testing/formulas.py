@@ -200,7 +200,7 @@ def _goes_away(system: ImpactSystem, flight: Flight, state: Floats) -> bool:
 
 def check_law(system: ImpactSystem, size: float) -> None:
     """An impact turns the ball round, and gives it no speed."""
-    for letter in system.wall_names:
+    for letter in system.letters:
         for speed in (0.0, *(size * share for share in ROUND)):
             after = float(sp.N(law_of(system, speed, letter)))
             call = f"{type(system).__name__}.rebound({_short(speed)}, {letter!r}) is {_short(after)}"

@@ -40,7 +40,7 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
             "`states` at the section from which the motion returns"
         )
     good = returns.select(returns.outcome == Outcome.returned)
-    unseen = [letter for letter in system.wall_names if not any(letter in str(word) for word in returns.words)]
+    unseen = [letter for letter in system.letters if not any(letter in str(word) for word in returns.words)]
     if unseen:
         warnings.warn(
             f"no event {' or '.join(unseen)} of {type(system).__name__} takes place on {len(returns)} returns; is its guard "

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, Angle, Coordinates, wrap
+from nsmaps.coordinates import TWO_PI, Angle, Coordinates, is_angle, wrap
 from nsmaps.errors import CheckError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -38,7 +38,7 @@ def check_polyfit(fit: PolyFit, coordinates: Sequence[str] = ("v", Angle("phi"))
     for i, name in enumerate(names):
         wanted, found = polymap(surface.start)[:, i], fitted(surface.start)[:, i]
         off = found - (np.abs(wanted) if name in fit.absolute else wanted)
-        off = np.abs(wrap(off + np.pi) - np.pi if isinstance(name, Angle) else off)[fit.data(surface, name)].max()
+        off = np.abs(wrap(off + np.pi) - np.pi if is_angle(name) else off)[fit.data(surface, name)].max()
         if not off < CLOSE:
             raise CheckError(
                 f"{type(fit).__name__} does not find a polynomial of its own monomials again: fitted to {len(surface.start)} "

@@ -88,7 +88,7 @@ def check_system(
         returns = system.first_return(starts)
         if not returns.valid.any():
             raise CheckError(
-                f"none of {len(returns)} flights of {flight.name} comes back to its wall {system.wall_names[0]} "
+                f"none of {len(returns)} flights of {flight.name} comes back to its wall {system.letters[0]} "
                 f"({returns.counts()}); expected: parameters at which it is reached, or `states` from which it is"
             )
         _check_flights(system, flight, starts[returns.valid][:: max(1, int(returns.valid.sum()) // FOLLOWED)])

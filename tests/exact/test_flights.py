@@ -60,7 +60,7 @@ def test_impacts_are_on_the_walls_and_none_was_missed(kind, pair):
             for i in range(len(hits.time) - 1):
                 if hits.mark[i + 1]:
                     continue
-                wall, name = walls[hits.wall[i]], system.wall_names[hits.wall[i]]
+                wall, name = walls[hits.wall[i]], system.letters[hits.wall[i]]
                 t0 = mp.mpf(hits.phase[i]) / mp.mpf(system.phase_rate())
                 flown = mp.mpf(hits.time[i + 1]) - mp.mpf(hits.time[i])
                 start = (t0, mp.mpf(wall.at), -wall.side * mp.mpf(system.rebound(hits.speed[i], name)))

@@ -46,7 +46,7 @@ class Reference:
         """The derivatives of one return by each parameter, shape (M, 2)."""
         impacts = system.impacts(state, 20)
         last = 2 + int(np.flatnonzero(impacts.wall[1:] == 0)[0])
-        names, times = [system.wall_names[k] for k in impacts.wall[:last]], impacts.time[:last]
+        names, times = [system.letters[k] for k in impacts.wall[:last]], impacts.time[:last]
         numbers, moves = [mp.mpf(value) for value in system.parameters.values()], []
         for k, value in enumerate(numbers):
             h = value * mp.mpf("1e-20")

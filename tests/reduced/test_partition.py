@@ -33,7 +33,7 @@ class Known:
 
     lost: float = -1.0  #: below this speed nothing returns
     coordinates = NAMES
-    wall_names = WALLS
+    letters = WALLS
 
     def curve(self, phi):
         return 0.4 - 0.2 * phi + 0.05 * phi**2

@@ -27,7 +27,7 @@ class Known:
     """A map of two words: a contraction to (0.7, -0.2, 1) above a surface, a push towards it below; quadratic, with a jump."""
 
     coordinates = NAMES
-    wall_names = WALLS
+    letters = WALLS
 
     def surface(self, x):
         return 0.4 - 0.2 * x[:, 1] - 0.1 * x[:, 2] + 0.05 * x[:, 1] * x[:, 2]

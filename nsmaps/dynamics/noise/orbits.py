@@ -129,7 +129,7 @@ def noisy_orbits(
         results = jobs.run(_realised, tasks)
     tables = concatenated([_blank(n, 0, impacts), *results])
     along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
-    return NoisyOrbits(system.coordinates, system.wall_names, noise, h, seed, **along)
+    return NoisyOrbits(system.coordinates, system.letters, noise, h, seed, **along)
 
 
 def linear_law(system: "ImpactSystem") -> tuple[float, float]:

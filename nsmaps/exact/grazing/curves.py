@@ -134,7 +134,7 @@ def _on(frame: Frame, curve: Floats, places: Floats) -> NDArray[np.bool_]:
 
 def _described(system: "ImpactSystem", kind: Touch, places: Floats, ends: tuple[str, str]) -> GrazingCurve:
     """A curve with the itineraries and images on both of its sides."""
-    frame, names = kind.frame, system.wall_names
+    frame, names = kind.frame, system.letters
     points = places[:, :2] * frame.scale[:2]
     if frame.circle:
         points[:, 1] -= TWO_PI * np.floor((points[0, 1] - frame.low[1]) / TWO_PI)

@@ -211,5 +211,5 @@ def _returns_over(systems: Sequence["ImpactSystem"], grid: Grid) -> Arrays:
 
 def _returns_of(system: "ImpactSystem", a: Arrays) -> Returns:
     """The returns whose arrays these are."""
-    names = system.coordinates, system.wall_names
+    names = system.coordinates, system.letters
     return Returns(*names, a["start"], a["image"], a["turns"], a["codes"], a["outcome"], a["time"])

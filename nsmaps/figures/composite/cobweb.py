@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.composite.areas import colours_of, pieces_on
@@ -79,7 +79,7 @@ def _orbit(result: "StudyResult", number: int) -> "Orbit":
 
 def look(ax: Axes, values: Floats, name: str) -> Axes:
     """Limits, legend and labels; the limits hold the grid's interval of the coordinate and the orbit, and images near it."""
-    angle = isinstance(name, Angle)
+    angle = is_angle(name)
     interval = ax.get_xlim()
     lines = [np.ravel(line.get_ydata()) for line in ax.lines if line.get_label() != "_"]
     low, high = window(*interval, values, 1.0 if angle else _REACH)
@@ -105,7 +105,7 @@ def draw_pieces(result: "StudyResult", ax: Axes, i: int) -> dict[int, list[Line2
     axes = tuple(next(iter(SURFACES.of(result, "cobweb").values())).grid.axes.values())
     x = axes[i].values()
     ax.set_xlim(x[0], x[-1])
-    angle = isinstance(composite.coordinates[i], Angle)
+    angle = composite.coordinates.angles[i]
     drawn: dict[int, list[Line2D | PolyCollection]] = {}
     for k, (low, high, share) in _images(composite, axes, i).items():
         piece = composite.pieces[k]

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
 from nsmaps.figures.composite.areas import paint_pieces
 from nsmaps.figures.data import ORBITS
 from nsmaps.figures.lines import ended, finite_states, last_tenth, window
@@ -79,10 +79,11 @@ def _arrival(states: Floats) -> int:
 def around(states: Floats, coordinates: Sequence[str]) -> Floats:
     """The corners of an orbit's line (m, n): a step of an angle by more than half a turn goes the short way, in two parts.
 
+    >>> from nsmaps.coordinates import Angle
     >>> around(np.array([[0.0, 6.2], [1.0, 0.2]]), ("v", Angle("phi"))).round(1).tolist()
     [[0.0, 6.2], [1.0, 6.5], [nan, nan], [0.0, -0.1], [1.0, 0.2]]
     """
-    angles = np.array([isinstance(name, Angle) for name in coordinates])
+    angles = Coordinates(coordinates).angles
     corners = [states[:1]]
     for here, there in pairwise(states):
         turns = TWO_PI * np.round((there - here) / TWO_PI) * angles
@@ -98,11 +99,11 @@ def _look(ax: Axes, result: "StudyResult", coordinates: Sequence[str], states: F
     for i, name in enumerate(("xlim", "ylim")):
         axis = None if first is None else list(first.grid.axes.values())[i]
         low, high = (states[:, i].min(), states[:, i].max()) if axis is None else (axis.low, axis.high)
-        ends = window(low, high, states[:, i], 1.0 if isinstance(coordinates[i], Angle) else 0.25)
+        ends = window(low, high, states[:, i], 1.0 if is_angle(coordinates[i]) else 0.25)
         margin = 0.03 * (ends[1] - ends[0])
         below, above = axis is None or ends[0] < low, axis is None or ends[1] > high
         limits = np.array([ends[0] - margin * below, ends[1] + margin * above])
-        ax.set(**{name: np.clip(limits, 0, TWO_PI) if isinstance(coordinates[i], Angle) and low >= 0 else limits})
+        ax.set(**{name: np.clip(limits, 0, TWO_PI) if is_angle(coordinates[i]) and low >= 0 else limits})
 
 
 def _between(states: Floats, points: int = 25) -> Floats:

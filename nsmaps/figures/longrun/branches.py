@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import BRANCHES
 from nsmaps.figures.lines import cut
@@ -89,7 +88,7 @@ def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
             own = np.array([each is stable for each in branch.stable], bool)
             chosen = own if stable else _neighbours(own)
             line = np.where(chosen, path, np.nan)
-            line = cut(line, np.pi) if isinstance(branch.returns.coordinates[coordinate], Angle) else line
+            line = cut(line, np.pi) if branch.returns.coordinates.angles[coordinate] else line
             ax.plot(branch.parameter, line, dashes, color=colour, lw=1.8 * _fineness(branch.period))
 
 

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.exact.surfaces.surface import Axis, Surface
 from nsmaps.figures.data import SURFACES, position
 from nsmaps.figures.lines import diagonal, jumps
@@ -48,7 +48,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def _halves(name: str, axis: Axis) -> list[Part]:
     """The parts of an axis between multiples of pi, if it is one of an angle that spans more than pi; else all of it."""
     cuts = np.pi * np.arange(np.ceil(axis.low / np.pi + 1e-6), np.ceil(axis.high / np.pi - 1e-6))
-    if not isinstance(name, Angle) or axis.high - axis.low <= np.pi * (1 + 1e-6):
+    if not is_angle(name) or axis.high - axis.low <= np.pi * (1 + 1e-6):
         return [(axis.low, axis.high)]
     ends = [axis.low, *cuts.tolist(), axis.high]
     return list(pairwise(ends))
@@ -71,14 +71,14 @@ def projections(result: "StudyResult", ax: Axes, coordinate: str = "", family: s
     if mask.any():
         _draw(ax, surface, mask, i, scale)
     ends = (low, high) if i == len(axes) - 1 else (axes[i].low, axes[i].high)
-    top = TWO_PI if isinstance(name, Angle) else 1.05 * float(surface.image[:, i].max(initial=ends[1]))
+    top = TWO_PI if is_angle(name) else 1.05 * float(surface.image[:, i].max(initial=ends[1]))
     ax.set(xlim=ends, ylim=(min(0.0, ends[0]), top))
     diagonal(ax, *ends).set_label("_")
     if result.diagonal is not None and mask.any():
         _stars(result.diagonal, surface, mask, ax, i)
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(scale, cax=ax.inset_axes((1.03, 0, 0.035, 1)))
     bar.set_label(label(surface.coordinates[-1], "k"))
-    if isinstance(surface.coordinates[-1], Angle):
+    if surface.coordinates.angles[-1]:
         angle_ticks(bar.ax.yaxis, high - low)
     handles = [Line2D([], [], color=_COLOURS(0.5), label=surface.name), *ax.get_legend_handles_labels()[0]]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=3, frameon=False, **_TIGHT)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import is_angle
 from nsmaps.exact.words import LONGER
 from nsmaps.figures.data import SLICES, position
 from nsmaps.figures.page import Sheet
@@ -45,8 +45,8 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
         ax.plot(x[rows], y[rows], color=colour, lw=2.2, marker=mark, label="_" if known else word)
         named.add(word)
     ax.set_xlim(x[0], x[-1])
-    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not isinstance(names[i], Angle) else 0.0)
-    angles = {name for name in names if isinstance(name, Angle)}
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not is_angle(names[i]) else 0.0)
+    angles = {name for name in names if is_angle(name)}
     held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items()]
     ax.set_title(", ".join(held))
     if more := sum(colour == GREY for colour in colours.values()):

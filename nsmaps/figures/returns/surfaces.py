@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Patch
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import PLANES, plane, position
 from nsmaps.figures.lines import jumps
@@ -77,7 +77,7 @@ def raised(ax: Axes, figure: str, parts: Sequence[tuple["Surface", Floats, Colou
     dress(ax, (names[0], "k"), (names[1], "k"))
     space.zaxis.set_rotate_label(False)  # else it reads downwards from some sides
     space.set_zlabel(label(image, "k+1"), rotation=90)
-    if isinstance(image, Angle):
+    if is_angle(image):
         angle_ticks(space.zaxis, float(np.ptp(space.get_zlim())))
 
 

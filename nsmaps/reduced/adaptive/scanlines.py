@@ -100,7 +100,7 @@ def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, 
 
 def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
     itineraries = system.itineraries(np.column_stack([v[line], phi]))
-    long = longer_than(LONGEST, itineraries.codes, system.wall_names, turns=True)
+    long = longer_than(LONGEST, itineraries.codes, system.letters, turns=True)
     return _Points(
         line,
         phi,

@@ -76,7 +76,7 @@ class StripMap:
     @property
     def walls(self) -> tuple[str, ...]:
         """The letters of the walls, the base wall first."""
-        return self.system.wall_names
+        return self.system.letters
 
     def leaf_of(self, states: ArrayLike) -> Ints:
         """The number of the leaf of each state (N, 2): -1 where the exact map answers, -2 outside the box; shape (N,)."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from nsmaps.coordinates import TWO_PI, Angle
+from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.reduced.conditions.fold import Algebra, fold
 from nsmaps.reduced.conditions.region import Box, Region, Where
 
@@ -53,7 +53,7 @@ def _box(box: Box) -> Code:
     """As `Box.contains`, of angles in [0, 2 pi): these have no nearer turn in sides within it."""
     tests: list[Code] = []
     for j, (name, (lower, upper)) in enumerate(zip(box.coordinates, box.array.tolist(), strict=True)):
-        turns = isinstance(name, Angle) and not 0 <= lower < upper < TWO_PI
+        turns = is_angle(name) and not 0 <= lower < upper < TWO_PI
         place: Code = [(LOAD, j), (NEAR, (lower + upper) / 2)] if turns else [(LOAD, j)]
         tests += [[*place, (GE, lower)], [*place, (LE, upper)]]
     return _joined(AND, tests)

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, PlainSerializer, ValidationInfo, field_validator
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
-from nsmaps.coordinates import TWO_PI, Angle, Coordinates, as_box, as_states
+from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_states, is_angle
 from nsmaps.reduced.conditions.condition import Condition, Number, read_condition
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ class Box(Region):
 
     An angle is taken on the turn nearest to the interval's middle, so that [-0.2, 0.2] also holds 6.2 radians.
 
+    >>> from nsmaps.coordinates import Angle
     >>> Box(coordinates=("v", Angle("phi")), bounds={"v": (0.63, 0.94), "phi": (-0.2, "pi/3")}).contains([[0.7, 6.2], [0.7, 3.0]])
     array([ True, False])
     """
@@ -99,7 +100,7 @@ def _interval(name: str, lower: float, upper: float) -> "sp.Basic":
     import sympy as sp
 
     x = sp.Symbol(str(name), real=True)
-    if not isinstance(name, Angle):
+    if not is_angle(name):
         return sp.And(sp.Float(lower) <= x, x <= sp.Float(upper))
     if upper - lower >= TWO_PI:
         return sp.true

@@ -8,7 +8,7 @@ from itertools import count, islice, product
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.coordinates import TWO_PI, Angle, Coordinates, WithCoordinates
+from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, is_angle
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
@@ -97,7 +97,7 @@ class Cell(WithCoordinates):
         texts = []
         ends = self.closed or (True,) * len(self.bounds)
         for name, (low, high), closed in zip(self.coordinates, self.bounds, ends, strict=True):
-            around = isinstance(name, Angle)
+            around = is_angle(name)
             below = "" if around and closed and low == 0 else f"{low!r} {'<=' if closed else '<'} "
             above = "" if around and high == TWO_PI else f" <= {high!r}"
             texts += [f"{below}{name}{above}"] if below or above else []

@@ -252,7 +252,7 @@ class Refinement:
     def composite(self) -> CompositeMap:
         """The pieces so far, the attracting ones first and the resets last."""
         pieces = tuple(leaf.piece() for leaf in sorted(self.leaves, key=lambda leaf: leaf.role != "attracting"))
-        return CompositeMap(self.system.coordinates, self.system.wall_names, pieces + self.resets)
+        return CompositeMap(self.system.coordinates, self.system.letters, pieces + self.resets)
 
     def stuck(self) -> list[Leaf]:
         """The transient regions in which orbits of the composite map end, which contain parts of its attractors."""

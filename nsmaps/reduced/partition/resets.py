@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.coordinates import TWO_PI, Angle, Coordinates
+from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -46,7 +46,7 @@ def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
 
 def _outside(name: str, low: float, high: float, signed: bool) -> Iterator[tuple[str, str]]:
     """The sides on which a coordinate may leave its interval, as conditions; others than `signed` ones are never negative."""
-    if not isinstance(name, Angle):
+    if not is_angle(name):
         yield from [("below", f"{name} < {low!r}")] if low > 0 or signed else []
         yield "above", f"{name} > {high!r}"
     elif high - low < TWO_PI:

@@ -158,7 +158,7 @@ def _composite(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface
     for number, piece in enumerate(plan.bound["composite"]):
         with plan.study.source.located(("composite", number)):
             pieces.append(_piece(plan, system, surfaces, piece))
-    return CompositeMap(system.coordinates, system.wall_names, tuple(pieces))
+    return CompositeMap(system.coordinates, system.letters, tuple(pieces))
 
 
 def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
@@ -167,7 +167,7 @@ def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], p
         word = plan.families[piece.family].words[0] if piece.family else ""
         return Piece(piece.name, piece.region, piece.polynomial.of(system), word)
     surfaces, spec = _data(plan, surfaces, piece)
-    piece_map = build_composite(system.coordinates, system.wall_names, surfaces, [spec]).pieces[0]
+    piece_map = build_composite(system.coordinates, system.letters, surfaces, [spec]).pieces[0]
     return replace(piece_map, region=piece.region)
 
 

@@ -87,7 +87,7 @@ def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
     for name, words in spec.modes.items():
         with binding.study.source.located(("noise", "modes", name)):
             for word in words:
-                encode(word, binding.system.wall_names)
+                encode(word, binding.system.letters)
     if along := spec.impacts:
         binding.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
     return binding.start(("noise", "start"), spec.start)

@@ -85,7 +85,7 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 
 def bind_family(name: str, words: Sequence[str], binding: "Binding") -> WordFamily:
     """A family; raises StudyError unless its words are returns of the system."""
-    walls, source = binding.system.wall_names, binding.study.source
+    walls, source = binding.system.letters, binding.study.source
     for number, word in enumerate(words):
         loc = ("families", name, number)
         with source.located(loc):

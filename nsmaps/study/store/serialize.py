@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from nsmaps.coordinates import Angle, Coordinates
+from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.study.sections import SECTIONS
 
@@ -49,7 +49,7 @@ def encode(value: Any, path: str, arrays: Arrays) -> Any:
         return value
     if isinstance(value, float):
         return value if math.isfinite(value) else {KIND: "float", "value": str(value)}
-    if isinstance(value, Angle):
+    if is_angle(value):
         return {KIND: "angle", "value": str(value)}
     if isinstance(value, np.ndarray):
         arrays[path] = value

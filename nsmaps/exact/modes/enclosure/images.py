@@ -62,4 +62,4 @@ def image_boxes(system: "HybridSystem", boxes: ArrayLike) -> BoxImages:
     in_chunks(n, run, CHUNK)
     codes = np.concatenate([np.empty(0, np.int64), *(parts[k][0] for k in sorted(parts))])
     images = np.concatenate([np.empty((0, m, 2)), *(parts[k][1] for k in sorted(parts))])
-    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.wall_names), bounded, empty)
+    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.letters), bounded, empty)
