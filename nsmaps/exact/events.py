@@ -1,12 +1,14 @@
-"""The motion of a system with modes at and between its events, sampled."""
+"""The motion of a system with modes at and between its events, sampled, and its first arrivals at the section."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats, brief
+from nsmaps.arrays import Floats, brief, finite_rows
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import StateError
+from nsmaps.exact.words import decoded
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -34,6 +36,38 @@ class ModeTrack:
     modes: NDArray[np.str_]  #: shape (M - 1,), of each flight, sliding and contact among them
     time: Floats  #: shape (M - 1, samples), since the start
     states: Floats  #: shape (M - 1, samples, n)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Arrivals:
+    """First arrivals of N states of a system with modes at its section, of m coordinates."""
+
+    __repr__ = brief
+
+    coordinates: Coordinates  #: of the section
+    names: Coordinates  #: of the start: the states, and the phase where there is forcing
+    letters: tuple[str, ...]
+    start: Floats  #: shape (N, k), as given
+    mode: NDArray[np.str_]  #: shape (N,), in which the motion starts, "" where the state belongs to none
+    image: Floats  #: shape (N, m), at the section, angles in [0, 2 pi); NaN where there is none
+    turns: NDArray[np.int32]  #: shape (N, m), whole turns of an angle until then
+    codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
+    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
+    time: Floats  #: shape (N,), until the arrival, in the system's time; NaN where unknown
+    derivative: Floats | None = None  #: shape (N, m, k), d image / d start, if requested
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The events of each motion, that at the section the last, shape (N,)."""
+        return decoded(self.codes, self.letters)
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """The arrivals that have an image, shape (N,)."""
+        return finite_rows(self.image)
 
 
 def check_samples(n: int, samples: int) -> None:

@@ -1,7 +1,7 @@
 """A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -17,6 +17,7 @@ from nsmaps.exact.returns import Itineraries, Returns
 
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
+    from nsmaps.exact.events import Arrivals
     from nsmaps.exact.modes.kernel import ModeKernel
 
 
@@ -76,6 +77,22 @@ class HybridSystem(ParametricSystem):
         Other arguments and errors as `first_return`.
         """
         return self._kernel().orbits(as_states(states, self.coordinates), n, derivative)
+
+    def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None = None, derivative: bool = False) -> "Arrivals":
+        """Where motions from states anywhere in a mode first come to the section.
+
+        Args:
+            states: shape (N, k), all states in their order and, with forcing, the phase in radians on any turn as the last.
+            modes: the mode of all of them, or of each. Without, each starts in the first mode, in the order of the class, whose
+                guards are positive there; sliding and contact that lasts must be given, of a state on their surface.
+            derivative: also the derivative of the images by `states`, shape (N, m, k), through every event.
+
+        A state that violates a guard of its mode, or that belongs to none, has no image: outcome `invalid`.
+
+        Raises:
+            StateError: `states` is not a batch of this shape, there are not as many modes, or one is unknown.
+        """
+        return self._kernel().arrivals(states, modes, derivative)
 
     def itineraries(self, states: ArrayLike) -> Itineraries:
         """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.

@@ -1,17 +1,19 @@
 """Compiled code at work for one system with modes: its table handed over, what comes back as results."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.events import ModeTrack
+from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.files import place_of
 from nsmaps.exact.kernel import in_chunks
+from nsmaps.exact.modes.arriving import arrivals_of
 from nsmaps.exact.modes.definition import Definition
 from nsmaps.exact.modes.memory import Moved, Record, memory, record
 from nsmaps.exact.modes.reading import definition_of
@@ -66,6 +68,10 @@ class ModeKernel:
             return np.zeros(start.shape)
         moved = moved_of(self.definition, self.table, self.values, rates)
         return self._batch(start, 1, moved).tangents[0, :, :, 0]
+
+    def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None, derivative: bool) -> Arrivals:
+        """As `HybridSystem.arrivals`."""
+        return arrivals_of(self.definition, self.table, states, modes, derivative)
 
     def track(self, start: Floats, n: int, samples: int) -> ModeTrack:
         """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""

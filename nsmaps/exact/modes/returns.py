@@ -5,9 +5,10 @@ import math
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import INVALID, LOST, RESTS, RETURNED, STUCK, UNDECIDED, spell
-from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, velocity
+from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.resting import entered, in_a_row, marked
 from nsmaps.exact.modes.section import picked, starting
+from nsmaps.exact.modes.taylor import features
 
 MOST_EVENTS = 100_000  # of one return
 GOES_ON = -1  # in place of an outcome
@@ -99,13 +100,9 @@ def met(p, mode, which, phi, code, power, image, tangent, w):
 
 
 @inner
-def first_return(p, row, image, tangent, w):
-    """The first return of a row of coordinates: (outcome, code of its word, time, whole turns of the phase)."""
-    k, phi = starting(p, row, w)
-    code, power = cleared(p, k, image, tangent, w)
-    if k < 0:
-        return INVALID, 0, math.nan, 0
-    mode, time, turns, doubtful = entered(p, k, not p.after, phi, w), 0.0, 0, False
+def onward(p, mode, phi, code, power, image, tangent, w):
+    """From a state in a mode to the section: (outcome, code of its word, time, whole turns of the phase)."""
+    time, turns, doubtful = 0.0, 0, False
     for _ in range(MOST_EVENTS):
         which, flight, phi, more, unsure = fly(p, mode, phi, w)
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
@@ -119,6 +116,37 @@ def first_return(p, row, image, tangent, w):
         if outcome != GOES_ON:
             return outcome, code, time if outcome == LOST else math.nan, 0
     return UNDECIDED, code, math.nan, 0
+
+
+@inner
+def first_return(p, row, image, tangent, w):
+    """The first return of a row of coordinates: (outcome, code of its word, time, whole turns of the phase)."""
+    k, phi = starting(p, row, w)
+    code, power = cleared(p, k, image, tangent, w)
+    if k < 0:
+        return INVALID, 0, math.nan, 0
+    return onward(p, entered(p, k, not p.after, phi, w), phi, code, power, image, tangent, w)
+
+
+@inner
+def first_arrival(p, mode, state, phase, image, tangent, w):
+    """The first arrival at the section of a state in a mode, -1 for none, as `first_return`; directions are states and phase."""
+    code, power = cleared(p, -1, image, tangent, w)
+    if mode < 0:
+        return INVALID, 0, math.nan, 0
+    n, turns = len(state), math.floor(phase / TWO_PI)
+    phi, _ = within_turn(phase - turns * TWO_PI)
+    for i in range(n):
+        w.z[i] = state[i]
+    features(phi, w.z, n)
+    for c in range(w.dz.shape[1]):
+        for i in range(n + 1):
+            w.dz[i, c] = 1.0 if i == c and c < n else 0.0
+        w.dphi[c] = 1.0 if c == n else 0.0
+    shift_waves(w.z, w.dz, w.dphi, n)
+    w.held[0], w.on[:] = 0.0, 0
+    outcome, code, time, more = onward(p, mode, phi, code, power, image, tangent, w)
+    return outcome, code, time, more + turns
 
 
 @entry
@@ -136,3 +164,14 @@ def returns(p, found, w):
                 found.turns[k, r, c] = whole + before if p.places[c] < 0 else 0
             for c in range(3):
                 found.near[k, r, c] = w.near[c]
+
+
+@entry
+def arrivals(p, modes, states, phases, found, w):
+    """The first arrivals at the section of M states in modes, written to a `Record` of one return."""
+    for r in range(len(modes)):
+        found.outcome[0, r], found.codes[0, r], found.time[0, r], turns = first_arrival(
+            p, modes[r], states[r], phases[r], found.states[1, r], found.tangents[0, r], w
+        )
+        for c in range(len(p.places)):
+            found.turns[0, r, c] = turns if p.places[c] < 0 else 0
