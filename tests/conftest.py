@@ -11,7 +11,10 @@ import pytest
 from hypothesis import settings
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: each of the tests' processes has one core
+from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
+
+from nsmaps.study.ahead import CALLS
 
 settings.register_profile("checks", derandomize=True)  # the same examples every time, where nobody looks on
 if os.environ.get("CI"):
@@ -25,6 +28,18 @@ def vi_pair(d: float, r: float = 0.5, beta: float = pi / 3) -> VIPair:
     return VIPair(d=d, r=r, M=0.1245, g=9.8, beta=beta, F=5)
 
 
+PAIR, RECOIL = vi_pair(0.3), RecoilPair(eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, g_bar=0.2113)
+MANY = 100  #: tests, before which the engine is compiled
+COMPILED = [
+    lambda: PAIR.first_return([[0.5, 1.0]]),
+    lambda: CALLS["composite"](PAIR),
+    lambda: CALLS["boxes"](PAIR),
+    lambda: CALLS["noise"](PAIR),
+    lambda: RECOIL.first_return([[0.5, 0.1, -0.6, 1.0]]),
+    lambda: CALLS["boxes"](RECOIL),
+]
+
+
 @pytest.fixture(scope="session")
 def pair() -> Callable[..., VIPair]:
     """The VI pair with the paper's constants, by d, r and beta."""
@@ -35,3 +50,11 @@ def pair() -> Callable[..., VIPair]:
 def reference() -> Callable[[str], list[dict[str, Any]]]:
     """The rows of one of the files of 50-digit references."""
     return lambda name: json.loads((DATA / f"{name}.json").read_text())["rows"]
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Before many tests two processes compile the engine, from both ends of a list; what one compiles the other loads."""
+    worker = getattr(session.config, "workerinput", {}).get("workerid", "")
+    if worker in ("gw0", "gw1") and len(session.items) > MANY:
+        for call in COMPILED if worker == "gw0" else reversed(COMPILED):
+            call()

@@ -10,7 +10,7 @@ the processor.
 import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from functools import lru_cache
+from functools import lru_cache, wraps
 from hashlib import sha256
 from inspect import get_annotations
 from time import perf_counter
@@ -26,12 +26,12 @@ from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 
 from nsmaps.exact import libraries
-from nsmaps.exact.kept import cache_folder, kept, store
+from nsmaps.exact.kept import cache_folder, claim, kept, release, store
 from nsmaps.exact.libraries import EntryCompiler, NamedCompiler, PartCompiler, unspecialised
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
-missing: list[Callable[[], None]] = []  #: called when compiled code is not in the folder; they may wait for another process
+missing: list[Callable[[], None]] = []  #: called when code is to be compiled
 FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")  #: packages that their versions identify
 
 
@@ -49,9 +49,24 @@ def njit(**options: Any) -> Any:
             unspecialised(dispatcher)
         if cache and isinstance(dispatcher, CPUDispatcher):
             dispatcher._cache = _Kept(dispatcher)
+            dispatcher._compiler.compile = _or_released(dispatcher._compiler.compile)
         return dispatcher
 
     return wrapper
+
+
+def _or_released(compile: Callable[..., Any]) -> Callable[..., Any]:
+    """A call whose failure ends all claims of this process."""
+
+    @wraps(compile)
+    def compile_or_release(*args: Any) -> Any:
+        try:
+            return compile(*args)
+        except BaseException:
+            release()
+            raise
+
+    return compile_or_release
 
 
 def code_of(*functions: Any) -> str:
@@ -154,16 +169,21 @@ class _Kept(_Cache):  # type: ignore[misc]
         if content is None:
             self._began = perf_counter()
             self._report()
-            for wait in [*missing]:
-                wait()
-                content = kept(name)
+            for each in [*missing]:
+                each()
+            claim(name)
+            content = kept(name)  # another process may have stored it in the meantime
+            if content is not None:
+                release(name)
         return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the function that was compiled for arguments of these types."""
+        name = self._name(sig, data.codegen)
         if not data.library.has_dynamic_globals and all(each.can_cache for each in data.lifted):
-            store(self._name(sig, data.codegen), dumps(data._reduce()))
+            store(name, dumps(data._reduce()))
             store(self._last, f"{perf_counter() - self._began:.0f}".encode())
+        release(name)
 
     def enable(self) -> None:
         """The cache is always enabled."""

@@ -1,7 +1,7 @@
 """Compilation on another core of what later steps of a run call, while the first step compiles the exact map.
 
-The other process calls the same functions once, with a state or box of no use, and so puts the compiled code into the folder of
-compiled code, where the run waits for it instead of compiling the same. Where all code is stored already, nothing is started.
+The other process calls the same functions once, with a state or box of no use, and so puts their code into the folder of compiled
+code. What one of the two compiles the other waits for. Where all code is stored already, nothing is started.
 """
 
 import os
@@ -62,18 +62,16 @@ def compiling_ahead(plan: "Plan", early: Callable[[], bool]) -> Iterator[None]:
     names = calls_of(plan.study)
     others: list[subprocess.Popen[bytes]] = []
 
-    def wait() -> None:
-        if others:
-            others[0].wait()
-        elif early():
+    def start() -> None:
+        if not others and early():
             others.extend(_started(plan.system, names))
 
     if names and sys.executable and (os.cpu_count() or 1) > 1:
-        missing.append(wait)
+        missing.append(start)
     try:
         yield
     finally:
-        missing[:] = [each for each in missing if each is not wait]
+        missing[:] = [each for each in missing if each is not start]
         for other in others:
             other.kill()
             other.wait()

@@ -231,3 +231,80 @@ def test_an_edited_pipeline_is_part_of_the_key(old: str, new: str, tmp_path: Pat
     assert pipeline(tmp_path, f"# a comment\n{text}") == before
     assert pipeline(tmp_path, text.replace(old, new)) != before
     compiled.code_of_module.cache_clear()
+
+
+def test_stored_code_is_read_after_the_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A function whose code another process has stored in the meantime is not compiled here."""
+    function = njit(cache=True)(lambda x: x + 1.0)
+    assert function(1.0) == 2.0
+    again = njit(cache=True)(function.py_func)
+    stored, claimed = compiled.kept, []
+    monkeypatch.setattr(compiled, "kept", lambda name: stored(name) if claimed else None)
+    monkeypatch.setattr(compiled, "claim", lambda name: claimed.append(name))
+    assert again(1.0) == 2.0
+    assert len(claimed) == 1
+    assert again.stats.cache_hits
+
+
+CLAIM = """
+import sys, time
+from nsmaps.exact import kept
+kept.claim("code")
+print("claimed", flush=True)
+sys.stdin.readline()
+kept.release("code")
+"""
+
+
+@pytest.fixture
+def other(folder: Path) -> "subprocess.Popen[str]":
+    """Another process that has claimed the code, until it is sent a line."""
+    pytest.importorskip("fcntl")
+    environment = {**os.environ, "NSMAPS_CACHE_DIR": str(folder), "PYTHONPATH": os.pathsep.join(sys.path)}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": environment}
+    process = subprocess.Popen([sys.executable, "-c", CLAIM], **pipes)
+    assert process.stdout.readline() == "claimed\n"
+    yield process
+    process.kill()
+    process.communicate()
+
+
+@pytest.mark.parametrize("end", ["release", "kill"])
+def test_one_process_compiles_while_another_waits(end: str, other: Any, monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    looks: list[float] = []
+
+    def look(seconds: float) -> None:
+        looks.append(seconds)
+        if len(looks) == 3:
+            other.kill() if end == "kill" else print(file=other.stdin, flush=True)
+        other.wait() if len(looks) >= 3 else None
+
+    monkeypatch.setattr(kept, "sleep", look)
+    kept.claim("code")
+    assert kept.CLAIMED["code"] is not None
+    assert len(looks) == 3
+    kept.release("code")
+    assert not list(folder.glob("*.lock"))
+
+
+def test_patience_ends(other: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kept, "PATIENCE", 0.0)
+    kept.claim("code")
+    assert kept.CLAIMED.pop("code") is None
+
+
+def test_where_nothing_can_be_locked_each_process_compiles_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(kept, "_folder", lambda: tmp_path / "file" / "folder")
+    kept.claim("code")
+    assert kept.CLAIMED["code"] is None
+    kept.release("code")
+    assert not kept.CLAIMED
+
+
+def test_a_compilation_that_failed_can_be_repeated_and_holds_nobody_up() -> None:
+    function = njit(cache=True)(lambda x: x.nothing)
+    for _ in range(2):
+        with pytest.raises(numba.TypingError):
+            function(1.0)
+        assert not kept.CLAIMED
