@@ -17,6 +17,7 @@ LEAN = {
 }
 inner = njit(**LEAN)  #: without wrappers, and without counting references to arrays: it allocates none
 inlined = njit(**LEAN, forceinline=True)
+fused = njit(**LEAN, forceinline=True, fastmath={"contract"})  #: a product and a sum may be rounded once
 allocating = njit(**{**LEAN, "_nrt": True})  #: as `inner`, for functions that allocate arrays
 entry = njit(cache=True, part=False, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 

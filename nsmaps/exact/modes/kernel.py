@@ -15,11 +15,12 @@ from nsmaps.exact.files import place_of
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.arriving import arrivals_of
 from nsmaps.exact.modes.definition import Definition
-from nsmaps.exact.modes.memory import Moved, Record, memory, record
+from nsmaps.exact.modes.lanes import block_of, motions
+from nsmaps.exact.modes.memory import Memory, Moved, Record, memory, record
 from nsmaps.exact.modes.reading import definition_of
-from nsmaps.exact.modes.returns import returns
 from nsmaps.exact.modes.tables import Tables, moved_of, tables_of
 from nsmaps.exact.modes.tracks import mode_track
+from nsmaps.exact.modes.wide import FEW, returns
 from nsmaps.exact.returns import Itineraries, Returns
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class ModeKernel:
     def orbits(self, start: Floats, n: int, derivative: bool) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
         found = record(start, n, start.shape[1] if derivative else 0)
-        returns(self.table, found, memory(self.table, found.tangents.shape[-1]))
+        self._computed(found, memory(self.table, found.tangents.shape[-1]))
         return self._returns(found, derivative)
 
     def itineraries(self, start: Floats) -> Itineraries:
@@ -83,12 +84,19 @@ class ModeKernel:
 
         def run(k: slice) -> None:
             found = record(start[k], 1, directions)
-            returns(self.table, found, memory(self.table, directions, moved, margins))
+            self._computed(found, memory(self.table, directions, moved, margins))
             parts[k.start] = found
 
         in_chunks(len(start), run, CHUNK)
         ordered = [parts[begin] for begin in sorted(parts)] or [record(start, 1, directions)]
         return Record(*(np.concatenate(arrays, axis=1) for arrays in zip(*ordered, strict=True)))
+
+    def _computed(self, found: Record, memory: Memory) -> None:
+        """Compute a record; many returns in blocks, where no more than the image is asked for."""
+        p = self.table
+        plain = found.tangents.shape[-1] == 0 and np.isnan(memory.near[0]) and (p.contacts < 0).all()
+        wide = plain and found.states.shape[1] >= FEW
+        returns(p, found, memory, motions(p, wide), block_of(p))
 
     def _returns(self, found: Record, derivative: bool) -> Returns:
         """A record as a result, one row a return."""

@@ -41,6 +41,7 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
     propagators[:, 1 : ORDER + 1] = changes
     return {
         "propagators": propagators,
+        "flows": np.moveaxis(propagators, 1, 2).reshape(len(flows), n, flows.shape[1], TERMS).copy(),
         "whole": changes.sum(axis=1).astype(float),
         "series": np.pad(series.astype(float), ((0, 0), (0, 0), (0, TERMS - ORDER - 1))),
         "points": points.astype(float),

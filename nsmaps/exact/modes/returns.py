@@ -72,10 +72,13 @@ def bounded(w):
 
 @inlined
 def met(p, mode, which, phi, code, power, image, tangent, w):
-    """Take the state through an event: (outcome, or GOES_ON; mode that follows; word; place of its next letter; doubtful)."""
+    """Take the state through an event.
+
+    (outcome, or GOES_ON; mode that follows; word; place of its next letter; whether doubtful; transition).
+    """
     k, doubtful = picked(p, which, w.z)
     if k < 0:
-        return UNDECIDED, mode, code, power, True
+        return UNDECIDED, mode, code, power, True, k
     if w.dz.shape[1] > 0:
         saltation(p, mode, which, w)
     held = False
@@ -87,16 +90,24 @@ def met(p, mode, which, phi, code, power, image, tangent, w):
         code, power = noted(p, which, mode, k, code, power, w)
     in_a_row(p.digit[k], code, power, w)
     if p.target[k] < 0:
-        return LOST, mode, code, power, doubtful
+        return LOST, mode, code, power, doubtful, k
     returned, outcome = p.is_section[k] and (held or not p.releases[k]), STUCK if p.releases[k] else RETURNED
     if returned and not p.after:
         arrived(p, phi, image, tangent, w)
-        return outcome, mode, code, power, doubtful
+        return outcome, mode, code, power, doubtful, k
     mode = entered(p, k, True, phi, w)
     if returned:
         arrived(p, phi, image, tangent, w)
-        return outcome, mode, code, power, doubtful
-    return GOES_ON, mode, code, power, doubtful
+        return outcome, mode, code, power, doubtful, k
+    return GOES_ON, mode, code, power, doubtful, k
+
+
+@inlined
+def settled(outcome, code, time, turns, doubtful):
+    """A return that has ended, in the form of `first_return`."""
+    if outcome in (RETURNED, STUCK):
+        return UNDECIDED if doubtful else outcome, code, time, turns
+    return outcome, code, time if outcome == LOST else math.nan, 0
 
 
 @inner
@@ -109,12 +120,10 @@ def onward(p, mode, phi, code, power, image, tangent, w):
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
             return RESTS if p.resting[mode] else LOST, marked(p, code, power, w)[0], math.nan, 0
-        outcome, mode, code, power, unsure = met(p, mode, which, phi, code, power, image, tangent, w)
+        outcome, mode, code, power, unsure, _ = met(p, mode, which, phi, code, power, image, tangent, w)
         doubtful = doubtful or unsure
-        if outcome in (RETURNED, STUCK):
-            return UNDECIDED if doubtful else outcome, code, time, turns
         if outcome != GOES_ON:
-            return outcome, code, time if outcome == LOST else math.nan, 0
+            return settled(outcome, code, time, turns, doubtful)
     return UNDECIDED, code, math.nan, 0
 
 
@@ -149,21 +158,22 @@ def first_arrival(p, mode, state, phase, image, tangent, w):
     return outcome, code, time, more + turns
 
 
-@entry
-def returns(p, found, w):
-    """The first n returns of M states, written to a `Record` whose first states are given."""
-    for k in range(len(found.codes)):
-        for r in range(found.states.shape[1]):
-            ended = k > 0 and math.isnan(found.states[k, r, 0])
-            outcome, found.codes[k, r], found.time[k, r], whole = first_return(
-                p, found.states[k, r], found.states[k + 1, r], found.tangents[k, r], w
-            )
-            found.outcome[k, r] = found.outcome[k - 1, r] if ended else outcome
-            for c in range(len(p.places)):
-                before = math.floor(found.states[k, r, c] / TWO_PI) if outcome != INVALID else 0
-                found.turns[k, r, c] = whole + before if p.places[c] < 0 else 0
-            for c in range(3):
-                found.near[k, r, c] = w.near[c]
+@inlined
+def put(p, found, r, k, ended, w):
+    """Write how return number r of a motion ended, in a record that has its image."""
+    outcome, found.codes[r, k], found.time[r, k], whole = ended
+    found.outcome[r, k] = found.outcome[r - 1, k] if r > 0 and math.isnan(found.states[r, k, 0]) else outcome
+    for c in range(len(p.places)):
+        before = math.floor(found.states[r, k, c] / TWO_PI) if outcome != INVALID else 0
+        found.turns[r, k, c] = whole + before if p.places[c] < 0 else 0
+    for c in range(3):
+        found.near[r, k, c] = w.near[c]
+
+
+@inner
+def alone(p, found, r, k, w):
+    """Return number r of a motion by itself, written to a record."""
+    put(p, found, r, k, first_return(p, found.states[r, k], found.states[r + 1, k], found.tangents[r, k], w), w)
 
 
 @entry

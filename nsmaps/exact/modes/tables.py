@@ -37,6 +37,7 @@ class Tables(NamedTuple):
     functions: Any  #: shape (S, N), positive before their event
     bounds: Any  #: shape (S, N), |function| growth
     propagators: Any  #: shape (M, TERMS, n N), Taylor series of exp(Y step tau) - 1 in tau, rows of the states
+    flows: Any  #: shape (M, n, N, TERMS), the same by state and feature
     whole: Any  #: shape (M, n N), its value at tau = 1
     series: Any  #: shape (S, N, TERMS), that of each function along the flow, by the features at the start
     points: Any  #: the same, coefficients over a longest step in the basis of Bernstein

@@ -1,0 +1,241 @@
+"""A block of motions in one mode, a column each: the pieces of their flights, in loops that become vector instructions.
+
+Functions watched are looked at in the basis of Bernstein; those that have one zero, far from any doubt, are followed to it by
+Newton's method, and every other one by `sought` of `flight.py`, a column by itself.
+"""
+
+from nsmaps.exact.engine.jit import fused, inlined, inner
+from nsmaps.exact.engine.remainders import wave
+from nsmaps.exact.modes.flight import NO_FUNCTION, sought, within_turn
+from nsmaps.exact.modes.lanes import (
+    ABOVE,
+    BELOW,
+    BEND,
+    COLUMN,
+    DOUBTFUL,
+    ERROR,
+    FIRST,
+    GROWN,
+    GUESS,
+    HIGH,
+    KIND,
+    LAST,
+    LOW,
+    MORE,
+    ON,
+    PHI,
+    PITCH,
+    RATE,
+    START,
+    THERE,
+    WHEN,
+    WHICH,
+    ZERO,
+    A,
+    U,
+    X,
+    Y,
+)  # fmt: skip
+from nsmaps.exact.modes.taylor import ORDER, ROUNDING
+from nsmaps.exact.modes.zeros import CLOSE
+
+ROUNDS = 12  # of Newton's method in a block; more are rare
+
+
+@fused
+def combined(rows, count, z, n, t):
+    """Write combinations of the rows of z in n columns: row m of A is the sum of rows[j, m] z[j]."""
+    width = len(z)
+    for m in range(count):
+        of, x = A + m * PITCH, rows[0, m]
+        for k in range(n):
+            t[of + k] = x * z[0, k]
+        j = 1
+        for _ in range((width - 1) // 6):
+            c, d, e, f, g, h = rows[j, m], rows[j + 1, m], rows[j + 2, m], rows[j + 3, m], rows[j + 4, m], rows[j + 5, m]
+            for k in range(n):
+                three = c * z[j, k] + d * z[j + 1, k] + e * z[j + 2, k]
+                t[of + k] += three + (f * z[j + 3, k] + g * z[j + 4, k] + h * z[j + 5, k])
+            j += 6
+        for _ in range((width - j) // 3):
+            c, d, e = rows[j, m], rows[j + 1, m], rows[j + 2, m]
+            for k in range(n):
+                t[of + k] += c * z[j, k] + d * z[j + 1, k] + e * z[j + 2, k]
+            j += 3
+        for i in range(j, width):
+            x = rows[i, m]
+            for k in range(n):
+                t[of + k] += x * z[i, k]
+
+
+@fused
+def evaluated(n, t):
+    """Write the polynomials of A at X to Y, and their derivatives to U; three coefficients at a time."""
+    for k in range(n):
+        t[Y + k], t[U + k] = t[A + ORDER * PITCH + k], 0.0
+    for i in range(ORDER // 3):
+        of = A + (ORDER - 3 - 3 * i) * PITCH
+        for k in range(n):
+            x, y, u = t[X + k], t[Y + k], t[U + k]
+            u, y = u * x + y, y * x + t[of + 2 * PITCH + k]
+            u, y = u * x + y, y * x + t[of + PITCH + k]
+            t[U + k], t[Y + k] = u * x + y, y * x + t[of + k]
+
+
+@inner
+def screened(p, f, n, b, w):
+    """Write which columns have no zero of a function (0), one (1) or an unknown number (2), and about where that one is."""
+    t, h = b.t, b.h
+    combined(p.points[f], ORDER + 1, b.z, n, t)
+    for k in range(n):
+        t[Y + k], t[U + k] = 0.0, 0.0
+    for j in range(len(w.z)):
+        size, left = p.sizes[f, j], p.left[f, j]
+        for k in range(n):
+            t[Y + k] += size * abs(b.z[j, k])
+            t[U + k] += left * abs(b.z[j, k])
+    for k in range(n):
+        on = h[START + k] >= 0 and p.on[h[START + k], f] > 0
+        t[ON + k] = 1.0 if on else 0.0
+        t[ERROR + k] = ROUNDING * t[Y + k] * (1.0 + t[GROWN + k]) + t[U + k]
+        t[ZERO + k] = t[A + k] if on else 0.0
+        t[ABOVE + k], t[BELOW + k], t[LAST + k], t[FIRST + k] = 0.0, 0.0, -1.0, ORDER + 1.0
+    for m in range(ORDER + 1):
+        for k in range(n):
+            value = t[A + m * PITCH + k] - t[ZERO + k]
+            up, down = value > t[ERROR + k], value < -t[ERROR + k]
+            t[ABOVE + k] += 1.0 if up else 0.0
+            t[BELOW + k] += 1.0 if down else 0.0
+            t[LAST + k] = float(m) if up else t[LAST + k]
+            t[FIRST + k] = min(t[FIRST + k], float(m) if down else ORDER + 1.0)
+    for k in range(n):
+        whole = ORDER + 1.0 - t[ON + k]
+        h[KIND + k] = 2
+        if h[START + k] >= 0 and p.on[h[START + k], f] > 1:
+            continue
+        if t[ABOVE + k] == whole:
+            h[KIND + k] = 0
+        elif t[ABOVE + k] + t[BELOW + k] == whole and t[LAST + k] > 0.0 and t[FIRST + k] == t[LAST + k] + 1.0:
+            m = int(t[FIRST + k])
+            high, low = t[A + (m - 1) * PITCH + k] - t[ZERO + k], t[A + m * PITCH + k] - t[ZERO + k]
+            h[KIND + k], t[GUESS + k] = 1, (m - 1 + high / (high - low)) / ORDER
+
+
+@inner
+def approached(p, f, n, b, w):
+    """Follow the columns of one zero to it by Newton's method; those that do not arrive are of an unknown number."""
+    t, h = b.t, b.h
+    count = 0
+    for k in range(n):
+        if h[KIND + k] == 1:
+            h[COLUMN + count], t[X + count] = k, t[GUESS + k]
+            for j in range(len(w.z)):
+                b.c[j, count] = b.z[j, k]
+            count += 1
+    if count == 0:
+        return
+    combined(p.series[f], ORDER + 1, b.c, count, t)
+    for i in range(count):
+        t[LOW + i], t[HIGH + i], t[BEND + i], t[THERE + i], t[RATE + i] = 0.0, 1.0, 0.0, 0.0, 0.0
+        t[A + i] = 0.0 if t[ON + h[COLUMN + i]] > 0.0 else t[A + i]
+    for j in range(len(w.z)):
+        for i in range(count):
+            t[BEND + i] += p.bends[f, j] * abs(b.c[j, i])
+    for _ in range(ROUNDS):
+        evaluated(count, t)
+        left = 0.0
+        for i in range(count):
+            x, y, u = t[X + i], t[Y + i], t[U + i]
+            t[LOW + i], t[HIGH + i] = x if y > 0.0 else t[LOW + i], t[HIGH + i] if y > 0.0 else x
+            step = -y / u
+            new = x + step
+            inside = u < 0.0 and t[LOW + i] <= new and new <= t[HIGH + i]
+            done = t[THERE + i] > 0.0
+            t[X + i] = x if done else new if inside else 0.5 * (t[LOW + i] + t[HIGH + i])
+            t[RATE + i] = t[RATE + i] if done else u
+            t[THERE + i] = 1.0 if done or (inside and step * step * t[BEND + i] <= -CLOSE * new * u) else 0.0
+            left += 1.0 - t[THERE + i]
+        if left == 0.0:
+            break
+    for i in range(count):
+        k = h[COLUMN + i]
+        sure = t[THERE + i] > 0.0 and t[RATE + i] * t[RATE + i] > 16.0 * t[ERROR + k] * t[BEND + i]
+        h[KIND + k], t[GUESS + k] = 1 if sure else 2, t[X + i]
+
+
+@inlined
+def loaded(p, k, b, w):
+    """Write a column to the memory of a single motion."""
+    h = b.h
+    for j in range(len(w.z)):
+        w.z[j] = b.z[j, k]
+    for f in range(len(w.on)):
+        w.on[f] = p.on[h[START + k], f] if h[START + k] >= 0 else 0
+
+
+@inner
+def next_events(p, mode, n, b, w):
+    """Write the first event of each column within a longest step: which function, when, and whether that is doubtful."""
+    t, h = b.t, b.h
+    for k in range(n):
+        h[WHICH + k], t[WHEN + k], h[DOUBTFUL + k] = NO_FUNCTION, 1.0, 0
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        screened(p, f, n, b, w)
+        approached(p, f, n, b, w)
+        for k in range(n):
+            if h[KIND + k] == 0:
+                continue
+            when = t[WHEN + k]
+            near = 4.0 * ROUNDING * when
+            if h[KIND + k] == 2 or abs(t[GUESS + k] - when) <= near:
+                loaded(p, k, b, w)
+                found, x, unsure = sought(p, f, when, t[GROWN + k], w)
+            else:
+                found, x, unsure = t[GUESS + k] < when, t[GUESS + k], False
+            if found:
+                close = h[WHICH + k] != NO_FUNCTION and when - x <= near
+                h[WHICH + k], t[WHEN + k], h[DOUBTFUL + k] = f, x, 1 if unsure or close else 0
+            elif unsure:
+                h[DOUBTFUL + k] = 1
+
+
+@inner
+def moved(p, mode, n, b, w):
+    """Take the states of columns to their events; those without one to the end of the longest step."""
+    t, h = b.t, b.h
+    states, width, count = p.first.shape[1] - 1, len(w.z), 0
+    for k in range(n):
+        if h[WHICH + k] != NO_FUNCTION:
+            h[COLUMN + count], t[X + count] = k, t[WHEN + k]
+            for j in range(width):
+                b.c[j, count] = b.z[j, k]
+            count += 1
+    for i in range(states):
+        for k in range(n):
+            b.new[i, k] = b.z[i, k]
+        for j in range(width):
+            whole = p.whole[mode, i * width + j]
+            for k in range(n):
+                b.new[i, k] += whole * b.z[j, k]
+        if count == 0:
+            continue
+        combined(p.flows[mode, i], ORDER + 1, b.c, count, t)
+        evaluated(count, t)
+        for m in range(count):
+            b.new[i, h[COLUMN + m]] = b.z[i, h[COLUMN + m]] + t[Y + m]
+    for i in range(states):
+        for k in range(n):
+            b.z[i, k] = b.new[i, k]
+
+
+@inner
+def turned(p, mode, n, b, w):
+    """Take the phases of columns along, and write their waves."""
+    t, h = b.t, b.h
+    states = p.first.shape[1] - 1
+    for k in range(n):
+        t[PHI + k], h[MORE + k] = within_turn(t[PHI + k] + p.rate * (t[WHEN + k] * p.steps[mode]))
+    for m in range(1, (len(w.z) - states - 1) // 2 + 1):
+        for k in range(n):
+            less, sine, _ = wave(m * t[PHI + k])
+            b.z[states + 2 * m - 1, k], b.z[states + 2 * m, k] = 1.0 + less, sine

@@ -1,0 +1,52 @@
+"""What many returns in parallel work in: the motions under way, and the columns of the block that is looked at."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsmaps.exact.modes.taylor import TERMS
+
+BATCH = 512  # motions under way: few enough to stay in the processor's cache
+BLOCK = 128  # motions that are looked at together
+PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all rows to one part of the cache
+# Numbers of columns stand at constant places, so that a compiler sees that they do not overlap; whole ones in another table.
+GROWN, ERROR, ZERO, ABOVE, BELOW, LAST, FIRST, ON, X = range(0, 9 * PITCH, PITCH)
+Y, U, LOW, HIGH, BEND, THERE, RATE, GUESS, WHEN, PHI, A = range(9 * PITCH, 20 * PITCH, PITCH)
+KIND, START, COLUMN, WHICH, DOUBTFUL, MORE, MOTION, WHOLE = range(0, 8 * PITCH, PITCH)
+PHASE, TIME, FLIGHT = range(3)
+TURNS, CODE, POWER, DOUBT, STARTED, STEPS = range(6)
+
+
+class Motions(NamedTuple):
+    """Motions under way, a row each."""
+
+    z: Any  #: shape (BATCH, N), features
+    scalars: Any  #: shape (BATCH, 3), phase, time of the return, time since the last event
+    numbers: Any  #: shape (BATCH, 6), whole turns, code of the word, place of its next letter, doubtful, last transition, steps
+    queue: Any  #: shape (M, BATCH), motions that wait in each mode
+    length: Any  #: shape (M,), how many
+
+
+def motions(p: Any, some: bool) -> Motions:
+    """Room for motions under way, or none."""
+    modes, width = len(p.growth) if some else 0, p.growth.shape[1]
+    queue, length = np.zeros((modes, BATCH), np.int64), np.zeros(modes, np.int64)
+    return Motions(np.zeros((BATCH, width)), np.zeros((BATCH, 3)), np.zeros((BATCH, 6), np.int64), queue, length)
+
+
+class Block(NamedTuple):
+    """A block of motions in one mode, a column each."""
+
+    t: Any  #: numbers, in rows of `PITCH`; the coefficients of polynomials from A on
+    h: Any  #: whole numbers
+    z: Any  #: shape (N, PITCH), features
+    c: Any  #: the same, of some of the motions
+    new: Any  #: shape (n, PITCH), states
+
+
+def block_of(p: Any) -> Block:
+    """Room for a block."""
+    n, width = p.first.shape[1] - 1, p.growth.shape[1]
+    shapes = (A + TERMS * PITCH,), (width, PITCH), (width, PITCH), (n, PITCH)
+    numbers, *others = map(np.zeros, shapes)
+    return Block(numbers, np.zeros(WHOLE, np.int64), *others)

@@ -1,0 +1,151 @@
+"""Many first returns of a system with modes in parallel: motions wait in a queue for each mode, and advance in blocks.
+
+A block is taken through one longest step, or to its events. All decisions at an event are those of `met`, and returns of many
+events are left to `first_return`.
+"""
+
+import math
+
+from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.modes.columns import moved, next_events, turned
+from nsmaps.exact.modes.flight import NO_FUNCTION
+from nsmaps.exact.modes.lanes import (
+    BATCH,
+    BLOCK,
+    CODE,
+    DOUBT,
+    DOUBTFUL,
+    FLIGHT,
+    GROWN,
+    MORE,
+    MOTION,
+    PHASE,
+    PHI,
+    POWER,
+    START,
+    STARTED,
+    STEPS,
+    TIME,
+    TURNS,
+    WHEN,
+    WHICH,
+)  # fmt: skip
+from nsmaps.exact.modes.resting import entered
+from nsmaps.exact.modes.returns import GOES_ON, alone, cleared, met, put, settled
+from nsmaps.exact.modes.section import starting
+
+FEW = 16  # fewer returns than this are not computed in blocks
+MOST = 64  # events, or longest steps, of a return in a block; more are rare
+LEFT = -2  # in place of an outcome: for `first_return`
+
+
+@inlined
+def gathered(p, mode, n, o, b):
+    """Write the last motions that wait in a mode to the columns of a block."""
+    o.length[mode] -= n
+    for k in range(n):
+        i = o.queue[mode, o.length[mode] + k]
+        b.h[MOTION + k], b.t[PHI + k], b.h[START + k] = i, o.scalars[i, PHASE], o.numbers[i, STARTED]
+        b.t[GROWN + k] = math.expm1(min(p.abscissa[mode] * o.scalars[i, FLIGHT], 700.0)) if p.abscissa[mode] > 0.0 else 0.0
+        for j in range(o.z.shape[1]):
+            b.z[j, k] = o.z[i, j]
+
+
+@inlined
+def waits(o, mode, i):
+    """Put a motion into the queue of a mode."""
+    o.queue[mode, o.length[mode]] = i
+    o.length[mode] += 1
+
+
+@inlined
+def goes_on(p, mode, k, image, tangent, o, b, w):
+    """Take a column through its event, if it has one: its outcome, or GOES_ON, and the mode that follows."""
+    i = b.h[MOTION + k]
+    numbers, scalars = o.numbers[i], o.scalars[i]
+    step = b.t[WHEN + k] * p.steps[mode]
+    scalars[PHASE], scalars[TIME], scalars[FLIGHT] = b.t[PHI + k], scalars[TIME] + step, scalars[FLIGHT] + step
+    numbers[TURNS] += b.h[MORE + k]
+    numbers[DOUBT] |= b.h[DOUBTFUL + k]
+    numbers[STEPS] += 1
+    outcome, total = GOES_ON, 0.0
+    for j in range(len(w.z)):
+        w.z[j] = b.z[j, k]
+        total += abs(w.z[j])
+    if numbers[STEPS] > MOST or not total < math.inf or (b.h[WHICH + k] == NO_FUNCTION and scalars[FLIGHT] >= p.horizon):
+        return LEFT, mode
+    numbers[STARTED] = -1
+    if b.h[WHICH + k] != NO_FUNCTION:
+        outcome, mode, numbers[CODE], numbers[POWER], unsure, numbers[STARTED] = met(
+            p, mode, b.h[WHICH + k], b.t[PHI + k], numbers[CODE], numbers[POWER], image, tangent, w
+        )
+        numbers[DOUBT] |= 1 if unsure else 0
+        scalars[FLIGHT] = 0.0
+    for j in range(len(w.z)):
+        o.z[i, j] = w.z[j]
+    return outcome, mode
+
+
+@inner
+def launched(p, found, r, row, i, o, w):
+    """Put a motion at its start into the queue of its mode; whether it is to be left to `first_return`."""
+    k, phi = starting(p, found.states[r, row], w)
+    if k < 0:
+        return True
+    o.numbers[i, CODE], o.numbers[i, POWER] = cleared(p, k, found.states[r + 1, row], found.tangents[r, row], w)
+    mode = entered(p, k, not p.after, phi, w)
+    o.numbers[i, TURNS], o.numbers[i, DOUBT], o.numbers[i, STARTED], o.numbers[i, STEPS] = 0, 0, k, 0
+    o.scalars[i, PHASE], o.scalars[i, TIME], o.scalars[i, FLIGHT] = phi, 0.0, 0.0
+    for j in range(len(w.z)):
+        o.z[i, j] = w.z[j]
+    waits(o, mode, i)
+    return False
+
+
+@inner
+def block(p, mode, found, r, begin, o, b, w):
+    """Take a block of motions that wait in a mode one step on; returns that end are written."""
+    n = min(BLOCK, o.length[mode])
+    gathered(p, mode, n, o, b)
+    next_events(p, mode, n, b, w)
+    moved(p, mode, n, b, w)
+    turned(p, mode, n, b, w)
+    for k in range(n):
+        i = b.h[MOTION + k]
+        row = begin + i
+        outcome, after = goes_on(p, mode, k, found.states[r + 1, row], found.tangents[r, row], o, b, w)
+        if outcome == GOES_ON:
+            waits(o, after, i)
+        elif outcome == LEFT:
+            alone(p, found, r, row, w)
+        else:
+            turns = o.numbers[i, TURNS]
+            ended = settled(outcome, o.numbers[i, CODE], o.scalars[i, TIME], turns, o.numbers[i, DOUBT] > 0)
+            put(p, found, r, row, ended, w)
+
+
+@inner
+def side_by_side(p, found, r, o, b, w):
+    """Return number r of all motions of a record, batch by batch."""
+    for begin in range(0, found.states.shape[1], BATCH):
+        for i in range(min(BATCH, found.states.shape[1] - begin)):
+            if launched(p, found, r, begin + i, i, o, w):
+                alone(p, found, r, begin + i, w)
+        while True:
+            mode = 0
+            for other in range(len(o.length)):
+                mode = other if o.length[other] > o.length[mode] else mode
+            if o.length[mode] == 0:
+                break
+            block(p, mode, found, r, begin, o, b, w)
+
+
+@entry
+def returns(p, found, w, o, b):
+    """The first n returns of M states, written to a `Record` with the first states; in blocks if there is room for them."""
+    for r in range(len(found.codes)):
+        if len(o.length) > 0:
+            side_by_side(p, found, r, o, b, w)
+        else:
+            for k in range(found.states.shape[1]):
+                alone(p, found, r, k, w)

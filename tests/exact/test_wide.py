@@ -1,0 +1,53 @@
+"""Many returns in parallel are those of each state by itself, whatever is computed beside it."""
+
+import numpy as np
+import pytest
+from hybrid import SYSTEMS, numbers, reference, system
+
+from nsmaps.exact.modes.wide import FEW
+
+CASES = [(name, key) for name in SYSTEMS for key in reference(name)["parameters"]]
+
+
+def starts(name, key, count):
+    given = reference(name)
+    rows = np.array([numbers(row["start"]) for row in given["returns"] if row["params"] == key])
+    made = system(name, given["parameters"][key])
+    return made, np.random.default_rng(2).uniform(rows.min(axis=0), rows.max(axis=0), (count, rows.shape[1]))
+
+
+def by_itself(made, rows):
+    """As `first_return`, with fewer states at a time than are computed in parallel."""
+    parts = [made.first_return(rows[k : k + FEW - 1]) for k in range(0, len(rows), FEW - 1)]
+    return type(parts[0]).concatenated(parts)
+
+
+@pytest.mark.parametrize(("name", "key"), CASES)
+def test_many_returns_are_those_of_each_state_by_itself(name, key):
+    made, rows = starts(name, key, 150)
+    many, single = made.first_return(rows), by_itself(made, rows)
+    assert many.outcome.tolist() == single.outcome.tolist()
+    assert many.words.tolist() == single.words.tolist()
+    slopes = made.first_return(rows, derivative=True).derivative
+    size = 1 + np.abs(rows).max(axis=1) + np.abs(slopes).sum(axis=2).max(axis=1)
+    off = np.abs(made.coordinates.difference(many.image, single.image)).max(axis=1) / size
+    assert off[many.valid].max(initial=0.0) < 1e-13
+    assert np.allclose(many.time, single.time, rtol=1e-10, equal_nan=True)
+
+
+@pytest.mark.parametrize(("name", "key"), [("S1_recoil", "p2"), ("S3_stickslip", "A025"), ("S5_buck", "E26")])
+def test_a_return_does_not_depend_on_those_beside_it(name, key):
+    made, rows = starts(name, key, 700)
+    order = np.random.default_rng(3).permutation(len(rows))
+    there, again = made.first_return(rows), made.first_return(rows[order][:300])
+    assert np.array_equal(there.image[order][:300], again.image, equal_nan=True)
+    assert np.array_equal(there.codes[order][:300], again.codes)
+
+
+def test_orbits_in_parallel_end_where_each_ends():
+    made, rows = starts("S4_rocking", next(iter(reference("S4_rocking")["parameters"])), 200)
+    many = made.orbits(rows, 4)
+    single = [made.orbits(row[None], 4) for row in rows]
+    outcomes = np.array([one.outcome for one in single]).T.ravel()
+    assert len(set(outcomes.tolist())) > 1
+    assert many.outcome.tolist() == outcomes.tolist()
