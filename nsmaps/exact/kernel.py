@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.compiled import code_of, compilers
 from nsmaps.exact.engine import layout
 from nsmaps.exact.engine.batch import orbits
@@ -24,6 +25,7 @@ from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
 
 if TYPE_CHECKING:
+    from nsmaps.exact.ode.kernel import IntegratedKernel
     from nsmaps.exact.system import ImpactSystem
 
 STEPS = 2000  # of a realisation under noise, whose random numbers are drawn together
@@ -192,9 +194,24 @@ def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
         begin = end
 
 
-def kernel_of(system: "ImpactSystem") -> Kernel:
+def kernel_of(system: "ImpactSystem") -> "Kernel | IntegratedKernel":
     """The kernel of a system; the kernels used last are cached."""
     return _kernel(formulas_of(system), repr(system), _Quiet(system))
+
+
+def closed_form_of(system: "ImpactSystem", what: str, refusal: type[NsmapsError] = NsmapsError) -> Kernel:
+    """The kernel of a system whose flights are in closed form.
+
+    Raises:
+        NsmapsError: of the class `refusal`: the system is given by its acceleration; `what`, in the plural, needs a closed form.
+    """
+    kernel = kernel_of(system)
+    if not isinstance(kernel, Kernel):
+        raise refusal(
+            f"{what} need flights in closed form, and {type(system).__name__} is given by its acceleration; expected: a system "
+            "with a displacement"
+        )
+    return kernel
 
 
 class _Quiet:
@@ -211,8 +228,13 @@ class _Quiet:
 
 
 @lru_cache(maxsize=256)
-def _kernel(formulas: Formulas, values: str, system: _Quiet) -> Kernel:
-    return Kernel(system.value, formulas, table_of(system.value))
+def _kernel(formulas: Formulas, values: str, system: _Quiet) -> "Kernel | IntegratedKernel":
+    table = table_of(system.value)
+    if formulas.acceleration is None:
+        return Kernel(system.value, formulas, table)
+    from nsmaps.exact.ode.kernel import integrated_kernel
+
+    return integrated_kernel(system.value, formulas, table)
 
 
 def flow_of(table: Floats) -> Flow:

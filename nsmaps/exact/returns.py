@@ -51,6 +51,7 @@ class Returns(WithCoordinates):
     derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if requested
     margin: Margin | None = None  #: distance from a graze, if requested
     fitted: bool = False  #: True if the images are those of fitted polynomials, which nothing certifies
+    integrated: bool = False  #: True if flights were integrated numerically, which nothing certifies either
 
     def __len__(self) -> int:
         return len(self.start)
@@ -72,9 +73,9 @@ class Returns(WithCoordinates):
     def certified(self) -> NDArray[np.bool_]:
         """The images that are certain to be those of the first impacts, shape (N,): returned, and no graze within rounding.
 
-        False for fitted polynomials.
+        False for fitted polynomials and for flights that were integrated numerically.
         """
-        return np.isin(self.outcome, (Outcome.returned, Outcome.stuck)) & (not self.fitted)
+        return np.isin(self.outcome, (Outcome.returned, Outcome.stuck)) & (not self.fitted) & (not self.integrated)
 
     @property
     def lifted(self) -> Floats:

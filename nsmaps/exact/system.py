@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike
 from nsmaps.coordinates import TWO_PI, Angle, BoxLike, Coordinates, StateLike, as_starts, as_states
-from nsmaps.errors import StateError, SystemDefinitionError
+from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.files import REFUSED, defined_at
 from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
@@ -24,13 +24,16 @@ if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
     from nsmaps.exact.grazing.curves import GrazingCurve
     from nsmaps.exact.kernel import Kernel
+    from nsmaps.exact.ode.kernel import IntegratedKernel
 
 
 class ImpactSystem(ParametricSystem):
-    """A ball that flies in closed form between impacts with one or two walls under periodic forcing.
+    """A ball that flies between impacts with one or two walls under periodic forcing.
 
     Subclass it: the fields are the parameters; `walls`, `period` and `displacement` are formulas in `self` and its fields,
     written once and used both in numbers and, with sympy symbols in place of the parameters, to derive the compiled map.
+    Where the flight has no closed form, `acceleration` takes the place of `displacement`: flights are then integrated by
+    heyoka (extra `ode`), and no return is `certified`.
     A state is (v, phi): impact speed on the base wall (the first of `walls`) just before the impact, at least zero, and the phase
     of the forcing in radians. Fields that are not float (a choice, a switch) are part of the formula rather than symbols in it.
     """
@@ -49,6 +52,18 @@ class ImpactSystem(ParametricSystem):
     @abstractmethod
     def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
         """Displacement at time t after the impact `hit`, whose time, place and velocity just after are hit.t, hit.z, hit.w."""
+
+    def acceleration(self, t: Any, place: Any, velocity: Any) -> Any:
+        """The right-hand side of the equation of motion between impacts, in place of a `displacement` that is not known.
+
+        A class that has both is followed by its displacement.
+        """
+        raise SystemDefinitionError(f"{type(self).__name__} is given by its displacement and has no acceleration")
+
+    @classmethod
+    def flight(cls) -> str:
+        """The formula that gives the flights: "displacement", or "acceleration" where they are integrated."""
+        return "acceleration" if cls.displacement is _no_closed_form else "displacement"
 
     def rebound(self, speed: Any, wall: str) -> Any:
         """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
@@ -175,10 +190,16 @@ class ImpactSystem(ParametricSystem):
         """Radians of phase per unit of the system's time."""
         return TWO_PI / float(self.period())
 
-    def _kernel(self) -> "Kernel":
+    def _kernel(self) -> "Kernel | IntegratedKernel":
         from nsmaps.exact.kernel import kernel_of
 
         return kernel_of(self)
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Let a class that states an acceleration, but no displacement, have none in closed form."""
+        super().__init_subclass__(**kwargs)
+        if "acceleration" in vars(cls) and "displacement" not in vars(cls):
+            cls.displacement = _no_closed_form  # type: ignore[method-assign, assignment]
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -197,6 +218,11 @@ class ImpactSystem(ParametricSystem):
             if cls.__module__ not in REFUSED:
                 raise message from None
             REFUSED[cls.__module__][cls] = message  # reported when the system is loaded: other classes of the file may be used
+
+
+def _no_closed_form(system: ImpactSystem, t: Any, hit: SimpleNamespace) -> Any:
+    """The displacement of a system that is given by its acceleration."""
+    raise NsmapsError(f"{type(system).__name__} is given by its acceleration, and its displacement is not known in closed form")
 
 
 def _check_class(cls: type[ImpactSystem]) -> None:

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import decoded
 from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
@@ -134,7 +135,7 @@ def noisy_orbits(
 
 def linear_law(system: "ImpactSystem") -> tuple[float, float]:
     """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
-    return system._kernel().law
+    return closed_form_of(system, "orbits under noise").law
 
 
 def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
@@ -172,7 +173,7 @@ def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> A
     system, law, step, parts, chatter, n, impacts, seed = how
     tables = _blank(n, len(numbers), impacts)
     tables["states"][:, 0] = starts
-    kernel = system._kernel()
+    kernel = closed_form_of(system, "orbits under noise")
     for i, number in enumerate(numbers):
         rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
         kernel.noisy_orbit(law, step, parts, chatter, rng, tuple(table[i] for table in tables.values()))

@@ -5,10 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.errors import ProofError
 from nsmaps.exact.enclosure.flow import BallFlow
 from nsmaps.exact.enclosure.formulas import ball_law_address
 from nsmaps.exact.engine import layout
 from nsmaps.exact.flows.formulas import V
+from nsmaps.exact.kernel import closed_form_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -26,7 +28,7 @@ def ball_flow(table: Floats) -> BallFlow:
 
 def enclosed_table(system: "ImpactSystem") -> Floats:
     """The table of a system with the addresses of its impact laws in balls. Raises ProofError as `image_boxes` does."""
-    kernel = system._kernel()
+    kernel = closed_form_of(system, "images of boxes", ProofError)
     table = kernel.table.copy()
     for k, law in enumerate(kernel.formulas.laws):
         if table[layout.LAW + k]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.source import displacement_of, law_of, walls_of
+from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, walls_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.system import ImpactSystem
@@ -47,6 +47,20 @@ def check_flight(name: str, given: sp.Expr, period: sp.Expr, symbols: dict[str, 
     _check(name, "start at hit.z", given.subs(S, 0) - Z, symbols, near)
     _check(name, "start with the velocity hit.w", sp.diff(given, S).subs(S, 0) - W, symbols, near)
     _check_restart(name, given, period, near)
+
+
+def checked_acceleration(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.Symbol]) -> sp.Expr:
+    """The acceleration at the time S, the place Z and the velocity W; refused if it is not the same one period later."""
+    given, name = acceleration_of(symbolic, S, Z, W), type(symbolic).__name__
+    check_symbols(name, [given], {*symbols.values(), S})
+    for values in trials(given):
+        now, later = (sp.N(given.subs(S, time).subs(values), 50) for time in (S, S + period))
+        if now.is_finite and not abs(later - now) < ROUNDED * (1 + abs(now)):
+            raise SystemDefinitionError(
+                f"{name}.acceleration is not the same after one `period`: {sp.N(now, 8)} becomes {sp.N(later, 8)} at "
+                f"{values_told(values)}"
+            )
+    return given
 
 
 def _check_restart(name: str, given: sp.Expr, period: sp.Expr, near: sp.Float) -> None:

@@ -21,7 +21,13 @@ ADVICE = {  #: by the message of Python's error in a formula
     "Cannot convert": NOT_NUMBERS,
     "ufunc": NOT_NUMBERS,
 }
-GIVEN = {"walls": "", "period": "", "displacement": ", t, hit", "rebound": ", speed, wall"}  #: arguments of each formula
+GIVEN = {
+    "walls": "",
+    "period": "",
+    "displacement": ", t, hit",
+    "acceleration": ", t, place, velocity",
+    "rebound": ", speed, wall",
+}  #: arguments of each formula
 HIT = "the arguments are hit.t, hit.z and hit.w: time, place and velocity just after the impact"
 STILL = (
     "walls may not move: measure the displacement relative to a moving wall (two walls move together or not at all); "
@@ -62,6 +68,11 @@ def law_of(system: "ImpactSystem", speed: Any, wall: str) -> sp.Expr:
 def displacement_of(system: "ImpactSystem", t: Any, start: Any, place: Any, velocity: Any) -> sp.Expr:
     """The displacement at t after an impact, by its time, place and velocity. Raises as `period_of` does."""
     return _expression(system, "displacement", t, SimpleNamespace(t=start, z=place, w=velocity))
+
+
+def acceleration_of(system: "ImpactSystem", t: Any, place: Any, velocity: Any) -> sp.Expr:
+    """The acceleration of the ball between impacts. Raises as `period_of` does."""
+    return _expression(system, "acceleration", t, place, velocity)
 
 
 def _expression(system: "ImpactSystem", formula: str, *given: Any) -> sp.Expr:

@@ -16,7 +16,16 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.engine import layout as at
 from nsmaps.exact.files import place_of
 from nsmaps.exact.flows.exponentials import DIGITS, Expansion, Sum, functional, rates_of
-from nsmaps.exact.flows.formulas import V, Z, check_flight, check_symbols, displacement_at, impact_law, in_symbols
+from nsmaps.exact.flows.formulas import (
+    V,
+    Z,
+    check_flight,
+    check_symbols,
+    checked_acceleration,
+    displacement_at,
+    impact_law,
+    in_symbols,
+)
 from nsmaps.exact.flows.laws import law_address
 from nsmaps.exact.flows.source import period_of, walls_of
 
@@ -162,6 +171,7 @@ class Formulas:
     numbers: list[sp.Expr]  #: places of the upper and lower wall, radians of phase a unit of time, longest flight
     laws: list[sp.Expr]  #: speed after an impact on the lower wall and on the upper, by V
     sides: tuple[bool, bool, bool]  #: True if there is an upper wall, a lower one, if the base wall is the upper one
+    acceleration: sp.Expr | None = None  #: by S (the time), Z and W, of flights without a closed form, whose displacement is zero
 
     @cached_property
     def compute(self) -> Callable[..., Any]:
@@ -215,7 +225,7 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
     cls = type(system)
     fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
     values = tuple(sorted((name, repr(value)) for name, value in {**fixed, "horizon": cls.horizon}.items()))
-    key = cls, values, (cls.walls, cls.period, cls.displacement, cls.rebound)
+    key = cls, values, (cls.walls, cls.period, cls.displacement, cls.acceleration, cls.rebound)
     if key not in KNOWN:
         with refused(cls):
             KNOWN[key] = _formulas(cls, fixed)
@@ -224,13 +234,13 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
 
 @contextmanager
 def refused(cls: "type[ImpactSystem]") -> Iterator[None]:
-    """Refuse a class by a SystemDefinitionError that states where its displacement is written, whatever fails in its formulas."""
+    """Refuse a class by a SystemDefinitionError that states where its flight is written, whatever fails in its formulas."""
     try:
         yield
     except SystemDefinitionError:
         raise
     except Exception as error:  # errors of sympy in formulas of an unforeseen form
-        why, place = f"{type(error).__name__}: {error}", place_of(cls, "displacement")
+        why, place = f"{type(error).__name__}: {error}", place_of(cls, cls.flight())
         raise SystemDefinitionError(f"the formulas of {cls.__name__} cannot be turned into a flow ({why}){place}") from error
 
 
@@ -253,15 +263,19 @@ def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
     period = period_of(symbolic)
     if period.is_number and not period.is_positive:
         raise SystemDefinitionError(f"{cls.__name__}.period is {period}; expected: a positive number{place_of(cls, 'period')}")
-    given, walls = displacement_at(symbolic, period), walls_of(symbolic)
+    given, acceleration, walls = sp.S.Zero, None, walls_of(symbolic)
     try:
-        check_flight(cls.__name__, given, period, symbols)
+        if cls.flight() == "acceleration":
+            acceleration = checked_acceleration(symbolic, period, symbols)
+        else:
+            given = displacement_at(symbolic, period) - Z
+            check_flight(cls.__name__, given + Z, period, symbols)
     except SystemDefinitionError as error:
-        raise SystemDefinitionError(f"{error}{place_of(cls, 'displacement')}") from error
+        raise SystemDefinitionError(f"{error}{place_of(cls, cls.flight())}") from error
     sides = [wall.side for wall in walls.values()]
     places, laws = impact_law(symbolic)
     laws.reverse()  # the lower wall first
     check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))
     numbers = [*places, 2 * sp.pi / period, int(symbolic.horizon) * period]
-    displacement = Expansion(given - Z, tuple(symbols.values()))
-    return Formulas(tuple(symbols.values()), displacement, numbers, laws, (1 in sides, -1 in sides, sides[0] == 1))
+    known, order = tuple(symbols.values()), (1 in sides, -1 in sides, sides[0] == 1)
+    return Formulas(known, Expansion(given, known), numbers, laws, order, acceleration)

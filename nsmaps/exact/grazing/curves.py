@@ -16,6 +16,7 @@ from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as
 from nsmaps.errors import StateError
 from nsmaps.exact.engine.itinerary import itinerary as itinerary_of
 from nsmaps.exact.grazing.equations import NEAR, Frame, Touch
+from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.words import HIGHEST, LOWEST
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def _frame(system: "ImpactSystem", box: BoxLike) -> Frame:
     low, high = as_box(box, system.coordinates, whole_turn=True).T
     if not low[0] >= 0:
         raise StateError(f"the speeds are from {low[0]:g} to {high[0]:g}; expected: none below zero")
-    kernel = system._kernel()
+    kernel = closed_form_of(system, "grazing curves")
     return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate()))
 
 

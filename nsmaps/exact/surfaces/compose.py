@@ -39,6 +39,7 @@ def joined(first: Returns, second: Returns) -> Returns:
         derivative=derivative,
         margin=margin,
         fitted=first.fitted or second.fitted,
+        integrated=first.integrated or second.integrated,
     )
 
 

@@ -1,0 +1,128 @@
+"""heyoka's Taylor series of an equation of motion, several flights at a time, and its held ball in Chebyshev series.
+
+heyoka is imported when an integrator is first asked for, and the coefficients of its series alone are used: steps, first impacts
+and impact laws are those of this room.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+from importlib import import_module
+from operator import mul
+from threading import Lock
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from nsmaps.arrays import Floats
+from nsmaps.errors import NsmapsError, SystemDefinitionError
+from nsmaps.exact.flows.formulas import S, W, Z
+
+TIME, PLACE, PLACE_RATE, VALUES = range(4)  #: parameters of the integrator: of the lane, then those of the system and their rates
+
+
+def heyoka() -> Any:
+    """The package heyoka. NsmapsError, which names the extra, where it is not installed."""
+    try:
+        return import_module("heyoka")
+    except ImportError as error:
+        raise NsmapsError(
+            "a system that is given by its `acceleration` needs heyoka, which is not installed; expected: pip install "
+            "'nsmaps[ode]' (Linux), or conda install heyoka.py"
+        ) from error
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Integrator:
+    """Taylor series of displacement since the impact and velocity, with their derivatives, for a few flights side by side."""
+
+    program: Any  #: heyoka's `taylor_adaptive_batch`
+    pars: Floats  #: shape (P, lanes), its parameters: those up to the last one that is in its equations
+    nowhere: list[float]  #: the lengths of its steps, zero: steps are chosen by the engine
+    lock: Any  #: it has one state: one thread at a time
+
+    def expand(self, pars: Floats) -> None:
+        """Compute the Taylor coefficients `program.tc` of all states, shape (states, order + 1, lanes), where they are now.
+
+        Of `pars`, shape (at least P, lanes), the first rows are the integrator's.
+        """
+        self.pars[:] = pars[: len(self.pars)]
+        self.program.step(self.nowhere, True)
+
+
+@lru_cache(maxsize=64)
+def integrator_of(acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...], moved: bool) -> Integrator:
+    """The compiled integrator of an acceleration by S (the time), Z, W and the parameters.
+
+    Derivatives are by displacement, velocity and time, and if `moved` along a direction of the parameters, whose rates follow
+    their values.
+
+    Raises:
+        NsmapsError: heyoka is not installed.
+        SystemDefinitionError: the acceleration has a function of which heyoka knows no series.
+    """
+    hy = heyoka()
+    n = len(parameters)
+    place, velocity = hy.make_vars("d", "v")
+    along = hy.par[VALUES + 2 * n]  # which is zero: derivatives by it are those along the direction
+
+    def changed(value: int, rate: int) -> Any:
+        return hy.par[value] + along * hy.par[rate] if moved else hy.par[value]
+
+    known = {S: hy.par[TIME] + hy.time, Z: changed(PLACE, PLACE_RATE) + place, W: velocity}
+    known |= {symbol: changed(VALUES + k, VALUES + n + k) for k, symbol in enumerate(parameters)}
+    rates = [(place, velocity), (velocity, expression(acceleration, known))]
+    by = [place, velocity, hy.par[TIME], *([along] if moved else [])]
+    system = hy.var_ode_sys(rates, args=by, order=1)
+    start = np.zeros((2 + 2 * len(by), hy.recommended_simd_size()))
+    program = hy.taylor_adaptive_batch(system, start, tol=0.0)
+    return Integrator(program, program.pars, [0.0] * start.shape[1], Lock())
+
+
+@lru_cache(maxsize=64)
+def sampler_of(acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...]) -> Callable[[Floats, Floats], Floats]:
+    """A function of the parameters, shape (P,), and of times since an impact, shape (K,), that samples its flight.
+
+    It takes the velocity just after the impact in the place of PLACE_RATE. Its values are displacement since the impact and
+    velocity, shape (2, K).
+    """
+    hy = heyoka()
+    place, velocity = hy.make_vars("d", "v")
+    known = {S: hy.par[TIME] + hy.time, Z: hy.par[PLACE] + place, W: velocity}
+    known |= {symbol: hy.par[VALUES + k] for k, symbol in enumerate(parameters)}
+    program = hy.taylor_adaptive([(place, velocity), (velocity, expression(acceleration, known))], [0.0, 0.0], tol=0.0)
+    lock = Lock()
+
+    def sampled(pars: Floats, times: Floats) -> Floats:
+        with lock:
+            program.time, program.state[:] = 0.0, (0.0, pars[PLACE_RATE])
+            program.pars[:] = pars[: len(program.pars)]
+            return program.propagate_grid(times)[-1].T.copy()
+
+    return sampled
+
+
+def expression(formula: sp.Expr, known: Mapping[sp.Symbol, Any]) -> Any:
+    """A formula as heyoka's expression, whole powers as products, whose series exist at zero too.
+
+    Raises:
+        SystemDefinitionError: a part of it has no Taylor series, or heyoka knows none.
+    """
+    if formula in known:
+        return known[formula]
+    hy = heyoka()
+    if formula.is_number:
+        return hy.expression(float(formula))
+    if formula.is_Pow and formula.exp.is_Integer:
+        product = reduce(mul, [expression(formula.base, known)] * abs(int(formula.exp)))
+        return product if formula.exp > 0 else hy.expression(1.0) / product
+    arguments = [sp.Dummy() for _ in formula.args]
+    parts = [expression(part, known) for part in formula.args]
+    try:
+        return hy.from_sympy(formula.func(*arguments), dict(zip(arguments, parts, strict=True)))
+    except (TypeError, ValueError) as error:
+        raise SystemDefinitionError(
+            f"{formula.func.__name__}(...) has no Taylor series that can be followed; expected: powers, roots, exp, log, "
+            "sin, cos, tan, sinh, cosh, tanh, their inverses and erf"
+        ) from error

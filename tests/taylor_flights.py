@@ -1,0 +1,86 @@
+"""First returns of forced oscillators with a stop by Taylor series in mpmath: a slow reference without code of nsmaps."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import mpmath as mp
+
+DIGITS, ORDER, STEP, LOOKS, FAR = 40, 40, mp.mpf(1) / 4, 8, 100
+
+
+@dataclass(frozen=True)
+class Stop:
+    """x'' + c x' + spring(x) = f cos(w t), stopped at x = d from below with restitution r; numbers are mpmath's."""
+
+    spring: Callable[[list[Any], list[Any]], Any]  #: next coefficient of the force by those of x so far, and a list of its own
+    c: Any
+    f: Any
+    w: Any
+    d: Any
+    r: Any
+
+    def series(self, t: Any, x: Any, u: Any) -> list[Any]:
+        """The Taylor coefficients of x from time t on."""
+        wave = mp.expj(self.w * t) * self.f
+        a, room = [x, u], []
+        for n in range(ORDER - 1):
+            force = mp.re(wave) - self.c * (n + 1) * a[n + 1] - self.spring(a[: n + 1], room)
+            a.append(force / ((n + 1) * (n + 2)))
+            wave *= 1j * self.w / (n + 1)
+        return a
+
+    def first_return(self, v: Any, phi: Any) -> tuple[Any, Any, Any]:
+        """Speed, lifted phase and time of the next impact after one of speed v at phase phi; no rest or chatter."""
+        t, x, u, s = phi / self.w, self.d, -self.r * v, mp.mpf(0)
+        while s < FAR:
+            a = self.series(t + s, x, u)
+            gap = [self.d - a[0], *(-c for c in a[1:])]
+            gap = gap[1:] if s == 0 else gap  # the zero at the start is divided out
+            found = first_zero(gap)
+            if found is not None:
+                return value([n * c for n, c in enumerate(a)][1:], found), phi + self.w * (s + found), s + found
+            x, u = value(a, STEP), value([n * c for n, c in enumerate(a)][1:], STEP)
+            s += STEP
+        raise ValueError(f"no impact until {s}")
+
+
+def value(a: list[Any], s: Any) -> Any:
+    """A polynomial at s."""
+    return mp.polyval(a[::-1], s)
+
+
+def first_zero(a: list[Any]) -> Any:
+    """The first zero in (0, STEP] of a polynomial, positive at first: between its extrema, which are found between looks."""
+    slope = [n * c for n, c in enumerate(a)][1:]
+    places = [mp.mpf(0), *(STEP * mp.mpf(10) ** -k for k in range(16, 1, -1)), *(STEP * k / LOOKS for k in range(1, LOOKS + 1))]
+    places = sorted(set(places))
+    extrema = [bisected(slope, low, high) for low, high in pairwise(places)]
+    marks = sorted({*places, *(x for x in extrema if x is not None)})
+    zeros = (bisected(a, low, high) for low, high in pairwise(marks))
+    return next((x for x in zeros if x is not None), None)
+
+
+def bisected(a: list[Any], low: Any, high: Any) -> Any:
+    """A change of sign of a polynomial, or None."""
+    if value(a, low) * value(a, high) > 0:
+        return None
+    return mp.findroot(lambda s: value(a, s), (low, high), solver="anderson", tol=mp.mpf(10) ** -70, verify=False)
+
+
+def cubic(a: Any, b: Any) -> Callable[[list[Any], list[Any]], Any]:
+    """The force a x + b x^3."""
+
+    def spring(x: list[Any], squares: list[Any]) -> Any:
+        squares.append(mp.fdot(x, x[::-1]))
+        return a * x[-1] + b * mp.fdot(squares, x[::-1])
+
+    return spring
+
+
+def sine(x: list[Any], waves: list[Any]) -> Any:
+    """The force sin x: coefficients of exp(i x) by those of x."""
+    n = len(x) - 1
+    waves.append(mp.expj(x[0]) if n == 0 else mp.fsum(k * x[k] * waves[n - k] for k in range(1, n + 1)) * 1j / n)
+    return mp.im(waves[-1])
