@@ -59,13 +59,13 @@ class IntegratedKernel:
         )
         slopes = w.tangents[..., :2].reshape(-1, 2, 2) if derivative else None
         system = self.system
-        return Returns(system.coordinates, system.wall_names, starts, image, turns, codes, outcome, time, slopes, integrated=True)
+        return Returns(system.coordinates, system.letters, starts, image, turns, codes, outcome, time, slopes, integrated=True)
 
     def itineraries(self, start: Floats, chatter: float) -> Itineraries:
         """The itineraries of the first returns of a batch, shape (N, 2)."""
         w = self._run(start, 1, chatter, turning=True)
         clearance, slowest, turns = w.margins.T
-        return Itineraries(self.system.wall_names, w.codes[0], turns.astype(np.int32), clearance, slowest, w.outcome[0])
+        return Itineraries(self.system.letters, w.codes[0], turns.astype(np.int32), clearance, slowest, w.outcome[0])
 
     def sensitivities(self, start: Floats, rates: Floats, chatter: float) -> Floats:
         """The derivatives of the images of a batch, shape (N, 2), by the parameters along a direction."""
@@ -75,7 +75,7 @@ class IntegratedKernel:
         """The first n impacts on all walls from one state, shape (2,)."""
         w = self._run(state[None], 1, chatter, hits=n)
         on_base, time, phase, speed, mark = w.hits[: int(w.counts[0, IMPACTS]) + 1].T
-        return Impacts(self.system.wall_names, (1 - on_base).astype(np.int8), time, phase, speed, MARKS[mark.astype(int)])
+        return Impacts(self.system.letters, (1 - on_base).astype(np.int8), time, phase, speed, MARKS[mark.astype(int)])
 
     def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
         """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
@@ -86,7 +86,7 @@ class IntegratedKernel:
             up = bool(self.table[at.BASE_UP]) == (impacts.wall[i] == 0)
             places[i] = top if up else bottom
             if not impacts.mark[i + 1]:  # otherwise it chatters or rests here, and there is no flight
-                after = self.system.rebound(float(impacts.speed[i]), self.system.wall_names[impacts.wall[i]])
+                after = self.system.rebound(float(impacts.speed[i]), self.system.letters[impacts.wall[i]])
                 flown = self._sampled(places[i, 0], impacts.phase[i], -float(after) if up else float(after), time - time[0])
                 places[i], rates[i] = places[i] + flown[0], flown[1]
         return times, places, rates

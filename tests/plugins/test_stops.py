@@ -1,0 +1,248 @@
+"""The Duffing oscillator and the pendulum with a stop against Taylor series in 40 digits, and what is known of them."""
+
+import json
+import sys
+
+import mpmath as mp
+import numpy as np
+import pytest
+from nsmaps_duffing import DuffingStop
+from nsmaps_impact_oscillator import ImpactOscillator
+from nsmaps_pendulum import PendulumStop
+from taylor_flights import DIGITS, Stop, cubic, sine
+
+import nsmaps
+from nsmaps.dynamics.attractors.basins import basins
+from nsmaps.dynamics.continuation.follow import continue_branch
+from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+from nsmaps.dynamics.lyapunov import lyapunov
+from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.figures import draw
+
+pytest.importorskip("heyoka")
+
+SYSTEMS = {
+    "hardening": DuffingStop(c=0.1, a=1, b=0.5, f=0.7, w=0.81, d=0.6, r=0.8),
+    "two wells": DuffingStop(c=0.1, a=-1, b=1, f=0.4, w=1.2, d=0.9, r=0.7),
+    "pendulum": PendulumStop(c=0.1, f=0.5, w=0.7, stop=0.5, r=0.8),
+}
+
+
+def reference(system):
+    """The same system in numbers of mpmath."""
+    values = {name: mp.mpf(value) for name, value in system.parameters.items()}
+    if isinstance(system, PendulumStop):
+        return Stop(sine, values["c"], values["f"], values["w"], values["stop"], values["r"])
+    return Stop(cubic(values["a"], values["b"]), *(values[name] for name in "cfwdr"))
+
+
+def next_to_a_graze(system, distance):
+    """States on either side of a graze, at most this distance apart."""
+    states = np.column_stack([np.full(400, 0.5), np.linspace(0, 6.28, 400)])
+    codes = system.itineraries(states).codes
+    k = next(k for k in range(399) if codes[k] != codes[k + 1])
+    low, high = states[k], states[k + 1]
+    while np.abs(high - low).max() > distance:
+        middle = (low + high) / 2
+        codes = system.itineraries([low, middle]).codes
+        low, high = (middle, high) if codes[0] == codes[1] else (low, middle)
+    return low, high
+
+
+def trial_states(system):
+    """Random states, slow ones, and some next to a graze."""
+    rng = np.random.default_rng(8)
+    states = np.column_stack([rng.uniform(0.05, 2, 22), rng.uniform(0, 6.28, 22)])
+    states[:6, 0] = 10.0 ** -np.arange(2, 13, 2)
+    return np.vstack([states, *(next_to_a_graze(system, distance) for distance in (1e-3, 1e-6, 1e-9))])
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_first_returns_have_the_digits_of_mpmath(name):
+    system = SYSTEMS[name]
+    states = trial_states(system)
+    returns = system.first_return(states, derivative=True, chatter=0)
+    assert set(returns.counts()) == {"returned"}
+    assert returns.words.tolist() == ["BB"] * len(states)
+    with mp.workdps(DIGITS):
+        exact = reference(system)
+        for i, (v, phi) in enumerate(states):
+            speed, lifted, time = exact.first_return(mp.mpf(v), mp.mpf(phi))
+            steep = max(1, np.abs(returns.derivative[i]).max())  # by which the rounding of a flight is multiplied
+            assert abs(returns.image[i, 0] - speed) < 2e-15 * steep
+            assert abs(returns.lifted[i, 1] - lifted) < 5e-15 * steep
+            assert abs(returns.time[i] - time) < 5e-15 * steep
+            if steep == 1:
+                assert abs(returns.image[i, 0] / speed - 1) < 2e-14
+                assert abs(returns.time[i] / time - 1) < 2e-14
+
+
+@pytest.mark.parametrize(("name", "place"), [("hardening", {"d": -0.5}), ("two wells", {}), ("pendulum", {"stop": -0.5})])
+def test_slow_returns_keep_relative_digits(name, place):
+    system = SYSTEMS[name].at(**place)  # where the spring presses on the stop at many phases
+    states = np.column_stack([10.0 ** np.linspace(-14, -3, 40), np.linspace(0, 62.8, 40)])
+    returns = system.first_return(states, chatter=0)
+    short = returns.time < 1e-2
+    assert short.sum() > 10
+    with mp.workdps(DIGITS):
+        exact = reference(system)
+        for (v, phi), image, time in zip(states[short], returns.image[short], returns.time[short], strict=True):
+            speed, _, expected = exact.first_return(mp.mpf(v), mp.mpf(phi))
+            assert abs(image[0] / speed - 1) < 1e-13
+            assert abs(time / expected - 1) < 1e-13
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_derivatives_are_those_of_differences(name):
+    system, step = SYSTEMS[name], mp.mpf(10) ** -16
+    states = trial_states(system)[4:10]
+    slopes = system.first_return(states, derivative=True).derivative
+    ways = {parameter: system.sensitivity(states, {parameter: 1.0}) for parameter in system.parameters}
+    with mp.workdps(DIGITS):
+        exact = reference(system)
+        for i, (v, phi) in enumerate(states):
+            base = exact.first_return(mp.mpf(v), mp.mpf(phi))
+            for j in range(2):
+                moved = exact.first_return(mp.mpf(v) + step * (j == 0), mp.mpf(phi) + step * (j == 1))
+                difference = [(new - old) / step for new, old in zip(moved[:2], base[:2], strict=True)]
+                assert slopes[i, :, j] == pytest.approx([float(x) for x in difference], rel=1e-11, abs=1e-12)
+    for parameter, moves in ways.items():
+        with mp.workdps(DIGITS):
+            up, down = (
+                changed(system, parameter, sign * mp.mpf(10) ** -12).first_return(*map(mp.mpf, states[0])) for sign in (1, -1)
+            )
+            difference = [float((a - b) / 2e-12) for a, b in zip(up[:2], down[:2], strict=True)]
+        assert moves[0] == pytest.approx(difference, rel=1e-9, abs=1e-9)
+
+
+def changed(system, parameter, change):
+    """The reference with a parameter changed by a number of mpmath."""
+    exact = reference(system)
+    if parameter in "ab":
+        values = {name: mp.mpf(getattr(system, name)) + (change if name == parameter else 0) for name in "ab"}
+        return Stop(cubic(**values), exact.c, exact.f, exact.w, exact.d, exact.r)
+    name = {"stop": "d"}.get(parameter, parameter)
+    values = {field: getattr(exact, field) for field in ("spring", "c", "f", "w", "d", "r")}
+    return Stop(**{**values, name: values[name] + change})
+
+
+@pytest.mark.parametrize("wall", [0.6, 0, -0.3])
+def test_without_its_cubic_term_it_is_the_linear_oscillator(wall):
+    duffing = DuffingStop(c=0.1, a=1, b=0, f=0.7, w=0.81, d=wall, r=0.8)
+    linear = ImpactOscillator(zeta=0.05, w=0.81, A=0.7, wall=wall, r=0.8)
+    rng = np.random.default_rng(2)
+    states = np.column_stack([rng.uniform(0, 2, 300), rng.uniform(0, 6.28, 300)])
+    states[:50, 0] = 10 ** rng.uniform(-12, -1, 50)
+    got, expected = (system.first_return(states, derivative=True) for system in (duffing, linear))
+    assert got.words.tolist() == expected.words.tolist()
+    assert got.outcome.tolist() == expected.outcome.tolist()
+    steep = np.maximum(1, np.abs(expected.derivative).max(axis=(1, 2)))[:, None]
+    assert np.nanmax(np.abs(got.lifted - expected.lifted) / steep) < 1e-13
+    assert np.nanmax(np.abs(duffing.at(b=1e-9).first_return(states).lifted - expected.lifted) / steep) < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("system", "start", "multiplier", "events"),
+    [
+        (
+            DuffingStop(c=0.1, a=-1, b=1, f=0.5, w=1.2, d=0.9, r=0.8),
+            [1.61489428, 0.35536591],
+            -0.52926746 + 0.31464625j,
+            {"down": ("fold", 0.2457434), "up": ("period doubling", 0.6318815)},
+        ),
+        (
+            PendulumStop(c=0.1, f=0.5, w=0.75, stop=0.5, r=0.8),
+            [1.04491073, 6.11158166],
+            0.095308 + 0.51752416j,
+            {"down": ("grazing", 0.6707813), "up": ("fold", 1.3159637)},
+        ),
+    ],
+)
+def test_known_numbers_of_the_pages(system, start, multiplier, events):
+    orbit = periodic_orbit(system, start)
+    assert orbit.states[0] == pytest.approx(start, abs=1e-8)
+    assert np.abs(orbit.multipliers - multiplier).min() < 1e-7
+    with mp.workdps(DIGITS):
+        speed, lifted, _ = reference(system).first_return(*map(mp.mpf, orbit.states[0]))
+        assert abs(speed - orbit.states[0, 0]) < 1e-13
+        assert abs((lifted - orbit.states[0, 1]) / (2 * mp.pi) - 1) < 1e-13
+    parameter, bounds = ("f", (0.2, 0.7)) if isinstance(system, DuffingStop) else ("w", (0.5, 1.5))
+    for direction, (kind, value) in events.items():
+        branch = continue_branch(
+            lambda x: system.at(**{parameter: x}), orbit, getattr(system, parameter), bounds, direction=direction
+        )
+        assert [event.kind for event in branch.events][:1] == [kind]
+        assert branch.events[0].parameter == pytest.approx(value, abs=1e-7)
+
+
+def test_chatter_ends_in_the_release_that_single_impacts_approach():
+    system = DuffingStop(c=0.1, a=1, b=0.5, f=0.5, w=0.5, d=-0.4, r=0.6)
+    single = nsmaps.orbit(system, [0.05, 2.0], 60, chatter=0)
+    summed = nsmaps.orbit(system, [0.05, 2.0], 60, chatter=np.inf)
+    k = summed.words.tolist().index("B~")
+    assert 5 < k < 40
+    assert set(single.words) == {"BB"}
+    release = summed.states[k + 1, 1]
+    assert summed.states[k + 1, 0] == 0
+    assert 0.5 * np.cos(release) == pytest.approx(-0.4 + 0.5 * -(0.4**3), abs=1e-14)  # the force of the wall vanishes
+    assert single.states[-1, 0] < 1e-12
+    assert single.final[1] < release
+
+
+def test_a_stop_that_always_presses_ends_the_motion():
+    system = DuffingStop(c=0.1, a=1, b=0.5, f=0.1, w=0.5, d=-0.4, r=0.6)
+    assert system.first_return([[0.0, 1.0]]).counts() == {"rests": 1}
+
+
+@pytest.mark.parametrize(("name", "parameter", "bounds"), [("hardening", "f", (0.5, 0.9)), ("pendulum", "f", (0.4, 0.7))])
+def test_orbits_branches_exponents_and_basins(name, parameter, bounds):
+    system = SYSTEMS[name]
+    final = nsmaps.orbit(system, [0.8, 1.0], 400).final
+    orbit = periodic_orbit(system, final)
+    assert orbit.converged
+    assert orbit.stable
+    q = len(orbit.returns)
+    r, c = system.r, system.c
+    contraction = r ** (2 * q) * np.exp(-c * orbit.returns.time.sum())  # of areas, by Liouville's theorem
+    assert np.prod(orbit.multipliers).real == pytest.approx(contraction, rel=1e-10)
+    exponents = lyapunov(system, final, 500, discard=0).exponents
+    assert exponents.max() == pytest.approx(np.log(np.abs(orbit.multipliers).max()) / q, abs=1e-2)
+    branch = continue_branch(lambda value: system.at(**{parameter: value}), orbit, getattr(system, parameter), bounds)
+    assert len(branch.points) > 5
+    found = bifurcation(
+        lambda value: system.at(**{parameter: value}), np.linspace(*bounds, 5), [0.8, 1.0], discard=200, returns=20
+    )
+    assert len(found.values) == 5
+    axes = {"v": nsmaps.Axis(low=0.1, high=1.5, points=6), "phi": nsmaps.Axis(low=0, high=6, points=6)}
+    assert basins(system, nsmaps.Grid(axes=axes)).attractors[0].period == q
+
+
+STUDY = """
+title: a quick study
+system: {file}
+parameters: {parameters}
+grid:
+  v: {{from: 0.2, to: 1.5, points: 5}}
+  phi: {{from: 0, to: 6, points: 5}}
+families: {{BB: [BB]}}
+orbits: [{{start: {{v: 0.8, phi: 1}}, returns: 60, track: 4}}]
+bifurcation: {{parameter: f, from: 0.5, to: 0.6, points: 3, start: {{v: 0.8, phi: 1}}, discard: 100, returns: 20}}
+branches: [{{name: main, parameter: f, from: 0.5, to: 0.6, start: {{v: 0.8, phi: 1}}, at: 0.55}}]
+lyapunov: {{parameter: f, from: 0.5, to: 0.6, points: 2, start: {{v: 0.8, phi: 1}}, returns: 100, discard: 50}}
+basins: {{returns: 300}}
+figures: [surfaces, orbits, bifurcation, branches, lyapunov, basins, motion, impacts]
+"""
+
+
+@pytest.mark.parametrize("name", ["hardening", "pendulum"])
+def test_a_study_runs_to_its_end(name, tmp_path):
+    system = SYSTEMS[name]
+    file = f"{sys.modules[type(system).__module__].__file__}:{type(system).__name__}"
+    (tmp_path / "quick.yaml").write_text(STUDY.format(file=file, parameters=json.dumps(system.parameters)))
+    result = nsmaps.run(tmp_path / "quick.yaml", out=tmp_path / "run")
+    paths = draw(result, ["bifurcation", "basins", "motion", "impacts", "surfaces"], tmp_path / "figures", dpi=40)
+    assert all(path.stat().st_size > 1000 for path in paths)
+    assert (result.orbits[0].exact.words == "BB").all()
+    again = nsmaps.read_result(tmp_path / "run")
+    assert np.array_equal(again.bifurcation["exact"].states, result.bifurcation["exact"].states, equal_nan=True)
+    assert not result.surfaces["BB"].returns.certified.any()
