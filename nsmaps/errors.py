@@ -48,6 +48,13 @@ class CheckError(NsmapsError):
     """A class that is not what it should be, by `nsmaps.testing`: says what is wrong, the values, and what is expected."""
 
 
+def check_class(value: object, classes: type | tuple[type, ...], reason: str) -> None:
+    """Raise NsmapsError unless a value is of one of some classes; the reason says why another one does not serve."""
+    if not isinstance(value, classes):
+        names = " or ".join(each.__name__ for each in (classes if isinstance(classes, tuple) else (classes,)))
+        raise NsmapsError(f"a {type(value).__name__}: {reason}; expected: {names}")
+
+
 def near_match(word: str, known: Iterable[str]) -> str:
     """`, did you mean 'x'?` for the closest of the known words, whatever their case, or nothing.
 

@@ -220,7 +220,8 @@ def trap(map: BoxMap | Fitted, cover: MorseCover, component: int = 0) -> Trap:
     met so far.
     """
     if not 0 <= component < len(cover.hulls):
-        raise NsmapsError(f"component {component} of {len(cover.hulls)}; expected: 0 to {len(cover.hulls) - 1}")
+        known = f"from 0 to {len(cover.hulls) - 1}" if len(cover.hulls) else "another window, since the cover has no components"
+        raise NsmapsError(f"component {component} of {len(cover.hulls)}; expected: {known}")
     enclosing, cells = box_map(map), cover.cells
     inside = np.zeros(cells.size, bool)
     fresh = cover.numbers[cover.component == component]

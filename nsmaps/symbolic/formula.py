@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from nsmaps.coordinates import Coordinates, WithCoordinates
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, check_class
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
 from nsmaps.reduced.composite.parametric import ParametricMap
 from nsmaps.reduced.fit.polyfit import PolyFit
@@ -85,6 +85,7 @@ def _polymap(map: PolyMap | Piece | CompositeMap | ParametricMap, piece: str | N
         return map.pieces[0].map if piece is None else piece_named(map.pieces, piece).map
     if piece is not None:
         raise NsmapsError(f"the piece {piece!r} of a {type(map).__name__}; expected: of a composite or parametric map")
+    check_class(map, (PolyMap, Piece), "only images that are polynomials have closed forms")
     return map.map if isinstance(map, Piece) else map
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import NsmapsError, check_class, near_match
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import CompositeMap
@@ -109,8 +109,11 @@ def compose(map: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedM
     It is what an orbit does that visits these regions in this order; whether a state stays in them is not looked at. Angles are
     not wrapped on the way. Errors as `iterate`.
     """
+    from nsmaps.reduced.composite.composite import CompositeMap
+    from nsmaps.reduced.composite.parametric import ParametricMap
     from nsmaps.symbolic.formula import formula
 
+    check_class(map, (CompositeMap, ParametricMap), "a word of regions requires a map of pieces")
     if isinstance(word, str) or not word:
         known = ", ".join(piece.name for piece in map.pieces)
         raise NsmapsError(f"the word is {word!r}; expected: a sequence of one or more of {known}")

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box
+from nsmaps.errors import check_class
 
 if TYPE_CHECKING:
     from nsmaps.reduced.fit.polymap import PolyMap
@@ -47,8 +48,10 @@ def curve_cycles(iterate: "SecondIterate") -> CurveCycles:
     Raises:
         NsmapsError: the coefficients are not numbers.
     """
+    from nsmaps.symbolic.curve_iterates import SecondIterate
     from nsmaps.symbolic.formula import exact
 
+    check_class(iterate, SecondIterate, "only the curves of a second iterate have such cycles")
     x = iterate.variable
     fixed = iterate.fixed_points()
     slope = iterate.expr.diff(x)
@@ -69,6 +72,9 @@ def two_cycles(map: "PolyMap", box: BoxLike | None = None) -> TwoCycles:
     Raises:
         StateError: the box is not one, or is not bounded.
     """
+    from nsmaps.reduced.fit.polymap import PolyMap
+
+    check_class(map, PolyMap, "the cycles are those of polynomials; `find_cycles` encloses those of other maps")
     sides = as_box(map.domain if box is None else box, map.coordinates)
     middle = sides.mean(axis=1)
     turns = np.where(map.coordinates.angles, np.round((map(middle[None])[0] - middle) / TWO_PI), 0.0)

@@ -14,7 +14,7 @@ from nsmaps.dynamics.continuation.events import COARSEST, DOMAIN, DOUBLING, GRAZ
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, check_class
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
@@ -99,6 +99,7 @@ def doubled_branch(
     Raises:
         NsmapsError: the event is not a period doubling, or other arguments are invalid.
     """
+    check_class(event, Event, "a branch of twice the period begins at an event of another branch")
     if event.kind != DOUBLING:
         raise NsmapsError(f"the event is a {event.kind}; expected: a {DOUBLING}")
     extent = _extent(bounds, event.parameter, step, max_points, until, kinds)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.errors import NsmapsError, StateError
+from nsmaps.errors import NsmapsError, StateError, check_class
 from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import decoded
@@ -106,9 +106,7 @@ def noisy_orbits(
     """
     from nsmaps.exact.system import ImpactSystem
 
-    if not isinstance(system, ImpactSystem):
-        name = type(system).__name__
-        raise NsmapsError(f"{name} is not an ImpactSystem; expected: one, as noise is added to the flights of one displacement")
+    check_class(system, ImpactSystem, "noise is added to the flights of one displacement")
     starts = as_starts(state, system.coordinates)
     if starts.shape not in ((2,), (realisations, 2)) or realisations < 0:
         raise StateError(f"the start has shape {starts.shape}; expected: (2,) or ({max(realisations, 0)}, 2)")

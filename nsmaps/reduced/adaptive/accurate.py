@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.progress import Progress
 from nsmaps.reduced.adaptive.surrogate import StripMap, Strips, strip_map
@@ -35,9 +34,7 @@ def accurate(system: "ImpactSystem", grid: Grid, tolerance: float, *, progress: 
     """The map of strips of a system over a grid's box; `progress` as in `strip_map`.
 
     Raises:
-        FitError: the box or the tolerance is invalid, or the coordinates are not an impact speed and a phase.
+        StateError, FitError: as `strip_map`.
     """
-    if system.coordinates.angles.tolist() != [False, True]:
-        raise FitError(f"the coordinates are {system.coordinates}; expected: an impact speed and a phase")
     strips = strip_map(system, {name: (axis.low, axis.high) for name, axis in grid.axes.items()}, tolerance, progress=progress)
     return AccurateResult(strips.strips, *held_out(strips))

@@ -174,8 +174,10 @@ def strip_map(
 
     Raises:
         StateError: an invalid box.
-        FitError: speeds that are not above zero, or a tolerance below rounding.
+        FitError: speeds that are not above zero, a tolerance below rounding, or coordinates other than a speed and a phase.
     """
+    if system.coordinates.angles.tolist() != [False, True]:
+        raise FitError(f"the coordinates are {system.coordinates}; expected: an impact speed and a phase")
     speeds, phases = as_box(box, system.coordinates, whole_turn=True).tolist()
     if not LEAST_TOLERANCE <= tolerance < np.inf:
         raise FitError(f"the tolerance is {tolerance!r}; expected: at least {LEAST_TOLERANCE:g}")

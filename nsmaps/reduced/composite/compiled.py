@@ -60,7 +60,7 @@ class CompiledComposite(WithCoordinates):
         start = as_states(states, self.coordinates)
         room, piece = self._room(n, start), np.empty((n, len(start)), np.int64)
         orbits(self.tables, self._work(), start, piece, *room)
-        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(start.shape[0] * n, -1), *room)
+        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(-1, start.shape[1]), *room)
 
     def _room(self, n: int, start: Floats) -> tuple[Floats, NDArray[np.int32], NDArray[np.int64], NDArray[np.int8]]:
         """Memory for the images, turns, codes and outcomes of n returns of M states."""

@@ -1,0 +1,197 @@
+"""Every public name with a system of modes gives a result, or an error that says what is expected; so do batches of no states."""
+
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import exported
+import numpy as np
+import pytest
+from nsmaps_recoil_pair import RecoilPair
+from nsmaps_soft_impact import SoftImpact
+from nsmaps_vi_pair import VIPair
+
+import nsmaps
+from nsmaps.errors import NsmapsError
+from nsmaps.parallel import fingerprint
+
+PLANAR = SoftImpact(xi=0.05, e=0.3, a=0.7, beta=29, w=0.8)
+SPATIAL = RecoilPair(eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, r=0.5, g_bar=0.2113)
+IMPACT = VIPair(d=0.35, r=0.5, g_bar=0.2113)
+STARTS = {PLANAR: [0.72, 1.32], SPATIAL: [0.84, 0.09, -0.67, 0.4]}
+SWEPT = {PLANAR: "w", SPATIAL: "eta", IMPACT: "d"}
+NAMES = ("v", nsmaps.Angle("phi"))
+SECOND = {PLANAR: "a", SPATIAL: "d"}
+SYSTEMS = pytest.mark.parametrize("system", [PLANAR, SPATIAL], ids=["planar", "spatial"])
+
+
+def box(system: Any) -> Any:
+    """A small box about the start."""
+    return [[x - 0.02, x + 0.02] for x in STARTS[system]]
+
+
+def grid(system: Any) -> nsmaps.Grid:
+    """Three points an axis in two coordinates, the others held."""
+    sides = zip(system.coordinates, box(system), strict=True)
+    varying = (system.coordinates[0], system.coordinates[-1])
+    axes = {
+        name: nsmaps.Axis(low=a, high=b, points=3) if name in varying else nsmaps.Axis.at((a + b) / 2) for name, (a, b) in sides
+    }
+    return nsmaps.Grid(axes=axes)
+
+
+def along(system: Any) -> nsmaps.Along:
+    return nsmaps.Along(system, SWEPT[system])
+
+
+def plane(system: Any) -> nsmaps.Along:
+    return nsmaps.Along(system, SWEPT[system], SECOND[system])
+
+
+def values(system: Any) -> Any:
+    return getattr(system, SWEPT[system]) * np.array([1.0, 1.001])
+
+
+def near(system: Any) -> nsmaps.PeriodicOrbit:
+    return nsmaps.periodic_orbit(system, nsmaps.orbit(system, STARTS[system], 300).final)
+
+
+def branch(system: Any) -> Any:
+    low, high = values(system)
+    return nsmaps.continue_branch(along(system), near(system), float(low), (0.999 * low, high))
+
+
+#: a call with a system of each public name that can be given one
+CALLS: dict[str, Callable[[Any], Any]] = {
+    "Along": lambda s: along(s)(values(s)[1]),
+    "Iterated": lambda s: nsmaps.Iterated(s, 2).first_return([STARTS[s]]),
+    "ReturnMap": lambda s: isinstance(s, nsmaps.ReturnMap),
+    "FullAuxiliaryMap": lambda s: nsmaps.FullAuxiliaryMap(s, [box(s)]),
+    "StripMap": lambda s: nsmaps.StripMap(s, None),
+    "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s), 1, samples=3),
+    "basins": lambda s: nsmaps.basins(s, grid(s), returns=20),
+    "bifurcation": lambda s: nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9),
+    "boundary": lambda s: nsmaps.boundary(s, nsmaps.basins(s, grid(s), returns=200), 0.01),
+    "box_map": lambda s: nsmaps.box_map(s),
+    "cascade": lambda s: nsmaps.cascade(along(s), near(s), float(values(s)[0]), tuple(values(s)), "up", 1),
+    "closed_box": lambda s: nsmaps.closed_box(s, box(s), 1),
+    "coexistence": lambda s: nsmaps.coexistence([nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9)]),
+    "compose": lambda s: nsmaps.compose(s, ["R1"]),
+    "conley_indices": lambda s: nsmaps.conley_indices(s, box(s), 1),
+    "continue_branch": branch,
+    "curve_cycles": lambda s: nsmaps.curve_cycles(s),
+    "doubled_branch": lambda s: nsmaps.doubled_branch(along(s), s, tuple(values(s))),
+    "event_curve": lambda s: nsmaps.event_curve(
+        plane(s), near(s), values(s)[0], [getattr(s, SECOND[s])], "fold", tuple(values(s)), "up"
+    ),
+    "exit_times": lambda s: nsmaps.exit_times(s, {"all": nsmaps.Where(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2),
+    "export": lambda s: nsmaps.export(s, "latex"),
+    "find_cycles": lambda s: nsmaps.find_cycles(s, box(s), 1, 0, 2),
+    "held_iterate": lambda s: nsmaps.held_iterate(s, [0.1]),
+    "iterate": lambda s: nsmaps.iterate(s, 2),
+    "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),
+    "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), values(s), STARTS[s], 32, 4),
+    "morse_sets": lambda s: nsmaps.morse_sets(s, box(s), 0, 2),
+    "noisy_orbits": lambda s: nsmaps.noisy_orbits(s, STARTS[s], 2, nsmaps.Noise(sigma=0.1, tau=1)),
+    "orbit": lambda s: nsmaps.orbit(s, STARTS[s], 3),
+    "partition": lambda s: nsmaps.partition(s, grid(s), nsmaps.Partition(tolerance=0.1)),
+    "periodic_orbit": near,
+    "periodic_orbits": lambda s: nsmaps.periodic_orbits(s, [STARTS[s]], 1),
+    "second_iterate": lambda s: nsmaps.second_iterate(s, 0.1, 0.2),
+    "stability_diagram": lambda s: nsmaps.stability_diagram(plane(s), values(s), [getattr(s, SECOND[s])], STARTS[s], 2, 9),
+    "strip_map": lambda s: nsmaps.strip_map(s, box(s), 1e-2),
+    "trap": lambda s: nsmaps.trap(s, nsmaps.morse_sets(s, box(s), 0, 2)),
+    "two_cycles": lambda s: nsmaps.two_cycles(s),
+}
+#: public names that are no functions of a system: results, specs, names and the like
+OTHERS = {name for name in nsmaps.__all__ if name[0].isupper() or name == "__version__"} - set(CALLS)
+OTHERS |= {"hausdorff", "load_study", "load_system", "read_map", "read_result", "run", "show_versions", "systems"}
+
+
+def test_every_public_name_is_called_here_or_takes_no_system() -> None:
+    assert set(nsmaps.__all__) == set(CALLS) | OTHERS
+
+
+#: names that refuse a system with modes, or one of four coordinates, with a part of their reason
+REFUSED = {
+    "compose": "requires a map of pieces; expected: CompositeMap or ParametricMap",
+    "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",
+    "doubled_branch": "begins at an event of another branch; expected: Event",
+    "export": "cannot be exported; expected: PolyMap",
+    "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
+    "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
+    "noisy_orbits": "noise is added to the flights of one displacement; expected: ImpactSystem",
+    "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
+    "two_cycles": "`find_cycles` encloses those of other maps; expected: PolyMap",
+}
+SPATIAL_REFUSED = {
+    "strip_map": "the coordinates are v, X, V, phi; expected: an impact speed and a phase",
+    "trap": "the cover has no components",
+}
+
+
+@SYSTEMS
+@pytest.mark.parametrize("name", CALLS)
+def test_a_system_with_modes_gives_a_result_or_a_clear_error(name: str, system: Any) -> None:
+    why = REFUSED.get(name) or (SPATIAL_REFUSED.get(name) if system is SPATIAL else None)
+    if why is None:
+        assert CALLS[name](system) is not None
+    else:
+        with pytest.raises(NsmapsError, match=why):
+            CALLS[name](system)
+
+
+@SYSTEMS
+def test_a_system_is_sent_to_other_processes_and_has_a_fingerprint(system: Any) -> None:
+    system.first_return([STARTS[system]])  # a compiled system is sent without its code
+    sent = pickle.loads(pickle.dumps(system))
+    assert sent == system
+    assert np.array_equal(sent.first_return([STARTS[system]]).image, system.first_return([STARTS[system]]).image)
+    assert fingerprint(sent) == fingerprint(system) == fingerprint(pickle.loads(pickle.dumps(along(system))).system)
+    assert fingerprint(along(system)(values(system)[1])) != fingerprint(system)
+
+
+#: batches of no states: the number of states of the result
+EMPTY: dict[str, Callable[[Any, Any], int]] = {
+    "first_return": lambda s, none: len(s.first_return(none, derivative=True)),
+    "orbits": lambda s, none: len(s.orbits(none, 3, derivative=True)),
+    "itineraries": lambda s, none: len(s.itineraries(none).codes),
+    "sensitivity": lambda s, none: len(s.sensitivity(none, {SWEPT[s]: 1.0})),
+    "image_boxes": lambda s, none: len(s.image_boxes(np.empty((0, none.shape[1], 2))).source),
+    "Iterated": lambda s, none: len(nsmaps.Iterated(s, 2).first_return(none, derivative=True)),
+    "orbit": lambda s, none: nsmaps.orbit(s, none, 3).states.shape[1],
+    "lyapunov": lambda s, none: len(nsmaps.lyapunov(s, none, 32, 2).exponents),
+    "basins": lambda s, none: len(nsmaps.basins(s, none, returns=9).label),
+    "bifurcation": lambda s, none: nsmaps.bifurcation(along(s), values(s), none, 4, 2).states.shape[1],
+    "periodic_orbits": lambda s, none: len(nsmaps.periodic_orbits(s, none, 1)),
+}
+
+
+@pytest.mark.parametrize("name", EMPTY)
+@pytest.mark.parametrize("system", [PLANAR, SPATIAL, IMPACT], ids=["planar", "spatial", "impact"])
+def test_no_states_have_no_results_and_no_error(name: str, system: Any) -> None:
+    assert EMPTY[name](system, np.empty((0, len(system.coordinates)))) == 0
+
+
+#: the same of maps, fits and regions in two coordinates
+PLANE: dict[str, Callable[[Any], int]] = {
+    "CompositeMap": lambda none: len(exported.composite().first_return(none, derivative=True)),
+    "CompositeMap.orbits": lambda none: len(exported.composite().orbits(none, 3)),
+    "CompositeMap.piece_of": lambda none: len(exported.composite().piece_of(none)),
+    "PolyMap": lambda none: len(exported.composite().pieces[0].map(none)),
+    "PolyMap.derivative": lambda none: len(exported.composite().pieces[0].map.derivative(none)),
+    "Box": lambda none: len(nsmaps.Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (0, 1)}).contains(none)),
+    "Where": lambda none: len(nsmaps.Where(text="v > phi", coordinates=NAMES).contains(none)),
+    "image_boxes": lambda none: len(nsmaps.box_map(exported.composite()).image_boxes(np.empty((0, 2, 2))).source),
+    "orbit": lambda none: nsmaps.orbit(exported.composite(), none, 3).states.shape[1],
+    "lyapunov": lambda none: len(nsmaps.lyapunov(exported.composite(), none, 32, 2).exponents),
+    "basins": lambda none: len(nsmaps.basins(exported.composite(), none, returns=9).label),
+    "ParametricMap": lambda none: len(exported.parametric().at(exported.parametric().low).first_return(none)),
+    "StripMap": lambda none: len(nsmaps.strip_map(IMPACT, [[0.8, 0.81], [0.4, 0.41]], 1e-2).first_return(none)),
+    "StripMap.orbits": lambda none: len(nsmaps.strip_map(IMPACT, [[0.8, 0.81], [0.4, 0.41]], 1e-2).orbits(none, 3)),
+}
+
+
+@pytest.mark.parametrize("name", PLANE)
+def test_maps_and_regions_take_no_states(name: str) -> None:
+    assert PLANE[name](np.empty((0, 2))) == 0
