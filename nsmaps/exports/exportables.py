@@ -1,45 +1,17 @@
 """What a study's result holds of maps and closed forms: each with the name of its file, and what has no closed form."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 
 from nsmaps.auxiliary.attracting_domain import AttractingDomain
-from nsmaps.exact.system import ImpactSystem
 from nsmaps.exports.headers import of_domain, of_study
 from nsmaps.exports.program import Exportable, identifiers
-from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.composite.parametric import ParametricMap
-from nsmaps.symbolic.curve_iterates import HELD, ClosedEnvelope, SecondIterate, envelope_curves
+from nsmaps.reduced.composite.composite import Piece
+from nsmaps.symbolic.curve_iterates import HELD, ClosedEnvelope, envelope_curves
 
-
-@runtime_checkable
-class Finished(Protocol):
-    """What of a study's result is exported."""
-
-    @property
-    def study(self) -> Any:
-        """The study, with its name, title and domains."""
-
-    @property
-    def system(self) -> ImpactSystem:
-        """The exact system."""
-
-    @property
-    def composite(self) -> CompositeMap | None:
-        """The map of pieces."""
-
-    @property
-    def parametric(self) -> ParametricMap | None:
-        """The same with its coefficients in a parameter."""
-
-    @property
-    def second_iterate(self) -> SecondIterate | None:
-        """The second iterate of one domain."""
-
-    @property
-    def domains(self) -> Mapping[str, AttractingDomain]:
-        """By name."""
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +31,12 @@ class Holding:
     skipped: tuple[str, ...]  #: a sentence each
 
 
-def held_by(result: Finished) -> Holding:
+def is_finished(result: object) -> bool:
+    """True for the result of a study, which has its study and domains."""
+    return hasattr(result, "study") and hasattr(result, "domains")
+
+
+def held_by(result: "StudyResult") -> Holding:
     """The maps and closed forms of a study's result."""
     files, skipped, study = [], [], of_study(result)
     if result.composite is not None:
@@ -81,7 +58,7 @@ def held_by(result: Finished) -> Holding:
     return Holding(tuple(files), tuple(skipped))
 
 
-def _of_second(result: Finished) -> list[str]:
+def _of_second(result: "StudyResult") -> list[str]:
     """What the second iterate is of."""
     assert result.second_iterate is not None
     name = result.study.second_iterate.domain

@@ -4,17 +4,20 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.exports.document import KINDS, kind_of
-from nsmaps.exports.exportables import Finished, held_by
+from nsmaps.exports.exportables import held_by, is_finished
 from nsmaps.exports.headers import of_study
 from nsmaps.exports.languages import LANGUAGES
 from nsmaps.exports.program import Exportable, identifiers
 from nsmaps.exports.system import system_files
 from nsmaps.symbolic.map_iterates import iterate
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
 
 ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, ImpactSystem, the result of a study"
 
@@ -60,7 +63,7 @@ def export(
 
 
 def export_iterate(
-    result: Finished, n: int, piece: str | None, format: str, path: str | os.PathLike[str] | None = None
+    result: "StudyResult", n: int, piece: str | None, format: str, path: str | os.PathLike[str] | None = None
 ) -> dict[str, str]:
     """The n-th iterate of a piece of a result's composite map, all coordinates, as texts by file name; errors as `export`."""
     if result.composite is None:
@@ -100,7 +103,7 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
         return system_files(result, name)
     if isinstance(result, Exportable):
         return write(result, name or kind_of(result).replace(" ", "_"), ())
-    if not isinstance(result, Finished):
+    if not is_finished(result):
         raise NsmapsError(f"a {type(result).__name__} cannot be exported; expected: {ACCEPTED}")
     if name is not None:
         raise NsmapsError(f"the name {name!r} for all that a result holds; expected: none, or one of its maps with a name")

@@ -1,7 +1,7 @@
 """Polynomial maps in exact symbols, and their compositions: coefficients are rational numbers or symbols, nothing is rounded."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import comb, prod
 from typing import Any
 
@@ -38,12 +38,6 @@ class Formula(WithCoordinates):
     def ring(self) -> Any:
         """The sympy ring of the images."""
         return next(iter(self.images.values())).ring
-
-    def with_symbols(self, more: Sequence[Any]) -> "Formula":
-        """The same in a ring that has more symbols."""
-        known = self.ring.symbols
-        ring = self.ring.clone(symbols=(*known, *(s for s in dict.fromkeys(more) if s not in known)))
-        return replace(self, images={name: image.set_ring(ring) for name, image in self.images.items()})
 
 
 def symbol(name: str) -> Any:

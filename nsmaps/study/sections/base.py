@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 from nsmaps.study.estimates import Size
 from nsmaps.study.reading.locations import Loc
 
-if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+if TYPE_CHECKING:  #: also for the modules of sections
+    from nsmaps.exact.system import ImpactSystem as ImpactSystem
+    from nsmaps.study.binding import Binding as Binding
+    from nsmaps.study.binding import Plan as Plan
+    from nsmaps.study.result import StudyResult as StudyResult
+    from nsmaps.study.study import Study as Study
 
 S = TypeVar("S")
 Need = tuple[Loc, str, str]  #: the place and the part of a study that needs a section, and that section

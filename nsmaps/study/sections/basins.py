@@ -16,10 +16,7 @@ from nsmaps.study.texts import grid_text, plain, returns_text
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import Basins, Boundary
     from nsmaps.exact.surfaces.surface import Grid
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 LONG = 24  #: largest number of letters of the words in a row
 

@@ -22,11 +22,8 @@ from nsmaps.study.texts import each_text, returns_text
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.dynamics.returnmap import ReturnMap
-    from nsmaps.exact.system import ImpactSystem
     from nsmaps.reduced.composite.composite import CompositeMap
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 ROWS = 12  #: largest number of intervals in a table, per map
 

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.events import Event
     from nsmaps.dynamics.periodic import PeriodicOrbit
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
 Way = Literal["up", "down"]

@@ -27,12 +27,9 @@ from nsmaps.study.texts import finite, intervals, yes
 
 if TYPE_CHECKING:
     from nsmaps.arrays import Floats
-    from nsmaps.exact.system import ImpactSystem
     from nsmaps.reduced.composite.composite import Coverage
     from nsmaps.reduced.validation.words import Misleads
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 MAP = "composite map"
 

@@ -20,14 +20,11 @@ from nsmaps.study.sections.fits import FitSection, bind_fit, fit_size, report_nu
 from nsmaps.study.sections.surfaces import surfaces_size
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
     from nsmaps.reduced.fit.filter import DiagonalRegion
     from nsmaps.reduced.fit.filter_errors import NearDiagonals
     from nsmaps.reduced.fit.polyfit import PolyFit
     from nsmaps.reduced.fit.polymap import FitReport
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 
 class DiagonalSection(BaseModel):

@@ -24,10 +24,7 @@ from nsmaps.study.texts import finite, intervals
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.auxiliary.worst_case_limits import TwoCycle
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 
 class DomainSection(BaseModel):

@@ -16,10 +16,7 @@ from nsmaps.study.texts import finite
 if TYPE_CHECKING:
     from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.periodic_points import CycleSearch
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 
 class ExitTimesSection(BaseModel):

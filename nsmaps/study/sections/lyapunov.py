@@ -20,10 +20,7 @@ from nsmaps.study.texts import EXACT, each_text, plain, returns_text
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.lyapunov import LyapunovSweep
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 ROWS = 12  #: largest number of intervals in a table
 SURE = 2.0  #: standard errors from zero, beyond which an exponent has a sign

@@ -14,10 +14,7 @@ from nsmaps.study.texts import intervals, yes
 
 if TYPE_CHECKING:
     from nsmaps.cells.morse_sets import MorseCover, Trap
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 
 class MorseSection(BaseModel):

@@ -19,10 +19,7 @@ from nsmaps.study.texts import each_text, plain, returns_text
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
     from nsmaps.dynamics.noise.residence import Residence
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
 

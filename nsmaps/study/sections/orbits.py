@@ -22,11 +22,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.events import ModeTrack
-    from nsmaps.exact.system import ImpactSystem
     from nsmaps.exact.trajectory import Track
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
 

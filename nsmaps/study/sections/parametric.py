@@ -17,10 +17,7 @@ from nsmaps.study.sections.surfaces import grid_size
 from nsmaps.study.texts import finite, yes
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 
 class ParametricSection(BaseModel):

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.adaptive.accurate import AccurateResult
     from nsmaps.reduced.fit.polymap import PolyMap
     from nsmaps.reduced.validation.speed import Speed
-    from nsmaps.study.binding import Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Plan, Study, StudyResult
 
 MET = "partition: tolerance met"
 

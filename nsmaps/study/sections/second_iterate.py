@@ -13,9 +13,7 @@ from nsmaps.study.sections.base import Need, section_of
 from nsmaps.study.sections.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
-    from nsmaps.study.binding import Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Plan, Study, StudyResult
     from nsmaps.symbolic.curve_iterates import SecondIterate
 
 

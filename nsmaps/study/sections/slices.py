@@ -15,10 +15,7 @@ from nsmaps.study.sections.base import section_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.slice import Slice
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 Cut = tuple[str, Axis, dict[str, float]]  #: the coordinate that varies, its values, and the values of the others
 

@@ -21,10 +21,7 @@ from nsmaps.study.texts import EXACT, plain, returns_text
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 
 class CurveSection(BaseModel):

@@ -18,10 +18,7 @@ from nsmaps.study.texts import grid_text
 if TYPE_CHECKING:
     from nsmaps.exact.returns import Returns
     from nsmaps.exact.surfaces.surface import Surface
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.study.binding import Binding, Plan
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 Spans = dict[str, Side]
 Families = dict[Name, tuple[str, ...]]
