@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import nsmaps
 from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_starts
+from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.errors import StateError
 from nsmaps.parallel import names_among, names_as_arrays
 from nsmaps.study.store.serialize import decode, encode
@@ -92,6 +93,28 @@ STARTED = {
     "trajectory": lambda system, state: np.array(system.trajectory(state, 3)),
     "noisy_orbits": lambda system, state: nsmaps.noisy_orbits(system, state, 3, nsmaps.Noise(sigma=0.01, tau=0.5), 2).states,
 }
+
+
+SWEPT = {
+    "bifurcation": lambda of, state: nsmaps.bifurcation(of, [0.34, 0.35], state, 3, 2).states,
+    "lyapunov_sweep": lambda of, state: nsmaps.lyapunov_sweep(of, [0.34, 0.35], state, 32, 2).at.exponents,
+    "stability_diagram": lambda of, state: (
+        nsmaps.stability_diagram(lambda d, r: of(d).at(r=r), [0.34, 0.35], [0.5], state, 2, 9).period
+    ),
+    "impact_diagram": lambda of, state: (
+        impact_diagram(of, [0.34, 0.35], state, nsmaps.Noise(sigma=0, tau=1), "up", returns=2, discard=2).speed
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SWEPT)
+def test_every_sweep_takes_a_state_in_one_way(name: str, pair) -> None:
+    """By name in the order of the coordinates of the first value that has a map."""
+    expected = SWEPT[name](pair, [0.8, 0.4])
+    assert np.array_equal(SWEPT[name](pair, {"phi": 0.4, "v": 0.8}), expected, equal_nan=True)
+    for wrong in ({"v": 0.8}, "v"):
+        with pytest.raises(StateError, match="expected: "):
+            SWEPT[name](pair, wrong)
 
 
 @pytest.mark.parametrize("name", STARTED)

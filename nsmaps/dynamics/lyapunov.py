@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed
+from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -194,7 +194,7 @@ class LyapunovSweep:
 def lyapunov_sweep(
     map_of: Callable[[float], ReturnMap],
     values: ArrayLike,
-    state: ArrayLike,
+    state: StateLike,
     n: int,
     discard: int = 1000,
     direction: Literal["up", "down"] | None = None,
@@ -208,9 +208,10 @@ def lyapunov_sweep(
     Raises:
         StateError, NsmapsError: as `lyapunov`, or no value has a map.
     """
-    along, now = np.atleast_1d(np.asarray(values, float)), np.asarray(state, float)
+    along = np.atleast_1d(np.asarray(values, float))
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
         raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers, shape (V,)")
+    now = starts_under(map_of, along, state)
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     cuts = [order] if direction else [order[cut] for cut in jobs.cuts(len(order))]
     parts = [(map_of, along[cut], now, n, discard, bool(direction)) for cut in cuts]

@@ -9,6 +9,8 @@ from pydantic import ValidationError
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.complaints import explained
+from nsmaps.coordinates import StateLike, as_numbers, as_starts
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.progress import beat
 
@@ -93,6 +95,22 @@ def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[Ret
         return map_of(*values), ""
     except ValueError as error:
         return None, _in_words(error)
+
+
+def starts_under(map_of: Callable[..., ReturnMap], values: Floats, starts: StateLike) -> Floats:
+    """The starts of a sweep as an array; those by name in the order of the coordinates of the first map that there is.
+
+    Raises:
+        StateError: the starts are not numbers, or have other names.
+        NsmapsError: no value has a map.
+    """
+    if not isinstance(starts, Mapping):
+        return as_numbers(starts, ("the coordinates",))
+    found = (map_or_reason(map_of, *np.atleast_1d(value).tolist()) for value in values)
+    map = next((map for map, _ in found if map is not None), None)
+    if map is None:
+        raise NsmapsError(f"there is no map at any of {len(values)} values, whose coordinates a start by name has")
+    return as_starts(starts, map.coordinates)
 
 
 def _in_words(error: ValueError) -> str:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
-from nsmaps.dynamics.returnmap import ReturnMap, followed
+from nsmaps.dynamics.returnmap import ReturnMap, followed, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import decoded
@@ -81,7 +81,7 @@ class Bifurcation(WithCoordinates):
 def bifurcation(
     map_of: Callable[[float], ReturnMap],
     values: ArrayLike,
-    starts: ArrayLike,
+    starts: StateLike,
     returns: int = 60,
     discard: int = 2000,
     direction: Literal["up", "down", "both"] | None = None,
@@ -95,7 +95,7 @@ def bifurcation(
         map_of: the return map at a value, such as `lambda d: system.at(d=d)`. A value at which it raises a ValueError, as for a
             parameter out of range, has no map and is skipped.
         values: shape (V,).
-        starts: one state, shape (n,), or some, shape (S, n), phases in radians; at each value they are one batch.
+        starts: one state, shape (n,) or by name, or some, shape (S, n), phases in radians; at each value they are one batch.
         returns: number stored at each value.
         discard: number computed before these and discarded as the transient.
         direction: the last states at one value are the starts at the next, in ascending ("up") or descending ("down") order. An
@@ -110,7 +110,8 @@ def bifurcation(
         StateError: the starts do not have the map's coordinates.
         NsmapsError: another argument is not valid, or no value has a map.
     """
-    along, now = np.atleast_1d(np.asarray(values, float)), np.atleast_2d(np.asarray(starts, float))
+    along = np.atleast_1d(np.asarray(values, float))
+    now = np.atleast_2d(starts_under(map_of, along, starts))
     _check(along, returns, discard, direction)
     if direction == "both":
         how = returns, discard

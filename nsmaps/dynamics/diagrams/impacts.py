@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+from nsmaps.dynamics.returnmap import starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
@@ -34,7 +36,7 @@ class ImpactDiagram:
 def impact_diagram(
     system_of: "Callable[[float], ImpactSystem]",
     values: ArrayLike,
-    state: ArrayLike,
+    state: StateLike,
     noise: Noise,
     direction: Literal["up", "down"],
     returns: int = 60,
@@ -56,7 +58,7 @@ def impact_diagram(
     if direction not in ("up", "down"):
         raise NsmapsError(f"direction is {direction!r}; expected: 'up' or 'down'")
     along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if direction == "up" else -1]
-    parts = [(system_of, along, np.asarray(state, float), noise, returns, discard, seed, step)]
+    parts = [(system_of, along, starts_under(system_of, along, state), noise, returns, discard, seed, step)]
     (tables,) = jobs.run(_impacts, parts)
     return ImpactDiagram(tuple(tables["walls"].tolist()), noise, direction, along, tables["wall"], tables["speed"])
 

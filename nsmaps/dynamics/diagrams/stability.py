@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.continuation.events import FOLD
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
@@ -53,7 +54,7 @@ def stability_diagram(
     map_of: Callable[[float, float], ReturnMap],
     along: ArrayLike,
     across: ArrayLike,
-    start: ArrayLike,
+    start: StateLike,
     max_period: int = 16,
     discard: int = 1000,
     direction: Literal["up", "down"] | None = "down",
@@ -80,7 +81,8 @@ def stability_diagram(
     rows, columns = np.atleast_1d(np.asarray(across, float)), np.atleast_1d(np.asarray(along, float))
     if rows.ndim != 1:
         raise NsmapsError(f"the values across have shape {rows.shape}; expected: one or more numbers, shape (W,)")
-    how = np.asarray(start, float), max_period, discard, direction, tolerance
+    pairs = np.array([(x, y) for y in rows for x in columns]).reshape(-1, 2)
+    how = starts_under(map_of, pairs, start), max_period, discard, direction, tolerance
     parts = [(map_of, columns, rows[cut], *how) for cut in jobs.cuts(len(rows))]
     tables = concatenated(jobs.run(_rows, parts)) if parts else {}
     reasons = tuple(tables["reason"].tolist()) if tables else ()
