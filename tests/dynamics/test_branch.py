@@ -156,7 +156,7 @@ def test_saddles_of_the_pair_meet_in_a_graze(pair):
     for guess, detail in (([0.28177, 2.91844], "a clearance is zero"), ([0.34325, 2.87685], "an impact speed is zero")):
         made = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, guess), 0.35, (0.1, 0.4), "down")
         event = only(made, "grazing")
-        assert (made.ended, event.detail) == ("grazing", detail)
+        assert (made.ended, event.detail, event.border) == ("grazing", detail, "non-smooth fold")
         assert abs(event.parameter - float(d)) < 1e-8
 
 
@@ -191,8 +191,9 @@ def test_bistable_window(pair):
         ],
         [0.6541, 0.465, 1.355, 0.645, 0.586, 0.2146],
     )
-    assert abs(only(one, "grazing").parameter - float(d)) < 1e-8
-    assert abs(only(two, "grazing").parameter - float(d)) < 1e-8
+    for branch in (one, two):
+        assert abs(only(branch, "grazing").parameter - float(d)) < 1e-8
+        assert only(branch, "grazing").border == "non-smooth fold"  # both on the side of larger d
 
 
 def test_orbits_are_physically_there(pair):

@@ -14,7 +14,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit
 
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
 HALVING = "period halving"
-GRAZING, DOMAIN = "grazing", "end of the valid domain"
+GRAZING, BORDER, DOMAIN = "grazing", "border collision", "end of the valid domain"
 ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
 CONSERVED = 1e-9  #: a test within this bound is zero up to rounding, as for area where a map preserves it
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
@@ -26,14 +26,16 @@ class Event:
 
     A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (a multiplier crosses 1 elsewhere),
     `Neimark-Sacker` (a pair leaves the unit circle), `period halving` (a doubled cycle ends on the original one), `grazing`
-    (an impact speed or a clearance falls to zero and the words change) or `end of the valid domain` (there is no map beyond).
+    (an impact speed or a clearance falls to zero and the words change), `border collision` (the words change without a graze) or
+    `end of the valid domain` (there is no map beyond).
     """
 
     kind: str
     parameter: float
     precision: float  #: precision of the parameter, as estimated from the last steps towards it
-    orbit: PeriodicOrbit  #: the orbit there; for a grazing or the end of the domain, the last one before it
+    orbit: PeriodicOrbit  #: the orbit there; for a grazing, a border or the end of the domain, the last one before it
     detail: str = ""  #: the margin that falls to zero, the reason why there is no map, or that an event was not located
+    border: str = ""  #: where the words change, `persistence` or `non-smooth fold`, perhaps `with doubling`; "" where unknown
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:

@@ -9,8 +9,9 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Control, correct, follow, passes, tangent
 from nsmaps.continuation.zeros import extrapolated
+from nsmaps.dynamics.continuation.border import border_type
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
-from nsmaps.dynamics.continuation.events import COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, TESTS, Event, between
+from nsmaps.dynamics.continuation.events import BORDER, COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, TESTS, Event, between
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -50,9 +51,8 @@ def continue_branch(
     """The branch of a periodic orbit by pseudo-arclength continuation, around folds, with its events located.
 
     All its orbits have the words of the first, by the map's own first returns, so that no earlier impact is overlooked. It
-    ends at the end of the range, where the words change (`grazing`), where there is no map, after an event of `until`, where
-    it
-    closes, or is lost. Two events of one kind within a step are missed; a smaller `step` finds them.
+    ends at the end of the range, where the words change (`grazing`, `border collision`), where there is no map, after an event
+    of `until`, where it closes, or is lost. Two events of one kind within a step are missed; a smaller `step` finds them.
 
     Args:
         map_of: the return map at a value of the parameter; a ValueError means that there is none.
@@ -194,14 +194,20 @@ def _end(grown: GrowingBranch, along: Floats) -> str:
     if reason := grown.curve.missing(last.value + 10 * SMALLEST * unit * float(np.sign(along[-1]))):
         grown.events.append(Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, reason))
         return DOMAIN
+    graze = False
     for k, margin in enumerate(MARGINS):
         m, values = _spaced(grown, k)
         if m[0] > CLOSE or len(m) < 3 or m[0] >= min(m[1:]):
             continue
+        graze = True
         value, precision = extrapolated(m, np.array(values))
         if precision <= COARSEST * unit:
-            grown.events.append(Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero"))
+            border = border_type(grown.curve, last, graze)
+            grown.events.append(Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border))
             return GRAZING
+    if not graze and (border := border_type(grown.curve, last, graze)):
+        grown.events.append(Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, "the words change", border))
+        return BORDER
     return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
 
 

@@ -28,6 +28,7 @@ _MARKERS = {
     "branch point": "P",
     "Neimark-Sacker": "^",
     "grazing": "X",
+    "border collision": "D",
     "end of the valid domain": "|",
 }
 

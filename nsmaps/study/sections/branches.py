@@ -205,7 +205,12 @@ def _end(branch: "Branch") -> str:
     last = branch.events[-1] if branch.events else None
     if last is None or last.kind != branch.ended:
         return branch.ended
-    return f"{last.kind} at {last.parameter:.9g}{last.detail and ', '}{last.detail}"
+    return ", ".join(filter(None, (f"{last.kind} at {last.parameter:.9g}", _about(last))))
+
+
+def _about(event: "Event") -> str:
+    """What is known of an event beyond its kind."""
+    return ", ".join(filter(None, (event.detail, event.border)))
 
 
 def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[bool, bool, str]:
@@ -222,7 +227,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     """The events on the branches, to the known digits."""
     names = {section.name: section.parameter for section in result.study.branches}
     rows = [
-        (name, event.orbit.label, event.kind, f"{names[name]} = {_known(event)}", f"{event.precision:.1g}", event.detail)
+        (name, event.orbit.label, event.kind, f"{names[name]} = {_known(event)}", f"{event.precision:.1g}", _about(event))
         for name, entry in result.branches.items()
         for branch in entry
         for event in branch.events
