@@ -11,9 +11,10 @@ import sympy as sp
 from nsmaps.arrays import Floats
 from nsmaps.errors import CheckError
 from nsmaps.exact.flows.formulas import in_symbols
-from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
 from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.system import ImpactSystem
+from nsmaps.testing.integrated import integrated_flight
 
 System = TypeVar("System", bound=ParametricSystem)
 Acceleration = Callable[[Any, Any, Any], Any]  #: of time, place and velocity
@@ -48,6 +49,10 @@ class Flight:
 def flight_of(system: ImpactSystem) -> Flight:
     """The flight of a system, with the values of its parameters put in only where numbers are asked for."""
     cls = type(system)
+    places = tuple(mp.mpf(str(sp.N(wall.at, DIGITS))) for wall in walls_of(system).values())
+    period = mp.mpf(str(sp.N(period_of(system), DIGITS)))
+    if cls.flight() == "acceleration":
+        return Flight(cls.__name__, *integrated_flight(system), period, places)
     others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
     symbolic, symbols = in_symbols(cls, others)
     arguments = sp.symbols("t t0 z w", real=True)
@@ -58,8 +63,7 @@ def flight_of(system: ImpactSystem) -> Flight:
         for expr in (given, given.diff(arguments[0]), given.diff(arguments[0], 2))
     ]
     place, velocity, acceleration = (lambda *flight, f=f: mp.re(f(*flight, *values)) for f in functions)
-    places = tuple(mp.mpf(str(sp.N(wall.at, DIGITS))) for wall in walls_of(system).values())
-    return Flight(cls.__name__, place, velocity, acceleration, mp.mpf(str(sp.N(period_of(system), DIGITS))), places)
+    return Flight(cls.__name__, place, velocity, acceleration, period, places)
 
 
 def check_description(system: ParametricSystem) -> None:
@@ -221,14 +225,16 @@ def check_use(system: ImpactSystem) -> None:
     symbolic, symbols = in_symbols(cls, others)
     t, t0, z, w, v = sp.symbols("t t0 z w v")
     walls = walls_of(symbolic)
-    said = [period_of(symbolic), displacement_of(symbolic, t, t0, z, w), *(wall.at for wall in walls.values())]
+    integrated = cls.flight() == "acceleration"
+    flight = acceleration_of(symbolic, t, z, w) if integrated else displacement_of(symbolic, t, t0, z, w)
+    said = [period_of(symbolic), flight, *(wall.at for wall in walls.values())]
     said += [law_of(symbolic, v, letter) for letter in walls]
     used = set().union(*(expr.free_symbols for expr in said))
     for name, symbol in symbols.items():
         if symbol not in used and next(neighbours(system, name), None) is not None:
             raise CheckError(
-                f"the formulas of {cls.__name__} ignore its parameter {name!r}: neither walls, period, displacement nor rebound "
-                "have it in them; is a wall or a force forgotten? expected: a formula that uses it, or no such parameter"
+                f"the formulas of {cls.__name__} ignore its parameter {name!r}: neither walls, period, {cls.flight()} nor "
+                "rebound have it in them; is a wall or a force forgotten? expected: a formula that uses it, or no such parameter"
             )
 
 

@@ -48,6 +48,8 @@ def check_system(
     A formula that is right for another system cannot be distinguished from the intended one. A force of the wrong sign that
     lets the ball return, or the second wall if its absence has no other effect, is found by the equation of motion alone.
 
+    Of a system that is given by its acceleration flights are integrated by Runge-Kutta steps for these checks.
+
     Of a system with modes errors are a wrong period; states none of which returns; a parameter on which no return depends;
     derivatives that are not those of differences; returns that an integrator with the formulas of modes, guards and resets does
     not reach (but of modes that are derived, as sliding). Warnings are missing descriptions and events that never take place.
@@ -81,9 +83,10 @@ def check_system(
             check_equation(flight, acceleration)
         size = _speed(flight)
         check_law(system, size)
-        check_growth(system, flight)
         starts = _trial_states(size) if states is None else as_states(states, system.coordinates)
-        check_turns_back(system, flight, starts)
+        if type(system).flight() == "displacement":
+            check_growth(system, flight)
+            check_turns_back(system, flight, starts)
         check_use(system)
         returns = system.first_return(starts)
         if not returns.valid.any():
@@ -93,7 +96,7 @@ def check_system(
             )
         _check_flights(system, flight, starts[returns.valid][:: max(1, int(returns.valid.sum()) // FOLLOWED)])
     _check_influence(system, returns.select(returns.valid))  # flights that do not come back take long
-    if acceleration is None:
+    if acceleration is None and type(system).flight() == "displacement":
         warnings.warn(
             f"{flight.name} passes, but the acceleration was not given: a wrong sign of the forcing cannot be detected; "
             "pass acceleration=lambda t, place, velocity: ..., the right-hand side of the equation of motion",

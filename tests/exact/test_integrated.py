@@ -13,10 +13,11 @@ from nsmaps_vi_pair import VIPair
 
 import nsmaps
 from nsmaps.coordinates import TWO_PI
-from nsmaps.errors import NsmapsError, ProofError, SystemDefinitionError
+from nsmaps.errors import CheckError, NsmapsError, ProofError, SystemDefinitionError
 from nsmaps.exact.ode.held import pressing
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
+from nsmaps.testing import check_system
 
 pytest.importorskip("heyoka")
 
@@ -283,3 +284,30 @@ def test_heyoka_is_loaded_by_the_first_return_alone():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False", "True"]
+
+
+def test_systems_are_checked_by_an_integrator():
+    system = DuffingStop(c=0.1, a=-1, b=1, f=0.4, w=1.2, d=0.9, r=0.7)
+    check_system(system)
+    with pytest.raises(CheckError, match="does not obey its equation of motion"):
+        check_system(system, acceleration=lambda t, place, velocity: -place)
+
+
+def test_slips_in_an_acceleration_are_reported():
+    class Early(DuffingStop):
+        """A period that is not that of the forcing."""
+
+        def period(self):
+            return sp.pi / self.w
+
+    class Undamped(DuffingStop):
+        """The damping is forgotten."""
+
+        def acceleration(self, t, place, velocity):
+            return self.f * sp.cos(self.w * t) - self.a * place - self.b * place**3
+
+    values = {"c": 0.1, "a": -1, "b": 1, "f": 0.4, "w": 1.2, "d": 0.9, "r": 0.7}
+    with pytest.raises(CheckError, match=r"the period of Early is wrong.*2 times it"):
+        check_system(Early(**values))
+    with pytest.raises(CheckError, match="ignore its parameter 'c': neither walls, period, acceleration nor rebound"):
+        check_system(Undamped(**values))
