@@ -1,6 +1,6 @@
 """Outer images of boxes of states: the result of an enclosure of a return map."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
@@ -13,6 +13,7 @@ from nsmaps.errors import StateError
 from nsmaps.exact.words import decoded
 
 if TYPE_CHECKING:
+    from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.system import ImpactSystem
 
 CHUNK = 1_000  #: boxes that a thread takes at a time
@@ -87,29 +88,41 @@ def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
     """The images of boxes as described in `ImpactSystem.image_boxes`."""
     from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, all_box_images
     from nsmaps.exact.enclosure.tables import ball_flow, enclosed_table
+
+    start, table = as_boxes(boxes, system.coordinates).copy(), enclosed_table(system)
+    below, none = start[:, 0].T < 0
+    start[:, 0] = np.maximum(start[:, 0], 0)
+    found = images_in_chunks(system, start, MOST_IMAGES, lambda *room: all_box_images(ball_flow(table), *room))
+    kept, bounded, empty = ~none[found.source], found.bounded | none, found.empty | below
+    return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
+
+
+def images_in_chunks(
+    system: "ImpactSystem | HybridSystem", start: Floats, most_images: int, enclose: Callable[..., int]
+) -> BoxImages:
+    """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
+
+    Args:
+        most_images: upper bound on the image boxes of one box.
+        enclose: of a chunk of boxes; it fills the codes and images of as many rows as it returns, and for each box the number
+            of its images, whether a state may have none, and whether they are bounded.
+    """
     from nsmaps.exact.kernel import in_chunks
 
-    start = as_boxes(boxes, system.coordinates).copy()
-    below = start[:, 0, 0] < 0
-    none = start[:, 0, 1] < 0
-    start[:, 0] = np.maximum(start[:, 0], 0)
-    circles = np.maximum(np.ceil((start[:, 1, 1] - start[:, 1, 0]) / TWO_PI) - 1, 0)  # after the first
-    start[:, 1, 1] = np.where(circles > 0, start[:, 1, 0] + TWO_PI * (1 + 1e-15), start[:, 1, 1])
-    table = enclosed_table(system)
-    n = len(start)
+    (n, m), angles = start.shape[:2], system.coordinates.angles
+    circles = np.where(angles, np.maximum(np.ceil(np.ptp(start, axis=2) / TWO_PI) - 1, 0), 0.0)  # after the first
+    ends = np.where(circles > 0, start[:, :, 0] + TWO_PI * (1 + 1e-15), start[:, :, 1])
+    start = np.stack([start[:, :, 0], ends], axis=2)
     number, empty, bounded = np.empty(n, np.int64), np.empty(n, bool), np.empty(n, bool)
-    parts: dict[int, tuple[NDArray[np.int64], Floats]] = {}
+    parts = {0: (np.empty(0, np.int64), np.empty((0, m, 2)))}
 
     def run(k: slice) -> None:
-        rows = len(start[k]) * MOST_IMAGES  # an upper bound; memory is used for the rows that are written
-        codes, images = np.empty(rows, np.int64), np.empty((rows, 2, 2))
-        rows = all_box_images(ball_flow(table), start[k], codes, images, number[k], empty[k], bounded[k])
-        images[:rows, 1, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k])
-        kept = np.repeat(~none[k], number[k])
-        number[k][none[k]] = 0
-        parts[k.start] = codes[:rows][kept], images[:rows][kept]
+        rows = len(start[k]) * most_images  # memory is used for the rows that are written
+        codes, images = np.empty(rows, np.int64), np.empty((rows, m, 2))
+        rows = enclose(start[k], codes, images, number[k], empty[k], bounded[k])
+        images[:rows, :, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k], axis=0)
+        parts[k.start] = codes[:rows], images[:rows]
 
     in_chunks(n, run, CHUNK)
-    codes = np.concatenate([np.empty(0, np.int64), *(parts[k][0] for k in sorted(parts))])
-    images = np.concatenate([np.empty((0, 2, 2)), *(parts[k][1] for k in sorted(parts))])
-    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.letters), bounded | none, empty | below)
+    codes, images = (np.concatenate(each) for each in zip(*(parts[k] for k in sorted(parts)), strict=True))
+    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.letters), bounded, empty)
