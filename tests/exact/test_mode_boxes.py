@@ -257,7 +257,7 @@ def test_sliding_and_starts_outside_of_the_domain():
 
 def test_noise_is_refused_by_name():
     made = SoftImpact(xi=0.01, e=1.26, a=0.7, beta=29, w=0.75)
-    with pytest.raises(NsmapsError, match="SoftImpact is not an ImpactSystem"):
+    with pytest.raises(NsmapsError, match=r"a SoftImpact: noise is added .* expected: ImpactSystem"):
         nsmaps.noisy_orbits(made, [1.0, 1.0], 5, nsmaps.Noise(sigma=0.1, tau=0.1))
 
 
