@@ -102,6 +102,13 @@ class HybridSystem(ParametricSystem):
         """
         return self._kernel().itineraries(as_states(states, self.coordinates))
 
+    def reasons(self, states: ArrayLike) -> tuple[str, ...]:
+        """Why each first return ended, a sentence each: of guards that are met at once both names, mode, time and states.
+
+        Arguments and errors as `first_return`.
+        """
+        return self._kernel().reasons(as_states(states, self.coordinates))
+
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
 

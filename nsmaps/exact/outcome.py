@@ -13,6 +13,8 @@ class Outcome(IntEnum):
     undecided = 4
     uncovered = 5
     invalid = 6
+    simultaneous = 7
+    endless = 8
 
     @property
     def advice(self) -> str:
@@ -29,6 +31,10 @@ _ADVICE = {
     "one of the words that it may make, none where it may escape.",
     Outcome.uncovered: "The state lies in no piece of the composite map. Add a piece, or restrict the starts.",
     Outcome.invalid: "The start is not a state: NaN, infinite, with a negative impact speed or a phase beyond 1e10.",
+    Outcome.simultaneous: "Two guards are met at once, and the states that follow depend on which event is first: the motion is "
+    "not unique. `HybridSystem.reasons` names both.",
+    Outcome.endless: "More than 100,000 events without a return: impacts accumulate and are not summed up, or never slow down. "
+    "Let contact last (`rests`), if impacts lose speed.",
 }
 
 OUTCOMES = "; ".join(f"{outcome.value} {outcome.name}" for outcome in Outcome)  #: the values by name, as datasets state them

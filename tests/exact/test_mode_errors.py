@@ -37,10 +37,10 @@ class Corner(HybridSystem):
         return Section("S", ("x", "u", "v"))
 
 
-def test_two_walls_at_once_are_undecided() -> None:
+def test_two_walls_at_once_are_an_outcome() -> None:
     """Towards the corner along the diagonal both walls are met at the same time; beside it one is first."""
     returns = Corner().first_return([[1.0, -1.0, -1.0], [1.0, -1.01, -1.0], [1.0, -1.0, -1.01]])
-    assert list(returns.outcome) == [Outcome.undecided, Outcome.returned, Outcome.returned]
+    assert list(returns.outcome) == [Outcome.simultaneous, Outcome.returned, Outcome.returned]
     assert [str(word)[:3] for word in returns.words[1:]] == ["SXY", "SYX"]
 
 
@@ -124,6 +124,13 @@ def test_random_systems_end_and_stay_on_the_right_side_of_guards(data: Any) -> N
     rng = np.random.default_rng(0)
     starts = np.column_stack([np.ones(6), rng.uniform(-1, 1, (6, n - 1)), rng.uniform(0, 6.28, 6)])
     returns = Random().first_return(starts)
-    assert set(returns.outcome) <= {Outcome.returned, Outcome.escaped, Outcome.undecided, Outcome.invalid}
+    assert set(returns.outcome) <= {
+        Outcome.returned,
+        Outcome.escaped,
+        Outcome.undecided,
+        Outcome.invalid,
+        Outcome.simultaneous,
+        Outcome.endless,
+    }
     assert np.abs(returns.image[returns.valid][:, 0] - 1).max(initial=0) < 1e-12
     assert (returns.time[returns.valid] >= 0).all()

@@ -39,6 +39,7 @@ from nsmaps.exact.modes.lanes import (
 from nsmaps.exact.modes.taylor import ORDER, ROUNDING
 from nsmaps.exact.modes.zeros import CLOSE
 
+AT_ONCE = 2  # in place of a doubt: two functions are zero at once
 ROUNDS = 12  # of Newton's method in a block; more are rare
 
 
@@ -186,16 +187,17 @@ def next_events(p, mode, n, b, w):
             if h[KIND + k] == 0:
                 continue
             when = t[WHEN + k]
-            near = 4.0 * ROUNDING * when
-            if h[KIND + k] == 2 or abs(t[GUESS + k] - when) <= near:
+            near = 0.0 if h[WHICH + k] == NO_FUNCTION else 4.0 * ROUNDING * when
+            if h[KIND + k] == 2 or abs(t[GUESS + k] - when) <= 4.0 * ROUNDING * when:
                 loaded(p, k, b, w)
-                found, x, unsure = sought(p, f, when, t[GROWN + k], w)
+                found, x, unsure = sought(p, f, when + near, t[GROWN + k], w)
             else:
                 found, x, unsure = t[GUESS + k] < when, t[GUESS + k], False
-            if found:
-                close = h[WHICH + k] != NO_FUNCTION and when - x <= near
-                h[WHICH + k], t[WHEN + k], h[DOUBTFUL + k] = f, x, 1 if unsure or close else 0
-            elif unsure:
+            if found and h[WHICH + k] != NO_FUNCTION and abs(x - when) <= near:
+                h[DOUBTFUL + k] = AT_ONCE
+            elif found:
+                h[WHICH + k], t[WHEN + k], h[DOUBTFUL + k] = f, x, 1 if unsure else 0
+            elif unsure and h[DOUBTFUL + k] == 0:
                 h[DOUBTFUL + k] = 1
 
 

@@ -124,16 +124,21 @@ def sought(p, f, when, grown, w):
 def next_event(p, mode, grown, w):
     """The first function of a mode that is zero within a longest step: (which, -1 for none, when, whether doubtful).
 
-    `grown` is what rounding at the start of the flight has grown to, in units of rounding.
+    Of a second one at the same time, within rounding, `w.both` takes note. `grown` is what rounding at the start of the flight
+    has grown to, in units of rounding.
     """
     which, when, doubtful = NO_FUNCTION, 1.0, False
+    w.both[0] = NO_FUNCTION
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        found, x, unsure = sought(p, f, when, grown, w)
-        if found:
-            close = which != NO_FUNCTION and when - x <= 4.0 * ROUNDING * when
-            which, when, doubtful = f, x, unsure or close
-        else:
+        near = 0.0 if which == NO_FUNCTION else 4.0 * ROUNDING * when
+        found, x, unsure = sought(p, f, when + near, grown, w)
+        if not found:
             doubtful = doubtful or unsure
+        elif which != NO_FUNCTION and abs(x - when) <= near:
+            w.both[0], w.both[1], which = which, f, f if x < when else which
+            when, doubtful = min(x, when), doubtful or unsure
+        else:
+            w.both[0], which, when, doubtful = NO_FUNCTION, f, x, unsure
     return which, when, doubtful
 
 

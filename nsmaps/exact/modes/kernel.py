@@ -18,6 +18,7 @@ from nsmaps.exact.modes.definition import Definition
 from nsmaps.exact.modes.lanes import block_of, motions
 from nsmaps.exact.modes.memory import Memory, Moved, Record, memory, record
 from nsmaps.exact.modes.reading import definition_of
+from nsmaps.exact.modes.reasons import reasons_of
 from nsmaps.exact.modes.tables import Tables, moved_of, tables_of
 from nsmaps.exact.modes.tracks import mode_track
 from nsmaps.exact.modes.wide import FEW, returns
@@ -77,6 +78,10 @@ class ModeKernel:
     def track(self, start: Floats, n: int, samples: int) -> ModeTrack:
         """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""
         return mode_track(self.definition, self.table, as_states(start[None], self.coordinates)[0], n, samples)
+
+    def reasons(self, start: Floats) -> tuple[str, ...]:
+        """As `HybridSystem.reasons`."""
+        return reasons_of(self.definition, self.table, start)
 
     def _batch(self, start: Floats, directions: int, moved: Moved | None = None, margins: bool = False) -> Record:
         """First returns of a batch, shape (N, n), on all cores."""

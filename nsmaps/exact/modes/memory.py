@@ -35,6 +35,9 @@ class Memory(NamedTuple):
     field: Any  #: shape (N,)
     on: Any  #: shape (S,), how many of the first terms of each function are zero at the start of the flight
     other: Any  #: shape (N,)
+    one: Any  #: the same, after two events in one order
+    two: Any  #: and in the other
+    both: Any  #: shape (2,), functions that are zero at once, -1 for none
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
     curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.resets`
@@ -91,6 +94,9 @@ def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = 
         field=np.zeros(width),
         on=np.zeros(functions, np.int64),
         other=np.zeros(width),
+        one=np.zeros(width),
+        two=np.zeros(width),
+        both=np.full(2, -1),
         new=np.zeros(n),
         slopes=np.zeros((n, directions)),
         curved=np.zeros((n, 2 + n + len(p.parameters))),

@@ -25,6 +25,7 @@ def begin(p, row, before, w):
 def follow(p, mode, phi, before, w):
     """To the next event: (its transition, -1 for none; the mode that follows; time of the flight; phase; whether doubtful)."""
     which, flight, phi, _, doubtful = fly(p, mode, phi, w)
+    doubtful = doubtful or w.both[0] != NO_FUNCTION
     for i in range(len(before)):
         before[i] = w.z[i]
     if which == NO_FUNCTION or not bounded(w):

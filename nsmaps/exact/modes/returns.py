@@ -4,11 +4,12 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import INVALID, LOST, RESTS, RETURNED, STUCK, UNDECIDED, spell
+from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, RETURNED, SIMULTANEOUS, STUCK, UNDECIDED, spell
 from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.resting import entered, in_a_row, marked
 from nsmaps.exact.modes.section import picked, starting
 from nsmaps.exact.modes.taylor import features
+from nsmaps.exact.modes.together import due, order_matters
 
 MOST_EVENTS = 100_000  # of one return
 GOES_ON = -1  # in place of an outcome
@@ -70,8 +71,28 @@ def bounded(w):
     return total < math.inf
 
 
-@inlined
+@inner
 def met(p, mode, which, phi, code, power, image, tangent, w):
+    """Take the state through an event, and through a second one that is met at once, if their order does not matter.
+
+    As `happens`.
+    """
+    one, two = w.both[0], w.both[1]
+    if one != NO_FUNCTION and order_matters(p, one, two, phi, w):
+        return SIMULTANEOUS, mode, code, power, True, which
+    outcome, mode, code, power, doubtful, k = happens(p, mode, which, phi, code, power, image, tangent, w)
+    second = due(p, two if which == one else one, mode, w.z, True, w) if one != NO_FUNCTION and outcome == GOES_ON else -1
+    if second >= 0:
+        outcome, mode, code, power, unsure, k = happens(p, mode, second, phi, code, power, image, tangent, w)
+        doubtful = doubtful or unsure
+        first = due(p, which, mode, w.z, False, w) if outcome == GOES_ON else -1
+        if first >= 0:
+            w.on[first] = max(w.on[first], 1)
+    return outcome, mode, code, power, doubtful, k
+
+
+@inlined
+def happens(p, mode, which, phi, code, power, image, tangent, w):
     """Take the state through an event.
 
     (outcome, or GOES_ON; mode that follows; word; place of its next letter; whether doubtful; transition).
@@ -107,7 +128,7 @@ def settled(outcome, code, time, turns, doubtful):
     """A return that has ended, in the form of `first_return`."""
     if outcome in (RETURNED, STUCK):
         return UNDECIDED if doubtful else outcome, code, time, turns
-    return outcome, code, time if outcome == LOST else math.nan, 0
+    return outcome, code, time if outcome in (LOST, SIMULTANEOUS) else math.nan, 0
 
 
 @inner
@@ -124,7 +145,7 @@ def onward(p, mode, phi, code, power, image, tangent, w):
         doubtful = doubtful or unsure
         if outcome != GOES_ON:
             return settled(outcome, code, time, turns, doubtful)
-    return UNDECIDED, code, math.nan, 0
+    return ENDLESS, code, math.nan, 0
 
 
 @inner

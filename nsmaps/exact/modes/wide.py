@@ -7,7 +7,7 @@ events are left to `first_return`.
 import math
 
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.modes.columns import moved, next_events, turned
+from nsmaps.exact.modes.columns import AT_ONCE, moved, next_events, turned
 from nsmaps.exact.modes.flight import NO_FUNCTION
 from nsmaps.exact.modes.lanes import (
     BATCH,
@@ -72,7 +72,13 @@ def goes_on(p, mode, k, image, tangent, o, b, w):
     for j in range(len(w.z)):
         w.z[j] = b.z[j, k]
         total += abs(w.z[j])
-    if numbers[STEPS] > MOST or not total < math.inf or (b.h[WHICH + k] == NO_FUNCTION and scalars[FLIGHT] >= p.horizon):
+    w.both[0] = NO_FUNCTION
+    if (
+        b.h[DOUBTFUL + k] == AT_ONCE
+        or numbers[STEPS] > MOST
+        or not total < math.inf
+        or (b.h[WHICH + k] == NO_FUNCTION and scalars[FLIGHT] >= p.horizon)
+    ):
         return LEFT, mode
     numbers[STARTED] = -1
     if b.h[WHICH + k] != NO_FUNCTION:

@@ -1,0 +1,42 @@
+"""Why first returns of a system with modes ended, in sentences."""
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.modes.definition import Definition
+from nsmaps.exact.modes.lanes import block_of, motions
+from nsmaps.exact.modes.memory import Memory, memory, record
+from nsmaps.exact.modes.tables import Tables
+from nsmaps.exact.modes.wide import returns
+from nsmaps.exact.outcome import Outcome
+
+
+def reasons_of(definition: Definition, table: Tables, start: Floats) -> tuple[str, ...]:
+    """As `HybridSystem.reasons`, of rows of the section's coordinates."""
+    sentences = []
+    for row in start:
+        found, w = record(row[None], 1, 0), memory(table, 0)
+        returns(table, found, w, motions(table, False), block_of(table))
+        outcome = Outcome(found.outcome[0, 0])
+        meeting = outcome == Outcome.simultaneous
+        sentences.append(meeting_of(definition, table, float(found.time[0, 0]), w) if meeting else outcome.advice)
+    return tuple(sentences)
+
+
+def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
+    """Which guards are met at once, in which mode, when and where."""
+    first, second = (_guards(definition, table, f) for f in w.both.tolist())
+    mode = definition.modes[definition.transitions[table.chosen[table.choices[w.both[0]]]].mode]
+    n = len(definition.states)
+    where = ", ".join(f"{name} = {value:.10g}" for name, value in zip(definition.states, w.z[:n].tolist(), strict=True))
+    return (
+        f"The guards {first} and {second} are met at once in the mode {mode!r}, {time:.10g} after the start, at {where}; the "
+        "states that follow depend on which event is first."
+    )
+
+
+def _guards(definition: Definition, table: Tables, function: int) -> str:
+    """The guards of a function, by name."""
+    ones = table.chosen[table.choices[function] : table.choices[function + 1]]
+    names = dict.fromkeys(definition.transitions[k].name or "(a section behind)" for k in np.asarray(ones).tolist())
+    return " or ".join(map(repr, names))

@@ -1,0 +1,89 @@
+"""Two guards that are met at once: whether the order of their events matters."""
+
+from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.modes.flight import dot, velocity
+from nsmaps.exact.modes.section import picked
+from nsmaps.exact.modes.taylor import ROUNDING
+
+NOWHERE = -2  # in place of a mode: no event takes place
+AT_ONCE = 16.0 * ROUNDING  # of the terms of a function that is zero
+
+
+@inlined
+def just_after(p, k, phi, z, after, w):
+    """Write the features just after a transition."""
+    for j in range(len(z)):
+        after[j] = z[j]
+    if not p.moves[k]:
+        return
+    n = p.first.shape[1] - 1
+    for i in range(n):
+        after[i] = dot(p.resets[k, i], z)[0]
+    if p.laws[k] != 0:
+        reset_by(p.laws[k], phi, z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
+        for i in range(n):
+            after[i] = w.curved[i, 0] if p.curved[k, i] else after[i]
+
+
+@inlined
+def same_function(p, function, mode):
+    """The function that is watched in a mode and is the same as one of another mode, -1 for none."""
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        same = True
+        for j in range(p.functions.shape[1]):
+            same = same and p.functions[f, j] == p.functions[function, j]
+        if same:
+            return f
+    return -1
+
+
+@inlined
+def due(p, function, mode, z, falling, w):
+    """The function in a mode that is the same as one of another mode, if it is zero and falls, or else rises; -1 for none."""
+    f = same_function(p, function, mode) if mode >= 0 else -1
+    if f < 0:
+        return -1
+    value, size = dot(p.functions[f], z)
+    velocity(p, mode, z, w.field)
+    rate, _ = dot(p.functions[f], w.field)
+    return f if abs(value) <= AT_ONCE * (size + abs(rate)) and (rate < 0.0) == falling else -1
+
+
+@inner
+def in_order(p, first, second, phi, after, w):
+    """Write the features after the event of one function and, if it is then due, that of another; the mode that follows."""
+    k, _ = picked(p, first, w.z)
+    if k < 0:
+        return NOWHERE
+    just_after(p, k, phi, w.z, after, w)
+    mode = p.target[k]
+    f = due(p, second, mode, after, True, w)
+    k = picked(p, f, after)[0] if f >= 0 else -1
+    if k < 0:
+        return mode
+    for j in range(len(after)):
+        w.other[j] = after[j]
+    just_after(p, k, phi, w.other, after, w)
+    return p.target[k]
+
+
+@inlined
+def ends_return(p, function, other, w):
+    """Whether the event of one function is that of the section, and that of the other would change the image."""
+    k, m = picked(p, function, w.z)[0], picked(p, other, w.z)[0]
+    return k >= 0 and m >= 0 and p.is_section[k] and not p.is_section[m] and (p.moves[m] or p.target[m] != p.mode[m])
+
+
+@inner
+def order_matters(p, one, two, phi, w):
+    """Whether two functions that are zero at once lead to different states or modes, by which event is first."""
+    if ends_return(p, one, two, w) or ends_return(p, two, one, w):
+        return True
+    if in_order(p, one, two, phi, w.one, w) != in_order(p, two, one, phi, w.two, w):
+        return True
+    for i in range(p.first.shape[1] - 1):
+        size = abs(w.z[i]) + abs(w.one[i]) + abs(w.two[i])
+        if abs(w.one[i] - w.two[i]) > AT_ONCE * size:
+            return True
+    return False
