@@ -5,13 +5,11 @@ import os
 import re
 import subprocess
 import sys
-from inspect import signature
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from nsmaps.study import sections
 from nsmaps.study.sections import SECTIONS
 
 FASTEST = '''
@@ -136,24 +134,3 @@ def test_every_section_says_what_it_computes_and_what_that_needs() -> None:
     unknown = [section.key for section in computing if section.size is None]
     assert unknown == ["partition", "second_iterate"], "nobody knows beforehand how many pieces, and terms, there will be"
     assert len({section.key for section in SECTIONS}) == len(SECTIONS)
-
-
-#: the number of arguments of each function of a section
-ARGUMENTS = {"needs": 1, "check": 2, "bind": 2, "calls": 1, "compute": 3, "describe": 2, "size": 3, "stands_for": 1, "again": 1}
-ARGUMENTS |= dict.fromkeys(("numbers", "verdicts", "tables"), 1)
-
-
-@pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.key)
-def test_functions_of_a_section_take_what_it_calls_them_with(section) -> None:
-    """They are found by their names, so a type checker does not compare them with the fields."""
-    for name, count in ARGUMENTS.items():
-        if (function := getattr(section, name)) is not None and function.__name__ != "_none":
-            assert len(signature(function).parameters) == count, name
-
-
-@pytest.mark.parametrize("file", sorted(Path(sections.__file__).parent.glob("*.py")), ids=lambda file: file.stem)
-def test_no_private_function_of_a_section_is_left_out(file: Path) -> None:
-    """One whose name is misspelt would not be found."""
-    text = file.read_text()
-    private = re.findall(r"^def _(\w+)\(", text, re.MULTILINE)
-    assert [name for name in private if name not in ARGUMENTS and len(re.findall(rf"\b_{name}\b", text)) < 2] == []

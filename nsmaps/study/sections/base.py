@@ -1,7 +1,7 @@
 """The definition of a section of a study: all of its functions in one record."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from nsmaps.study.estimates import Size
@@ -97,15 +97,3 @@ class Section(Generic[S]):
     def name(self) -> str:
         """The name of its step."""
         return self.step or self.key
-
-
-def section_of(own: Mapping[str, Any], **about: Any) -> Section[Any]:
-    """The section of a module: the fields of a `Section` that are given, its `Stored`, and its functions by their names.
-
-    A function of a section has the name of its field after an underscore, such as `_compute`, and the arguments stated there.
-
-    Args:
-        own: the names of the module, `globals()`.
-    """
-    functions = {field.name: own[f"_{field.name}"] for field in fields(Section) if f"_{field.name}" in own}
-    return Section(**{"stored": own.get("Stored", Nothing)} | functions | about)

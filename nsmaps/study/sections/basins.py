@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.reading.values import SPEC, Side
-from nsmaps.study.sections.base import Need, Table, section_of
+from nsmaps.study.sections.base import Need, Section, Table
 from nsmaps.study.texts import grid_text, plain, returns_text
 
 if TYPE_CHECKING:
@@ -122,9 +122,16 @@ def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
 
 
-BASINS = section_of(
-    globals(),
+BASINS = Section[BasinsSection](
     key="basins",
     type=BasinsSection | None,
+    stored=Stored,
     holds={"dynamics.attractors.basins": ("Basins", "Boundary")},
+    needs=_needs,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    tables=_tables,
 )

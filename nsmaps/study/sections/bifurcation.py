@@ -13,7 +13,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.reading.values import Range
-from nsmaps.study.sections.base import Need, Table, Verdict, section_of
+from nsmaps.study.sections.base import Need, Section, Table, Verdict
 from nsmaps.study.sections.composite import pieces_size, refit
 from nsmaps.study.sections.motions import NONE, attractors, digits, motions, widest
 from nsmaps.study.sections.surfaces import grid_size
@@ -173,9 +173,18 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     yield Table("Motions", ("map", "motion", f"{section.parameter} from", "to", "values"), tuple(listed), tuple(notes))
 
 
-BIFURCATION = section_of(
-    globals(),
+BIFURCATION = Section[BifurcationSection](
     key="bifurcation",
     type=BifurcationSection | None,
+    stored=Stored,
     holds={"dynamics.diagrams.bifurcation": ("Bifurcation",)},
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
 )

@@ -16,7 +16,7 @@ from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, in_order
-from nsmaps.study.sections.base import Table, Verdict, section_of
+from nsmaps.study.sections.base import Section, Table, Verdict
 from nsmaps.study.texts import EXACT, yes
 
 if TYPE_CHECKING:
@@ -235,10 +235,18 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     yield Table("Events on branches", ("branch", "motion", "event", "parameter", "precision", ""), tuple(rows))
 
 
-BRANCHES = section_of(
-    globals(),
+BRANCHES = Section[Branches](
     key="branches",
     type=Branches,
     default=(),
+    stored=Stored,
     holds={"dynamics.continuation.events": ("Event",), "dynamics.continuation.branch": ("Branch",)},
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
 )

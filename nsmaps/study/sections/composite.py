@@ -19,7 +19,7 @@ from nsmaps.study.diagnostics import pieces_of_others
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name, one_of
-from nsmaps.study.sections.base import Need, Verdict, claimed, section_of
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.diagonal import near_diagonals
 from nsmaps.study.sections.fits import FitSection, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.surfaces import bind_family
@@ -251,11 +251,19 @@ def _covered(result: "StudyResult", cover: "Coverage") -> str:
     return f"{text}; {why}" if why else text
 
 
-COMPOSITE = section_of(
-    globals(),
+COMPOSITE = Section[Pieces](
     key="composite",
     type=Pieces,
     default=(),
+    stored=Stored,
     claims={"covered": ("composite", "grid")},
+    needs=_needs,
+    check=_check,
+    bind=_bind,
     calls=lambda spec: ("composite",),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
 )

@@ -15,7 +15,7 @@ from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
-from nsmaps.study.sections.base import Need, section_of
+from nsmaps.study.sections.base import Need, Section
 from nsmaps.study.sections.fits import FitSection, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.surfaces import surfaces_size
 
@@ -152,9 +152,16 @@ def _orders(result: "StudyResult") -> list[dict[str, Any]]:
     return [{"delta": delta, "name": name} | report_numbers(report) for delta, name, report in fits if report]
 
 
-DIAGONAL = section_of(
-    globals(),
+DIAGONAL = Section[DiagonalSection](
     key="diagonal",
     type=DiagonalSection | None,
+    stored=Stored,
     holds={"reduced.fit.filter_errors": ("NearDiagonals",), "reduced.fit.filter": ("DiagonalRegion",)},
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
 )

@@ -16,7 +16,7 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.diagnostics import elsewhere, on_domain
 from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
-from nsmaps.study.sections.base import Need, Verdict, claimed, section_of
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.diagonal import near_diagonals
 from nsmaps.study.sections.partition import attracting_of, is_of_partition
 from nsmaps.study.texts import finite, intervals
@@ -196,16 +196,24 @@ def _settled(domain: "AttractingDomain") -> str:
     return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
 
 
-DOMAINS = section_of(
-    globals(),
+DOMAINS = Section[Domains](
     key="domains",
     type=Domains,
     default=(),
+    stored=Stored,
     holds={
         "auxiliary.attracting_domain": ("AttractingDomain",),
         "auxiliary.envelope": ("Envelope",),
         "auxiliary.worst_case_limits": ("TwoCycle",),
         "auxiliary.worst_case": ("Update",),
     },
+    needs=_needs,
+    check=_check,
+    bind=_bind,
     calls=lambda spec: ("boxes",) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in spec) else (),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
 )

@@ -10,7 +10,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Need, Table, section_of
+from nsmaps.study.sections.base import Need, Section, Table
 from nsmaps.study.texts import finite
 
 if TYPE_CHECKING:
@@ -93,11 +93,18 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
         yield Table("", (), (), (result.cycles.coverage,))
 
 
-EXIT_TIMES = section_of(
-    globals(),
+EXIT_TIMES = Section[ExitTimesSection](
     key="exit_times",
     was="transient",
     type=ExitTimesSection | None,
+    stored=Stored,
     holds={"cells.periodic_points": ("CycleSearch",), "cells.exit_times": ("ExitTimes",)},
+    needs=_needs,
+    bind=_bind,
     calls=lambda spec: ("boxes",),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    tables=_tables,
 )

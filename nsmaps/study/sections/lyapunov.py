@@ -13,7 +13,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
 from nsmaps.study.reading.values import Range
-from nsmaps.study.sections.base import Table, Verdict, section_of
+from nsmaps.study.sections.base import Section, Table, Verdict
 from nsmaps.study.sections.bifurcation import missing_values
 from nsmaps.study.sections.motions import Row
 from nsmaps.study.texts import EXACT, each_text, plain, returns_text
@@ -129,9 +129,16 @@ def _range(values: Floats) -> str:
     return ends[0] if ends[0] == ends[1] else " to ".join(ends)
 
 
-LYAPUNOV = section_of(
-    globals(),
+LYAPUNOV = Section[LyapunovSection](
     key="lyapunov",
     type=LyapunovSection | None,
+    stored=Stored,
     holds={"dynamics.lyapunov": ("Lyapunov", "LyapunovSweep")},
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
 )

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Verdict, claimed, section_of
+from nsmaps.study.sections.base import Section, Verdict, claimed
 from nsmaps.study.texts import intervals, yes
 
 if TYPE_CHECKING:
@@ -80,10 +80,16 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
 
 
-MORSE = section_of(
-    globals(),
+MORSE = Section[MorseSection](
     key="morse",
     type=MorseSection | None,
+    stored=Stored,
     holds={"cells.morse_sets": ("Level", "MorseCover", "Trap")},
+    bind=_bind,
     calls=lambda spec: ("boxes",),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
 )

@@ -13,7 +13,7 @@ from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, NOISY, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, Range
-from nsmaps.study.sections.base import section_of
+from nsmaps.study.sections.base import Section
 from nsmaps.study.texts import each_text, plain, returns_text
 
 if TYPE_CHECKING:
@@ -155,15 +155,20 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     return {"noise": rows}
 
 
-NOISE = section_of(
-    globals(),
+NOISE = Section[NoiseSection](
     key="noise",
     type=NoiseSection | None,
+    stored=Stored,
     holds={
         "dynamics.diagrams.impacts": ("ImpactDiagram",),
         "dynamics.noise.orbits": ("Noise",),
         "dynamics.noise.residence": ("Residence",),
         "study.sections.noise": ("NoiseResult",),
     },
+    bind=_bind,
     calls=lambda spec: ("noise",),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
 )

@@ -14,7 +14,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.diagnostics import beyond, grid_ends, no_image
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC
-from nsmaps.study.sections.base import Verdict, section_of
+from nsmaps.study.sections.base import Section, Verdict
 from nsmaps.study.texts import EXACT, finite, point
 
 if TYPE_CHECKING:
@@ -206,15 +206,21 @@ def _scale(result: "StudyResult", pair: OrbitPair) -> Floats:
     return np.where(np.isnan(sides), extents(pair.exact.states, result.system.coordinates), sides)
 
 
-ORBITS = section_of(
-    globals(),
+ORBITS = Section[Orbits](
     key="orbits",
     type=Orbits,
     default=(),
+    stored=Stored,
     holds={
         "exact.events": ("Events", "ModeTrack"),
         "exact.trajectory": ("Track",),
         "reduced.validation.words": ("Misleads",),
         "study.sections.orbits": ("OrbitPair",),
     },
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
 )

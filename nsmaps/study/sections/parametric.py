@@ -11,7 +11,7 @@ from nsmaps.reduced.composite.parametric import ParametricMap, chebyshev_nodes, 
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import Size
 from nsmaps.study.reading.values import SPEC, in_order
-from nsmaps.study.sections.base import Need, Verdict, claimed, section_of
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.composite import pieces_size, refits
 from nsmaps.study.sections.surfaces import grid_size
 from nsmaps.study.texts import finite, yes
@@ -103,9 +103,16 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     yield claimed(section, "follows", "parametric: follows", "parametric map", report.follows, text)
 
 
-PARAMETRIC = section_of(
-    globals(),
+PARAMETRIC = Section[ParametricSection](
     key="parametric",
     type=ParametricSection | None,
+    stored=Stored,
     holds={"reduced.composite.parametric": ("ParametricMap", "ParametricReport")},
+    needs=_needs,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
 )

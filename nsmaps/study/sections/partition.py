@@ -14,7 +14,7 @@ from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition
 from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.reading.values import ATTRACTING
-from nsmaps.study.sections.base import Need, Table, Verdict, claimed, section_of
+from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
 from nsmaps.study.sections.composite import MAP, judged
 from nsmaps.study.texts import finite, yes
 
@@ -149,10 +149,10 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     yield Table("Partition", ("region", "role", "word", "share", "order", "terms", error, ""), tuple(rows))
 
 
-PARTITION = section_of(
-    globals(),
+PARTITION = Section[Partition](
     key="partition",
     type=Partition | None,
+    stored=Stored,
     holds={
         "reduced.adaptive.accurate": ("AccurateResult",),
         "reduced.adaptive.validate": ("HeldOut",),
@@ -163,6 +163,14 @@ PARTITION = section_of(
         "reduced.adaptive.kernel": ("Tables",),
         "reduced.adaptive.surrogate": ("StripReport", "Strips"),
     },
+    stands_for=_stands_for,
     claims={"tolerance": ("partition",)},
+    needs=_needs,
+    check=_check,
     calls=lambda spec: ("composite",),
+    compute=_compute,
+    describe=_describe,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
 )

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study.reading.values import ATTRACTING, SPEC
-from nsmaps.study.sections.base import Need, section_of
+from nsmaps.study.sections.base import Need, Section
 from nsmaps.study.sections.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
@@ -74,9 +74,14 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     return {"second_iterate": {"expr": str(iterate.expr), "alpha": [float(value) for value in iterate.alpha]}}
 
 
-SECOND_ITERATE = section_of(
-    globals(),
+SECOND_ITERATE = Section[SecondIterateSection](
     key="second_iterate",
     type=SecondIterateSection | None,
     stored=Again,
+    again=_again,
+    needs=_needs,
+    check=_check,
+    compute=_compute,
+    describe=_describe,
+    numbers=_numbers,
 )

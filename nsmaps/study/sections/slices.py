@@ -11,7 +11,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size, states
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC, Span
-from nsmaps.study.sections.base import section_of
+from nsmaps.study.sections.base import Section
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.slice import Slice
@@ -68,10 +68,14 @@ def _size(spec: Slices, study: "Study", system: "ImpactSystem") -> Size:
     return Size(RETURN * points, COPIES * STATE * points)
 
 
-SLICES = section_of(
-    globals(),
+SLICES = Section[Slices](
     key="slices",
     type=Slices,
     default=(),
+    stored=Stored,
     holds={"exact.surfaces.slice": ("Slice",)},
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
 )

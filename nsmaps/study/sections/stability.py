@@ -14,7 +14,7 @@ from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
 from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Verdict, section_of
+from nsmaps.study.sections.base import Section, Verdict
 from nsmaps.study.sections.bifurcation import missing
 from nsmaps.study.sections.branches import Located, Way, cycle_of
 from nsmaps.study.texts import EXACT, plain, returns_text
@@ -144,9 +144,16 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         yield missing("stability", EXACT, none, f"{diagram.outcome.size} points", why)
 
 
-STABILITY = section_of(
-    globals(),
+STABILITY = Section[StabilitySection](
     key="stability",
     type=StabilitySection | None,
+    stored=Stored,
     holds={"dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram")},
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
 )

@@ -12,7 +12,7 @@ from nsmaps.exact.surfaces.surface import Grid, surfaces_among
 from nsmaps.exact.words import LONGER, encode
 from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
 from nsmaps.study.reading.values import Name, Side
-from nsmaps.study.sections.base import Need, Section, section_of
+from nsmaps.study.sections.base import Need, Section
 from nsmaps.study.texts import grid_text
 
 if TYPE_CHECKING:
@@ -98,16 +98,20 @@ def _families(families: Families, binding: "Binding") -> dict[str, WordFamily]:
     return {name: bind_family(name, words, binding) for name, words in families.items()}
 
 
-def _needs_grid(families: Families) -> Iterator[Need]:
+def _needs(families: Families) -> Iterator[Need]:
     yield ("families",), "'families'", "grid"
 
 
-GRID = section_of(
-    globals(),
+GRID = Section[Spans](
     key="grid",
     type=Spans | None,
     step="surfaces",
+    stored=Stored,
     holds={"exact.surfaces.surface": ("Axis", "Grid", "Surface")},
     bind=_grid,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
 )
-FAMILIES = Section[Families](key="families", type=Families, default={}, needs=_needs_grid, bind=_families)
+FAMILIES = Section[Families](key="families", type=Families, default={}, needs=_needs, bind=_families)
