@@ -52,7 +52,7 @@ def check_system(
 
     Of a system with modes errors are a wrong period; states none of which returns; a parameter on which no return depends;
     derivatives that are not those of differences; returns that an integrator with the formulas of modes, guards and resets does
-    not reach (but of modes that are derived, as sliding). Warnings are missing descriptions and events that never take place.
+    not reach, through sliding and lasting contact too. Warnings are missing descriptions and events that never take place.
 
     Args:
         system: with parameters at which the base wall, or the section, is reached.

@@ -4,9 +4,12 @@ import warnings
 
 import numpy as np
 import pytest
+import sympy as sp
 from hybrid import SYSTEMS, numbers, reference, system
+from nsmaps_recoil_pair import RecoilPair
 from nsmaps_soft_impact import SoftImpact
 
+from nsmaps import HybridSystem, Section, Sliding
 from nsmaps.errors import CheckError
 from nsmaps.testing import check_system
 
@@ -63,3 +66,71 @@ def test_a_flow_that_is_not_that_of_the_formulas_is_found(monkeypatch):
     monkeypatch.setattr(hybrid, "Formulas", formulas)
     with pytest.raises(CheckError, match="is not that of its formulas"):
         check_system(SoftImpact(**SOFT), states=STARTS)
+
+
+class Friction(HybridSystem):
+    """Mass on a belt of speed 1/5 whose friction is a surface of sliding, where sticking ends."""
+
+    mu: float
+
+    states = ("x", "u")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
+        return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
+
+    def guards(self, t, y):
+        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5))}
+
+    def section(self, t, y):
+        return Section(("slower to stick", "faster to stick"), ("x", "phi"))
+
+
+PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
+
+
+class FromTop(RecoilPair):
+    """The pair from impacts at the top, between which it may rest at the base."""
+
+    def section(self, t, y):
+        return Section("T", ("v", "X", "V", "phi"))
+
+
+def derived(name):
+    """A system with a derived mode, and states whose returns lead through it."""
+    rng = np.random.default_rng(4)
+    phases = rng.uniform(0, 6.28, 60)
+    if name == "sliding":
+        return Friction(mu=0.5), np.column_stack([rng.uniform(-0.1, 0.1, 60), phases]), "mu"
+    starts = np.column_stack([np.full(60, 1e-14), rng.uniform(-0.2, 0.2, 60), rng.uniform(-0.6, 0.6, 60), phases])
+    if name == "contact":
+        starts[30:, 0] = rng.uniform(0.5, 1, 30)
+        return RecoilPair(**PAIR, contact=True), starts, "eta"
+    starts[:, 0] = rng.uniform(-0.4, -0.05, 60)
+    return FromTop(**{**PAIR, "r": 0.1}, contact=True), starts, "eta"
+
+
+@pytest.mark.parametrize("name", ["sliding", "contact", "contact on the way"])
+@pytest.mark.filterwarnings("ignore:.*has no description", "ignore:no event")
+def test_derived_modes_are_integrated(name, monkeypatch):
+    """Sliding and contact by their own formulas: right ones pass, those of another parameter are found."""
+    from nsmaps.testing import hybrid
+
+    chosen, states, parameter = derived(name)
+    returns = chosen.first_return(states)
+    states, returns = states[returns.valid], returns.select(returns.valid)
+    if name != "sliding":
+        rests = np.char.find(returns.words, "~") > 0
+        assert rests.sum() >= 3
+        states = np.concatenate([states[rests][:6], states[~rests][-6:]])
+    check_system(chosen, states=states)
+
+    def formulas(system, made=hybrid.Formulas):
+        return made(system.at(**{parameter: getattr(system, parameter) * 1.05}))
+
+    monkeypatch.setattr(hybrid, "Formulas", formulas)
+    with pytest.raises(CheckError, match="is not that of its formulas"):
+        check_system(chosen, states=states)
