@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.exports.document import KINDS, kind_of
 from nsmaps.exports.exportables import held_by, is_finished
 from nsmaps.exports.headers import of_study
 from nsmaps.exports.languages import LANGUAGES
+from nsmaps.exports.modes import mode_files
 from nsmaps.exports.program import Exportable, identifiers
 from nsmaps.exports.system import system_files
 from nsmaps.symbolic.map_iterates import iterate
@@ -19,7 +21,7 @@ from nsmaps.symbolic.map_iterates import iterate
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, ImpactSystem, the result of a study"
+ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, ImpactSystem, HybridSystem, the result of a study"
 
 
 def export(
@@ -32,7 +34,7 @@ def export(
 
     Args:
         result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap or StudyResult; for latex also an
-            ImpactSystem.
+            ImpactSystem or a HybridSystem.
         format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too) or "json".
         path: a folder to write the files into, which is made if it is not there.
         name: of the file and of the function in it, in letters, digits and _; else by its kind, such as closed_map. The files
@@ -58,7 +60,7 @@ def export(
     """
     files = _files(result, format, name)
     _write(files, path)
-    several = len(files) > 1 or not isinstance(result, Exportable | ImpactSystem)
+    several = len(files) > 1 or not isinstance(result, Exportable | ImpactSystem | HybridSystem)
     return files if several else next(iter(files.values()))
 
 
@@ -97,17 +99,17 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
     if name is not None and identifiers([name]) != [name]:
         near = identifiers([name])[0]
         raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
-    if isinstance(result, ImpactSystem):
+    if isinstance(result, ImpactSystem | HybridSystem):
         if format != "latex":
             raise NsmapsError(f"an exact system as {format!r}: its map is implicit; expected: 'latex'")
-        return system_files(result, name)
+        return _equations(result, name)
     if isinstance(result, Exportable):
         return write(result, name or kind_of(result).replace(" ", "_"), ())
     if not is_finished(result):
         raise NsmapsError(f"a {type(result).__name__} cannot be exported; expected: {ACCEPTED}")
     if name is not None:
         raise NsmapsError(f"the name {name!r} for all that a result holds; expected: none, or one of its maps with a name")
-    files = system_files(result.system) if format == "latex" else {}
+    files = _equations(result.system) if format == "latex" else {}
     for each in held_by(result).files:
         files |= write(each.map, each.name, each.about)
     if not files:
@@ -116,3 +118,8 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
             "a second iterate (not one of strips, which ask the exact system near edges)"
         )
     return files
+
+
+def _equations(system: ImpactSystem | HybridSystem, name: str | None = None) -> dict[str, str]:
+    """The document of an exact system, by file name."""
+    return mode_files(system, name) if isinstance(system, HybridSystem) else system_files(system, name)

@@ -1,0 +1,106 @@
+"""The equations of systems with modes in LaTeX: rates of all modes, derived ones too, events, resets and section."""
+
+import re
+import shutil
+import subprocess
+
+import pytest
+import sympy as sp
+
+import nsmaps
+from nsmaps import HybridSystem, Section, Sliding
+from nsmaps.errors import NsmapsError
+
+BELT = {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25}
+PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
+
+
+class Friction(HybridSystem):
+    """Mass on a belt whose friction is a surface of sliding."""
+
+    mu: float
+
+    states = ("x", "u")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
+        return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
+
+    def guards(self, t, y):
+        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5))}
+
+    def section(self, t, y):
+        return Section(("slower to stick", "faster to stick"), ("x", "phi"))
+
+
+SYSTEMS = {
+    "belt": nsmaps.load_system("belt", **BELT),
+    "contact": nsmaps.load_system("recoil_pair", **PAIR, contact=True),
+    "friction": Friction(mu=0.5),
+    "converter": nsmaps.load_system("buck_converter", E=22.0),
+    "strobe": nsmaps.load_system("rocking_block", a=0.8, w=4.0),
+}
+
+
+def numbers_in(text, left, values):
+    """The right side of an equation for a state, evaluated: LaTeX of sums and products read back by a few substitutions."""
+    (found,) = re.findall(rf"\\dot {{{left}}} &=(.*?)\\end", text, flags=re.DOTALL)
+    plain = found.replace("\\\\\n&\\quad", " ").replace("\\left(", "(").replace("\\right)", ")")
+    plain = re.sub(r"_{(\w+)}", r"_\1", plain)
+    plain = re.sub(r"\\frac{((?:[^{}]|{[^{}]*})*)}{([^{}]*)}", r"((\1)/(\2))", plain)
+    plain = re.sub(r"\\(cos|sin){(\([^()]*\))}", r"\1\2", plain).replace("\\", "")
+    plain = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", re.sub(r"\s+", " ", plain).strip())
+    return float(sp.sympify(plain, locals={name: sp.Float(x) for name, x in values.items()}))
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_braces_and_environments_are_balanced(name):
+    text = nsmaps.export(SYSTEMS[name], "latex")
+    assert text.count("{") == text.count("}")
+    assert text.count(r"\begin{align*}") == text.count(r"\end{align*}") > 0
+    assert "_y_" not in text
+    assert "_p_" not in text
+
+
+@pytest.mark.skipif(not shutil.which("pdflatex"), reason="pdflatex is not here, so the LaTeX was not compiled")
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_documents_compile(name, tmp_path):
+    nsmaps.export(SYSTEMS[name], "latex", tmp_path, name="system")
+    subprocess.run(["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "system.tex"], cwd=tmp_path, check=True)
+
+
+def test_rates_are_read_back_from_latex():
+    """Of slip on the belt as in its equation, and of contact as of one body of both masses."""
+    values = {**BELT, "t": 0.7, "x": 0.4, "u": -0.2}
+    text = nsmaps.export(SYSTEMS["belt"], "latex")
+    parts = dict(re.findall(r"Mode (\w+):(.*?)(?=Mode |An event)", text, flags=re.DOTALL))
+    assert set(parts) == {"slower", "faster", "stick"}
+    force = 0.25 * sp.cos(0.9 * 0.7) - 2 * 0.02 * -0.2 - 0.4
+    assert numbers_in(parts["slower"], "u", values) == pytest.approx(float(force) + 0.4, rel=1e-12)
+    assert numbers_in(parts["faster"], "u", values) == pytest.approx(float(force) - 0.4, rel=1e-12)
+    assert numbers_in(parts["stick"], "x", values) == 0.3
+    assert numbers_in(parts["stick"], "u", values) == 0
+    values = {**PAIR, "t": 0.7, "x": 0.175, "v": 0.0, "X": 0.2, "V": -0.5}
+    (base,) = re.findall(r"Mode base:(.*?)Mode top", nsmaps.export(SYSTEMS["contact"], "latex"), flags=re.DOTALL)
+    together = (float(sp.cos(sp.pi * 0.7)) - 0.04 * 0.2 + 0.2 * 0.5 - 0.1 * 0.2113) / 1.1
+    assert numbers_in(base, "V", values) == pytest.approx(together, rel=1e-12)
+
+
+def test_derived_modes_events_and_section_are_stated():
+    text = nsmaps.export(SYSTEMS["contact"], "latex")
+    assert re.findall(r"Mode (\w+):", text) == ["flight", "base", "top"]
+    assert "impacts that accumulate lead to the mode base" in text
+    assert r"v^+ &= - r v" in text
+    assert "just before it" in text
+    friction = nsmaps.export(SYSTEMS["friction"], "latex")
+    assert re.findall(r"Mode (\w+):", friction) == ["slower", "faster", "stick"]
+    assert "slides along it in the mode stick" in friction
+    assert "The forcing has the period $P = 2 \\pi$." in friction
+
+
+def test_other_languages_and_results():
+    with pytest.raises(NsmapsError, match="an exact system as 'c': its map is implicit; expected: 'latex'"):
+        nsmaps.export(SYSTEMS["belt"], "c")
