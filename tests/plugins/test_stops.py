@@ -9,6 +9,7 @@ import pytest
 from nsmaps_duffing import DuffingStop
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_pendulum import PendulumStop
+from scipy.integrate import solve_ivp
 from taylor_flights import DIGITS, Stop, cubic, sine
 
 import nsmaps
@@ -17,6 +18,7 @@ from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.exact.walls import Wall
 from nsmaps.figures import draw
 
 pytest.importorskip("heyoka")
@@ -169,7 +171,7 @@ def test_known_numbers_of_the_pages(system, start, multiplier, events):
     parameter, bounds = ("f", (0.2, 0.7)) if isinstance(system, DuffingStop) else ("w", (0.5, 1.5))
     for direction, (kind, value) in events.items():
         branch = continue_branch(
-            lambda x: system.at(**{parameter: x}), orbit, getattr(system, parameter), bounds, direction=direction
+            lambda x: system.at(**{parameter: x}), orbit, getattr(system, parameter), bounds, direction=direction, until=(kind,)
         )
         assert [event.kind for event in branch.events][:1] == [kind]
         assert branch.events[0].parameter == pytest.approx(value, abs=1e-7)
@@ -246,3 +248,48 @@ def test_a_study_runs_to_its_end(name, tmp_path):
     again = nsmaps.read_result(tmp_path / "run")
     assert np.array_equal(again.bifurcation["exact"].states, result.bifurcation["exact"].states, equal_nan=True)
     assert not result.surfaces["BB"].returns.certified.any()
+
+
+class Corridor(PendulumStop):
+    """A pendulum between two stops."""
+
+    def walls(self):
+        return {"B": Wall(at=self.stop, side=1), "T": Wall(at=-self.stop, side=-1)}
+
+
+def by_events(system, v, phi):
+    """The first return by Runge-Kutta steps with events: the word, speed and time. Flights start just inside the wall."""
+
+    def rates(t, y):
+        return [y[1], system.f * np.cos(system.w * t) - system.c * y[1] - np.sin(y[0])]
+
+    def wall(side):
+        def gap(t, y):
+            return side * y[0] - system.stop
+
+        gap.terminal, gap.direction = True, 1
+        return gap
+
+    word, side, speed, t = "B", 1, v, phi / system.w
+    while word in "BT" or word[-1] != "B":
+        start = [side * (system.stop - 1e-13), -side * system.r * speed]
+        options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "max_step": 0.02}
+        flown = solve_ivp(rates, (t, t + 100), start, events=[wall(1), wall(-1)], **options)
+        side = 1 if len(flown.t_events[0]) else -1
+        word, t, speed = word + ("B" if side == 1 else "T"), flown.t[-1], abs(flown.y[1, -1])
+    return word, speed, t - phi / system.w
+
+
+def test_words_between_two_stops_are_those_of_an_integrator_with_events():
+    system = Corridor(c=0.1, f=1.5, w=1.3, stop=0.6, r=0.8)
+    rng = np.random.default_rng(6)
+    states = np.column_stack([rng.uniform(0.1, 1.5, 60), rng.uniform(0, 6.28, 60)])
+    returns = system.first_return(states, margin=True)
+    clear = returns.valid & (returns.margin.clearance > 1e-3) & (returns.margin.slowest > 1e-2)
+    assert clear.sum() > 40
+    assert {"BB", "BTB", "BTTB"} <= set(returns.words[clear])
+    for k in np.flatnonzero(clear):
+        word, speed, time = by_events(system, *states[k])
+        assert word == returns.words[k]
+        assert speed == pytest.approx(returns.image[k, 0], abs=1e-8)
+        assert time == pytest.approx(returns.time[k], abs=1e-8)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -200,15 +200,21 @@ class Formulas:
 
     def along(self, names: tuple[str, ...]) -> "Formulas":
         """The derivatives of all formulas along a direction; the rates of change of the parameters follow them as parameters."""
-        ways = tuple(sp.Symbol(f"_way_{name}", real=True) for name in names)
-        pairs = list(zip(self.symbols, ways, strict=True))
+        return _along(self, names)
 
-        def moved(expr: sp.Expr) -> sp.Expr:
-            return sp.Add(*(way * sp.diff(expr, symbol) for symbol, way in pairs))
 
-        symbols = self.symbols + ways
-        displacement = Expansion(moved(self.displacement.formula), symbols)
-        return Formulas(symbols, displacement, [moved(x) for x in self.numbers], [moved(x) for x in self.laws], self.sides)
+@lru_cache(maxsize=64)
+def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
+    ways = tuple(sp.Symbol(f"_way_{name}", real=True) for name in names)
+    pairs = list(zip(formulas.symbols, ways, strict=True))
+
+    def moved(expr: sp.Expr) -> sp.Expr:
+        return sp.Add(*(way * sp.diff(expr, symbol) for symbol, way in pairs))
+
+    symbols = formulas.symbols + ways
+    displacement = Expansion(moved(formulas.displacement.formula), symbols)
+    numbers, laws = ([moved(x) for x in exprs] for exprs in (formulas.numbers, formulas.laws))
+    return Formulas(symbols, displacement, numbers, laws, formulas.sides)
 
 
 def is_linear(law: sp.Expr) -> bool:
