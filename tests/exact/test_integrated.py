@@ -178,6 +178,18 @@ def test_a_softening_spring_lets_go():
     assert returns.counts() == {"returned": 1, "escaped": 1}
 
 
+def test_flights_beyond_the_range_of_floats_leave_the_others_alone():
+    system = DuffingStop(c=0.1, a=1, b=-1, f=0.3, w=1.2, d=0.4, r=0.9)
+    states = starts(40)
+    alone = system.first_return(states)
+    mixed = system.first_return(np.insert(states, range(0, 40, 2), [1e150, 1.0], axis=0))
+    assert mixed.counts()["escaped"] == alone.counts().get("escaped", 0) + 20
+    again = system.first_return(states)
+    assert np.array_equal(again.image, alone.image, equal_nan=True)
+    ordinary = mixed.start[:, 0] < 1e150
+    assert np.array_equal(mixed.image[ordinary], alone.image, equal_nan=True)
+
+
 def test_no_impact_within_the_horizon_is_an_escape():
     class Short(DuffingStop):
         horizon = 30

@@ -48,6 +48,7 @@ class Integrator:
         Of `pars`, shape (at least P, lanes), the first rows are the integrator's.
         """
         self.pars[:] = pars[: len(self.pars)]
+        self.program.set_time(0.0)  # a flight beyond the range of floats leaves NaN behind
         self.program.step(self.nowhere, True)
 
 
