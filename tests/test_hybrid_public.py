@@ -117,7 +117,6 @@ REFUSED = {
     "compose": "requires a map of pieces; expected: CompositeMap or ParametricMap",
     "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",
     "doubled_branch": "begins at an event of another branch; expected: Event",
-    "export": "cannot be exported; expected: PolyMap",
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "noisy_orbits": "noise is added to the flights of one displacement; expected: ImpactSystem",

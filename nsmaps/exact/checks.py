@@ -43,13 +43,16 @@ def check_formulas(system: "ImpactSystem | HybridSystem") -> None:
     """Refuse formulas that are inconsistent for the system's parameters: nothing is compiled.
 
     Raises:
-        SystemDefinitionError: as `check_start`, or as the first return of a system with modes.
+        SystemDefinitionError: as `check_start`, or as the first return of a system with modes or given by its acceleration.
     """
+    from nsmaps.exact.flows.tables import formulas_of
     from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.modes.kernel import kernel_of
 
     if isinstance(system, HybridSystem):
         kernel_of(system)
+    elif system.flight() == "acceleration":
+        formulas_of(system)
     else:
         check_start(system)
 
