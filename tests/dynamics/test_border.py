@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import sympy as sp
+from nsmaps_soft_impact import SoftImpact
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Section
@@ -155,3 +156,27 @@ def test_saddles_of_the_pair_as_a_system_with_modes():
         (event,) = branch.of_kind("grazing")
         assert event.parameter == pytest.approx(0.3053538150428635, abs=1e-8)
         assert event.border == NONSMOOTH_FOLD
+
+
+class Strobe(SoftImpact):
+    """The soft impact oscillator at the phase zero of its forcing."""
+
+    def guards(self, t, y):
+        return {**super().guards(t, y), "strobe": Guard(("free", "contact"), -sp.sin(self.w * t))}
+
+    def section(self, t, y):
+        return Section("strobe", ("x", "v"))
+
+
+def test_a_motion_that_begins_to_touch_an_elastic_stop_persists():
+    """The free motion touches it where its amplitude a w^2/sqrt((1 - w^2)^2 + (2 xi w)^2) is e; beyond, it dips into the stop."""
+    w, xi, e = 0.79, 0.05, 1.26
+    touching = e * np.hypot(1 - w**2, 2 * xi * w) / w**2
+    free, beyond = (Strobe(xi=xi, e=e, a=a, beta=29.0, w=w) for a in (0.9 * touching, touching * (1 + 1e-4)))
+    start = nsmaps.periodic_orbit(free, nsmaps.orbit(free, [0.0, 0.9], 300).final)
+    branch = continue_branch(lambda a: free.at(a=a), start, free.a, (0.5 * touching, 1.5 * touching))
+    (event,) = branch.of_kind("grazing")
+    assert event.parameter == pytest.approx(touching, rel=1e-9)
+    assert event.border == PERSISTENCE
+    after = nsmaps.periodic_orbit(beyond, event.orbit.states)
+    assert (after.converged, after.words) == (True, ("sCFs",))
