@@ -1,0 +1,139 @@
+"""Random systems with modes against an independent march in 30 digits: matrix exponentials, and events by signs and bisection."""
+
+from types import SimpleNamespace
+
+import mpmath as mp
+import numpy as np
+import sympy as sp
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from nsmaps import Guard, HybridSystem, Outcome, Section
+
+STEP, HORIZON, BITS = 0.02, 12.0, 90  # of the march, its longest time, bisections of a step
+COUNT, MARCHED = 18, 4  # starts, in parallel where no derivative is asked for, and how many of them are marched
+CLEAR, FAST = 0.02, 0.05  # margins of returns that the march, which looks at signs alone, cannot miss
+
+
+def random_system(n, m, rng):
+    """A system of n states and m modes with rates of order one, walls x0 = 1 and x0 = -1, and its numbers."""
+    names = tuple(f"x{k}" for k in range(n))
+    rates = np.round(rng.uniform(-1, 1, (m, n, n + 2)), 3)
+    rates[:, 0, n] += np.where(np.arange(m) % 2 == 0, 0.3, -0.3)
+    jumps = np.round(rng.uniform(-0.9, 0.9, (2, n)), 3)
+    jumps[0, 0], jumps[1, 0] = 0.7, -0.7
+
+    class Random(HybridSystem):
+        """A random system."""
+
+        unit: float = 1.0
+
+        states = names
+        horizon = HORIZON / 6.283185307179586
+
+        def period(self):
+            return 2 * sp.pi
+
+        def modes(self, t, y):
+            features = [*(getattr(y, name) for name in names), self.unit, sp.cos(t)]
+            row = lambda row: sum(sp.Float(float(a)) * f for a, f in zip(row, features, strict=True))  # noqa: E731
+            return {f"m{k}": dict(zip(names, map(row, rows), strict=True)) for k, rows in enumerate(rates)}
+
+        def guards(self, t, y):
+            found = {}
+            for k in range(m):
+                for name, sign, jump in (("U", 1, jumps[0]), ("L", -1, jumps[1])):
+                    after = {x: sp.Float(float(a)) for x, a in zip(names, jump, strict=True)}
+                    found[f"{name}{k}"] = Guard(f"m{k}", 1 - sign * y.x0, to=f"m{(k + 1) % m}", reset=after)
+            return found
+
+        def section(self, t, y):
+            return Section("U0", (*names[1:], "phi"))
+
+    return Random(), SimpleNamespace(n=n, m=m, rates=rates, jumps=jumps)
+
+
+def matrix(given, mode):
+    """The rates of (states, 1, cos t, sin t) in these."""
+    n = given.n
+    full = mp.zeros(n + 3, n + 3)
+    for i in range(n):
+        for j in range(n + 2):
+            full[i, j] = mp.mpf(float(given.rates[mode, i, j]))
+    full[n + 1, n + 2], full[n + 2, n + 1] = -1, 1
+    return full
+
+
+def flown(full, z, s):
+    """exp(full s) z by its series."""
+    total = term = z
+    for k in range(1, 60):
+        term = full * term * (s / k)
+        total = total + term
+    return total
+
+
+def march(given, mode, z, steps):
+    """The word and the features of a first return, and its time, from just after the event of a start; None if there is none."""
+    t, word = mp.mpf(0), ""
+    while t < HORIZON:
+        new = steps[mode] * z
+        if abs(new[0]) < 1:
+            z, t = new, t + STEP
+            continue
+        full, low, high = matrix(given, mode), mp.mpf(0), mp.mpf(STEP)
+        for _ in range(BITS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if abs(flown(full, z, middle)[0]) < 1 else (low, middle)
+        z, t = flown(full, z, high), t + high
+        up = z[0] > 0
+        word += "U" if up else "L"
+        if up and mode == 0:
+            return word, z, t
+        z, mode = after(given, z, up), (mode + 1) % given.m
+    return None
+
+
+def after(given, z, up):
+    """The features just after an event."""
+    z = z.copy()
+    for i in range(given.n):
+        z[i] = mp.mpf(float(given.jumps[0 if up else 1, i]))
+    return z
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.integers(1, 4), st.integers(1, 3), st.integers(0, 2**32 - 1))
+def test_random_systems_return_as_a_march_in_many_digits_has_them(n, m, seed):
+    rng = np.random.default_rng(seed)
+    system, given = random_system(n, m, rng)
+    rows = np.column_stack([rng.uniform(-1, 1, (COUNT, n - 1)), rng.uniform(0, 6.28, COUNT)])
+    returns = system.first_return(rows, derivative=True)
+    near = system.itineraries(rows)
+    parallel = system.first_return(rows)
+    assert parallel.outcome.tolist() == returns.outcome.tolist()
+    assert parallel.words.tolist() == returns.words.tolist()
+    allowed = {Outcome.returned, Outcome.escaped, Outcome.undecided, Outcome.invalid, Outcome.simultaneous, Outcome.endless}
+    assert {Outcome(x) for x in returns.outcome} <= allowed
+    with mp.workdps(30):
+        steps = [mp.expm(matrix(given, mode) * mp.mpf(STEP)) for mode in range(m)]
+        short = returns.time < HORIZON - 1
+        for k in np.flatnonzero(returns.valid & short & (near.clearance > CLEAR) & (near.slowest > FAST))[:MARCHED]:
+            marched = judged(given, rows[k], steps)
+            assert marched is not None
+            word, states, phase, time = marched
+            assert str(returns.words[k])[1:] == word
+            size = 1 + np.abs(returns.derivative[k]).sum()
+            assert abs(returns.time[k] - time) < 1e-13 * size
+            assert np.abs(system.coordinates.difference(returns.image[k], [*states, phase])).max() < 1e-13 * size
+
+
+def judged(given, row, steps):
+    """Word, coordinates and time of a first return by the march."""
+    t = mp.mpf(float(row[-1]))
+    z = mp.matrix([1, *map(mp.mpf, row[:-1].tolist()), 1, mp.cos(t), mp.sin(t)])
+    found = march(given, 1 % given.m, after(given, z, True), steps)
+    if found is None:
+        return None
+    word, z, time = found
+    return word, [float(z[i]) for i in range(1, given.n)], float((t + time) % (2 * mp.pi)), float(time)
