@@ -9,7 +9,7 @@ from nsmaps_soft_impact import SoftImpact
 from scipy.integrate import solve_ivp
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, Outcome, Section
 from nsmaps.errors import SystemDefinitionError
 
 SOFT = {"xi": 0.05, "e": 0.3, "a": 0.7, "beta": 29.0}
@@ -227,3 +227,33 @@ def test_several_planes_in_one_mode():
         assert word.replace("p", "").replace("q", "") == plain
         assert "qq" not in word.replace("p", "") or "C" not in word
     assert any("pq" in word for word in with_planes.words)
+
+
+class Jerk(HybridSystem):
+    """A place whose third derivative is 1, with a section where its velocity falls through zero, or at a wall far ahead."""
+
+    wall: bool
+
+    states = ("x", "v", "a")
+    horizon = 50.0
+
+    def modes(self, t, y):
+        return {"free": {"x": y.v, "v": y.a, "a": 1}}
+
+    def guards(self, t, y):
+        return {"turn": Guard("free", y.v), "E": Guard("free", 20 - y.x)}
+
+    def section(self, t, y):
+        return Section("E", ("v", "a")) if self.wall else Section("turn", ("x", "a"))
+
+
+@pytest.mark.parametrize("wall", [False, True])
+def test_a_section_at_rest_that_is_grazed_exactly_is_undecided(wall):
+    """From v = 1/2 + d, a = -1 the velocity falls to d and rises again."""
+    gaps = np.array([0.0, 1e-17, -1e-16, 2e-16, 1e-12, -1e-12, 1e-8, -1e-8])
+    states = np.column_stack([np.zeros(8), 0.5 + gaps, -np.ones(8)])
+    found = Jerk(wall=wall).arrivals(states)
+    far = Outcome.returned if wall else Outcome.escaped
+    assert found.outcome.tolist() == [*[Outcome.undecided] * 4, far, Outcome.returned, far, Outcome.returned]
+    words = ["E", "tE", "E", "tE"] if wall else ["E", "t", "E", "t"]
+    assert found.words[4:].tolist() == words

@@ -16,7 +16,7 @@ DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point",
 HALVING = "period halving"
 GRAZING, BORDER, DOMAIN = "grazing", "border collision", "end of the valid domain"
 ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
-CONSERVED = 1e-9  #: a test within this bound is zero up to rounding, as for area where a map preserves it
+CONSERVED = 1e-9  #: a test of a share within this bound is zero up to rounding, as for area where a map preserves it
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
 
 
@@ -49,8 +49,13 @@ def _known(point: OrbitPoint) -> NDArray[np.complex128]:
     return np.where(np.abs(values) > ROUNDING * np.abs(values[0]), values, 0)
 
 
+def _share(values: NDArray[np.complex128], one: float) -> float:
+    """The product of sums with 1 or -1, each as a share of the sizes of its terms: no large multiplier hides a zero."""
+    return float(np.prod((values + one) / (1 + np.abs(values))).real)
+
+
 def _doubling(point: OrbitPoint, _: Floats) -> float:
-    return float(np.prod(1 + _known(point)).real)
+    return _share(_known(point), 1.0)
 
 
 def _fold(_: OrbitPoint, along: Floats) -> float:
@@ -58,14 +63,14 @@ def _fold(_: OrbitPoint, along: Floats) -> float:
 
 
 def _one(point: OrbitPoint, _: Floats) -> float:
-    return float(np.prod(1 - _known(point)).real)
+    return _share(-_known(point), 1.0)
 
 
 def _torus(point: OrbitPoint, _: Floats) -> float:
-    """The product of (a b - 1) over pairs of multipliers."""
+    """The product of (a b - 1), as shares, over pairs of multipliers."""
     values = _known(point)
     i, j = np.triu_indices(len(values), 1)
-    return float(np.prod(values[i] * values[j] - 1).real)
+    return _share(values[i] * values[j], -1.0)
 
 
 Test = Callable[[OrbitPoint, Floats], float]

@@ -39,7 +39,7 @@ from nsmaps.exact.modes.lanes import (
 from nsmaps.exact.modes.taylor import ORDER, ROUNDING
 from nsmaps.exact.modes.zeros import CLOSE
 
-AT_ONCE = 2  # in place of a doubt: two functions are zero at once
+AT_ONCE = 2  # in place of a doubt: two functions may be zero at once, or the doubt be before the event
 ROUNDS = 12  # of Newton's method in a block; more are rare
 
 
@@ -196,7 +196,8 @@ def next_events(p, mode, n, b, w):
             if found and h[WHICH + k] != NO_FUNCTION and abs(x - when) <= near:
                 h[DOUBTFUL + k] = AT_ONCE
             elif found:
-                h[WHICH + k], t[WHEN + k], h[DOUBTFUL + k] = f, x, 1 if unsure else 0
+                doubt = AT_ONCE if h[DOUBTFUL + k] > 0 else 1 if unsure else 0
+                h[WHICH + k], t[WHEN + k], h[DOUBTFUL + k] = f, x, doubt
             elif unsure and h[DOUBTFUL + k] == 0:
                 h[DOUBTFUL + k] = 1
 

@@ -138,7 +138,10 @@ def next_event(p, mode, grown, w):
             w.both[0], w.both[1], which = which, f, f if x < when else which
             when, doubtful = min(x, when), doubtful or unsure
         else:
+            again = doubtful
             w.both[0], which, when, doubtful = NO_FUNCTION, f, x, unsure
+            for g in range(p.watched[mode], f if again else p.watched[mode]):
+                doubtful = doubtful or sought(p, g, when, grown, w)[2]  # a doubt before this event remains
     return which, when, doubtful
 
 

@@ -126,9 +126,9 @@ def happens(p, mode, which, phi, code, power, image, tangent, w):
 @inlined
 def settled(outcome, code, time, turns, doubtful):
     """A return that has ended, in the form of `first_return`."""
-    if outcome in (RETURNED, STUCK):
-        return UNDECIDED if doubtful else outcome, code, time, turns
-    return outcome, code, time if outcome in (LOST, SIMULTANEOUS) else math.nan, 0
+    if outcome in (RETURNED, STUCK, LOST):
+        return UNDECIDED if doubtful else outcome, code, time, turns if outcome != LOST else 0
+    return outcome, code, time if outcome == SIMULTANEOUS else math.nan, 0
 
 
 @inner
@@ -140,7 +140,8 @@ def onward(p, mode, phi, code, power, image, tangent, w):
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
-            return RESTS if p.resting[mode] else LOST, marked(p, code, power, w)[0], math.nan, 0
+            ended = RESTS if p.resting[mode] else UNDECIDED if doubtful else LOST
+            return ended, marked(p, code, power, w)[0], math.nan, 0
         outcome, mode, code, power, unsure, _ = met(p, mode, which, phi, code, power, image, tangent, w)
         doubtful = doubtful or unsure
         if outcome != GOES_ON:
