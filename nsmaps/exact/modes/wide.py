@@ -1,7 +1,7 @@
 """Many first returns of a system with modes in parallel: motions wait in a queue for each mode, and advance in blocks.
 
-A block is taken through one longest step, or to its events. All decisions at an event are those of `met`, and returns of many
-events are left to `first_return`.
+A block is taken through one longest step, or to its events. All decisions at an event are those of `happens`; returns of many
+events, and of two at once, are left to `first_return`.
 """
 
 import math
@@ -31,7 +31,7 @@ from nsmaps.exact.modes.lanes import (
     WHICH,
 )  # fmt: skip
 from nsmaps.exact.modes.resting import entered
-from nsmaps.exact.modes.returns import GOES_ON, alone, cleared, met, put, settled
+from nsmaps.exact.modes.returns import GOES_ON, alone, cleared, happens, put, settled
 from nsmaps.exact.modes.section import starting
 
 FEW = 16  # fewer returns than this are not computed in blocks
@@ -72,7 +72,6 @@ def goes_on(p, mode, k, image, tangent, o, b, w):
     for j in range(len(w.z)):
         w.z[j] = b.z[j, k]
         total += abs(w.z[j])
-    w.both[0] = NO_FUNCTION
     if (
         b.h[DOUBTFUL + k] == AT_ONCE
         or numbers[STEPS] > MOST
@@ -82,7 +81,7 @@ def goes_on(p, mode, k, image, tangent, o, b, w):
         return LEFT, mode
     numbers[STARTED] = -1
     if b.h[WHICH + k] != NO_FUNCTION:
-        outcome, mode, numbers[CODE], numbers[POWER], unsure, numbers[STARTED] = met(
+        outcome, mode, numbers[CODE], numbers[POWER], unsure, numbers[STARTED] = happens(
             p, mode, b.h[WHICH + k], b.t[PHI + k], numbers[CODE], numbers[POWER], image, tangent, w
         )
         numbers[DOUBT] |= 1 if unsure else 0
