@@ -8,30 +8,30 @@ from nsmaps.exact.engine.jit import fused, inlined, inner
 from nsmaps.exact.engine.remainders import wave
 from nsmaps.exact.modes.flight import NO_FUNCTION, sought, within_turn
 from nsmaps.exact.modes.lanes import (
-    ABOVE,
-    BELOW,
     BEND,
+    CHANGES,
     COLUMN,
     DOUBTFUL,
     ERROR,
-    FIRST,
     GROWN,
     GUESS,
     HIGH,
     KIND,
-    LAST,
+    LEAST,
     LOW,
     MORE,
     ON,
     PHI,
     PITCH,
     RATE,
+    SHIFT,
     START,
     THERE,
+    UPS,
     WHEN,
     WHICH,
-    ZERO,
     A,
+    B,
     U,
     X,
     Y,
@@ -44,29 +44,33 @@ ROUNDS = 12  # of Newton's method in a block; more are rare
 
 
 @fused
-def combined(rows, count, z, n, t):
-    """Write combinations of the rows of z in n columns: row m of A is the sum of rows[j, m] z[j]."""
-    width = len(z)
-    for m in range(count):
-        of, x = A + m * PITCH, rows[0, m]
+def combined(rows, order, used, at, z, n, t):
+    """Write combinations of the rows of z in n columns: row m from `at` on is the sum of rows[j, m] z[j].
+
+    Of the features, those with more terms first in `order`, used[m] have a term m or further ones.
+    """
+    for m in range(ORDER + 1):
+        of, width, j = at + m * PITCH, used[m], 0
         for k in range(n):
-            t[of + k] = x * z[0, k]
-        j = 1
-        for _ in range((width - 1) // 6):
-            c, d, e, f, g, h = rows[j, m], rows[j + 1, m], rows[j + 2, m], rows[j + 3, m], rows[j + 4, m], rows[j + 5, m]
+            t[of + k] = 0.0
+        for _ in range(width // 6):
+            i0, i1, i2, i3, i4, i5 = order[j], order[j + 1], order[j + 2], order[j + 3], order[j + 4], order[j + 5]
+            c, d, e, f, g, h = rows[i0, m], rows[i1, m], rows[i2, m], rows[i3, m], rows[i4, m], rows[i5, m]
             for k in range(n):
-                three = c * z[j, k] + d * z[j + 1, k] + e * z[j + 2, k]
-                t[of + k] += three + (f * z[j + 3, k] + g * z[j + 4, k] + h * z[j + 5, k])
+                three = c * z[i0, k] + d * z[i1, k] + e * z[i2, k]
+                t[of + k] += three + (f * z[i3, k] + g * z[i4, k] + h * z[i5, k])
             j += 6
-        for _ in range((width - j) // 3):
-            c, d, e = rows[j, m], rows[j + 1, m], rows[j + 2, m]
+        for _ in range((width - j) // 2):
+            i0, i1 = order[j], order[j + 1]
+            c, d = rows[i0, m], rows[i1, m]
             for k in range(n):
-                t[of + k] += c * z[j, k] + d * z[j + 1, k] + e * z[j + 2, k]
-            j += 3
+                t[of + k] += c * z[i0, k] + d * z[i1, k]
+            j += 2
         for i in range(j, width):
-            x = rows[i, m]
+            i0 = order[i]
+            c = rows[i0, m]
             for k in range(n):
-                t[of + k] += x * z[i, k]
+                t[of + k] += c * z[i0, k]
 
 
 @fused
@@ -83,11 +87,35 @@ def evaluated(n, t):
             t[U + k], t[Y + k] = u * x + y, y * x + t[of + k]
 
 
+@fused
+def signs_of(sign, n, t):
+    """Write how many coefficients of B, with a sign and shifted, are positive, how often signs change, and the least size."""
+    for k in range(n):
+        value = sign * (t[B + PITCH + k] if t[ON + k] > 0.0 else t[B + k]) + t[SHIFT + k]
+        t[LEAST + k], t[CHANGES + k], t[UPS + k], t[U + k] = abs(value), 0.0, 0.0, 1.0 if value > 0.0 else 0.0
+        t[UPS + k] = t[U + k]
+    for i in range(ORDER // 3):
+        of = B + (1 + 3 * i) * PITCH
+        for k in range(n):
+            x, y, z = t[of + k], t[of + PITCH + k], t[of + 2 * PITCH + k]
+            x, y, z = sign * x + t[SHIFT + k], sign * y + t[SHIFT + k], sign * z + t[SHIFT + k]
+            up, then, last = 1.0 if x > 0.0 else 0.0, 1.0 if y > 0.0 else 0.0, 1.0 if z > 0.0 else 0.0
+            t[LEAST + k] = min(min(t[LEAST + k], abs(x)), min(abs(y), abs(z)))
+            t[CHANGES + k] += abs(up - t[U + k]) + abs(then - up) + abs(last - then)
+            t[UPS + k] += up + then + last
+            t[U + k] = last
+
+
 @inner
 def screened(p, f, n, b, w):
-    """Write which columns have no zero of a function (0), one (1) or an unknown number (2), and about where that one is."""
-    t, h = b.t, b.h
-    combined(p.points[f], ORDER + 1, b.z, n, t)
+    """Write which columns have no zero of a function (0), one (1) or an unknown number (2), and about where that one is.
+
+    A function that differs from one before by its sign and a constant has the same coefficients, which are in B already if
+    it follows that.
+    """
+    t, h, sign, constant = b.t, b.h, p.signs[f], p.functions[f, p.first.shape[1] - 1]
+    if p.twins[f] == f:
+        combined(p.shapes[f], b.all, b.dense, B, b.z, n, t)
     for k in range(n):
         t[Y + k], t[U + k] = 0.0, 0.0
     for j in range(len(w.z)):
@@ -99,26 +127,18 @@ def screened(p, f, n, b, w):
         on = h[START + k] >= 0 and p.on[h[START + k], f] > 0
         t[ON + k] = 1.0 if on else 0.0
         t[ERROR + k] = ROUNDING * t[Y + k] * (1.0 + t[GROWN + k]) + t[U + k]
-        t[ZERO + k] = t[A + k] if on else 0.0
-        t[ABOVE + k], t[BELOW + k], t[LAST + k], t[FIRST + k] = 0.0, 0.0, -1.0, ORDER + 1.0
-    for m in range(ORDER + 1):
-        for k in range(n):
-            value = t[A + m * PITCH + k] - t[ZERO + k]
-            up, down = value > t[ERROR + k], value < -t[ERROR + k]
-            t[ABOVE + k] += 1.0 if up else 0.0
-            t[BELOW + k] += 1.0 if down else 0.0
-            t[LAST + k] = float(m) if up else t[LAST + k]
-            t[FIRST + k] = min(t[FIRST + k], float(m) if down else ORDER + 1.0)
+        t[SHIFT + k] = -sign * t[B + k] if on else constant
+    signs_of(sign, n, t)
     for k in range(n):
-        whole = ORDER + 1.0 - t[ON + k]
         h[KIND + k] = 2
-        if h[START + k] >= 0 and p.on[h[START + k], f] > 1:
+        if not t[LEAST + k] > t[ERROR + k] or (h[START + k] >= 0 and p.on[h[START + k], f] > 1):
             continue
-        if t[ABOVE + k] == whole:
+        if t[UPS + k] == ORDER + 1.0:
             h[KIND + k] = 0
-        elif t[ABOVE + k] + t[BELOW + k] == whole and t[LAST + k] > 0.0 and t[FIRST + k] == t[LAST + k] + 1.0:
-            m = int(t[FIRST + k])
-            high, low = t[A + (m - 1) * PITCH + k] - t[ZERO + k], t[A + m * PITCH + k] - t[ZERO + k]
+        elif t[CHANGES + k] == 1.0 and t[U + k] == 0.0 and t[UPS + k] > 1.0:
+            m = int(t[UPS + k])
+            high = sign * t[B + (m - 1) * PITCH + k] + t[SHIFT + k]
+            low = sign * t[B + m * PITCH + k] + t[SHIFT + k]
             h[KIND + k], t[GUESS + k] = 1, (m - 1 + high / (high - low)) / ORDER
 
 
@@ -135,7 +155,7 @@ def approached(p, f, n, b, w):
             count += 1
     if count == 0:
         return
-    combined(p.series[f], ORDER + 1, b.c, count, t)
+    combined(p.series[f], p.series_features[0][f], p.series_features[1][f], A, b.c, count, t)
     for i in range(count):
         t[LOW + i], t[HIGH + i], t[BEND + i], t[THERE + i], t[RATE + i] = 0.0, 1.0, 0.0, 0.0, 0.0
         t[A + i] = 0.0 if t[ON + h[COLUMN + i]] > 0.0 else t[A + i]
@@ -222,7 +242,7 @@ def moved(p, mode, n, b, w):
                 b.new[i, k] += whole * b.z[j, k]
         if count == 0:
             continue
-        combined(p.flows[mode, i], ORDER + 1, b.c, count, t)
+        combined(p.flows[mode, i], p.flow_features[0][mode, i], p.flow_features[1][mode, i], A, b.c, count, t)
         evaluated(count, t)
         for m in range(count):
             b.new[i, h[COLUMN + m]] = b.z[i, h[COLUMN + m]] + t[Y + m]

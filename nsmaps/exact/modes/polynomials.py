@@ -26,6 +26,27 @@ def exponential_series(matrix: Floats) -> Floats:
     return np.array(terms)
 
 
+def features_used(series: Floats) -> tuple[Ints, Ints]:
+    """The features of polynomials (.., N, TERMS), those with more terms first, and how many have a term of a degree or above."""
+    lengths = (np.arange(1, series.shape[-1] + 1) * (series != 0.0)).max(axis=-1)
+    order = np.argsort(-lengths, axis=-1, kind="stable")
+    return order, (lengths[..., None] > np.arange(series.shape[-1])).sum(axis=-2)
+
+
+def twins_of(n: int, functions: Floats, modes: Ints) -> tuple[Ints, Floats]:
+    """For each function (S, N) one of its mode that differs by a sign and a constant only, and the sign.
+
+    It stands before it, with no others between them than such ones; a function without one is its own.
+    """
+    plain, twins, signs = np.delete(functions, n, axis=1), np.arange(len(functions)), np.ones(len(functions))
+    for f in range(1, len(functions)):
+        g = twins[f - 1]
+        for sign in (-1.0, 1.0) if modes[f] == modes[g] else ():
+            if np.array_equal(plain[f], sign * plain[g]):
+                twins[f], signs[f] = g, sign
+    return twins, signs
+
+
 def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds: Floats) -> dict[str, Any]:
     """The fields of a table that describe polynomials in the time, in units of a mode's longest step.
 
@@ -34,17 +55,26 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
     """
     terms = np.array([exponential_series(flow) for flow in flows])
     series = np.einsum("si,skij->sjk", functions, terms[modes, : ORDER + 1])
-    sizes, points = np.abs(series).astype(float), series @ BERNSTEIN
+    sizes, points, bare = np.abs(series).astype(float), series @ BERNSTEIN, series.copy()
+    bare[:, n, 0] = 0.0
+    twins, signs = twins_of(n, functions, modes)
     weights = np.arange(ORDER + 1) * np.arange(-1, ORDER)
     changes = terms[:, 1 : ORDER + 1, :n].reshape(len(flows), ORDER, -1)
     propagators = np.zeros((len(flows), TERMS, n * flows.shape[1]))
     propagators[:, 1 : ORDER + 1] = changes
+    by_feature = np.moveaxis(propagators, 1, 2).reshape(len(flows), n, flows.shape[1], TERMS).copy()
+    in_time = np.pad(series.astype(float), ((0, 0), (0, 0), (0, TERMS - ORDER - 1)))
     return {
         "propagators": propagators,
-        "flows": np.moveaxis(propagators, 1, 2).reshape(len(flows), n, flows.shape[1], TERMS).copy(),
+        "flows": by_feature,
+        "flow_features": features_used(by_feature),
         "whole": changes.sum(axis=1).astype(float),
-        "series": np.pad(series.astype(float), ((0, 0), (0, 0), (0, TERMS - ORDER - 1))),
+        "series": in_time,
+        "series_features": features_used(in_time),
         "points": points.astype(float),
+        "shapes": (bare @ BERNSTEIN).astype(float),
+        "twins": twins,
+        "signs": signs,
         "sizes": sizes.sum(axis=2),
         "bends": sizes @ weights,
         "left": np.einsum("si,sij->sj", bounds, np.abs(terms[modes, ORDER + 1]).astype(float)),

@@ -71,24 +71,35 @@ def bounded(w):
     return total < math.inf
 
 
-@inner
+@inlined
 def met(p, mode, which, phi, code, power, image, tangent, w):
-    """Take the state through an event, and through a second one that is met at once, if their order does not matter.
+    """Take the state through an event, as `happens`, or through two."""
+    if w.both[0] == NO_FUNCTION:
+        return happens(p, mode, which, phi, code, power, image, tangent, w)
+    return both_met(p, mode, which, phi, code, power, image, tangent, w)
 
-    As `happens`.
-    """
+
+@inner
+def both_met(p, mode, which, phi, code, power, image, tangent, w):
+    """Take the state through two events that are met at once, if their order does not matter; as `happens`."""
     one, two = w.both[0], w.both[1]
-    if one != NO_FUNCTION and order_matters(p, one, two, phi, w):
+    if order_matters(p, one, two, phi, w):
         return SIMULTANEOUS, mode, code, power, True, which
-    outcome, mode, code, power, doubtful, k = happens(p, mode, which, phi, code, power, image, tangent, w)
-    second = due(p, two if which == one else one, mode, w.z, True, w) if one != NO_FUNCTION and outcome == GOES_ON else -1
+    outcome, mode, code, power, doubtful, k = one_met(p, mode, which, phi, code, power, image, tangent, w)
+    second = due(p, two if which == one else one, mode, w.z, True, w) if outcome == GOES_ON else -1
     if second >= 0:
-        outcome, mode, code, power, unsure, k = happens(p, mode, second, phi, code, power, image, tangent, w)
+        outcome, mode, code, power, unsure, k = one_met(p, mode, second, phi, code, power, image, tangent, w)
         doubtful = doubtful or unsure
         first = due(p, which, mode, w.z, False, w) if outcome == GOES_ON else -1
         if first >= 0:
             w.on[first] = max(w.on[first], 1)
     return outcome, mode, code, power, doubtful, k
+
+
+@inner
+def one_met(p, mode, which, phi, code, power, image, tangent, w):
+    """As `happens`, compiled once."""
+    return happens(p, mode, which, phi, code, power, image, tangent, w)
 
 
 @inlined

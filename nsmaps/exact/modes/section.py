@@ -98,42 +98,48 @@ def enter(p, k, with_reset, phi, w):
 
 
 @inlined
-def begun(p, row, w):
-    """Write the state at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain."""
-    n, phi = p.first.shape[1] - 1, 0.0
+def begun(p, row, phi, w):
+    """Write the features at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain.
+
+    Among several starts it is the one whose state lies nearest to its surface.
+    """
+    n, best, least, given = p.first.shape[1] - 1, -1, math.inf, w.other
+    features(phi, w.z, n)
+    for j in range(len(w.z)):
+        given[j] = w.z[j] if j >= n else 0.0
     for c in range(len(p.places)):
-        if not math.isfinite(row[c]):
-            return -1
-        if p.places[c] < 0:
-            phi = row[c]
-    if abs(phi) > MOST_PHASE:
-        return -1
-    best, least, guess, state = -1, math.inf, w.other, w.new
+        if p.places[c] >= 0:
+            given[p.places[c]] = row[c]
     for k in range(len(p.starts)):
-        for j in range(n):
-            guess[j] = 0.0
-        for c in range(len(p.places)):
-            if p.places[c] >= 0:
-                guess[p.places[c]] = row[c]
-        features(phi, guess, n)
         for i in range(n):
-            state[i], _ = dot(p.states[k, i], guess)
-        for i in range(n):
-            guess[i] = state[i]
-        far = away(p, p.starts[k], guess)
-        holds, _ = allowed(p, p.starts[k], guess)
+            w.z[i], _ = dot(p.states[k, i], given)
+        holds, _ = allowed(p, p.starts[k], w.z)
+        far = away(p, p.starts[k], w.z) if len(p.starts) > 1 else 0.0
         if (holds or p.after) and far < least:
             best, least = k, far
-            for j in range(len(guess)):
-                w.z[j] = guess[j]
+            for i in range(n):
+                w.new[i] = w.z[i]
+    for i in range(n):
+        w.z[i] = w.new[i]
     return best
 
 
 @inlined
-def launch(p, start, row, phi, w):
-    """Write the features at a start, and how they change with the coordinates."""
+def phase_of(p, row):
+    """The phase that coordinates give, within a turn, zero without one; NaN outside of the domain."""
+    phi = 0.0
+    for c in range(len(p.places)):
+        if not math.isfinite(row[c]):
+            return math.nan
+        if p.places[c] < 0:
+            phi = row[c]
+    return phi - math.floor(phi / TWO_PI) * TWO_PI if abs(phi) <= MOST_PHASE else math.nan
+
+
+@inlined
+def launch(p, start, row, w):
+    """Write how the features at a start change with the coordinates."""
     n, width, directions = p.first.shape[1] - 1, len(w.z), w.dz.shape[1]
-    features(phi, w.z, n)
     if w.moved.here:
         launch_moved(p, start, row, w)
         return
@@ -170,14 +176,11 @@ def launch_moved(p, start, row, w):
 @inlined
 def starting(p, row, w):
     """The transition at the start, -1 for a row outside of the domain, and the phase within a turn; features are written."""
-    start, phi = begun(p, row, w), 0.0
+    phi = phase_of(p, row)
+    start = -1 if math.isnan(phi) else begun(p, row, phi, w)
     if start < 0:
         return -1, 0.0
-    for c in range(len(p.places)):
-        if p.places[c] < 0:
-            phi = row[c]
-    phi -= math.floor(phi / TWO_PI) * TWO_PI
-    launch(p, start, row, phi, w)
+    launch(p, start, row, w)
     k = p.starts[start]
     if not p.after:
         velocity(p, p.mode[k], w.z, w.field)

@@ -38,9 +38,14 @@ class Tables(NamedTuple):
     bounds: Any  #: shape (S, N), |function| growth
     propagators: Any  #: shape (M, TERMS, n N), Taylor series of exp(Y step tau) - 1 in tau, rows of the states
     flows: Any  #: shape (M, n, N, TERMS), the same by state and feature
+    flow_features: Any  #: features of these, (M, n, N), those with more terms first, and how many each degree has, (M, n, TERMS)
     whole: Any  #: shape (M, n N), its value at tau = 1
     series: Any  #: shape (S, N, TERMS), that of each function along the flow, by the features at the start
-    points: Any  #: the same, coefficients over a longest step in the basis of Bernstein
+    series_features: Any  #: as `flow_features`, shapes (S, N) and (S, TERMS)
+    points: Any  #: the same as `series`, coefficients over a longest step in the basis of Bernstein
+    shapes: Any  #: the same without the constants of the functions
+    twins: Any  #: shape (S,), a function watched before, of the same shape up to its sign, or the same function
+    signs: Any  #: shape (S,), this sign
     sizes: Any  #: shape (S, N), sum of the sizes of the coefficients of `series`
     bends: Any  #: shape (S, N), bounds on the second derivative over a longest step
     left: Any  #: shape (S, N), bounds on what `series` leaves out there

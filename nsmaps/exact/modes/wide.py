@@ -91,7 +91,7 @@ def goes_on(p, mode, k, image, tangent, o, b, w):
     return outcome, mode
 
 
-@inner
+@inlined
 def launched(p, found, r, row, i, o, w):
     """Put a motion at its start into the queue of its mode; whether it is to be left to `first_return`."""
     k, phi = starting(p, found.states[r, row], w)
