@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -44,6 +45,7 @@ RANK = {
     "cli": 7,
     "__main__": 8,
 }
+MODES = ("definitions", "tables", "march", "blocks", "paths")  #: rooms of `exact/modes`, in the order of imports
 HEAVY = ("numba", "sympy", "scipy", "matplotlib")
 
 
@@ -83,6 +85,22 @@ def test_imports_run_one_way(file: Path) -> None:
     for module in imports(ast.parse(source)):
         assert not module.startswith("."), "imports name their module in full"
         assert not module.startswith(("plugins", "nsmaps_")), f"{file.name} imports the plugin {module}"
+
+
+@pytest.mark.parametrize(
+    "file", [file for file in FILES if "modes" in file.parts[:-1]], ids=lambda file: str(file.relative_to(ROOT))
+)
+def test_rooms_of_systems_with_modes_are_in_order(file: Path) -> None:
+    of = file.parent.name
+    later = MODES[MODES.index(of) + 1 :] if of in MODES else ()
+    for module in imports(ast.parse(file.read_text(encoding="utf-8"))):
+        assert not module.startswith(tuple(f"nsmaps.exact.modes.{room}" for room in later))
+
+
+def test_rooms_are_small() -> None:
+    """But those in which each file is one of a kind: a section of a study, a language."""
+    count = Counter(str(file.parent.relative_to(ROOT)) for file in FILES if file.stem != "__init__")
+    assert {room for room, files in count.items() if files > 14} == {"nsmaps/study/sections", "nsmaps/exports"}
 
 
 @pytest.mark.parametrize("file", sorted(ROOT.glob("plugins/**/*.py")) + sorted(ROOT.glob("tests/**/*.py")), ids=str)

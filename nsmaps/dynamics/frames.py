@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from nsmaps.exact.compiled import njit
+from nsmaps.exact.compiling.compiled import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

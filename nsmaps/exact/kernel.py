@@ -12,7 +12,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.compiled import code_of, compilers
+from nsmaps.exact.compiling.compiled import code_of, compilers
 from nsmaps.exact.engine import layout
 from nsmaps.exact.engine.batch import orbits
 from nsmaps.exact.engine.flow import Flow

@@ -9,7 +9,7 @@ import sympy as sp
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.guards import Guard, Section, Sliding
 from nsmaps.exact.hybrid import HybridSystem
-from nsmaps.exact.modes.definition import Definition
+from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exports.latex import aligned, math, number, page, terms_of, text
 

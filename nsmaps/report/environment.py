@@ -14,7 +14,7 @@ def environment() -> dict[str, str]:
 
     Only NumPy is imported.
     """
-    from nsmaps.exact.kept import cache_folder
+    from nsmaps.exact.compiling.kept import cache_folder
 
     settings = [f"{name}={os.environ[name]}" for name in THREADS if name in os.environ]
     return {

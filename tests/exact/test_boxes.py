@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from toys import BouncingBall, DraggedBall, Oscillator, Table
 
 from nsmaps.errors import ProofError, StateError
-from nsmaps.exact.compiled import njit
+from nsmaps.exact.compiling.compiled import njit
 from nsmaps.exact.enclosure import balls, elementary
 from nsmaps.exact.enclosure.formulas import ball_code
 from nsmaps.exact.system import ImpactSystem

@@ -19,7 +19,7 @@ from pydantic import Field, PrivateAttr
 from toys import Oscillator, Table
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact import compiled, kept
+from nsmaps.exact.compiling import compiled, kept
 from nsmaps.exact.flows import exponentials
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.exact.walls import Wall

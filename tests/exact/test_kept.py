@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps.exact import compiled, kept, kernel, libraries
-from nsmaps.exact.compiled import code_of, njit
+from nsmaps.exact import kernel
+from nsmaps.exact.compiling import compiled, kept, libraries
+from nsmaps.exact.compiling.compiled import code_of, njit
 from nsmaps.exact.engine import flow, layout, march, returns
 from nsmaps.exact.engine.batch import orbits
 from nsmaps.exact.system import ImpactSystem
@@ -149,7 +150,7 @@ def test_a_changed_constant_of_a_called_function_is_met_by_new_code(folder: Path
     """Numba's own cache answers 11 twice: the text of the file that calls is the same."""
     source = tmp_path / "source"
     source.mkdir()
-    head = "from nsmaps.exact.compiled import njit\n"
+    head = "from nsmaps.exact.compiling.compiled import njit\n"
     (source / "caller.py").write_text(f"{head}from called import one\n@njit(cache=True)\ndef f(x):\n    return one(x) + 10\n")
     for value in (1, 2):
         (source / "called.py").write_text(f"{head}@njit(cache=True)\ndef one(x):\n    return {value}\n")
@@ -160,9 +161,8 @@ def test_a_changed_constant_of_a_called_function_is_met_by_new_code(folder: Path
 
 
 def test_the_key_is_the_same_in_every_process() -> None:
-    program = (
-        "from nsmaps.reduced.composite import kernel as c; from nsmaps.exact.compiled import code_of; print(code_of(c.orbits))"
-    )
+    lines = "from nsmaps.reduced.composite.kernel import orbits", "from nsmaps.exact.compiling.compiled import code_of"
+    program = "; ".join([*lines, "print(code_of(orbits))"])
     told = set()
     for seed in ("1", "2"):
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": seed}
@@ -248,7 +248,7 @@ def test_stored_code_is_read_after_the_wait(monkeypatch: pytest.MonkeyPatch) -> 
 
 CLAIM = """
 import sys, time
-from nsmaps.exact import kept
+from nsmaps.exact.compiling import kept
 kept.claim("code")
 print("claimed", flush=True)
 sys.stdin.readline()

@@ -7,8 +7,8 @@ import sys
 import numba
 import pytest
 
-from nsmaps.exact.compiled import njit
-from nsmaps.exact.libraries import Entry, Part, reached
+from nsmaps.exact.compiling.compiled import njit
+from nsmaps.exact.compiling.libraries import Entry, Part, reached
 
 part, allocating, entry = njit(part=True, _nrt=False), njit(part=True), njit(part=False)
 
@@ -116,7 +116,7 @@ STRESS = '''
 import ast, faulthandler, gc, os, sys
 faulthandler.enable()
 os.environ["NSMAPS_CACHE_DIR"] = sys.argv[1]
-from nsmaps.exact.compiled import njit
+from nsmaps.exact.compiling.compiled import njit
 
 part, entry = njit(part=True, _nrt=False), njit(part=False, cache=True)
 
@@ -185,7 +185,7 @@ def test_many_versions_failures_and_collected_functions_leave_the_process_whole(
 ORDER = """
 import os, sys
 os.environ["NSMAPS_CACHE_DIR"] = sys.argv[1]
-from nsmaps.exact.compiled import njit
+from nsmaps.exact.compiling.compiled import njit
 
 
 def made(k):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hybrid import SYSTEMS, numbers, reference, system
 
-from nsmaps.exact.modes.wide import FEW
+from nsmaps.exact.modes.blocks.wide import FEW
 
 CASES = [(name, key) for name in SYSTEMS for key in reference(name)["parameters"]]
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from nsmaps.exact import compiled
+from nsmaps.exact.compiling import compiled
 from nsmaps.study import ahead
 from nsmaps.study.binding import prepare
 from nsmaps.study.reading.reader import load_study
@@ -14,7 +14,7 @@ from nsmaps.study.reading.reader import load_study
 SAME_CODE = """
 import gc, sys
 from numba.core.registry import CPUDispatcher
-from nsmaps.exact.compiled import _Kept
+from nsmaps.exact.compiling.compiled import _Kept
 from nsmaps.study import ahead
 from nsmaps.study.binding import prepare
 from nsmaps.study.reading.reader import load_study

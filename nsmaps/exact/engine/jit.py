@@ -5,7 +5,7 @@ from typing import Any
 
 from numba import cfunc, types
 
-from nsmaps.exact.compiled import njit
+from nsmaps.exact.compiling.compiled import njit
 
 LEAN = {
     "part": True,

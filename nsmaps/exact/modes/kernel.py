@@ -13,15 +13,15 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.files import place_of
 from nsmaps.exact.kernel import in_chunks
-from nsmaps.exact.modes.arriving import arrivals_of
-from nsmaps.exact.modes.definition import Definition
-from nsmaps.exact.modes.lanes import block_of, motions
-from nsmaps.exact.modes.memory import Memory, Moved, Record, memory, record
-from nsmaps.exact.modes.reading import definition_of
-from nsmaps.exact.modes.reasons import reasons_of
-from nsmaps.exact.modes.tables import Tables, moved_of, tables_of
-from nsmaps.exact.modes.tracks import mode_track
-from nsmaps.exact.modes.wide import FEW, returns
+from nsmaps.exact.modes.blocks.lanes import block_of, motions
+from nsmaps.exact.modes.blocks.wide import FEW, returns
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.reading import definition_of
+from nsmaps.exact.modes.paths.arriving import arrivals_of
+from nsmaps.exact.modes.paths.reasons import reasons_of
+from nsmaps.exact.modes.paths.tracks import mode_track
+from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
+from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns
 
 if TYPE_CHECKING:

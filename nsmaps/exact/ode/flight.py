@@ -4,8 +4,8 @@ import math
 
 from nsmaps.exact.engine.flow import wall_places, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.modes.taylor import ORDER
-from nsmaps.exact.modes.zeros import first_zero, limits
+from nsmaps.exact.modes.march.zeros import first_zero, limits
+from nsmaps.exact.modes.tables.taylor import ORDER
 from nsmaps.exact.ode.layout import BOTH, FLOWN, FRESH, PLACES, UP, VELOCITIES, VELOCITY
 
 UNIT = 2.0**-53

@@ -10,12 +10,12 @@ import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.compiled import code_of, compilers
+from nsmaps.exact.compiling.compiled import code_of, compilers
 from nsmaps.exact.engine import layout as at
 from nsmaps.exact.engine.flow import Flow
 from nsmaps.exact.flows.formulas import S, W, Z
 from nsmaps.exact.flows.tables import Formulas
-from nsmaps.exact.modes.taylor import ORDER
+from nsmaps.exact.modes.tables.taylor import ORDER
 from nsmaps.exact.ode.held import pressing
 from nsmaps.exact.ode.integrator import VALUES, Integrator, integrator_of, sampler_of
 from nsmaps.exact.ode.layout import FLOATS, IMPACTS, INTEGERS, WAYS

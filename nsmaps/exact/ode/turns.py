@@ -3,8 +3,8 @@
 from nsmaps.exact.engine.flow import walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.returns import spell
-from nsmaps.exact.modes.taylor import ORDER
-from nsmaps.exact.modes.zeros import first_zero
+from nsmaps.exact.modes.march.zeros import first_zero
+from nsmaps.exact.modes.tables.taylor import ORDER
 from nsmaps.exact.ode.flight import room_to, series_of
 from nsmaps.exact.ode.layout import CLEARANCE, CODE, FRESH, POWER, RISING, TURNED, UP
 

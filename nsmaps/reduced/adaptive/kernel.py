@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.compiled import njit
+from nsmaps.exact.compiling.compiled import njit
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from nsmaps.exact.compiled import njit
+from nsmaps.exact.compiling.compiled import njit
 from nsmaps.reduced.adaptive.kernel import (
     ABOVE_COUNT,
     ABOVE_FIRST,

@@ -19,7 +19,7 @@ from nsmaps.exact.modes.enclosure.forms import (
     shave,
 )
 from nsmaps.exact.modes.enclosure.landing import FALLING, LOOSE
-from nsmaps.exact.modes.returns import lengthened
+from nsmaps.exact.modes.march.returns import lengthened
 
 SMALL = 1e-9  # of the size of a coordinate: half sides that are not subdivided
 

@@ -8,7 +8,7 @@ from nsmaps.exact.modes.enclosure.events import GONE, LANDED, copied, first_even
 from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, least, radius
 from nsmaps.exact.modes.enclosure.landing import FALLING, STARTED
 from nsmaps.exact.modes.enclosure.passage import SMALL, after_reset, begun, happened, valid
-from nsmaps.exact.modes.returns import lengthened
+from nsmaps.exact.modes.march.returns import lengthened
 
 MOST_CELLS = 16  # cells of a box and their halves, to tighten its images
 MOST_FLIGHTS = 96  # flights of the sets of one cell
@@ -17,7 +17,7 @@ SLACK = 1.25  # width of an image over its linear part, above which cells are cu
 
 @inner
 def distance(p, b, w):
-    """Bounds on how far the states of a set are from a start, as `nsmaps.exact.modes.section.away`; its features are `w.z`."""
+    """Bounds on how far the states of a set are from a start, as `away` of `march/section.py`; its features are `w.z`."""
     nearest, farthest, k = 0.0, 0.0, p.starts[b]
     mode = 0
     while p.watched[mode + 1] <= p.function[k]:

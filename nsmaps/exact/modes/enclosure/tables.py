@@ -12,9 +12,9 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.flows.exponentials import DIGITS
-from nsmaps.exact.modes.definition import Definition
+from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.enclosure.zeros import mode_of, zeros_of
-from nsmaps.exact.modes.tables import Tables, harmonics_of
+from nsmaps.exact.modes.tables.tables import Tables, harmonics_of
 
 REACH = 1.0  #: a cell times the spectral radius of |Y|
 POWERS = 20  #: of the series of a flow within a cell
@@ -78,7 +78,7 @@ def ball_tables(definition: Definition, values: Sequence[float], table: Tables) 
 
 
 def row_of(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> list[Any]:
-    """A row over the features in many digits; in floats `nsmaps.exact.modes.definition.filled`."""
+    """A row over the features in many digits; in floats `nsmaps.exact.modes.definitions.definition.filled`."""
     known, waves = row
     zero = mp.mpf(0)
     values = [*map(mp.re, known), mp.re(waves.get(0, zero))]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.exact.modes.tables import SAME, Tables
+from nsmaps.exact.modes.tables.tables import SAME, Tables
 
 
 def mode_of(table: Tables, function: int) -> int:

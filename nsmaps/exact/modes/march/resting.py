@@ -4,9 +4,9 @@ import math
 
 from nsmaps.exact.engine.jit import inlined
 from nsmaps.exact.engine.returns import TWO_PI, spell
-from nsmaps.exact.modes.flight import dot, velocity
-from nsmaps.exact.modes.section import allowed, enter
-from nsmaps.exact.modes.taylor import ROUNDING
+from nsmaps.exact.modes.march.flight import dot, velocity
+from nsmaps.exact.modes.march.section import allowed, enter
+from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 SUMMED = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
 BASE_SUMMED = 1e-12  # of the speed gained in it: impacts at the section, of which each is a return, as those of impact systems

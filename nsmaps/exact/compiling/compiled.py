@@ -25,9 +25,9 @@ from numba.core.compiler import CompileResult
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 
-from nsmaps.exact import libraries
-from nsmaps.exact.kept import cache_folder, claim, kept, release, store
-from nsmaps.exact.libraries import EntryCompiler, NamedCompiler, PartCompiler, unspecialised
+from nsmaps.exact.compiling import libraries
+from nsmaps.exact.compiling.kept import cache_folder, claim, kept, release, store
+from nsmaps.exact.compiling.libraries import EntryCompiler, NamedCompiler, PartCompiler, unspecialised
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies

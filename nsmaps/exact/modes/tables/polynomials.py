@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.modes.taylor import ORDER, TERMS
+from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
 
 
 def bernstein() -> Floats:

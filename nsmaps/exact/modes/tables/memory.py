@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsmaps.exact.modes.taylor import ORDER, TERMS
+from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
 
 
 class Moved(NamedTuple):
@@ -40,7 +40,7 @@ class Memory(NamedTuple):
     both: Any  #: shape (2,), functions that are zero at once, -1 for none
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
-    curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.resets`
+    curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.definitions.resets`
     moved: Moved
     near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
     held: Any  #: shape (2,), time since contact began, and its mark in words (1 after chatter, 2 from rest, 0 without contact)

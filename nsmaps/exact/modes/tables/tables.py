@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.modes.definition import Definition, filled
-from nsmaps.exact.modes.memory import Moved
-from nsmaps.exact.modes.polynomials import polynomials_of
-from nsmaps.exact.modes.resets import reset_address
+from nsmaps.exact.modes.definitions.definition import Definition, filled
+from nsmaps.exact.modes.definitions.resets import reset_address
+from nsmaps.exact.modes.tables.memory import Moved
+from nsmaps.exact.modes.tables.polynomials import polynomials_of
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
 SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsmaps.exact.modes.taylor import TERMS
+from nsmaps.exact.modes.tables.taylor import TERMS
 
 BATCH = 512  # motions under way: few enough to stay in the processor's cache
 BLOCK = 128  # motions that are looked at together

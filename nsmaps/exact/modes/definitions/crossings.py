@@ -11,7 +11,7 @@ from itertools import product
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.modes.definition import Row, Transition
+from nsmaps.exact.modes.definitions.definition import Row, Transition
 
 MOST_MODES = 64
 

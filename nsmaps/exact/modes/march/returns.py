@@ -5,11 +5,11 @@ import math
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, RETURNED, SIMULTANEOUS, STUCK, UNDECIDED, spell
-from nsmaps.exact.modes.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
-from nsmaps.exact.modes.resting import entered, in_a_row, marked
-from nsmaps.exact.modes.section import picked, starting
-from nsmaps.exact.modes.taylor import features
-from nsmaps.exact.modes.together import due, order_matters
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
+from nsmaps.exact.modes.march.resting import entered, in_a_row, marked
+from nsmaps.exact.modes.march.section import picked, starting
+from nsmaps.exact.modes.march.together import due, order_matters
+from nsmaps.exact.modes.tables.taylor import features
 
 MOST_EVENTS = 100_000  # of one return
 GOES_ON = -1  # in place of an outcome

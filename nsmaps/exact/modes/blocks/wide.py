@@ -7,9 +7,8 @@ events, and of two at once, are left to `first_return`.
 import math
 
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.modes.columns import AT_ONCE, moved, next_events, turned
-from nsmaps.exact.modes.flight import NO_FUNCTION
-from nsmaps.exact.modes.lanes import (
+from nsmaps.exact.modes.blocks.columns import AT_ONCE, moved, next_events, turned
+from nsmaps.exact.modes.blocks.lanes import (
     BATCH,
     BLOCK,
     CODE,
@@ -30,9 +29,10 @@ from nsmaps.exact.modes.lanes import (
     WHEN,
     WHICH,
 )  # fmt: skip
-from nsmaps.exact.modes.resting import entered
-from nsmaps.exact.modes.returns import GOES_ON, alone, cleared, happens, put, settled
-from nsmaps.exact.modes.section import starting
+from nsmaps.exact.modes.march.flight import NO_FUNCTION
+from nsmaps.exact.modes.march.resting import entered
+from nsmaps.exact.modes.march.returns import GOES_ON, alone, cleared, happens, put, settled
+from nsmaps.exact.modes.march.section import starting
 
 FEW = 16  # fewer returns than this are not computed in blocks
 MOST = 64  # events, or longest steps, of a return in a block; more are rare

@@ -7,8 +7,8 @@ import math
 
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import INWARD, OUTWARD, careful_step, first_step, leave, look
-from nsmaps.exact.modes.polynomials import BERNSTEIN
-from nsmaps.exact.modes.taylor import ORDER, ROUNDING, TERMS, raised
+from nsmaps.exact.modes.tables.polynomials import BERNSTEIN
+from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, raised
 
 MOST_STEPS = 10_000
 CLOSE = 2e-16  # of a zero: rounding

@@ -9,10 +9,10 @@ from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import StateError, near_match
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.events import Arrivals
-from nsmaps.exact.modes.definition import Definition
-from nsmaps.exact.modes.memory import memory, record
-from nsmaps.exact.modes.returns import arrivals
-from nsmaps.exact.modes.tables import Tables
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.march.returns import arrivals
+from nsmaps.exact.modes.tables.memory import memory, record
+from nsmaps.exact.modes.tables.tables import Tables
 
 NOWHERE = -1
 

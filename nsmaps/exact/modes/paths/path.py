@@ -1,11 +1,11 @@
 """The motion of a system with modes to its next event, and its states between events: compiled."""
 
 from nsmaps.exact.engine.jit import entry
-from nsmaps.exact.modes.flight import NO_FUNCTION, fly, within_turn
-from nsmaps.exact.modes.resting import entered
-from nsmaps.exact.modes.returns import bounded
-from nsmaps.exact.modes.section import picked, starting
-from nsmaps.exact.modes.taylor import features, moved_on, propagated
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
+from nsmaps.exact.modes.march.resting import entered
+from nsmaps.exact.modes.march.returns import bounded
+from nsmaps.exact.modes.march.section import picked, starting
+from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 
 NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
 

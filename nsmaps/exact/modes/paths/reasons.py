@@ -3,11 +3,11 @@
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.modes.definition import Definition
-from nsmaps.exact.modes.lanes import block_of, motions
-from nsmaps.exact.modes.memory import Memory, memory, record
-from nsmaps.exact.modes.tables import Tables
-from nsmaps.exact.modes.wide import returns
+from nsmaps.exact.modes.blocks.lanes import block_of, motions
+from nsmaps.exact.modes.blocks.wide import returns
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.tables.memory import Memory, memory, record
+from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.outcome import Outcome
 
 

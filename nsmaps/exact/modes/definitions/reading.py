@@ -11,11 +11,11 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.guards import Guard, Section, Sliding
-from nsmaps.exact.modes.contact import Contact, contact_of, contact_transitions
-from nsmaps.exact.modes.crossings import crosses, divided
-from nsmaps.exact.modes.definition import Definition, Row, Start, Transition
-from nsmaps.exact.modes.formulas import CLOCK, NEAR, Reader, check_names, check_periodic
-from nsmaps.exact.modes.sliding import Rates, slide_rates, slide_transitions
+from nsmaps.exact.modes.definitions.contact import Contact, contact_of, contact_transitions
+from nsmaps.exact.modes.definitions.crossings import crosses, divided
+from nsmaps.exact.modes.definitions.definition import Definition, Row, Start, Transition
+from nsmaps.exact.modes.definitions.formulas import CLOCK, NEAR, Reader, check_names, check_periodic
+from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions
 
 if TYPE_CHECKING:
     from nsmaps.exact.hybrid import HybridSystem

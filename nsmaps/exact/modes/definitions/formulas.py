@@ -8,7 +8,7 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.formulas import PHI, trials
-from nsmaps.exact.modes.definition import Row
+from nsmaps.exact.modes.definitions.definition import Row
 
 CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in which no formula may depend on it
 NEAR = 1e-12  #: of values of a formula that are the same, relative

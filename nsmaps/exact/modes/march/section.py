@@ -6,8 +6,8 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inlined
 from nsmaps.exact.engine.law import reset_by
 from nsmaps.exact.engine.returns import MOST_PHASE
-from nsmaps.exact.modes.flight import dot, shift_waves, velocity
-from nsmaps.exact.modes.taylor import ROUNDING, features
+from nsmaps.exact.modes.march.flight import dot, shift_waves, velocity
+from nsmaps.exact.modes.tables.taylor import ROUNDING, features
 
 
 @inlined

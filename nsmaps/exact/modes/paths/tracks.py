@@ -9,10 +9,10 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.errors import StateError
 from nsmaps.exact.events import Events, ModeTrack, check_samples
-from nsmaps.exact.modes.definition import Definition
-from nsmaps.exact.modes.memory import memory
-from nsmaps.exact.modes.path import begin, follow, sample
-from nsmaps.exact.modes.tables import Tables
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.paths.path import begin, follow, sample
+from nsmaps.exact.modes.tables.memory import memory
+from nsmaps.exact.modes.tables.tables import Tables
 
 
 class Event(NamedTuple):

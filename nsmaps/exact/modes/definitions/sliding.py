@@ -11,8 +11,8 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.guards import Sliding
-from nsmaps.exact.modes.definition import Row, Transition
-from nsmaps.exact.modes.formulas import Reader, check_names, shown
+from nsmaps.exact.modes.definitions.definition import Row, Transition
+from nsmaps.exact.modes.definitions.formulas import Reader, check_names, shown
 
 Rates = tuple[Row, ...]  #: of all states in a mode
 

@@ -4,7 +4,8 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.modes.taylor import (
+from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, value
+from nsmaps.exact.modes.tables.taylor import (
     ORDER,
     ROUNDING,
     features,
@@ -16,7 +17,6 @@ from nsmaps.exact.modes.taylor import (
     sized,
     weighed,
 )
-from nsmaps.exact.modes.zeros import changes, first_zero, isolated, narrowed, value
 
 MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight

@@ -8,7 +8,7 @@ import sympy as sp
 from nsmaps.exact.engine.jit import reset_law_of
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import code
-from nsmaps.exact.modes.definition import Definition, Transition
+from nsmaps.exact.modes.definitions.definition import Definition, Transition
 
 
 def reset_address(definition: Definition, one: Transition) -> int:

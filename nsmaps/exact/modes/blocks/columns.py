@@ -6,8 +6,7 @@ Newton's method, and every other one by `sought` of `flight.py`, a column by its
 
 from nsmaps.exact.engine.jit import fused, inlined, inner
 from nsmaps.exact.engine.remainders import wave
-from nsmaps.exact.modes.flight import NO_FUNCTION, sought, within_turn
-from nsmaps.exact.modes.lanes import (
+from nsmaps.exact.modes.blocks.lanes import (
     BEND,
     CHANGES,
     COLUMN,
@@ -36,8 +35,9 @@ from nsmaps.exact.modes.lanes import (
     X,
     Y,
 )  # fmt: skip
-from nsmaps.exact.modes.taylor import ORDER, ROUNDING
-from nsmaps.exact.modes.zeros import CLOSE
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought, within_turn
+from nsmaps.exact.modes.march.zeros import CLOSE
+from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING
 
 AT_ONCE = 2  # in place of a doubt: two functions may be zero at once, or the doubt be before the event
 ROUNDS = 12  # of Newton's method in a block; more are rare

@@ -1,0 +1,1 @@
+"""Compiled functions, and the folder in which they are kept."""

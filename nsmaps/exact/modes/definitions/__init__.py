@@ -1,0 +1,1 @@
+"""From a system's formulas to its definition: modes, guards, resets, sections."""

@@ -1,0 +1,1 @@
+"""From event to event: first zeros of guards, flights, contact, first returns."""

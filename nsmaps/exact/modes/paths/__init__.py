@@ -1,0 +1,1 @@
+"""The motion between events, arrivals, and why a return ended."""
