@@ -21,8 +21,8 @@ def test_help_shows_what_is_like_an_array_by_its_name(name):
 
 
 def test_the_name_is_seen_where_it_is_meant():
-    assert inspect.signature(nsmaps.orbit).parameters["state"].annotation is ArrayLike
-    assert "state: ArrayLike, n: int" in pydoc.plain(pydoc.render_doc(nsmaps.orbit))
+    assert inspect.signature(nsmaps.ReturnMap.first_return).parameters["states"].annotation is ArrayLike
+    assert "state: Union[ArrayLike, " in pydoc.plain(pydoc.render_doc(nsmaps.orbit)).replace("ArrayLike | ", "Union[ArrayLike, ")
 
 
 def test_a_system_is_printed_with_its_class(pair):
@@ -51,4 +51,4 @@ def test_results_are_printed_without_their_arrays(pair):
 
 def test_what_is_no_array_is_shown():
     returns = Returns(("v",), ("B",), *np.zeros((3, 0, 1)), *np.zeros((3, 0)))
-    assert "derivative=None, margin=None, fitted=False)" in brief(returns)
+    assert "derivative=None, margin=None, fitted=False, integrated=False)" in brief(returns)

@@ -105,9 +105,9 @@ def test_a_ball_that_is_never_released() -> None:
 
 def test_chatter_on_the_other_wall_is_one_event_of_the_word() -> None:
     values = {"d": 0.35, "g_bar": -0.9, "r": 0.3}
-    given = starts(300, 1.5)
+    given = starts(100, 1.5)
     expected = VIPair(**values).first_return(given)
-    rows = np.column_stack([given[:, 0], np.zeros((300, 2)), given[:, 1]])
+    rows = np.column_stack([given[:, 0], np.zeros((100, 2)), given[:, 1]])
     returns = RecoilPair(eta=0, kappa=0, Lambda=0, contact=True, **values).first_return(rows)
     assert np.char.find(expected.words, "T~").max() > 0
     whole = expected.valid & ~np.char.endswith(expected.words, "...")

@@ -102,7 +102,7 @@ def after(given, z, up):
     return z
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.integers(1, 4), st.integers(1, 3), st.integers(0, 2**32 - 1))
 def test_random_systems_return_as_a_march_in_many_digits_has_them(n, m, seed):
     rng = np.random.default_rng(seed)

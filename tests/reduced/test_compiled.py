@@ -157,7 +157,7 @@ def by_numpy(map: CompositeMap, state: NDArray[np.float64]) -> tuple[Outcome, st
 @pytest.mark.parametrize("seed", range(4))
 def test_a_return_is_that_of_the_regions_and_polynomials(names: tuple[str, ...], seed: int) -> None:
     map, rng, angles = random_map(names, seed), np.random.default_rng(seed), Coordinates(names).angles
-    states = np.concatenate([rng.uniform(-2, 7, (1400, len(names))), rng.uniform(-0.3, 0.4, (20, len(names)))])
+    states = np.concatenate([rng.uniform(-2, 7, (400, len(names))), rng.uniform(-0.3, 0.4, (20, len(names)))])
     states[0], states[1, 0], states[2:9, -1] = np.nan, np.inf, [-1e-20, 2 * np.pi, -2 * np.pi, 12.6, -6.3, 4 * np.pi, 100.0]
     outcomes, words, lifted = zip(*(by_numpy(map, state) for state in states), strict=True)
     made = map.first_return(states, derivative=True)

@@ -151,7 +151,7 @@ def onward(p, mode, phi, code, power, image, tangent, w):
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
-            ended = RESTS if p.resting[mode] else UNDECIDED if doubtful else LOST
+            ended = RESTS if p.resting[mode] else UNDECIDED if doubtful and bounded(w) else LOST
             return ended, marked(p, code, power, w)[0], math.nan, 0
         outcome, mode, code, power, unsure, _ = met(p, mode, which, phi, code, power, image, tangent, w)
         doubtful = doubtful or unsure
