@@ -55,7 +55,7 @@ class HybridSystem(ParametricSystem):
 
     @property
     def letters(self) -> tuple[str, ...]:
-        """The letters of words: those of the events."""
+        """The letters of events, of which words consist."""
         return self._kernel().letters
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:

@@ -79,7 +79,7 @@ class ImpactSystem(ParametricSystem):
 
     @property
     def letters(self) -> tuple[str, ...]:
-        """The letters of words: the names of the walls, the base wall first."""
+        """The names of the walls, of which words consist, the base wall first."""
         return tuple(self.walls())
 
     def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
