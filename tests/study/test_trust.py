@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -209,6 +209,8 @@ slowly = settings(deadline=None, max_examples=150, suppress_health_check=[Health
 
 @slowly
 @given(st.sampled_from(list(Study.model_fields)), DATA)
+@example("basins", {"grid": {}})
+@example("grid", {"name": []})
 def test_whatever_a_key_says_a_study_is_read_or_answered(key: str, value: Any) -> None:
     data = {"system": "ball", "parameters": {"a": 0.2}} | {key: value}
     Path("s.yaml").write_text(json.dumps(data), encoding="utf-8", errors="surrogatepass")

@@ -82,7 +82,7 @@ class Source:
         """The position of an error in the condition at `loc`, including an opening quote."""
         column = error.column if isinstance(error, ConditionError) else None
         node = self.root
-        with suppress(KeyError, IndexError):
+        with suppress(KeyError, IndexError, TypeError):  # a list has no keys
             for step in loc:
                 node = node[step] if isinstance(node, CommentedMap | CommentedSeq) else None
         if column is None or not isinstance(node, str):

@@ -47,7 +47,7 @@ def _needs(spec: BasinsSection) -> Iterator[Need]:
 
 
 def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
-    return binding.grid(("basins", "grid") if spec.grid else ("grid",), spec.grid or binding.study.grid)
+    return binding.grid(("grid",), binding.study.grid) if spec.grid is None else binding.grid(("basins", "grid"), spec.grid)
 
 
 def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:

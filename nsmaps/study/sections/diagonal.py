@@ -85,7 +85,7 @@ def _bind(spec: DiagonalSection, binding: "Binding") -> Near:
     with source.located(("diagonal",), Diagonal):
         filter = Diagonal(delta=spec.delta, slope=spec.slope, region=region)
     loc = ("grid",) if spec.grid is None else ("diagonal", "grid")
-    grid = binding.grid(loc, spec.grid or study.grid)
+    grid = binding.grid(loc, study.grid if spec.grid is None else spec.grid)
     orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in spec.orders.items()}
     return Near(filter, grid, spec.grid is not None, orders)
 
