@@ -68,10 +68,10 @@ def check_system(
         check_hybrid(system, states)
         return
     if not isinstance(system, ImpactSystem):
-        hint = ", with its parameters" if isinstance(system, type) else ""
-        raise CheckError(
-            f"{system!r} is not a system; expected: an object of a class that inherits from nsmaps.ImpactSystem{hint}"
+        expected = (
+            f"an object of a class that inherits from nsmaps.ImpactSystem{', with its parameters' * isinstance(system, type)}"
         )
+        raise CheckError(f"{system!r} is not a system; expected: {expected}")
     check_description(system)
     with mp.workdps(DIGITS):
         check_setting(system)

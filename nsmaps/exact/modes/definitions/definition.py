@@ -172,3 +172,8 @@ def filled(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> Floats:
         values[n + 2 * m - 1] = float(mp.re(plus + minus))
         values[n + 2 * m] = float(mp.re(mp.mpc(0, 1) * (plus - minus)))
     return values
+
+
+def harmonics_of(given: Sequence[Any]) -> int:
+    """The highest multiple of the phase in rows."""
+    return max([0, *(abs(m) for _, waves in given for m in waves)])

@@ -12,9 +12,9 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.flows.exponentials import DIGITS
-from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.definition import Definition, harmonics_of
 from nsmaps.exact.modes.enclosure.zeros import mode_of, zeros_of
-from nsmaps.exact.modes.tables.tables import Tables, harmonics_of
+from nsmaps.exact.modes.tables.tables import Tables
 
 REACH = 1.0  #: a cell times the spectral radius of |Y|
 POWERS = 20  #: of the series of a flow within a cell

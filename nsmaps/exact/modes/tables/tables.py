@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.modes.definitions.definition import Definition, filled
+from nsmaps.exact.modes.definitions.definition import Definition, filled, harmonics_of
 from nsmaps.exact.modes.definitions.resets import reset_address
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.polynomials import polynomials_of
@@ -101,11 +101,6 @@ def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Row
         begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
     starts = np.array([[next(waiting) for _ in range(n)] for _ in definition.starts])
     return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), starts)
-
-
-def harmonics_of(given: Sequence[Any]) -> int:
-    """The highest multiple of the phase in rows."""
-    return max([0, *(abs(m) for _, waves in given for m in waves)])
 
 
 def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
