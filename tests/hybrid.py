@@ -11,7 +11,7 @@ from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
 
-from nsmaps import HybridSystem, Section
+from nsmaps import Guard, HybridSystem, Section, Sliding
 
 DATA = Path(__file__).parent / "data" / "hybrid"
 SYSTEMS = {
@@ -65,3 +65,34 @@ class BeforeWall(HybridSystem):
 
     def section(self, t, y):
         return Section("B", ("v", "phi"))
+
+
+class Friction(HybridSystem):
+    """Mass on a belt of speed 1/5 whose friction is a surface of sliding, where sticking ends."""
+
+    mu: float = 0.5
+
+    states = ("x", "u")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
+        return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
+
+    def guards(self, t, y):
+        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5))}
+
+    def section(self, t, y):
+        return Section(("slower to stick", "faster to stick"), ("x", "phi"))
+
+
+class StrobedFriction(Friction):
+    """The same, once a period."""
+
+    def guards(self, t, y):
+        return {**super().guards(t, y), "O": Guard(("slower", "faster", "stick"), -sp.sin(t))}
+
+    def section(self, t, y):
+        return Section("O", ("x", "u"))

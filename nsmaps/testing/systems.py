@@ -68,9 +68,8 @@ def check_system(
         check_hybrid(system, states)
         return
     if not isinstance(system, ImpactSystem):
-        expected = (
-            f"an object of a class that inherits from nsmaps.ImpactSystem{', with its parameters' * isinstance(system, type)}"
-        )
+        hint = ", with its parameters" if isinstance(system, type) else ""
+        expected = f"an object of a class that inherits from nsmaps.ImpactSystem{hint}"
         raise CheckError(f"{system!r} is not a system; expected: {expected}")
     check_description(system)
     with mp.workdps(DIGITS):

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-import sympy as sp
-from hybrid import numbers, reference, system
+from hybrid import StrobedFriction, numbers, reference, system
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 
-from nsmaps import Guard, HybridSystem, Section, Sliding
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import Outcome
@@ -90,36 +88,16 @@ def test_derivatives_are_those_of_differences():
         assert slopes[:, k] == pytest.approx((lifted[0] - lifted[1])[0] / 2e-6, abs=1e-7)
 
 
-class Disc(HybridSystem):
-    """Mass on a belt with sliding, once a period."""
-
-    states = ("x", "u")
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
-        return {"slower": {"x": y.u, "u": force + sp.Rational(1, 2)}, "faster": {"x": y.u, "u": force - sp.Rational(1, 2)}}
-
-    def guards(self, t, y):
-        every = ("slower", "faster", "stick")
-        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5)), "O": Guard(every, -sp.sin(t))}
-
-    def section(self, t, y):
-        return Section("O", ("x", "u"))
-
-
 def test_a_mode_divided_by_a_section_that_changes_nothing():
     """Before and after the phase pi, where the section's function rises: the next phase zero either way."""
-    disc, phases = Disc(), np.array([0.5, 3.0, 3.3, 6.0])
+    disc, phases = StrobedFriction(), np.array([0.5, 3.0, 3.3, 6.0])
     arrivals = disc.arrivals(np.column_stack([np.full(4, 0.3), np.full(4, -0.4), phases]))
     assert (arrivals.mode == "slower").all()
     assert arrivals.time == pytest.approx(TWO_PI - phases, abs=1e-13)
 
 
 def test_sliding_and_contact_are_given():
-    disc = Disc()
+    disc = StrobedFriction()
     sliding = disc.arrivals([[0.0, 0.2, 1.0]], "stick")
     assert sliding.mode.tolist() == ["stick"]
     assert sliding.words[0].endswith("O")

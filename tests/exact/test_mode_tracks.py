@@ -3,40 +3,19 @@
 import mpmath as mp
 import numpy as np
 import pytest
-import sympy as sp
+from hybrid import StrobedFriction
 from nsmaps_belt import Belt
 from nsmaps_buck_converter import BuckConverter
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_rocking_block import RockingBlock
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section, Sliding
 from nsmaps.errors import StateError
 from nsmaps.exact.trajectory import track
 
 DIGITS, ROUNDING = 30, 1e-14
 BELT = {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25}
 PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
-
-
-class Friction(HybridSystem):
-    """Mass on a belt whose friction is a surface of sliding, in the section once a period."""
-
-    states = ("x", "u")
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
-        return {"slower": {"x": y.u, "u": force + sp.Rational(1, 2)}, "faster": {"x": y.u, "u": force - sp.Rational(1, 2)}}
-
-    def guards(self, t, y):
-        every = ("slower", "faster", "stick")
-        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5)), "O": Guard(every, -sp.sin(t))}
-
-    def section(self, t, y):
-        return Section("O", ("x", "u"))
 
 
 def belt(force):
@@ -46,7 +25,7 @@ def belt(force):
 
 
 def friction(force):
-    """The same of `Friction`."""
+    """The same of `StrobedFriction`."""
     return lambda t, y: [y[1], mp.cos(t) / 2 - y[1] / 20 - 3 * y[0] + force]
 
 
@@ -68,7 +47,7 @@ MOTIONS = {
         {"slower": belt(mp.mpf(BELT["mu_k"])), "stick": lambda t, y: [BELT["vb"], 0]},
     ),
     "friction": (
-        Friction(),
+        StrobedFriction(),
         [0.3, 0.9],
         {"slower": friction(mp.mpf("0.5")), "faster": friction(-mp.mpf("0.5")), "stick": lambda t, y: [mp.mpf("0.2"), 0]},
     ),

@@ -6,34 +6,13 @@ import subprocess
 
 import pytest
 import sympy as sp
+from hybrid import Friction
 
 import nsmaps
-from nsmaps import HybridSystem, Section, Sliding
 from nsmaps.errors import NsmapsError
 
 BELT = {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25}
 PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
-
-
-class Friction(HybridSystem):
-    """Mass on a belt whose friction is a surface of sliding."""
-
-    mu: float
-
-    states = ("x", "u")
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
-        return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
-
-    def guards(self, t, y):
-        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5))}
-
-    def section(self, t, y):
-        return Section(("slower to stick", "faster to stick"), ("x", "phi"))
 
 
 SYSTEMS = {

@@ -4,12 +4,11 @@ import warnings
 
 import numpy as np
 import pytest
-import sympy as sp
-from hybrid import SYSTEMS, numbers, reference, system
+from hybrid import SYSTEMS, Friction, numbers, reference, system
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_soft_impact import SoftImpact
 
-from nsmaps import HybridSystem, Section, Sliding
+from nsmaps import Section
 from nsmaps.errors import CheckError
 from nsmaps.testing import check_system
 
@@ -66,27 +65,6 @@ def test_a_flow_that_is_not_that_of_the_formulas_is_found(monkeypatch):
     monkeypatch.setattr(hybrid, "Formulas", formulas)
     with pytest.raises(CheckError, match="is not that of its formulas"):
         check_system(SoftImpact(**SOFT), states=STARTS)
-
-
-class Friction(HybridSystem):
-    """Mass on a belt of speed 1/5 whose friction is a surface of sliding, where sticking ends."""
-
-    mu: float
-
-    states = ("x", "u")
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        force = sp.cos(t) / 2 - y.u / 20 - 3 * y.x
-        return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
-
-    def guards(self, t, y):
-        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5))}
-
-    def section(self, t, y):
-        return Section(("slower to stick", "faster to stick"), ("x", "phi"))
 
 
 PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
