@@ -26,14 +26,14 @@ def error_against_time(result: BenchResult, ax: Axes) -> Axes:
         time = np.array([row.microseconds for row in rows])
         worst, common = (np.maximum([getattr(row, name) for row in rows], FLOOR) for name in ("worst", "quantile"))
         right = np.array([row.wrong + row.wrong_hard == 0 for row in rows])
-        ax.vlines(time, common, worst, color=colour, lw=1)
-        ax.plot(time, worst, ":", color=colour, lw=1)
+        ax.vlines(time, common, worst, color=colour, lw=0.6)
+        ax.plot(time, worst, ":", color=colour, lw=0.6)
         for full in (True, False):
             face = colour if full else "white"
             marker = _MARKERS[k % len(_MARKERS)]
-            ax.plot(time[right == full], worst[right == full], marker, mfc=face, mec=colour, ms=7, ls="none")
-        ax.plot([], [], marker=_MARKERS[k % len(_MARKERS)], color=colour, ls=":", lw=1, label=_label(family, rows))
-    ax.plot([], [], "|", color="0.3", ms=12, label="bar: from worst down to 99 %")
+            ax.plot(time[right == full], worst[right == full], marker, mfc=face, mec=colour, ms=4.2, ls="none")
+        ax.plot([], [], marker=_MARKERS[k % len(_MARKERS)], color=colour, ls=":", lw=0.6, label=_label(family, rows))
+    ax.plot([], [], "|", color="0.3", ms=7.2, label="bar: from worst down to 99 %")
     ax.plot([], [], "o", mfc="white", mec="0.3", ls="none", label="hollow: not all words right")
     ax.set(xscale="log", yscale="log", xlabel="time (µs a return)", ylabel="error of speed (dimensionless) or phase (rad)")
     ax.yaxis.set_major_locator(LogLocator(numticks=12))
@@ -57,7 +57,7 @@ def _families(result: BenchResult) -> Iterator[tuple[str, list[Row]]]:
             yield family, rows
 
 
-def save(result: BenchResult, path: Path, dpi: float = 200) -> Path:
+def save(result: BenchResult, path: Path, dpi: float = 300) -> Path:
     """The figure in a file, whose suffix is its format."""
-    sheet = Sheet(path.stem, (lambda ax: error_against_time(result, ax),), 1, (10.0, 4.6))
+    sheet = Sheet(path.stem, (lambda ax: error_against_time(result, ax),), 1, 0.46)
     return sheet.save(path.parent, (path.suffix.lstrip(".") or "png",), dpi)[0]

@@ -62,7 +62,8 @@ def draw_listed(
     folder: Path,
     out: Path | None = None,
     kinds: Sequence[str] = ("png",),
-    dpi: float = 200,
+    dpi: float = 300,
+    width: float = 5.1,
 ) -> "tuple[list[Path], StudyResult]":
     """Figures of a run, drawn into a folder, its own if omitted, and the result, which says of each why if it was not drawn.
 
@@ -77,7 +78,7 @@ def draw_listed(
     for name in dict.fromkeys(names):
         try:
             with listed(folder, place) as beside, _settled():
-                drawn = draw(result, [name], beside, kinds, dpi)
+                drawn = draw(result, [name], beside, kinds, dpi, width)
             paths += [place / path.name for path in drawn]
         except OSError:
             raise
@@ -132,7 +133,8 @@ def figures(
     ] = None,
     format: Annotated[list[Format] | None, typer.Option(help="The file format, png if omitted; may be repeated.")] = None,
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
-    dpi: Annotated[float, typer.Option(min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")] = 200,
+    dpi: Annotated[float, typer.Option(min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")] = 300,
+    width: Annotated[float, typer.Option(min=2, max=40, help="The width of a figure, inches; type stays at 8 points.")] = 5.1,
     installed_only: InstalledOnly = False,
 ) -> None:
     """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for."""
@@ -142,7 +144,7 @@ def figures(
         result = read_result(folder, installed_only=installed_only)
         kinds = [kind.value for kind in format or [Format.png]]
         names = only or figures_of(result)
-        paths, result = draw_listed(result, names, folder, out, kinds, dpi)
+        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width)
     for path in paths:
         typer.echo(str(path))
     if say_undrawn(result, names):

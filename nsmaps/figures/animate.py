@@ -35,6 +35,7 @@ Writer = PillowWriter | FFMpegWriter
 
 _WRITERS: Mapping[str, type[Writer]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 _TURN, _STEPS = 72, 40  #: pictures of a whole turn, and steps of an orbit, where no number is named
+_WIDTH = 8.0  #: inches
 _PALE = 0.35  #: opacity of the pieces at rest
 
 
@@ -109,7 +110,7 @@ def _write(film: Film, writer: Writer, path: Path, dpi: float) -> None:
 def _turning(result: "StudyResult", frames: int | None, orbit: int) -> Film:
     """The sheet of surfaces, seen from all sides."""
     (sheet,) = surface_sheets(result)
-    figure, count = sheet.figure(), frames or _TURN
+    figure, count = sheet.figure(width=_WIDTH), frames or _TURN
     spaces = [ax for ax in figure.axes if isinstance(ax, Axes3D)]
 
     def show(k: int) -> None:
@@ -133,14 +134,14 @@ def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
 
     coordinates = range(len(composite.coordinates))
     parts = tuple(lambda ax, i=i: panel(ax, i) for i in coordinates)
-    figure = Sheet("cobweb", parts, len(parts), (5.6, 4.9), title=" ").figure()
+    figure = Sheet("cobweb", parts, len(parts), 0.88, title=" ").figure(width=_WIDTH)
 
     def show(k: int) -> None:
         active = int(by[k - 1]) if k else -1
         for each in panels:
             each.show(k, active)
         title = f"return {k}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
-        figure.suptitle(title, fontsize=13)
+        figure.suptitle(title)
 
     return Film(figure, show, count, 1)
 
@@ -152,11 +153,11 @@ class _Cobweb:
         self._composite, self._states, self._i = COMPOSITE.of(result, "cobweb"), states, i
         self._pieces = draw_pieces(result, ax, i)
         self._colours = colours_of(result, "cobweb")
-        (self._path,) = ax.plot([], [], color="0.2", lw=1.1, zorder=5, label="composite orbit")
-        (self._curve,) = ax.plot([], [], lw=3.6, zorder=4, label="_")
-        (self._point,) = ax.plot([], [], "o", color="black", ms=6, zorder=6, label="state")
+        (self._path,) = ax.plot([], [], color="0.2", lw=0.7, zorder=5, label="composite orbit")
+        (self._curve,) = ax.plot([], [], lw=2.2, zorder=4, label="_")
+        (self._point,) = ax.plot([], [], "o", color="black", ms=3.6, zorder=6, label="state")
         values = states[:, i]
-        ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
+        ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=0.8, ms=4.2, zorder=6, label="start")
         look(ax, values, self._composite.coordinates[i])
         self._x, self._middle = np.linspace(*ax.get_xlim(), 600), np.mean(ax.get_ylim())
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def diagonal(ax: Axes, low: float, high: float) -> Line2D:
     """The line on which a coordinate stays as it is."""
-    (line,) = ax.plot([low, high], [low, high], color="0.25", lw=1, ls=(0, (5, 3)), zorder=2, label="diagonal")
+    (line,) = ax.plot([low, high], [low, high], color="0.25", lw=0.6, ls=(0, (5, 3)), zorder=2, label="diagonal")
     return line
 
 

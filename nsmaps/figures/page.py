@@ -24,7 +24,8 @@ from nsmaps.figures.style import STYLE
 
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 _TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend
-LONG = 40  #: letters of a panel's title on one line, after its letter
+COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
+_LETTERS = 12  #: letters of a title in an inch of its panel's width, after its own letter
 Panel = Callable[[Axes], Axes]
 
 
@@ -35,33 +36,39 @@ class Sheet:
     name: str  #: of the file, without suffix
     panels: tuple[Panel, ...]
     columns: int
-    panel: tuple[float, float] = (5.0, 4.0)  #: width and height of a panel, inches
+    ratio: float = 0.8  #: the height of a panel with all around it, as a share of its width
     projection: str | tuple[str | None, ...] | None = None  #: "3d" for surfaces; a tuple gives one a panel
     title: str = ""
+    legend: bool = False  #: whether the legends of all panels are drawn as one, below them
+    share: float = 1.0  #: of the width of a page that the figure takes
 
-    def figure(self, dpi: float | None = None) -> Figure:
-        """The figure with every panel drawn and lettered (a), (b), ... where there are several."""
-        rows = -(-len(self.panels) // self.columns)
-        size = self.panel[0] * self.columns, self.panel[1] * rows
-        figure = Figure(figsize=size, dpi=dpi, layout="constrained")
+    def figure(self, dpi: float | None = None, width: float = COLUMN) -> Figure:
+        """The figure with every panel drawn and lettered (a), (b), ... where there are several; `width` in inches.
+
+        Type has the same size at every width, and panels take what it leaves.
+        """
+        rows, each = -(-len(self.panels) // self.columns), self.share * width / self.columns
+        figure = Figure(figsize=(self.columns * each, rows * self.ratio * each), dpi=dpi, layout="constrained")
         FigureCanvasAgg(figure)
         for number, panel in enumerate(self.panels):
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
             ax = figure.add_subplot(rows, self.columns, number + 1, projection=projection)
             panel(ax)
-            ax.set_title(fill(ax.get_title(), LONG))
+            ax.set_title(fill(ax.get_title(), int(_LETTERS * each)))
             if len(self.panels) > 1:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
         if self.title:
-            figure.suptitle(self.title, fontsize=12)
+            figure.suptitle(self.title)
         _as_it_stands(figure)
+        if self.legend:
+            _one_legend(figure)
         return figure
 
-    def save(self, folder: Path, formats: Sequence[str], dpi: float) -> list[Path]:
-        """The files written, one a format; the figure is drawn in the style of the package, laid out once for all, and let go."""
+    def save(self, folder: Path, formats: Sequence[str], dpi: float, width: float = COLUMN) -> list[Path]:
+        """The files written, one a format, `width` inches wide; the figure is drawn in the style of the package, and let go."""
         paths = [folder / f"{self.name}.{suffix}" for suffix in formats]
         with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
-            figure = self.figure(dpi)
+            figure = self.figure(dpi, width)
             lay_out(figure)
             for path in paths:
                 if path.suffix == ".png":
@@ -69,6 +76,29 @@ class Sheet:
                 else:
                     figure.savefig(path, dpi=dpi)
         return paths
+
+
+def _one_legend(figure: Figure) -> None:
+    """The legends of all panels as one below them, in as many columns as there is room for; the figure grows by its height."""
+    entries: dict[str, Any] = {}
+    for ax in figure.axes:
+        own = ax.get_legend()
+        if own is not None:
+            for text, handle in zip(own.get_texts(), own.legend_handles, strict=True):
+                entries.setdefault(text.get_text(), handle)
+            own.remove()
+    if not entries:
+        return
+    renderer, (width, height) = cast(Any, figure.canvas).get_renderer(), figure.get_size_inches()
+    for columns in range(len(entries), 0, -1):
+        below = figure.legend(
+            list(entries.values()), list(entries), loc="outside lower center", ncols=columns, frameon=False, columnspacing=1.4
+        )
+        box = below.get_window_extent(renderer)
+        if box.width <= figure.bbox.width or columns == 1:
+            figure.set_size_inches(width, height + box.height / figure.dpi)
+            return
+        below.remove()
 
 
 def _pixels(figure: Figure) -> NDArray[np.uint8]:

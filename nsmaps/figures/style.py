@@ -28,7 +28,7 @@ LOOKS = (
     (BLACK, "-", "v"),
 )  #: of lines: colour, dashes, marker
 _FAMILIES = (BLACK, MAGENTA, YELLOW, SKY, GREEN, BLUE, ORANGE, RED)
-PIECES = (GREY, GREEN, SKY, RED, OLIVE, MAGENTA, BLUE, ORANGE)
+PIECES = ("#858585", "#16FF81", "#489FEC", "#C76A00", "#E8D700", "#630052", "#005EFF", "#562800")
 MOST = len(PIECES)  #: pieces that have a colour of their own where there are more
 REST = "#E4E4E4"  #: of all others
 _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same ticks
@@ -36,33 +36,44 @@ _GREEK = re.compile(
     "alpha|beta|[gG]amma|[dD]elta|epsilon|zeta|eta|[tT]heta|kappa|[lL]ambda|mu|nu|[xX]i|rho|[sS]igma|tau|[pP]hi|chi|[pP]si|[oO]mega"
 )
 _DIMENSIONLESS = ContextVar("dimensionless", default=False)
+SIZE = 8.0  #: points, of all type
+_MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 11,
+    "font.size": SIZE,
     "mathtext.fontset": "dejavusans",
     "text.usetex": False,  # names of a study never become TeX that is run
-    "axes.labelsize": 12,
-    "axes.titlesize": 11,
+    "axes.labelsize": SIZE,
+    "axes.titlesize": SIZE,
     "axes.titley": 1.0,  # nothing stands between a panel and its title, which need not be looked for
-    "axes.linewidth": 0.8,
+    "axes.titlepad": 4.0,
+    "axes.labelpad": 2.0,
+    "axes.linewidth": 0.6,
     "axes.grid": False,
-    "xtick.labelsize": 10,
-    "ytick.labelsize": 10,
-    "legend.fontsize": 9.5,
+    "figure.titlesize": SIZE,
+    "xtick.labelsize": SIZE,
+    "ytick.labelsize": SIZE,
+    **{f"{axis}tick.{kind}.{name}": size for axis in "xy" for kind, name, size in _MARKS},
+    "legend.fontsize": SIZE,
     "legend.frameon": True,
     "legend.framealpha": 0.9,
     "legend.edgecolor": "0.8",
-    "lines.linewidth": 1.4,
+    "legend.handlelength": 1.6,
+    "legend.borderpad": 0.3,
+    "legend.labelspacing": 0.35,
+    "patch.linewidth": 0.6,
+    "lines.linewidth": 0.9,
+    "lines.markersize": 3.5,
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
     "pdf.fonttype": 42,
     "svg.fonttype": "none",
     "svg.hashsalt": "nsmaps",
-    "figure.constrained_layout.w_pad": 0.09,
-    "figure.constrained_layout.h_pad": 0.09,
+    "figure.constrained_layout.w_pad": 0.04,
+    "figure.constrained_layout.h_pad": 0.04,
 }
 """The settings of every drawn file; for `matplotlib.rc_context`, never written to matplotlib's own."""
 

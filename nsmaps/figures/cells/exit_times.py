@@ -27,7 +27,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: steps to leave the region, and steps to arrive, if the study has a closed target set."""
     times = EXIT_TIMES.of(result, "exit_times")
     panels = [partial(exit_times, result)] + ([partial(exit_times, result, arrives=True)] if times.arrived is not None else [])
-    return (Sheet("exit_times", tuple(panels), len(panels), (6.8, 5.2)),)
+    return (Sheet("exit_times", tuple(panels), len(panels), 0.76),)
 
 
 def exit_times(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
@@ -45,7 +45,7 @@ def exit_times(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
     show(ax, times.cells, number, [*greens, *blues])
     _borders(ax, times.cells.window, times.region.reshape(times.cells.shape))
     points = times.points
-    ax.plot(*points.T, "x", ms=6, mew=1.4, color="k", label="periodic points")
+    ax.plot(*points.T, "x", ms=3.6, mew=0.8, color="k", label="periodic points")
     if steps.max() > 0:
         scale = ScalarMappable(BoundaryNorm(np.arange(shades + 1) + 0.5, shades), ListedColormap(blues))
         bar = ax.figure.colorbar(scale, ax=ax, ticks=np.arange(1, shades + 1))
@@ -64,4 +64,4 @@ def _borders(ax: Axes, window: NDArray[np.float64], region: NDArray[np.int64]) -
     for k in np.unique(region[region >= 0]):
         area = region == k
         if not area.all():
-            ax.contour(x, y, area.T, levels=[0.5], colors="0.25", linewidths=0.7)
+            ax.contour(x, y, area.T, levels=[0.5], colors="0.25", linewidths=0.4)

@@ -27,7 +27,7 @@ NAMED = 4  #: components with a line in the legend
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("morse", (partial(morse, result),), 1, (6.5, 5.2)),)
+    return (Sheet("morse", (partial(morse, result),), 1, 0.80),)
 
 
 def morse(result: "StudyResult", ax: Axes) -> Axes:
@@ -43,7 +43,7 @@ def morse(result: "StudyResult", ax: Axes) -> Axes:
         handles.append(Patch(color=shades[0], label="between"))
     tails = [pair.exact.states[int(LAST * len(pair.exact.states)) :] for pair in result.orbits]
     if tails:
-        handles += ax.plot(*np.concatenate(tails).T, ".", ms=3, color="k", mec="none", label="exact orbits")
+        handles += ax.plot(*np.concatenate(tails).T, ".", ms=1.8, color="k", mec="none", label="exact orbits")
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
     ax.set(xlim=cover.cells.window[0], ylim=cover.cells.window[1])
     return dress(ax, (cover.cells.coordinates[0], "k"), (cover.cells.coordinates[1], "k"))

@@ -55,7 +55,7 @@ def paint_pieces(ax: Axes, result: "StudyResult", figure: str, grid: Grid, besid
         area = (number == k).reshape(grid.shape)
         name_area(ax, grid, area & ~taken, piece_label(piece.name)) or name_area(ax, grid, area, piece_label(piece.name))
         if colours[k] == REST:
-            outline(ax, grid, area, color="white", lw=1.2)
+            outline(ax, grid, area, color="white", lw=0.7)
     if np.any(number < 0):
         first, second = (axis.values() for axis in grid.axes.values())
         empty = (number < 0).reshape(grid.shape).T

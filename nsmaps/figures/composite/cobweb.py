@@ -35,7 +35,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     coordinates = COMPOSITE.of(result, "cobweb").coordinates
     count = len(ORBITS.of(result, "cobweb"))
     panels = tuple(partial(cobweb, result, coordinate=c, number=k) for k in range(count) for c in coordinates)
-    return (Sheet("cobweb", panels, len(coordinates), (5.4, 4.9)),)
+    return (Sheet("cobweb", panels, len(coordinates), 0.91),)
 
 
 def cobweb(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
@@ -48,16 +48,16 @@ def cobweb(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
     i = place(composite.coordinates, coordinate or composite.coordinates[0])
     values = composite_states(result, number)[:, i]
     draw_pieces(result, ax, i)
-    ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, label="composite orbit")
+    ax.plot(*staircase(values), color="0.2", lw=0.5, zorder=4, label="composite orbit")
     dots: dict[str, Any] = {"mfc": MAGENTA, "mec": "black", "mew": 0.5, "zorder": 6}
     low, high = ax.get_xlim()
     if not ended(_orbit(result, number)):
         ends = last_tenth(values)
-        ax.plot(*staircase(ends), "-", color=MAGENTA, lw=1.3, zorder=5)
-        ax.plot(ends[:-1], ends[1:], "o", ms=5.5, label="last 10 %", **dots)
+        ax.plot(*staircase(ends), "-", color=MAGENTA, lw=0.8, zorder=5)
+        ax.plot(ends[:-1], ends[1:], "o", ms=3.3, label="last 10 %", **dots)
     elif low <= values[-1] <= high:
-        ax.plot(values[-1:], values[-1:], "X", ms=9, label="end", **dots)
-    ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=1.3, ms=7, zorder=6, label="start")
+        ax.plot(values[-1:], values[-1:], "X", ms=5.4, label="end", **dots)
+    ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=0.8, ms=4.2, zorder=6, label="start")
     return look(ax, values, composite.coordinates[i])
 
 
@@ -127,7 +127,7 @@ def _draw(
 ) -> Line2D | PolyCollection:
     """The images of one piece: a line if they are those of one coordinate, else the area between them."""
     if flat:
-        return ax.plot(x, low, color=colour, lw=2.2, label=text, zorder=3)[0]
+        return ax.plot(x, low, color=colour, lw=1.3, label=text, zorder=3)[0]
     return ax.fill_between(x, low, high, color=tint(colour, 0.0 if colour == REST else 0.55), lw=0, label=text, zorder=above)
 
 

@@ -47,17 +47,17 @@ def orbits(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
         paint_pieces(ax, result, "orbits", next(iter(result.surfaces.values())).grid, beside=points)
     for states, (orbit, colour, dashes, (marker, fill, edge, size), name) in zip(every, runs, strict=True):
         first = states if ended(orbit) else states[: _arrival(states) + 1]
-        ax.plot(*around(states, coordinates).T, color=colour, lw=0.7, alpha=0.6, zorder=4)
-        ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.8, label=name, zorder=4)
+        ax.plot(*around(states, coordinates).T, color=colour, lw=0.4, alpha=0.6, zorder=4)
+        ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.1, label=name, zorder=4)
         ends = f"{name.split()[0]}, last 10 %"
         if not ended(orbit):
-            ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=1.2, ms=size, zorder=5, label=ends)
+            ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=0.7, ms=size, zorder=5, label=ends)
     _look(ax, result, coordinates, np.concatenate(every))
     for states, (orbit, colour, *_, name) in zip(every, runs, strict=True):
         if ended(orbit):
             _end(ax, states, colour, name)
     start = every[0][:1]
-    ax.plot(*start.T, "o", mfc="white", mec="black", mew=1.4, ms=8, zorder=6, clip_on=False, label="start")
+    ax.plot(*start.T, "o", mfc="white", mec="black", mew=0.8, ms=4.8, zorder=6, clip_on=False, label="start")
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1.06), ncols=len(runs) + 1, frameon=False, columnspacing=1, handlelength=1.8)
     return dress(ax, (coordinates[0], "k"), (coordinates[1], "k"))
 
@@ -67,7 +67,7 @@ def _end(ax: Axes, states: Floats, colour: str, name: str) -> None:
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
     inside = np.flatnonzero(((low <= states) & (states <= high)).all(axis=1))
     text = f"{name} ends" if inside[-1] == len(states) - 1 else f"{name}, last inside"
-    ax.plot(*states[inside[-1:]].T, "X", mfc=colour, mec="black", mew=0.8, ms=9, zorder=6, clip_on=False, label=text)
+    ax.plot(*states[inside[-1:]].T, "X", mfc=colour, mec="black", mew=0.5, ms=5.4, zorder=6, clip_on=False, label=text)
 
 
 def _arrival(states: Floats) -> int:

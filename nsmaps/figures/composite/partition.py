@@ -22,7 +22,7 @@ _ABOVE = 5  #: entries of a legend above the picture; one of more stands beside 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("partition", (partial(partition, result),), 1, (7.0, 5.6)),)
+    return (Sheet("partition", (partial(partition, result),), 1, 0.80),)
 
 
 def partition(result: "StudyResult", ax: Axes) -> Axes:
@@ -52,5 +52,5 @@ def partition(result: "StudyResult", ax: Axes) -> Axes:
 
 def _name(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str) -> None:
     """An outline around an area, and its name in it if there is room."""
-    outline(ax, grid, area, color="0.25", lw=0.6)
+    outline(ax, grid, area, color="0.25", lw=0.4)
     name_area(ax, grid, area, rf"$\mathcal{{R}}_{{{name}}}$", (10, 7))

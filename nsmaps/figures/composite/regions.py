@@ -21,7 +21,7 @@ POINTS = 601  #: per axis, so that edges that do not follow grid lines appear st
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("regions", (partial(regions, result),), 1, (6.8, 5.0)),)
+    return (Sheet("regions", (partial(regions, result),), 1, 0.74),)
 
 
 def regions(result: "StudyResult", ax: Axes) -> Axes:
@@ -40,15 +40,15 @@ def regions(result: "StudyResult", ax: Axes) -> Axes:
         own = number == k
         if not own.any():
             continue
-        outline(ax, grid, own.reshape(grid.shape), color="0.25", lw=0.9)
+        outline(ax, grid, own.reshape(grid.shape), color="0.25", lw=0.5)
         if colour == REST:
             continue
         text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"
-        handles.append(Patch(fc=tint(colour, 0.65), ec="0.25", lw=0.9, label=text))
+        handles.append(Patch(fc=tint(colour, 0.65), ec="0.25", lw=0.5, label=text))
     resets = np.isin(number, [k for k, colour in enumerate(colours) if colour == REST])
     if resets.any():
         text = f"{len(np.unique(number[resets]))} more: {100 * resets.mean():.3g} %"
-        handles.append(Patch(fc=REST, ec="0.25", lw=0.9, label=text))
+        handles.append(Patch(fc=REST, ec="0.25", lw=0.5, label=text))
     if np.any(number < 0):
         handles.append(Patch(fc="none", ec="0.6", hatch="////", lw=0, label=f"in no piece: {100 * np.mean(number < 0):.3g} %"))
     ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("speed_error", (partial(speed_error, result),), 1, (6.4, 4.2)),)
+    return (Sheet("speed_error", (partial(speed_error, result),), 1, 0.66),)
 
 
 def speed_error(result: "StudyResult", ax: Axes) -> Axes:
@@ -30,8 +30,8 @@ def speed_error(result: "StudyResult", ax: Axes) -> Axes:
     errors = {label: error for label, error in _errors(result).items() if np.isfinite(error) and error > 0}
     looks = ((BLUE, "o"), (RED, "s"))
     for (label, error), (colour, marker) in zip(errors.items(), looks, strict=False):
-        ax.plot([speed.composite], [error], marker, color=colour, ms=9, ls="none", label=label, zorder=3)
-    ax.axvline(speed.exact, color=ORANGE, lw=2, label="time of the exact map")
+        ax.plot([speed.composite], [error], marker, color=colour, ms=5.4, ls="none", label=label, zorder=3)
+    ax.axvline(speed.exact, color=ORANGE, lw=1.2, label="time of the exact map")
     tolerance = _tolerance(result)
     ax.axhline(tolerance, color=GREY, ls="--", label="tolerance")
     times, levels = (speed.composite, speed.exact), (tolerance, *errors.values())

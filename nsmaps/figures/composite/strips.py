@@ -21,7 +21,7 @@ POINTS = 200  #: of a drawn edge
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("strips", (partial(strips, result),), 1, (7.5, 5.6)),)
+    return (Sheet("strips", (partial(strips, result),), 1, 0.75),)
 
 
 def strips(result: "StudyResult", ax: Axes) -> Axes:
@@ -36,7 +36,7 @@ def strips(result: "StudyResult", ax: Axes) -> Axes:
     for slab in strips.slabs:
         s = np.linspace(-1, 1, POINTS)
         for phi in slab.phases(s)[1:-1]:
-            ax.plot(slab.speeds(s), phi, color="k", lw=1.2)
+            ax.plot(slab.speeds(s), phi, color="k", lw=0.7)
     figure = ax.figure
     bar = figure.colorbar(image, ax=ax, ticks=[(a + b) / 2 for a, b in zip(norm.boundaries, norm.boundaries[1:], strict=False)])
     bar.ax.set_yticklabels([str(each) for each in degrees])

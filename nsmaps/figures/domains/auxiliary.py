@@ -24,7 +24,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         file = file_of("auxiliary", name if k else "")
         parts = [(steps, coordinate) for steps in (False, True) for coordinate in domain.coordinates]
         panels = tuple(partial(auxiliary, result, coordinate=c, steps=steps, domain=name) for steps, c in parts)
-        drawn.append(Sheet(file, panels, len(domain.coordinates), (6.2, 4.3)))
+        drawn.append(Sheet(file, panels, len(domain.coordinates), 0.69))
     return tuple(drawn)
 
 
@@ -45,16 +45,16 @@ def auxiliary(
         for j, curve in enumerate(envelope.family):
             grey = f"{np.interp(j, [0, len(envelope.family) - 1], [float(g) for g in _GREYS]):.2f}"
             held = ", ".join(f"{symbol(chosen.coordinates[k])} = {envelope.others[j, k]:.3g}" for k in others)
-            ax.plot(envelope.x, curve, color=grey, lw=1.2, label=held if j in (0, len(envelope.family) - 1) else None)
+            ax.plot(envelope.x, curve, color=grey, lw=0.7, label=held if j in (0, len(envelope.family) - 1) else None)
     every = max(1, len(envelope.x) // 16)
     lower, upper = outer(chosen, step, i)
     for curve, colour, letter, first in ((upper, BLUE, "U", 0), (lower, ORANGE, "L", every // 2)):
-        (line,) = ax.plot(envelope.x, curve, color=colour, lw=2.4, zorder=4, label=bounding(i, letter, chosen))
-        line.set(marker="D", markersize=5, markevery=(first, every))
+        (line,) = ax.plot(envelope.x, curve, color=colour, lw=1.4, zorder=4, label=bounding(i, letter, chosen))
+        line.set(marker="D", markersize=3, markevery=(first, every))
     if steps:
         if step.forward_invariant:
             ax.axvspan(*step.worst[1, i], color=GREEN, alpha=0.25, lw=0, zorder=0, label=rf"$I_{{1{bare(name)}}}$")
-        ax.plot(*worst_steps(step, i), color="black", lw=1.6, ls=":", zorder=5, label=worst_case(chosen))
+        ax.plot(*worst_steps(step, i), color="black", lw=1, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel() if steps else []]))
     ax.set_title(
         f"{chosen.of}, update {step.number}: {envelope.kind}" + ("" if step.forward_invariant else ", not forward invariant")

@@ -21,7 +21,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: a panel a coordinate."""
     coordinates = next(iter(DOMAINS.of(result, "domain_size").values())).coordinates
     panels = tuple(partial(domain_size, result, coordinate=name, legend=name == coordinates[-1]) for name in coordinates)
-    return (Sheet("domain_size", panels, len(panels), (6.8, 4.0)),)
+    return (Sheet("domain_size", panels, len(panels), 0.59),)
 
 
 def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "", legend: bool = True) -> Axes:

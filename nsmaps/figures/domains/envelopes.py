@@ -34,7 +34,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         file = file_of("envelopes", name if k else "")
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
         panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
-        drawn.append(Sheet(file, panels, len(domain.coordinates), (5.8, 4.4)))
+        drawn.append(Sheet(file, panels, len(domain.coordinates), 0.76))
     return tuple(drawn)
 
 
@@ -64,19 +64,19 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
     name = chosen.coordinates[i]
     if step.forward_invariant:
         held = rf"$\mathcal{{A}}^{{({step.number + 1})}}$, {np.ptp(worst[-1]):.3g} wide"
-        ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.88), ec=OLIVE, lw=1.0, ls="--", zorder=0, label=held)
+        ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.88), ec=OLIVE, lw=0.6, ls="--", zorder=0, label=held)
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
-        ax.plot(worst[-1], worst[-1], "*", color="black", mec="white", mew=0.6, ms=13, zorder=7, label=text)
+        ax.plot(worst[-1], worst[-1], "*", color="black", mec="white", mew=0.4, ms=7.8, zorder=7, label=text)
         generic = step.generic[:, i]
         rests = abs(generic[-1] - generic[-3]) <= 1e-6 * np.ptp(step.box[i])
-        ax.plot(*staircase(generic if rests else generic[:1]), color="0.4", lw=0.7, zorder=4, label=_GENERIC[rests])
+        ax.plot(*staircase(generic if rests else generic[:1]), color="0.4", lw=0.4, zorder=4, label=_GENERIC[rests])
         if rests:
-            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=2.2, zorder=6, label="its last 10 %")
+            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.3, zorder=6, label="its last 10 %")
     lower, upper = outer(chosen, step, i)
     ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
-    ax.plot(envelope.x, upper, color=BLUE, lw=2.2, zorder=3, label=bounding(i, "U", chosen))
-    ax.plot(envelope.x, lower, color=ORANGE, lw=2.2, zorder=3, label=bounding(i, "L", chosen))
-    ax.plot(*worst_steps(step, i), color="black", lw=1.3, ls=":", zorder=5, label=worst_case(chosen))
+    ax.plot(envelope.x, upper, color=BLUE, lw=1.3, zorder=3, label=bounding(i, "U", chosen))
+    ax.plot(envelope.x, lower, color=ORANGE, lw=1.3, zorder=3, label=bounding(i, "L", chosen))
+    ax.plot(*worst_steps(step, i), color="black", lw=0.8, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, worst.ravel()]))
     ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.forward_invariant else ", not forward invariant"))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)

@@ -25,7 +25,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     last = len(domain.updates) - 1
     rows = sorted({min(1, last), last})
     panels = tuple(partial(second_iterate, result, coordinate=c, update=u) for u in rows for c in domain.coordinates)
-    return (Sheet("second_iterate", panels, len(domain.coordinates), (6.3, 4.3)),)
+    return (Sheet("second_iterate", panels, len(domain.coordinates), 0.68),)
 
 
 def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1) -> Axes:
@@ -42,19 +42,19 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
     worst = step.part[i] == 2
     first = _worst(x, lower, upper) if worst else _after(x, lower, upper)
     second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
-    ax.plot(x, first, color=BLUE, lw=2.2, label="lower of upper map" + ", worst" * worst + _OUT[bool(np.isfinite(first).any())])
+    ax.plot(x, first, color=BLUE, lw=1.3, label="lower of upper map" + ", worst" * worst + _OUT[bool(np.isfinite(first).any())])
     ax.plot(
-        x, second, color=ORANGE, lw=2.2, label="upper of lower map" + ", worst" * worst + _OUT[bool(np.isfinite(second).any())]
+        x, second, color=ORANGE, lw=1.3, label="upper of lower map" + ", worst" * worst + _OUT[bool(np.isfinite(second).any())]
     )
     closed = step.envelopes[i].kind == "closed form"
     if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
         values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
-        ax.plot(x, values, color="black", lw=1.6, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
+        ax.plot(x, values, color="black", lw=1, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
     if not any(_meets(x, curve) for curve in (first, second)):
         ax.text(1.03, 0.05, "no fixed point\nin the box", transform=ax.transAxes, va="bottom")
     if step.forward_invariant:
         text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
-        ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.6, ms=13, zorder=5, label=text)
+        ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.4, ms=7.8, zorder=5, label=text)
     diagonal(ax, x[0], x[-1])
     bottom, top = window(x[0], x[-1], np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines]), 1.0)
     margin = 0.03 * (top - bottom)

@@ -24,7 +24,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     last = len(region.values) - 1
     rows = np.unique(np.ceil(np.linspace(0, last, _SHOWN)).astype(int)).tolist()
     panels = tuple(partial(diagonal, result, coordinate=c, value=row) for row in rows for c in region.coordinates)
-    return (Sheet("diagonal", panels, len(region.coordinates), (5.0, 3.9)),)
+    return (Sheet("diagonal", panels, len(region.coordinates), 0.78),)
 
 
 def diagonal(result: "StudyResult", ax: Axes, coordinate: str = "", value: int = 0) -> Axes:
@@ -46,7 +46,7 @@ def diagonal(result: "StudyResult", ax: Axes, coordinate: str = "", value: int =
     low, high = _window(union)
     identity(ax, low, high).set(label="_", zorder=4)
     for ratio, text in ((delta, rf"ratio ${delta:g}^{{\pm 1}}$"), (1 / delta, "_")):
-        ax.plot([low, high], [ratio * low, ratio * high], color="0.45", lw=1, ls=":", label=text, zorder=2)
+        ax.plot([low, high], [ratio * low, ratio * high], color="0.45", lw=0.6, ls=":", label=text, zorder=2)
     ax.set(xlim=(low, high), ylim=(low, high))
     ax.legend(
         loc="lower right",
@@ -62,8 +62,8 @@ def diagonal(result: "StudyResult", ax: Axes, coordinate: str = "", value: int =
 
 def _dots(ax: Axes, points: Floats, colour: Any, text: str) -> None:
     """Points (M, 2), and one larger in the legend."""
-    ax.plot(*points.T, "o", ms=2.6, mew=0, color=colour, rasterized=True, zorder=3)
-    ax.plot([], [], "s", ms=7, mew=0, color=colour, label=text)
+    ax.plot(*points.T, "o", ms=1.6, mew=0, color=colour, rasterized=True, zorder=3)
+    ax.plot([], [], "s", ms=4.2, mew=0, color=colour, label=text)
 
 
 def _window(points: Floats) -> tuple[float, float]:

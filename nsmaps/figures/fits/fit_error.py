@@ -31,7 +31,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         file = file_of("fit_error", order if k else "")
         rows = range(len(near))
         panels = tuple(partial(fit_error, result, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
-        drawn.append(Sheet(file, panels, len(coordinates), (5.6, 3.6), title=order))
+        drawn.append(Sheet(file, panels, len(coordinates), 0.64, title=order))
     return tuple(drawn)
 
 

@@ -21,7 +21,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     coordinates = ORDERS.of(result, "orders")[0].surface.coordinates
     rows: tuple[Statistic, ...] = ("r2", "sse")
     panels = tuple(partial(orders, result, coordinate=name, statistic=row) for row in rows for name in coordinates)
-    return (Sheet("orders", panels, len(coordinates), (5.0, 3.7)),)
+    return (Sheet("orders", panels, len(coordinates), 0.74),)
 
 
 def orders(result: "StudyResult", ax: Axes, coordinate: str = "", statistic: Statistic = "r2") -> Axes:
@@ -38,7 +38,7 @@ def orders(result: "StudyResult", ax: Axes, coordinate: str = "", statistic: Sta
         values = [1 - report.r2[i] if statistic == "r2" else report.sse[i] for report in reports if report]
         colour, dashes, marker = LOOKS[k % len(LOOKS)]
         text = rf"$\delta = {one.delta:g}$ ({len(one.surface.start)} states)"
-        ax.plot(range(len(names)), np.abs(values), color=colour, ls=dashes, marker=marker, ms=6, label=text)
+        ax.plot(range(len(names)), np.abs(values), color=colour, ls=dashes, marker=marker, ms=3.6, label=text)
     ax.set_yscale("log")
     ax.set_xticks(range(len(names)), names)
     ax.set_xlabel("polynomials")

@@ -32,7 +32,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         file = file_of("separable", piece if k else "")
         panels = [partial(of, result, coordinate=name, piece=piece) for of in (separable, separable_surface) for name in names]
         kinds = (*(None for _ in names), *("3d" for _ in names))
-        drawn.append(Sheet(file, tuple(panels), len(names), (5.4, 4.5), kinds, piece_label(piece)))
+        drawn.append(Sheet(file, tuple(panels), len(names), 0.83, kinds, piece_label(piece)))
     return tuple(drawn)
 
 
@@ -45,10 +45,10 @@ def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str 
     part = _part(result, piece)
     i = position(part.names, coordinate or part.names[0])
     exact, fitted = part.exact(i), part.fitted(i)
-    ax.plot(part.start[:, i], part.target[:, i], "o", ms=1.1, mew=0, color="0.8", zorder=1, rasterized=True)
+    ax.plot(part.start[:, i], part.target[:, i], "o", ms=0.7, mew=0, color="0.8", zorder=1, rasterized=True)
     ax.plot([], [], "s", color="0.8", mew=0, label=f"{part.surface.name} in {piece_label(part.name)}")
-    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=2.6, label=f"exact, {part.held(i)}", zorder=3)
-    ax.plot(fitted[:, i], fitted[:, -1], color=ORANGE, lw=1.8, ls=(0, (4, 1.5)), label="separable", zorder=4)
+    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=1.6, label=f"exact, {part.held(i)}", zorder=3)
+    ax.plot(fitted[:, i], fitted[:, -1], color=ORANGE, lw=1.1, ls=(0, (4, 1.5)), label="separable", zorder=4)
     ends = part.start[:, i].min(), part.start[:, i].max()
     diagonal(ax, *ends).set_label("_")
     ax.set_xlim(*ends)
@@ -69,7 +69,7 @@ def separable_surface(result: "StudyResult", ax: Axes, coordinate: str = "", pie
     space.set_box_aspect((1, 1, 0.8), zoom=0.95)
     space.computed_zorder = False  # curves on a surface are hidden by it otherwise
     for curve, shade, dashes in ((part.exact(i), GREEN, "-"), (part.fitted(i), ORANGE, (0, (4, 1.5)))):
-        space.plot(*curve.T, color=shade, lw=2.4, ls=dashes, zorder=5)
+        space.plot(*curve.T, color=shade, lw=1.4, ls=dashes, zorder=5)
     return ax
 
 

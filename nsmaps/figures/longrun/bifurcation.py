@@ -78,7 +78,7 @@ def _name_motions(ax: Axes, diagram: "Bifurcation") -> None:
         elif share > _UPRIGHT and last - first >= _VALUES:
             upright = share <= _ROOM * len(labels[first])
             tall = max(tall, (0.03 + 0.025 * len(labels[first])) * upright)
-            ax.axvline(right, color="0.8", lw=0.6, zorder=0)
-            look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8.5, "rotation": 90 * upright}
+            ax.axvline(right, color="0.8", lw=0.4, zorder=0)
+            look: dict[str, Any] = {"ha": "center", "va": "top", "rotation": 90 * upright}
             ax.text((left + right) / 2, 0.985, labels[first], transform=ax.get_xaxis_transform(), **look)
     ax.set_ylim(low, high + tall * (high - low))

@@ -44,7 +44,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         last = len(own[0].returns.coordinates) - 1 if own else -1
         panels = tuple(partial(branches, own, coordinate=i, parameter=parameter, legend=i == last) for i in range(last + 1))
         name = "branches" if len(along) == 1 else f"branches-{parameter}"
-        sheets += [Sheet(name, panels, len(panels), (5.4, 4.4))] if own else []
+        sheets += [Sheet(name, panels, len(panels), 0.81)] if own else []
     return tuple(sheets)
 
 
@@ -90,7 +90,7 @@ def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
             chosen = own if stable else _neighbours(own)
             line = np.where(chosen, path, np.nan)
             line = cut(line, np.pi) if branch.returns.coordinates.angles[coordinate] else line
-            ax.plot(branch.parameter, line, dashes, color=colour, lw=1.8 * _fineness(branch.period))
+            ax.plot(branch.parameter, line, dashes, color=colour, lw=1.1 * _fineness(branch.period))
 
 
 def _fineness(period: int) -> float:

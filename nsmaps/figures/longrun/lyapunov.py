@@ -31,11 +31,11 @@ def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
     for i in range(exponents.shape[-1]):
         y, spread = (np.where(np.isfinite(table), table, np.nan)[order, ..., i] for table in (exponents, error))
         colour = _COLOURS[i % len(_COLOURS)]
-        ax.plot(x, y.reshape(len(x), -1), color=colour, lw=1.1, marker=".", ms=3, mew=0)
+        ax.plot(x, y.reshape(len(x), -1), color=colour, lw=0.7, marker=".", ms=1.8, mew=0)
         ax.plot([], [], color=colour, label=rf"$\lambda_{{{i + 1}}}$")
         for column, wide in zip(y.reshape(len(x), -1).T, spread.reshape(len(x), -1).T, strict=True):
             ax.fill_between(x, column - 2 * wide, column + 2 * wide, color=colour, alpha=0.25, lw=0)
-    ax.axhline(0, color="black", lw=0.8, zorder=0)
+    ax.axhline(0, color="black", lw=0.5, zorder=0)
     ax.set_xlim(x[0], x[-1])
     ax.set_xlabel(label(section(result.study.lyapunov, "lyapunov").parameter))
     ax.set_ylabel(f"Lyapunov exponents per {'unit of time' if per_time else 'return'}")

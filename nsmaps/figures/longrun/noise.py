@@ -39,12 +39,12 @@ def impacts(result: "StudyResult", ax: Axes, direction: str = "down") -> Axes:
             ax.plot(*_points(diagram, wall), "." if noisy else "o", color=colour, label=label, rasterized=True, **look)
     values = found[0].values
     ax.set_xlim(values.min(), values.max())
-    ax.axhline(0, color="0.8", lw=0.6, zorder=0)
+    ax.axhline(0, color="0.8", lw=0.4, zorder=0)
     parameter = section(section(result.study.noise, "noise").impacts, "impacts").parameter
     ax.set_title(f"{symbol(parameter)} {'falling' if direction == 'down' else 'growing'}", loc="right")
     ax.set_xlabel(with_unit(symbol(parameter)))
     ax.set_ylabel(with_unit("impact velocity"))
-    legend = ax.legend(loc="center", bbox_to_anchor=(0.5, 0.68), fontsize=8, ncols=2, handletextpad=0.1, columnspacing=0.8)
+    legend = ax.legend(loc="center", bbox_to_anchor=(0.5, 0.68), ncols=2, handletextpad=0.1, columnspacing=0.8)
     for handle in legend.get_lines():
         handle.set_markersize(5)
         handle.set_alpha(1)
@@ -65,7 +65,7 @@ def shares(result: "StudyResult", ax: Axes) -> Axes:
     """The share of the time that is spent in each motion against the size of the noise."""
     found = NOISE.of(result, "noise")
     for k, name in enumerate(found.stays[0].modes):
-        ax.plot(found.sigma, [stay.share[k] for stay in found.stays], "o-", ms=4, color=_COLOURS[k % len(_COLOURS)], label=name)
+        ax.plot(found.sigma, [stay.share[k] for stay in found.stays], "o-", ms=2.4, color=_COLOURS[k % len(_COLOURS)], label=name)
     ax.set_ylim(-0.03, 1.03)
     ax.set_ylabel("share of the time")
     return _over_sizes(ax)

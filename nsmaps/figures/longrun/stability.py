@@ -28,7 +28,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: the motions, with the curves of events."""
     diagrams, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
     names, curves = (asked.sweep.parameter, asked.across.parameter), result.curves
-    return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, (7.2, 4.8)),)
+    return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, 0.67),)
 
 
 def stability(
@@ -62,8 +62,8 @@ def stability(
     ax.pcolormesh(diagram.along, diagram.across, cells, cmap=ListedColormap(colours), norm=norm, rasterized=True)
     named = curves or {}
     for (name, curve), line in zip(named.items(), _LINES * len(named), strict=False):
-        ax.plot(curve.values, curve.across, color="#FFFFFF", lw=3.2)
-        ax.plot(curve.values, curve.across, line, color=BLACK, lw=1.4, label=name)
+        ax.plot(curve.values, curve.across, color="#FFFFFF", lw=1.9)
+        ax.plot(curve.values, curve.across, line, color=BLACK, lw=0.8, label=name)
     patches = [Patch(facecolor=table[name], edgecolor="0.5", label=name) for name in shown]
     lines = ax.get_legend_handles_labels()[0]
     ax.legend(handles=[*patches, *lines], loc="center left", bbox_to_anchor=(1.0, 0.5), title=by, frameon=False)

@@ -23,7 +23,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with a panel for every coordinate of the image."""
     coordinates = NEAR.of(result, "diagonal_surface")[0].surface.coordinates
     panels = tuple(partial(diagonal_surface, result, coordinate=name) for name in coordinates)
-    return (Sheet("diagonal_surface", panels, len(panels), (6.0, 5.0), "3d"),)
+    return (Sheet("diagonal_surface", panels, len(panels), 0.83, "3d"),)
 
 
 def diagonal_surface(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:

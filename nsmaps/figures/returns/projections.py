@@ -41,8 +41,8 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     views: list[dict[str, Any]] = [{"part": half, "coordinate": c} for half in halves for c in first.coordinates]
     panels = {family: tuple(partial(projections, result, family=family, **view) for view in views) for family in named}
     if len(halves) == 1:
-        return (Sheet("projections", sum(panels.values(), ()), 2, (6.0, 4.4)),)
-    return tuple(Sheet(file_of("projections", family), each, 2, (6.0, 4.4)) for family, each in panels.items())
+        return (Sheet("projections", sum(panels.values(), ()), 2, 0.73),)
+    return tuple(Sheet(file_of("projections", family), each, 2, 0.73) for family, each in panels.items())
 
 
 def _halves(name: str, axis: Axis) -> list[Part]:

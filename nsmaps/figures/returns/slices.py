@@ -23,7 +23,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     found = SLICES.of(result, "slices")
     coordinates = found[0].returns.coordinates
     panels = tuple(partial(slices, result, coordinate=name, number=k) for k in range(len(found)) for name in coordinates)
-    return (Sheet("slices", panels, len(coordinates), (5.6, 4.0)),)
+    return (Sheet("slices", panels, len(coordinates), 0.71),)
 
 
 def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
@@ -42,7 +42,7 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
         mark = "." if len(rows) == 1 else ""  # a piece of one state is a point, for it has no line
         colour = colours.get(word, GREY)
         known = word in named or (colour == GREY and word in colours)  # which are counted
-        ax.plot(x[rows], y[rows], color=colour, lw=2.2, marker=mark, label="_" if known else word)
+        ax.plot(x[rows], y[rows], color=colour, lw=1.3, marker=mark, label="_" if known else word)
         named.add(word)
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not is_angle(names[i]) else 0.0)
@@ -50,7 +50,7 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
     held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items()]
     ax.set_title(", ".join(held))
     if more := sum(colour == GREY for colour in colours.values()):
-        ax.plot([], [], color=GREY, lw=2.2, label=f"{more} more words")
+        ax.plot([], [], color=GREY, lw=1.3, label=f"{more} more words")
     many = len(ax.get_legend_handles_labels()[0]) > _ABOVE
     beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     above = {"loc": "lower right", "bbox_to_anchor": (1.02, 1.0), "ncols": _ABOVE}

@@ -34,7 +34,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with a panel for every coordinate of the image."""
     coordinates = next(iter(PLANES.of(result, "surfaces").values())).coordinates
     panels = tuple(partial(surfaces, result, coordinate=name) for name in coordinates)
-    return (Sheet("surfaces", panels, len(panels), (6.0, 5.0), "3d"),)
+    return (Sheet("surfaces", panels, len(panels), 0.83, "3d"),)
 
 
 def surfaces(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:

@@ -21,7 +21,7 @@ _ABOVE = 3  #: entries of a legend above the picture; one of more stands beside 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: the words, and beside them the pieces where there is a composite map."""
     panels = [partial(words, result)] + ([partial(pieces, result)] if result.composite else [])
-    return (Sheet("words", tuple(panels), len(panels), (5.0 if len(result.surfaces) <= _ABOVE else 6.0, 4.0)),)
+    return (Sheet("words", tuple(panels), len(panels), 0.8 if len(result.surfaces) <= _ABOVE else 0.67),)
 
 
 def words(result: "StudyResult", ax: Axes) -> Axes:
@@ -42,11 +42,11 @@ def words(result: "StudyResult", ax: Axes) -> Axes:
         handles.append(Patch(color=tint(GREY, 0.25), label=f"{more} more words"))
     if result.diagonal is not None and len(result.diagonal.start):
         (left, right), (low, high) = result.diagonal.box
-        outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=2.2, label="near diagonals")
+        outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=1.3, label="near diagonals")
         ax.add_patch(outline)
         handles.append(outline)
     if (number < 0).any():
-        handles.append(Patch(fc="white", ec="0.7", lw=0.8, label="other"))
+        handles.append(Patch(fc="white", ec="0.7", lw=0.5, label="other"))
     beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": len(handles)}
     ax.legend(handles=handles, frameon=False, **(beside if len(handles) > _ABOVE else above))

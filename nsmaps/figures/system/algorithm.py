@@ -49,7 +49,7 @@ _WIDE, _HIGH, _GAP, _ROW = 2.85, 1.36, 0.36, 2.34  #: of a box, between boxes, f
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("algorithm", (partial(algorithm, result),), 1, (11.6, 5.4)),)
+    return (Sheet("algorithm", (partial(algorithm, result),), 1, 0.47),)
 
 
 def algorithm(result: "StudyResult", ax: Axes) -> Axes:
@@ -88,14 +88,14 @@ def _box(ax: Axes, x: float, y: float, step: Step, colour: str) -> None:
     ax.add_patch(FancyBboxPatch((x, y), _WIDE, _HIGH, **look))
     ax.text(x + 0.1, y + _HIGH - 0.09, number, ha="left", va="top", fontsize=12, fontweight="bold", color=colour)
     ax.text(x + 0.44 + 0.25 * (step is _KEY), y + _HIGH - 0.12, text, ha="left", va="top", fontsize=9.5, linespacing=1.25)
-    ax.plot([x + 0.1, x + _WIDE - 0.1], [y + 0.68] * 2, color=colour, lw=0.7)
+    ax.plot([x + 0.1, x + _WIDE - 0.1], [y + 0.68] * 2, color=colour, lw=0.4)
     ax.text(x + 0.1, y + 0.47, section, ha="left", va="center", fontsize=9, family="monospace")
     ax.text(x + 0.1, y + 0.19, function, ha="left", va="center", fontsize=9, family="monospace", color="0.35")
 
 
 def _arrow(ax: Axes, points: list[tuple[float, float]]) -> None:
     """A broken line through the points, with a head at the last."""
-    ax.plot(*zip(*points[:-1], strict=True), color="0.25", lw=1.4, solid_joinstyle="miter")
+    ax.plot(*zip(*points[:-1], strict=True), color="0.25", lw=0.8, solid_joinstyle="miter")
     look = {"arrowstyle": "-|>", "color": "0.25", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", points[-1], points[-2], arrowprops=look)
 

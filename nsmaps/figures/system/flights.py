@@ -42,7 +42,7 @@ def at_events(track: ModeTrack, ax: Axes, coordinates: Coordinates) -> Axes:
     phased = bool(coordinates.angles.any()) or len(names) < 2
     y = track.events.phase if phased else track.events.before[:, track.names.index(names[1])]
     _events(ax, track, (x, x), (y, y))
-    ax.plot(x, y, color="0.35", ls=":", lw=1.1, zorder=0)
+    ax.plot(x, y, color="0.35", ls=":", lw=0.7, zorder=0)
     if phased:
         angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
     phase = next((name for name, angle in zip(coordinates, coordinates.angles, strict=True) if angle), names[-1])
@@ -53,13 +53,13 @@ def _flights(ax: Axes, track: ModeTrack, x: Floats, y: Floats) -> None:
     """Curves (M - 1, samples), coloured by mode."""
     colours = _colours(track)
     for mode, across, up in zip(track.modes, x, y, strict=True):
-        ax.plot(across, up, color=colours[str(mode)], lw=1.5)
+        ax.plot(across, up, color=colours[str(mode)], lw=0.9)
 
 
 def _events(ax: Axes, track: ModeTrack, x: tuple[Floats, Floats], y: tuple[Floats, Floats]) -> None:
     """Marks by letter just before events, dotted lines to just after them, and what the marks and the colours of curves mean."""
     handles = [Line2D([], [], color=colour, label=mode) for mode, colour in _colours(track).items()] if ax.lines else []
-    ax.plot(np.stack(x), np.stack(y), color="0.35", ls=":", lw=0.9)
+    ax.plot(np.stack(x), np.stack(y), color="0.35", ls=":", lw=0.5)
     for letter, (colour, shape, size) in zip(dict.fromkeys(track.events.letter.tolist()), EVENTS, strict=False):
         own = track.events.letter == letter
         look: dict[str, Any] = {"color": colour, "marker": shape, "ls": "", "ms": size, "mec": "white", "mew": 0.5}
@@ -69,7 +69,7 @@ def _events(ax: Axes, track: ModeTrack, x: tuple[Floats, Floats], y: tuple[Float
 
 
 def _from_start(ax: Axes, x: float, y: float, across: str, up: str) -> Axes:
-    ax.plot([x], [y], "o", mfc="none", mec=ORANGE, mew=1.6, ms=13)
+    ax.plot([x], [y], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
     ax.margins(0.06)
     ax.set_xlabel(across)
     ax.set_ylabel(up)

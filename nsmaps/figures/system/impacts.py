@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with a panel for every tracked orbit."""
     count = len(TRACKS.of(result, "impacts"))
-    return (Sheet("impacts", tuple(partial(impacts, result, number=k) for k in range(count)), min(count, 2), (7.0, 4.6)),)
+    return (Sheet("impacts", tuple(partial(impacts, result, number=k) for k in range(count)), min(count, 2), 0.66),)
 
 
 def impacts(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
@@ -34,12 +34,12 @@ def impacts(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     if isinstance(track, ModeTrack):
         return at_events(track, ax, result.system.coordinates)
     phase = track.impacts.phase
-    ax.axvline(0, color="0.75", lw=0.8, zorder=0)
-    ax.plot(track.rates, phase, color="0.35", ls=":", lw=1.1)
+    ax.axvline(0, color="0.75", lw=0.5, zorder=0)
+    ax.plot(track.rates, phase, color="0.35", ls=":", lw=0.7)
     mark_impacts(ax, track, track.rates, phase)
-    ax.plot(track.rates[:1], phase[:1], "o", mfc="none", mec=ORANGE, mew=1.6, ms=13)
+    ax.plot(track.rates[:1], phase[:1], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
     ax.margins(0.06)
-    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1.6, ms=11, label="start")
+    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1, ms=6.6, label="start")
     legend(ax, [*marks_of(track), start])
     angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
     ax.set_xlabel(with_unit(r"relative velocity $\dot{Z}_j$"))

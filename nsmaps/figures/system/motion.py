@@ -32,7 +32,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
             panels += [more] * (len(track.names) > 1)
         else:
             panels += [partial(motion, result, number=number), more]
-    return (Sheet("motion", tuple(panels), 2, (6.2, 4.2)),)
+    return (Sheet("motion", tuple(panels), 2, 0.68),)
 
 
 def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> Axes:
@@ -46,8 +46,8 @@ def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> 
         return over_time(track, ax, state)
     time = track.time.ravel()
     for wall in track.walls:
-        ax.plot(time, wall.ravel(), color="black", ls=(0, (4, 2)), lw=1.0)
-    ax.plot(time, track.ball.ravel(), color=RED, lw=1.5)
+        ax.plot(time, wall.ravel(), color="black", ls=(0, (4, 2)), lw=0.6)
+    ax.plot(time, track.ball.ravel(), color=RED, lw=0.9)
     places = np.concatenate([track.ball[:1, 0], track.ball[:, -1]])
     mark_impacts(ax, track, track.impacts.time, places)
     ax.set_xlim(time[0], time[-1])
@@ -68,18 +68,18 @@ def phase_plane(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     if isinstance(track, ModeTrack):
         return plane(track, ax)
     for at in track.at:
-        ax.axvline(at, color="0.87", lw=6.0, zorder=0)
+        ax.axvline(at, color="0.87", lw=3.6, zorder=0)
     for k, (place, rate) in enumerate(zip(track.displacement, track.velocity, strict=True)):
-        ax.plot(place, rate, color=RED, lw=1.1)
-        ax.plot([place[0]] * 2, [track.rates[k], rate[0]], color="0.25", lw=0.9)
+        ax.plot(place, rate, color=RED, lw=0.7)
+        ax.plot([place[0]] * 2, [track.rates[k], rate[0]], color="0.25", lw=0.5)
         middle = len(place) // 2
         if k < _ARROWS and np.ptp(place) > 0:
             tip, tail = ((place[j], rate[j]) for j in (middle + 1, middle))
             ax.annotate("", tip, tail, arrowprops={"arrowstyle": "-|>", "color": RED, "lw": 0, "mutation_scale": 13})
     mark_impacts(ax, track, track.at[track.impacts.wall], track.rates)
-    ax.plot(track.at[track.impacts.wall[:1]], track.rates[:1], "o", mfc="none", mec=ORANGE, mew=1.6, ms=13)
-    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1.6, ms=11, label="start")
-    legend(ax, [Line2D([], [], color="0.87", lw=6.0, label="walls"), *marks_of(track), start])
+    ax.plot(track.at[track.impacts.wall[:1]], track.rates[:1], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
+    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1, ms=6.6, label="start")
+    legend(ax, [Line2D([], [], color="0.87", lw=3.6, label="walls"), *marks_of(track), start])
     ax.set_xlabel(with_unit("relative displacement $Z$"))
     ax.set_ylabel(with_unit(r"relative velocity $\dot{Z}$"))
     return ax
@@ -89,12 +89,12 @@ def mark_impacts(ax: Axes, track: Track, x: Floats, y: Floats) -> None:
     """The impacts at given points, each in the mark of its wall."""
     for wall, (colour, shape, size) in zip(range(len(track.at)), MARKS, strict=False):
         own = track.impacts.wall == wall
-        ax.plot(x[own], y[own], shape, color=colour, mec="white", mew=0.5, ms=size, zorder=5, clip_on=False)
+        ax.plot(x[own], y[own], shape, color=colour, mec="white", mew=0.3, ms=size, zorder=5, clip_on=False)
 
 
 def marks_of(track: Track) -> list[Line2D]:
     """What the marks of the walls mean, for a legend."""
     return [
-        Line2D([], [], color=colour, marker=shape, ls="", ms=size, mec="white", mew=0.5, label=f"impact on {name}")
+        Line2D([], [], color=colour, marker=shape, ls="", ms=size, mec="white", mew=0.3, label=f"impact on {name}")
         for name, (colour, shape, size) in zip(track.impacts.walls, MARKS, strict=False)
     ]
