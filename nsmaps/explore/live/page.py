@@ -1,0 +1,153 @@
+"""The widgets and pictures of a live exploration, as a Bokeh layout; what they do is in `app`."""
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from bokeh.layouts import column, row
+from bokeh.models import (
+    Button,
+    ColumnDataSource,
+    Div,
+    LayoutDOM,
+    LinearColorMapper,
+    RadioButtonGroup,
+    Range1d,
+    Select,
+    Slider,
+    Span,
+    TextInput,
+)
+from bokeh.plotting import figure
+
+from nsmaps.arrays import Floats
+from nsmaps.explore.live.pictures import Diagram, Followed, Plane
+from nsmaps.explore.live.scene import Scene, span
+from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, PIECES, RED, REST, SKY, tint
+
+_STEPS = 400  #: of a slider
+_SHADES = [f"#{level:02x}{level:02x}{level:02x}" for level in range(220, -1, -1)]
+_CURVES = (RED, BLUE, BLACK, GREEN, MAGENTA, SKY, ORANGE)  #: of the motion: the ball or first state, then walls or other states
+_FILLS = [*("#{:02x}{:02x}{:02x}".format(*(round(255 * part) for part in tint(each, 0.4))) for each in PIECES), REST]  #: of areas
+_HELP = "Drag a rectangle on a picture to enlarge it, click a point to follow its orbit. Sliders move by the arrow keys, too."
+_SIDE = 300  #: pixels, of the column of widgets
+_WIDE = {"sizing_mode": "stretch_width", "min_width": 300}
+_PLACE = {"x": "x", "y": "y", "dw": "dw", "dh": "dh"}
+
+
+class Page:
+    """The widgets, pictures and their data."""
+
+    def __init__(self, scene: Scene) -> None:
+        names = list(scene.system.parameters)
+        self.title = Div(text=f"<h2>{escape(scene.title)}</h2><p>{_HELP}</p>")
+        self.sliders = {name: _slider(scene, name) for name in names}
+        self.parameter = Select(title="Parameter of the diagram", value=scene.parameter, options=names)
+        self.coordinate = Select(title="Coordinate of the diagram", value=scene.coordinate, options=list(scene.coordinates))
+        self.colours = RadioButtonGroup(labels=["impact words", "basins"], active=0)
+        self.cycles = Button(label="Find cycles of up to four returns")
+        self.name = TextInput(title="Name of a study", value="explored")
+        self.save = Button(label="Save as a study", button_type="primary")
+        self.said, self.told, self.areas = Div(text="", width=_SIDE), Div(text="", **_WIDE), Div(text="", **_WIDE)
+        self._images = {key: ColumnDataSource({name: [] for name in ("image", *_PLACE)}) for key in ("diagram", "plane")}
+        self._marks = {key: ColumnDataSource({"x": [], "y": []}) for key in ("orbit", "last", "start", "stable", "unstable")}
+        self._curves = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
+        self.diagram, self.now = self._make_diagram()
+        self.plane = self._make_plane()
+        self.motion = figure(height=360, title="Motion through the first impacts or events", **_look("pan"))
+        self.motion.multi_line("xs", "ys", source=self._curves, line_color="colour", line_width=1.6, legend_field="name")
+        self.motion.xaxis.axis_label = "time"
+        self.widen(scene)
+
+    def layout(self) -> LayoutDOM:
+        """All of it, widgets at the left, or above on a narrow page."""
+        widgets = (self.parameter, self.coordinate, *self.sliders.values(), self.colours, self.cycles, self.name, self.save)
+        wraps = {"sizing_mode": "stretch_width", "styles": {"flex-wrap": "wrap"}}
+        plane = column(self.areas, self.plane, **_WIDE)
+        motion = column(self.told, self.motion, **_WIDE)
+        pictures = column(self.diagram, row(plane, motion, **wraps), **_WIDE)
+        return row(column(self.title, *widgets, self.said, width=_SIDE), pictures, **wraps)
+
+    def _make_diagram(self) -> tuple[Any, Span]:
+        made = figure(height=330, title="Attractors from the start", **_look("box_zoom"))
+        shades = LinearColorMapper(_SHADES, low=0, high=1, nan_color="white")
+        made.image("image", source=self._images["diagram"], color_mapper=shades, level="image", **_PLACE)
+        made.grid.visible = False
+        now = Span(location=0, dimension="height", line_color=RED, line_width=1.5)
+        made.add_layout(now)
+        return made, now
+
+    def _make_plane(self) -> Any:
+        made = figure(height=360, **_look("box_zoom"))
+        made.grid.visible = False
+        areas = LinearColorMapper(_FILLS, low=-0.5, high=len(_FILLS) - 0.5)
+        made.image("image", source=self._images["plane"], color_mapper=areas, level="image", **_PLACE)
+        looks: Mapping[str, tuple[str, dict[str, Any]]] = {
+            "orbit": ("orbit", {"size": 3, "color": "#333333"}),
+            "last": ("last tenth", {"size": 7, "fill_color": MAGENTA, "line_color": BLACK}),
+            "start": ("start", {"size": 9, "fill_color": "white", "line_color": BLACK}),
+            "stable": ("stable cycle", {"marker": "diamond", "size": 12, "fill_color": BLACK, "line_color": "white"}),
+            "unstable": ("unstable cycle", {"marker": "diamond", "size": 12, "fill_color": "white", "line_color": BLACK}),
+        }
+        for key, (text, look) in looks.items():
+            made.scatter("x", "y", source=self._marks[key], legend_label=text, **look)
+        made.add_layout(made.legend[0], "below")
+        made.legend.orientation, made.legend.click_policy, made.legend.ncols = "horizontal", "hide", 3
+        return made
+
+    def widen(self, scene: Scene) -> None:
+        """Axes and their names as a scene has them."""
+        for each, x, y in ((self.diagram, scene.values, scene.heights), (self.plane, *scene.plane.values())):
+            each.x_range, each.y_range = Range1d(*x), Range1d(*y)
+        (self.diagram.xaxis.axis_label, self.diagram.yaxis.axis_label) = scene.parameter, scene.coordinate
+        (self.plane.xaxis.axis_label, self.plane.yaxis.axis_label) = scene.plane
+
+    def draw_diagram(self, scene: Scene, shown: Diagram) -> None:
+        """A diagram over the axes of the scene that it was computed for."""
+        self._images["diagram"].data = _placed(shown.shade, scene.values, scene.heights)
+        self.diagram.title.text = f"Attractors from the start at {shown.counts.shape[1]} values"
+
+    def draw_plane(self, scene: Scene, shown: Plane) -> None:
+        """A plane over the axes of the scene that it was computed for, with its areas named above."""
+        self._images["plane"].data = _placed(shown.areas.astype(float), *scene.plane.values())
+        chip = '<span style="background:{};padding:1px 8px;border:1px solid #888;white-space:nowrap">{}</span>'
+        chips = " ".join(chip.format(_FILLS[k], escape(name)) for k, name in enumerate(shown.names))
+        self.areas.text = f"<b>{shown.kind}</b> {chips}"
+
+    def draw_orbit(self, scene: Scene, found: Followed) -> None:
+        """An orbit on the plane, and its motion."""
+        states = found.orbit.states
+        for key, part in (("orbit", states), ("last", states[-(len(states) // 10) :]), ("start", states[:1])):
+            self._mark(key, scene, part)
+        curves = found.curves
+        colours = [_CURVES[k % len(_CURVES)] for k in range(len(curves))]
+        times = [found.time] * len(curves)
+        self._curves.data = {"xs": times, "ys": list(curves.values()), "name": list(curves), "colour": colours}
+        self.told.text = f"<b>Orbit</b> {escape(found.text)}"
+
+    def draw_cycles(self, scene: Scene, found: Mapping[str, Floats]) -> None:
+        """States of cycles, stable and unstable ones apart, of shape (k, n)."""
+        for kind, states in found.items():
+            self._mark(kind, scene, states)
+
+    def _mark(self, key: str, scene: Scene, states: Floats) -> None:
+        x, y = (states[:, list(scene.coordinates).index(name)] for name in scene.plane)
+        self._marks[key].data = {"x": x, "y": y}
+
+
+def _look(drag: str) -> dict[str, Any]:
+    """The tools of a picture."""
+    return {"tools": "pan,wheel_zoom,box_zoom,reset", "active_drag": drag, "sizing_mode": "stretch_width"}
+
+
+def _placed(image: Floats, x: tuple[float, float], y: tuple[float, float]) -> dict[str, Any]:
+    """An image over two ranges, as a source has it."""
+    return {"image": [image], "x": [x[0]], "y": [y[0]], "dw": [x[1] - x[0]], "dh": [y[1] - y[0]]}
+
+
+def _slider(scene: Scene, name: str) -> Slider:
+    """The slider of a parameter, which reaches over the axis of the diagram where it is there."""
+    value, (low, high) = scene.system.parameters[name], span(scene.system, name)
+    if name == scene.parameter:
+        low, high = min(low, *scene.values), max(high, *scene.values)
+    return Slider(title=name, value=value, start=low, end=high, step=(high - low) / _STEPS, format="0.00000", width=_SIDE - 20)

@@ -1,0 +1,162 @@
+"""Live exploration: scenes of studies, their pictures as arrays, and what a page does with them, without a browser."""
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.explore.live import pictures
+from nsmaps.explore.live.scene import scene_of, span, study_of
+from nsmaps.study.store.archive import resolved
+
+STUDIES = ("vi_pair/bifurcation", "bouncing_ball/auto", "recoil_pair/diagram", "soft_impact/domain", "belt/diagram")
+
+
+@pytest.fixture(scope="module", params=STUDIES)
+def scene(request):
+    return scene_of(nsmaps.load_study(request.param))
+
+
+def test_a_scene_is_that_of_its_study():
+    study = nsmaps.load_study("vi_pair/bifurcation")
+    scene = scene_of(study)
+    assert (scene.parameter, scene.values) == ("d", (0.26, 0.35))
+    assert scene.plane == {"v": (0.0033, 1.0), "phi": (0.0, np.pi)}
+    assert scene.system == study.system_object()
+    np.testing.assert_array_equal(scene.start, [0.83, 0.36])
+
+
+def test_axes_without_a_study_s_own_hold_the_attractors(scene):
+    found = pictures.diagram(scene, 50, 80)
+    k = list(scene.coordinates).index(scene.coordinate)
+    heights = found.states.states[:, 0, :, k]
+    assert found.counts.sum() == (np.isfinite(heights)).sum()
+
+
+def test_a_diagram_counts_the_states_of_each_cell(scene):
+    found = pictures.diagram(scene, 23, 40)
+    (low, high), (bottom, top) = scene.values, scene.heights
+    edges = np.linspace(low, high, 24)
+    assert np.all((edges[:-1] < found.states.values) & (found.states.values < edges[1:]))
+    k = list(scene.coordinates).index(scene.coordinate)
+    for column, states in enumerate(found.states.states[:, 0, :, k]):
+        expected = np.histogram(states[np.isfinite(states)], np.linspace(bottom, top, 41))[0]
+        assert np.abs(np.cumsum(found.counts[:, column]) - np.cumsum(expected)).max() <= 1  # on an edge to the last digit
+    shade = found.shade
+    assert np.isnan(shade[found.counts == 0]).all()
+    assert np.nanmax(shade) == 1
+
+
+def test_a_plane_has_the_word_of_each_cell_s_middle(scene):
+    found = pictures.words(scene, 24)
+    (x0, x1), (y0, y1) = scene.plane.values()
+    rng = np.random.default_rng(1)
+    for row, column in rng.integers(0, 24, (40, 2)):
+        there = scene.placed(x0 + (column + 0.5) * (x1 - x0) / 24, y0 + (row + 0.5) * (y1 - y0) / 24)
+        returns = scene.system.first_return(there.start[np.newaxis])
+        word = returns.words[0] or nsmaps.Outcome(int(returns.outcome[0])).name
+        assert found.names[found.areas[row, column]] == word
+
+
+def test_a_scene_saved_is_a_study_that_runs(tmp_path):
+    scene = scene_of(nsmaps.load_study("vi_pair/bifurcation")).at(d=0.3).placed(0.5, 0.7)
+    path = tmp_path / "mine.yaml"
+    path.write_text(resolved(study_of(scene, "mine")))
+    study = nsmaps.load_study(path)
+    assert study.system_object().d == 0.3
+    again = scene_of(study)
+    assert (again.parameter, again.values, again.plane) == (scene.parameter, scene.values, scene.plane)
+    np.testing.assert_array_equal(again.start, scene.start)
+
+
+def test_a_point_of_a_diagram_is_a_state_of_its_attractor():
+    scene = scene_of(nsmaps.load_study("vi_pair/bifurcation"))
+    shown = pictures.diagram(scene, 40, 50)
+    value = shown.states.values[7]
+    upper, lower = (pictures.nearest(shown, scene, value, height) for height in (0.82, 0.68))
+    assert upper[0] > 0.76 > lower[0]
+    image = scene.system.at(d=float(value)).first_return(lower[np.newaxis]).image[0]
+    assert np.abs(image[0] - 0.78) < 0.03
+
+
+def test_cycles_are_those_of_the_map():
+    scene = scene_of(nsmaps.load_study("vi_pair/bifurcation")).at(d=0.3)
+    found = pictures.cycles(scene)
+    assert {len(one.states) for one in found} >= {1, 2}
+    marks = pictures.by_stability(found, 2)
+    assert len(marks["stable"]) == 2
+    for one in found:
+        np.testing.assert_allclose(scene.system.first_return(one.states).image, np.roll(one.states, -1, axis=0), atol=1e-9)
+        assert one.label in pictures.cycle_text(one)
+
+
+def test_the_motion_of_a_scene_is_that_of_its_system(scene):
+    found = pictures.followed(scene)
+    assert found.ends is not None
+    assert found.ends.text in found.text
+    assert found.time is not None
+    assert all(curve.shape == found.time.shape for curve in found.curves.values())
+
+
+def test_basins_are_named_by_their_attractors():
+    scene = scene_of(nsmaps.load_study("gear_rattle/basins"))
+    found = pictures.reached(scene, 20)
+    assert len(found.names) > 1
+    assert found.areas.max() == len(found.names) - 1
+
+
+def test_a_picture_is_given_up_from_its_progress():
+    scene = scene_of(nsmaps.load_study("vi_pair/bifurcation"))
+
+    class Stop(Exception):
+        pass
+
+    def stop(fraction):
+        raise Stop
+
+    with pytest.raises(Stop):
+        pictures.diagram(scene, 50, 50, stop)
+
+
+def test_sliders_stay_within_the_bounds_of_a_system():
+    for name in STUDIES:
+        system = nsmaps.load_study(name).system_object()
+        for parameter, value in system.parameters.items():
+            low, high = span(system, parameter)
+            assert low < value < high or value in (low, high)
+            for end in (low, high):
+                system.at(**{parameter: end})
+
+
+def test_what_cannot_be_explored_is_refused(tmp_path):
+    path = tmp_path / "one.py"
+    path.write_text(ONE)
+    (tmp_path / "one.yaml").write_text("system: one.py:Ticks\nparameters: {}\n")
+    with pytest.raises(nsmaps.NsmapsError, match=r"expected: two coordinates or more, and a parameter"):
+        scene_of(nsmaps.load_study(tmp_path / "one.yaml"))
+
+
+ONE = '''
+from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.walls import Wall
+
+
+class Ticks(ImpactSystem):
+    """A ball without parameters."""
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        from sympy import pi
+
+        return 2 * pi
+
+    def rebound(self, speed, wall):
+        return speed / 2
+
+    def displacement(self, t, hit):
+        from sympy import cos, sin
+
+        s = t - hit.t
+        return hit.z + (hit.w + cos(hit.t)) * s - s**2 / 2 - (sin(t) - sin(hit.t))
+'''
