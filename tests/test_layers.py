@@ -40,6 +40,7 @@ RANK = {
     "figures": 4.5,  # below `study`, whose key `figures` names rows of the catalogue
     "study": 5,
     "report": 5.5,
+    "explore": 5.7,
     "bench": 6,
     "__init__": 6,
     "cli": 7,

@@ -54,7 +54,7 @@ class Page:
         self._curves = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
         self.diagram, self.now = self._make_diagram()
         self.plane = self._make_plane()
-        self.motion = figure(height=360, title="Motion through the first impacts or events", **_look("pan"))
+        self.motion = figure(name="motion", height=360, title="Motion through the first impacts or events", **_look("pan"))
         self.motion.multi_line("xs", "ys", source=self._curves, line_color="colour", line_width=1.6, legend_field="name")
         self.motion.xaxis.axis_label = "time"
         self.widen(scene)
@@ -69,7 +69,7 @@ class Page:
         return row(column(self.title, *widgets, self.said, width=_SIDE), pictures, **wraps)
 
     def _make_diagram(self) -> tuple[Any, Span]:
-        made = figure(height=330, title="Attractors from the start", **_look("box_zoom"))
+        made = figure(name="diagram", height=330, title="Attractors from the start", **_look("box_zoom"))
         shades = LinearColorMapper(_SHADES, low=0, high=1, nan_color="white")
         made.image("image", source=self._images["diagram"], color_mapper=shades, level="image", **_PLACE)
         made.grid.visible = False
@@ -78,7 +78,7 @@ class Page:
         return made, now
 
     def _make_plane(self) -> Any:
-        made = figure(height=360, **_look("box_zoom"))
+        made = figure(name="plane", height=360, **_look("box_zoom"))
         made.grid.visible = False
         areas = LinearColorMapper(_FILLS, low=-0.5, high=len(_FILLS) - 0.5)
         made.image("image", source=self._images["plane"], color_mapper=areas, level="image", **_PLACE)

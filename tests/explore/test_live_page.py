@@ -1,0 +1,127 @@
+"""The page of a live exploration in a browser: what is dragged, clicked and typed is computed and shown."""
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import nsmaps
+
+pytest.importorskip("bokeh", reason="the package bokeh is not installed")
+SERVE = """
+import sys
+from pathlib import Path
+import nsmaps
+from nsmaps.explore.live.serve import serve
+serve(nsmaps.load_study("vi_pair/bifurcation"), Path(sys.argv[1]), browser=False, said=lambda text: print(text, flush=True))
+"""
+FIGURE = """name => {
+    const all = [...Bokeh.documents[0]._all_models.values()], one = all.find(each => each.name === name)
+    const image = one.renderers.find(each => each.glyph.type === 'Image').data_source.data
+    return {x: [one.x_range.start, one.x_range.end], y: [one.y_range.start, one.y_range.end], title: one.title.text,
+            image: image.image.length ? [image.x[0], image.dw[0]] : null}
+}"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("saved")
+
+
+@pytest.fixture(scope="module")
+def address(chromium, folder):
+    process = subprocess.Popen([sys.executable, "-c", SERVE, str(folder)], stdout=subprocess.PIPE, text=True)
+    yield re.search(r"http://\S+", process.stdout.readline())[0]
+    process.terminate()
+    process.wait()
+
+
+@pytest.fixture
+def live(page, address):
+    """The page with its first pictures in full detail."""
+    page.goto(address)
+    page.get_by_text("The orbit ends on").wait_for()
+    wait(page, lambda: "720 values" in page.evaluate(FIGURE, "diagram")["title"])
+    yield page
+    assert page.problems == []
+
+
+def wait(page, shown):
+    """Wait until something holds of the page, for a minute at most."""
+    for _ in range(600):
+        if shown():
+            return
+        page.wait_for_timeout(100)
+    raise AssertionError("it did not come to be in a minute")
+
+
+def frame(page, name):
+    """The rectangle of a picture between its axes, in pixels of the page."""
+    return page.evaluate(
+        """name => {
+            const model = [...Bokeh.documents[0]._all_models.values()].find(each => each.name === name)
+            const view = Bokeh.index.find_one(model), canvas = view.canvas_view.el.getBoundingClientRect(), box = view.frame.bbox
+            return [canvas.x + box.left, canvas.y + box.top, box.width, box.height]
+        }""",
+        name,
+    )
+
+
+def test_pictures_are_there_and_nothing_leaves_the_machine(live):
+    assert live.evaluate(FIGURE, "diagram")["x"] == [0.26, 0.35]
+    assert live.get_by_text("stable fixed point, 1:1/T").is_visible()
+    assert live.get_by_text("BTB", exact=True).is_visible()
+
+
+def test_a_rectangle_dragged_on_the_diagram_is_computed_anew(live):
+    left, top, width, height = frame(live, "diagram")
+    live.mouse.move(left + 0.1 * width, top + 0.1 * height)
+    live.mouse.down()
+    live.mouse.move(left + 0.4 * width, top + 0.9 * height, steps=6)
+    live.mouse.up()
+    wait(live, lambda: (live.evaluate(FIGURE, "diagram")["image"] or [0, 1])[1] < 0.05)
+    seen = live.evaluate(FIGURE, "diagram")
+    np.testing.assert_allclose(seen["x"], [0.269, 0.296], atol=3e-4)
+    np.testing.assert_allclose(seen["image"], [seen["x"][0], seen["x"][1] - seen["x"][0]], rtol=1e-9)
+
+
+def test_a_click_follows_the_orbit_of_the_attractor_there(live):
+    left, top, width, height = frame(live, "diagram")
+    live.mouse.click(left + (0.3 - 0.26) / 0.09 * width, top + 0.5 * height)
+    live.get_by_text("stable cycle of 2 returns, 1:1/2T").wait_for()
+    told = live.get_by_text("stable cycle of 2 returns").inner_text()
+    pair = nsmaps.load_study("vi_pair/bifurcation").system_object().at(d=0.3)
+    states = np.array([[float(part) for part in found] for found in re.findall(r"\(([\d.]+), ([\d.]+)\)", told)])
+    np.testing.assert_allclose(pair.first_return(states).image, states[::-1], atol=2e-3)  # d is that of the pixel
+
+
+def test_a_slider_moves_by_the_keyboard(live):
+    handle = live.locator(".noUi-handle").first
+    before = live.get_by_text("The orbit ends on").inner_text()
+    handle.focus()
+    for _ in range(20):
+        handle.press("ArrowLeft")
+    wait(live, lambda: live.get_by_text("The orbit ends on").inner_text() != before)
+
+
+def test_cycles_are_listed_with_their_multipliers(live):
+    live.get_by_role("button", name="Find cycles").click()
+    live.get_by_text("multipliers").nth(1).wait_for()
+    assert live.get_by_text(re.compile("1:1/T, stable, at v = 0.833")).is_visible()
+
+
+def test_the_scene_is_saved_as_a_study_once(live, folder):
+    live.get_by_role("button", name="Save as a study").click()
+    live.get_by_text("nsmaps run").wait_for()
+    study = nsmaps.load_study(folder / "explored.yaml")
+    assert study.bifurcation.parameter == "d"
+    live.get_by_role("button", name="Save as a study").click()
+    live.get_by_text("not overwritten").wait_for()
+
+
+def test_a_narrow_page_has_no_overflow(live):
+    live.set_viewport_size({"width": 390, "height": 800})
+    live.wait_for_timeout(500)
+    assert live.evaluate("document.documentElement.scrollWidth") <= 390
