@@ -7,8 +7,11 @@ from typing import Any
 project = "nsmaps"
 author = "The nsmaps developers"
 version = release = version_of("nsmaps")
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton"]
 exclude_patterns = ["_build"]
+nb_execution_mode = "auto"  # notebooks are kept without outputs, and executed here
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 autodoc_typehints = "signature"
