@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps.cli import commands
-from nsmaps.cli.commands import InstalledOnly, MaxHours, MaxMemory, draw_listed, figures_of, say_undrawn
+from nsmaps.cli.commands import InstalledOnly, MaxHours, MaxMemory, draw_listed, say_undrawn
 from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, progress_line, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
+from nsmaps.figures.catalogue import drawable, named_by
 from nsmaps.progress import working
 
 if TYPE_CHECKING:
@@ -203,6 +204,8 @@ def run(
         summary(result)
         seconds |= result.timings | spent
         typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
+        if not no_figures and (more := drawable(result, named_by(result))):
+            typer.echo(f"other figures, by nsmaps figures {shlex.quote(str(folder))} --only NAME: {', '.join(more)}")
         typer.echo(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
     if not result.holds:
         raise typer.Exit(FAILED)
@@ -234,10 +237,10 @@ def _shown(result: "StudyResult", folder: Path, figures: bool, report: bool) -> 
     """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
     from nsmaps.study.store.archive import amend
 
-    if figures and (names := figures_of(result)):
+    if figures and (names := named_by(result)):
         begun = perf_counter()
         with working("figures"):
-            result = draw_listed(result, names, folder)[1]
+            result = draw_listed(result, names, folder, first=True)[1]
         result = replace(result, timings={**result.timings, "figures": perf_counter() - begun})
         amend(result, folder)
         say_undrawn(result, names)

@@ -14,7 +14,7 @@ import typer
 from nsmaps.cli.terminal import BAD, examples, progress_line, reported_errors, summary
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.languages import LANGUAGES
-from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.catalogue import CATALOGUE, named_by
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -51,11 +51,6 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps cite", "nsmaps cite runs/vi_pair/fp >> references.bib"))(cite)
 
 
-def figures_of(result: "StudyResult") -> list[str]:
-    """The figures that the study names, and that of speed and error wherever both were measured."""
-    return [*result.study.figures, *(["speed_error"] if result.speed else [])]
-
-
 def draw_listed(
     result: "StudyResult",
     names: Sequence[str],
@@ -64,6 +59,7 @@ def draw_listed(
     kinds: Sequence[str] = ("png",),
     dpi: float = 300,
     width: float = 5.1,
+    first: bool = False,
 ) -> "tuple[list[Path], StudyResult]":
     """Figures of a run, drawn into a folder, its own if omitted, and the result, which says of each why if it was not drawn.
 
@@ -78,7 +74,7 @@ def draw_listed(
     for name in dict.fromkeys(names):
         try:
             with listed(folder, place) as beside, _settled():
-                drawn = draw(result, [name], beside, kinds, dpi, width)
+                drawn = draw(result, [name], beside, kinds, dpi, width, first)
             paths += [place / path.name for path in drawn]
         except OSError:
             raise
@@ -137,14 +133,22 @@ def figures(
     width: Annotated[float, typer.Option(min=2, max=40, help="The width of a figure, inches; type stays at 8 points.")] = 5.1,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for."""
+    """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for.
+
+    Of a figure with a sheet for every domain that of the first is drawn; `--only` draws all. A report that is in the folder is
+    brought up to date.
+    """
     from nsmaps.study.store.archive import read_result
 
     with reported_errors():
         result = read_result(folder, installed_only=installed_only)
         kinds = [kind.value for kind in format or [Format.png]]
-        names = only or figures_of(result)
-        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width)
+        names = only or named_by(result)
+        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, first=not only)
+        if out is None and (folder / "report.html").is_file():
+            from nsmaps.report.page import write_report
+
+            write_report(result, folder)
     for path in paths:
         typer.echo(str(path))
     if say_undrawn(result, names):

@@ -24,10 +24,13 @@ def draw(
     formats: Sequence[str] = ("png",),
     dpi: float = 300,
     width: float = 5.1,
+    first: bool = False,
 ) -> list[Path]:
     """The files of the named figures, written into `folder`, which is made if it is not there; `width` in inches.
 
     All type is of 8 points at every width; 5.1 inches are a page of a journal, 3.4 a column of two.
+
+    Of a figure with a sheet for every domain all are drawn, or that of the `first` domain alone.
 
     Nothing is written if one of the figures cannot be drawn for want of data.
 
@@ -43,7 +46,7 @@ def draw(
         for word in asked:
             if word not in accepted:
                 raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
-    sheets = [sheet for name in dict.fromkeys(names) for sheet in CATALOGUE[name].sheets(result)]
+    sheets = [sheet for name in dict.fromkeys(names) for sheet in CATALOGUE[name].sheets(result, first)]
     Path(folder).mkdir(parents=True, exist_ok=True)
     with units_of(result.system):
         return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi, width)]

@@ -1,10 +1,12 @@
 """The catalogue of figures, a row a figure; importing it loads no matplotlib, drawing a figure does."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
+from nsmaps.errors import NsmapsError
 from nsmaps.figures import data
 from nsmaps.figures.data import Need
 
@@ -12,6 +14,15 @@ if TYPE_CHECKING:
     from nsmaps.figures.page import Sheet
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
+
+
+def file_part(part: str) -> str:
+    """The name of a part of a result, such as a domain, as file names have it.
+
+    >>> file_part("exact from R1+")
+    'exact-from-R1+'
+    """
+    return re.sub(r"[^\w.+]+", "-", part)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +34,7 @@ class Row:
     caption: str  #: sentences below the picture
     needs: tuple[Need[Any], ...] = ()
     animated: bool = False  #: whether `nsmaps animate` has it, too
+    by_domain: bool = False  #: whether it has a sheet for every domain
 
     @property
     def name(self) -> str:
@@ -34,12 +46,19 @@ class Row:
         """The sections that a study must name for its result to have what the figure shows."""
         return tuple(dict.fromkeys(section for need in self.needs for section in need.sections))
 
-    def sheets(self, result: "StudyResult") -> "tuple[Sheet, ...]":
-        """The sheets of the figure; NsmapsError if the result lacks what it shows."""
+    def sheets(self, result: "StudyResult", first: bool = False) -> "tuple[Sheet, ...]":
+        """The sheets of the figure, or that of the first domain; NsmapsError if the result lacks what it shows."""
         for need in self.needs:
             need.of(result, self.name)
         drawn: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(result)
-        return drawn
+        return drawn[:1] if first and self.by_domain else drawn
+
+    def has_data(self, result: "StudyResult") -> bool:
+        """Whether a result has what the figure shows."""
+        try:
+            return all(need.of(result, self.name) is not None for need in self.needs)
+        except NsmapsError:
+            return False
 
     def check(self, study: "Study") -> None:
         """NsmapsError if a study names the sections of the figure and yet does not ask for what it shows."""
@@ -230,6 +249,7 @@ _ROWS = (
         "The image of each coordinate for values of the other (grey), between the lower and the upper auxiliary map, with the "
         "worst-case steps from the box (dotted). If the box is forward invariant, the interval of the first step is green.",
         (data.ENVELOPED,),
+        by_domain=True,
     ),
     Row(
         "domains.envelopes",
@@ -238,6 +258,7 @@ _ROWS = (
         "forward invariant, they converge to the yellow interval from p to q, which bounds the attracting domain. The thin line "
         "is a generic cobweb, which is omitted if it converges to no cycle.",
         (data.ENVELOPED,),
+        by_domain=True,
     ),
     Row(
         "domains.domain_size",
@@ -269,6 +290,17 @@ _ROWS = (
     ),
 )
 CATALOGUE: Mapping[str, Row] = {row.name: row for row in _ROWS}
+
+
+def named_by(result: "StudyResult") -> list[str]:
+    """The figures that the study names, and that of speed and error wherever both were measured."""
+    return [*result.study.figures, *(["speed_error"] if result.speed else [])]
+
+
+def drawable(result: "StudyResult", without: Collection[str] = ()) -> list[str]:
+    """The figures that a result has the data for, apart from some."""
+    return [name for name, row in CATALOGUE.items() if name not in without and row.has_data(result)]
+
 
 if TYPE_CHECKING:
     FigureName = str

@@ -1,6 +1,5 @@
 """A sheet: panels that are laid out on one page and saved as one file, without pyplot and so without global state."""
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
+from nsmaps.figures.catalogue import file_part
 from nsmaps.figures.png import write_png
 from nsmaps.figures.style import STYLE
 
@@ -186,7 +186,7 @@ def file_of(figure: str, part: str = "") -> str:
     >>> file_of("envelopes"), file_of("envelopes", "exact from R1+")
     ('envelopes', 'envelopes-exact-from-R1+')
     """
-    return f"{figure}-" + re.sub(r"[^\w.+]+", "-", part) if part else figure
+    return f"{figure}-{file_part(part)}" if part else figure
 
 
 def _letter(number: int) -> str:

@@ -37,6 +37,11 @@ def table(head: Sequence[str], rows: Sequence[Sequence["Element | str"]], **attr
     return tag("div", tag("table", top, tag("tbody", *body), **attributes), class_="scroll", tabindex="0")
 
 
+def folded(title: str, *children: "Element | str", **attributes: str) -> Element:
+    """What a reader opens who wants it; paper shows it open."""
+    return tag("details", tag("summary", title), *children, **attributes)
+
+
 def formatted(value: Any) -> str:
     """A plain value as a reader likes it: four digits, lists in brackets, long ones by their last entry."""
     if value is None or (isinstance(value, list) and not value):  # a NumPy number is compared with [] as an array

@@ -61,12 +61,16 @@ def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
 
 
 def _diagram(diagram: "Bifurcation", section: "BifurcationSection") -> str:
+    """The motions of the first orbit of a diagram, and the values."""
+    return f"for {section.parameter} from {section.low:g} to {section.high:g} {motions_of(diagram)}"
+
+
+def motions_of(diagram: "Bifurcation") -> str:
     """The motions of the first orbit of a diagram, in the order of the values."""
     names = [name or NONE for name in dict.fromkeys(diagram.labels[:, 0].tolist())]
     more = f" and {len(names) - MOTIONS} more" if len(names) > MOTIONS else ""
     note = " (C: no period was found)" if any(name.endswith("C") for name in names) else ""
-    over = f"for {section.parameter} from {section.low:g} to {section.high:g}"
-    return f"{over} the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{note}"
+    return f"the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{note}"
 
 
 def _basins(found: "Basins", max_period: int) -> str:

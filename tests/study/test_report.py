@@ -103,7 +103,7 @@ def test_verdicts_come_first_and_all_of_them(good: str) -> None:
         assert verdict.name in page.text
         assert verdict.text.partition(": ")[2] in page.text
     headings = re.findall(r"<h2>(.*?)</h2>", (folder / "report.html").read_text())
-    assert headings == ["Verdicts", "What was asked", "Figures", "Numbers", "Timings", "Versions", "How to cite"]
+    assert headings == ["Verdicts", "Figures", "Numbers", "What was asked", "Timings", "Versions", "How to cite"]
     held = sum(verdict.holds for verdict in result.verdicts[1:])
     assert f"The one required verdict holds. Of 6 that are not required, {held} hold." in page.text
     assert (folder / "study.yaml").read_text() in page.text
@@ -291,6 +291,9 @@ def test_warnings_stand_below_their_table_and_nothing_is_told_as_such() -> None:
 def test_the_first_domain_s_figure_comes_first(good: str) -> None:
     more = "domains:\n  - {name: a, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}\n"
     folder = ran(good.replace("domains:\n", more) + "figures: [envelopes]\n")
+    assert "Of envelopes one domain is shown; nsmaps figures DIR --only NAME draws all." in page_of(folder).text
+    assert CliRunner().invoke(app, ["figures", "out", "--only", "envelopes"]).exit_code == 0
+    assert "one domain is shown" not in page_of(folder).text
     captions = re.findall(r"<b>(envelopes[^<]*?)\. </b>", (folder / "report.html").read_text(encoding="utf-8"))
     assert captions == ["envelopes", "envelopes (exact)"]
 

@@ -1,0 +1,88 @@
+"""Captions of what orbits do in the long run, and of cells; each is empty where the result has no numbers for it."""
+
+import numpy as np
+
+from nsmaps.report.phrases import MOST, at, listed
+from nsmaps.study.headline import motions_of
+from nsmaps.study.result import StudyResult
+from nsmaps.study.texts import range_text
+
+
+def bifurcation(result: StudyResult, part: str) -> str:
+    spec, exact = result.study.bifurcation, result.bifurcation.get("exact")
+    if spec is None:
+        return ""
+    seen = f"; of the exact map {motions_of(exact)}" if exact is not None else ""
+    return f"{at(result, (spec.parameter,))}{range_text(spec)}{seen}."
+
+
+def branches(result: StudyResult, part: str) -> str:
+    """The events of every branch, each once."""
+    varied = dict.fromkeys(branch.parameter for branch in result.study.branches)
+    lines = []
+    for spec in result.study.branches:
+        events = [event for branch in result.branches.get(spec.name, ()) for event in branch.events]
+        told = list(dict.fromkeys(f"{event.kind} at {spec.parameter} = {event.parameter:.6g}" for event in events))
+        more = f" and {len(told) - MOST} more events" if len(told) > MOST else ""
+        lines.append(f"{spec.name}, {', '.join(told[:MOST]) or 'no event'}{more}")
+    return f"{at(result, varied)}{'; '.join(lines)}." if lines else ""
+
+
+def stability(result: StudyResult, part: str) -> str:
+    spec, found = result.study.stability, result.stability
+    if spec is None or found is None:
+        return ""
+    labels = found.labels.ravel().tolist()
+    shares = {label or "none": labels.count(label) / len(labels) for label in dict.fromkeys(labels)}
+    over = f"{range_text(spec.sweep)}, {range_text(spec.across)}"
+    return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{over}; motions {listed(shares)}."
+
+
+def lyapunov(result: StudyResult, part: str) -> str:
+    spec, found = result.study.lyapunov, result.lyapunov
+    if spec is None or found is None:
+        return ""
+    with np.errstate(invalid="ignore"):
+        positive = int((found.at.exponents[:, 0] > 2 * found.at.error[:, 0]).sum())
+    told = f"the largest exponent exceeds two standard errors at {positive} of them"
+    return f"{at(result, (spec.parameter,))}{range_text(spec)}; {told}."
+
+
+def basins(result: StudyResult, part: str) -> str:
+    found = result.basins
+    if found is None:
+        return ""
+    names = [f"{each.label or 'attractor'} ({number})" for number, each in enumerate(found.attractors, 1)]
+    shares = dict(zip([*names, "no attractor", "the orbit ends"], found.fractions.tolist(), strict=True))
+    return f"{at(result)}{len(found.label):,} states, of which reach {listed(shares)}."
+
+
+def noise(result: StudyResult, part: str) -> str:
+    spec = result.study.noise
+    if spec is None:
+        return ""
+    sizes = f"sigma from {min(spec.sigma):g} to {max(spec.sigma):g}" if len(spec.sigma) > 1 else f"sigma = {spec.sigma[0]:g}"
+    return (
+        f"{at(result)}{sizes}, correlation time {spec.tau:g}, {spec.realisations} realisations of {spec.returns:,} returns each."
+    )
+
+
+def morse(result: StudyResult, part: str) -> str:
+    cover = result.morse
+    if cover is None:
+        return ""
+    shape, trap = " x ".join(map(str, cover.cells.shape)), result.trap
+    told = f"{at(result)}{len(cover.numbers):,} of {shape} cells kept, recurrent components: {len(cover.hulls)}"
+    held = trap is not None and trap.forward_invariant
+    stays = f"; every orbit of the {trap.of} from {len(trap.numbers):,} of the cells stays in them" if trap and held else ""
+    return f"{told}{stays}."
+
+
+def exit_times(result: StudyResult, part: str) -> str:
+    found = result.exit_times
+    if found is None or not (found.region >= 0).any():
+        return ""
+    inside = found.region >= 0
+    left = float((found.left[inside] >= 0).mean())
+    shape = " x ".join(map(str, found.cells.shape))
+    return f"{at(result)}{shape} cells; of those in a region {100 * left:.4g} % are left by all their orbits of the {found.of}."

@@ -1,0 +1,158 @@
+"""Figures in the report: the key figure first, captions with the numbers of the run, what is folded, what is said to be left."""
+
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import nsmaps
+from nsmaps.cli.cli import app
+from nsmaps.figures.catalogue import CATALOGUE, drawable
+from nsmaps.report.captions import caption
+from nsmaps.report.page import write_report
+
+STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+RUNS = sorted(path.name for path in STORED.iterdir() if path.is_dir())
+IN_DETAILS = re.compile(r"<details><summary>(.*?)</summary>(.*?)</details>", re.DOTALL)
+
+
+def report_of(study: str, *more: str) -> str:
+    """The page of a run of a study, by the command line."""
+    Path("s.yaml").write_text(study)
+    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out", *more])
+    assert answer.exit_code in (0, 1), answer.output
+    return page()
+
+
+def page() -> str:
+    return Path("out/report.html").read_text(encoding="utf-8")
+
+
+def test_the_first_figure_of_the_study_is_right_under_the_summary(good: str) -> None:
+    text = report_of(good + "figures: [orbits, words]\n")
+    summary, nav, first = text.index('role="status"'), text.index("<nav"), text.index("<figure")
+    assert summary < first < nav
+    assert text.count("<figure") == 2
+    assert "<b>orbits. </b>" in text[first:nav]
+    assert "<b>words. </b>" in text[nav:]
+
+
+def test_captions_say_the_numbers_of_the_run(good: str) -> None:
+    text = report_of(good + "figures: [words, orbits, domain_size]\n")
+    result = nsmaps.read_result("out")
+    (word, count), *_ = zip(*np.unique(result.returns.words, return_counts=True), strict=True)
+    share = 100 * count / len(result.returns)
+    assert f"At a = 0.2, r = 0.5: {len(result.returns):,} states in v in [0.01, 0.5]" in text
+    assert f"by word {word} {share:.3g} %" in text
+    assert f"from (v = 0.3, phi = 1) to {'the fixed point' if result.orbits[0].ends.period == 1 else ''}" in text
+    assert f"{'exact from 0.2 x 0.8 to' if result.domain.forward_invariant else 'not forward invariant: exact'}" in text
+    other = report_of(good.replace("a: 0.2", "a: 0.3") + "figures: [words]\n", "--out", "out")
+    assert "At a = 0.3, r = 0.5" in other
+    assert "At a = 0.2" not in other
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_a_caption_of_every_figure_that_a_run_has_the_data_for(run: str) -> None:
+    result = nsmaps.read_result(STORED / run)
+    for name in drawable(result):
+        text = caption(result, name)
+        assert text.endswith(CATALOGUE[name].caption)
+        own = text.removesuffix(CATALOGUE[name].caption)
+        assert "nan" not in own.lower()
+        assert own or name in ("sketch", "algorithm"), f"{name} says nothing of the run {run}"
+        if own:
+            assert re.match(r"(At \w+ = .*|sigma.*|delta.*)\. $", own, re.DOTALL), own
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_what_is_drawable_is_what_draws(run: str, tmp_path: Path) -> None:
+    result = nsmaps.read_result(STORED / run)
+    there = drawable(result)
+    for name in CATALOGUE:
+        if name in there:
+            assert CATALOGUE[name].sheets(result)
+        else:
+            with pytest.raises(nsmaps.NsmapsError):
+                CATALOGUE[name].sheets(result)
+
+
+def test_a_parameter_that_is_swept_is_not_said_to_have_a_value() -> None:
+    result = nsmaps.read_result(STORED / "run")
+    swept = result.study.bifurcation.parameter
+    assert swept in result.system.parameters
+    own = caption(result, "bifurcation").split(": ")[0]
+    assert not re.search(rf"\b{swept} = ", own)
+    assert f"values of {swept} from" in caption(result, "bifurcation")
+
+
+def test_the_study_and_tables_are_folded(good: str) -> None:
+    text = report_of(good)
+    folds = dict(IN_DETAILS.findall(text))
+    assert {"study.yaml", "Terms", "Versions of the software", "Returns", "Domains"} <= set(folds)
+    assert "system: ball" in folds["study.yaml"]
+    assert "<table>" in folds["Returns"]
+    assert 'class="verdicts"' not in "".join(folds.values())
+
+
+def test_domains_that_bound_nothing_are_folded(good: str) -> None:
+    more = "domains:\n  - {name: held, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}\n"
+    report_of(good.replace("domains:\n", more) + "figures: [envelopes]\n")
+    result = nsmaps.read_result("out")
+    assert CliRunner().invoke(app, ["figures", "out", "--only", "envelopes"]).exit_code == 0
+    failed = [name for name, domain in list(result.domains.items())[1:] if not domain.forward_invariant]
+    assert failed == ["exact"]
+    folds = dict(IN_DETAILS.findall(page()))
+    assert "<b>envelopes (exact). </b>" in folds["Domains that bound nothing: 1 figures"]
+    assert "no domain: " in folds["Domains that bound nothing: 1 figures"]
+    held = {name: replace(domain, forward_invariant=True) for name, domain in result.domains.items()}
+    write_report(replace(result, domains=held), Path("out"))
+    assert "Domains that bound nothing" not in page()
+
+
+def test_drawing_brings_the_report_up_to_date_where_there_is_one(good: str) -> None:
+    assert page_count(report_of(good + "figures: [orbits]\n")) == 1
+    assert "Others that this run has the data for: " in page()
+    assert re.search(r"Others [^<]*\bwords\b", page())
+    assert CliRunner().invoke(app, ["figures", "out", "--only", "words"]).exit_code == 0
+    assert page_count(page()) == 2
+    assert not re.search(r"Others [^<]*\bwords\b", page())
+    assert CliRunner().invoke(app, ["figures", "out", "--only", "impacts", "--out", "elsewhere"]).exit_code in (0, 2)
+    assert page_count(page()) == 2
+    Path("out/report.html").unlink()
+    assert CliRunner().invoke(app, ["figures", "out"]).exit_code == 0
+    assert not Path("out/report.html").exists()
+
+
+def page_count(text: str) -> int:
+    return text.count("<img ")
+
+
+def test_other_figures_are_named_at_the_end_of_a_run(good: str) -> None:
+    Path("s.yaml").write_text(good + "figures: [orbits]\n")
+    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"])
+    (line,) = [line for line in answer.stdout.splitlines() if line.startswith("other figures")]
+    assert line.startswith("other figures, by nsmaps figures out --only NAME: ")
+    named = line.partition("NAME: ")[2].split(", ")
+    assert "orbits" not in named
+    assert {"words", "domain_size"} <= set(named)
+
+
+def test_a_page_to_explore_is_linked_where_it_is_there(good: str) -> None:
+    assert "explore.html" not in report_of(good)
+    Path("out/explore.html").write_text("<!DOCTYPE html>")
+    assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
+    assert '<a href="explore.html">Explore</a>' in page()
+
+
+@pytest.mark.parametrize("study", ["fp", "pd", "cd"])
+def test_a_case_of_the_paper_shows_six_figures(study: str) -> None:
+    assert len(nsmaps.load_study(f"vi_pair/{study}").figures) == 6
+
+
+def test_a_run_without_figures_says_how_to_draw_them(good: str) -> None:
+    assert "None was drawn. nsmaps figures DIR draws those that the study names." in report_of(good, "--no-figures")
+    shutil.rmtree("out")
