@@ -10,8 +10,8 @@ Programs that are not installed are skipped and named. For one of your own subcl
 from pathlib import Path
 
 from nsmaps.bench.comparison import programs, run
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.result import BenchResult, Row
-from nsmaps.bench.solver import Solver
 from nsmaps.bench.starts import StartResult, start
 from nsmaps.bench.task import Answer, Pair
 

@@ -8,15 +8,15 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.bench.count import work_per_return
-from nsmaps.bench.numpy_solver import Masks
-from nsmaps.bench.ode_cvode import Cvode
-from nsmaps.bench.ode_diffrax import Diffrax
-from nsmaps.bench.ode_scipy import SciPy
-from nsmaps.bench.ours import OneCore, TwoCores
+from nsmaps.bench.programs.numpy_solver import Masks
+from nsmaps.bench.programs.ode_cvode import Cvode
+from nsmaps.bench.programs.ode_diffrax import Diffrax
+from nsmaps.bench.programs.ode_scipy import SciPy
+from nsmaps.bench.programs.ours import OneCore, TwoCores
+from nsmaps.bench.programs.solver import Solver
+from nsmaps.bench.programs.taylor import Heyoka
 from nsmaps.bench.result import BenchResult, Row, this_machine
-from nsmaps.bench.solver import Solver
 from nsmaps.bench.task import Answer, Task, grid_task, hard_tasks
-from nsmaps.bench.taylor import Heyoka
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.progress import Progress, beat, shows
 

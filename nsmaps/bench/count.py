@@ -23,7 +23,7 @@ def work_per_return(returns: int = 500) -> dict[str, float]:
 
 def print_counts(returns: int) -> None:
     """Print the counts for so many returns; where numba does not compile."""
-    from nsmaps.bench.ours import pair_system
+    from nsmaps.bench.programs.ours import pair_system
     from nsmaps.bench.task import grid_task
     from nsmaps.exact.engine import batch, flow, march, remainders
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.bench.ours import OneCore, cores, pair_system, read
-from nsmaps.bench.solver import Solver
+from nsmaps.bench.programs.ours import OneCore, cores, pair_system, read
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 from nsmaps.exact.engine.layout import WIDE
 from nsmaps.exact.kernel import Kernel

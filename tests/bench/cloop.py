@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nsmaps.bench.solver import Solver
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Floats, Pair
 
 SOURCE = Path(__file__).with_name("loop.c")

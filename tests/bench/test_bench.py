@@ -14,7 +14,7 @@ from bench.cloop import CLoop
 import nsmaps.bench
 from nsmaps.bench.comparison import errors
 from nsmaps.bench.count import work_per_return
-from nsmaps.bench.ours import OneCore
+from nsmaps.bench.programs.ours import OneCore
 from nsmaps.bench.task import GRID, Answer, Floats, Pair, grid, grid_task, hard_tasks
 from nsmaps.errors import NsmapsError
 

@@ -9,8 +9,8 @@ from math import cos, floor, log10, pi
 from typing import Any
 
 from nsmaps.arrays import Floats
-from nsmaps.bench.bounces import absolute, returns_by_flights
-from nsmaps.bench.solver import Solver
+from nsmaps.bench.programs.bounces import absolute, returns_by_flights
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 
 LONGEST = 50.0  #: flight followed

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.bench.solver import Solver
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from importlib import import_module
 from typing import Any
 
 from nsmaps.arrays import Floats
-from nsmaps.bench.bounces import returns_by_flights
-from nsmaps.bench.solver import Solver
+from nsmaps.bench.programs.bounces import returns_by_flights
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 
 LONGEST = 50.0  #: flight followed

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.bench.solver import Solver
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 
 PI = np.pi

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.bench.bounces import INSIDE
-from nsmaps.bench.solver import Solver
+from nsmaps.bench.programs.bounces import INSIDE
+from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 
 LONGEST, MOST_IMPACTS = 50.0, 20

@@ -1,0 +1,1 @@
+"""The programs that are compared: nsmaps itself, and what others would take for the same returns."""
