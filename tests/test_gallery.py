@@ -1,8 +1,11 @@
-"""The gallery: every figure of the list is on the page, there in three formats, and named as nsmaps names it."""
+"""All pictures of the project: in one list, named by pages, not stale; those of the gallery in three formats on its page."""
 
 import re
+import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 from ruamel.yaml import YAML
@@ -12,9 +15,16 @@ from nsmaps.figures import NAMES
 from nsmaps.figures.animate import FILMS
 from nsmaps.figures.catalogue import CATALOGUE
 
-GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
+ROOT = Path(__file__).parents[1]
+GALLERY = ROOT / "docs" / "gallery"
+sys.path.insert(0, str(GALLERY))
 LIST = YAML(typ="safe").load((GALLERY / "figures.yaml").read_text(encoding="utf-8"))
 FIGURES, ANIMATIONS = LIST["figures"], LIST["animations"]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md")), *sorted((ROOT / "plugins").glob("*/README.md"))]
+QUICK = {"vi_pair/motion", "impact_oscillator/grazing", "bouncing_ball/doubling"}  #: runs of some seconds, made anew here
+COARSE, FAR, ALIKE = 8, 40, 0.01  #: pixels that count as one, grey levels that are another, share of those that may be
+FILES = [entry["file"] for part in ("pages", "tables") for entry in LIST[part]]
+EVERY = [f"docs/gallery/{one['file']}.png" for one in FIGURES] + [f"docs/gallery/{one['file']}.gif" for one in ANIMATIONS] + FILES
 MEGABYTE = 1024 * 1024
 PAPER = """model:abc bifexact regions impact-time 2d-1phi 3d 2Dpi-2pi 2D0-2pi flochart 3d-area r2approx test glosmallic
 fig:illauximaps cobweb12d35 cobweb12d35_updates Auximapsd30 Auximapsd30_updates Auximapsd26 highorderiterate comp_stoch ICPP02pi
@@ -73,3 +83,117 @@ def test_pictures_are_named_in_the_page_only_where_they_are_listed():
     page = (GALLERY / "index.md").read_text(encoding="utf-8")
     shown = set(re.findall(r"!\[[^\]]*\]\(([^)]+)\)", page))
     assert shown == {f"{entry['file']}.png" for entry in FIGURES} | {f"{entry['file']}.gif" for entry in ANIMATIONS}
+
+
+def shown(page: Path) -> list[Path]:
+    """The pictures of a page."""
+    named = re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    return [(page.parent / name).resolve() for name in named if "://" not in name]
+
+
+def test_every_picture_of_a_page_is_of_the_list_and_every_one_of_the_list_on_a_page():
+    listed = {(ROOT / file).resolve() for file in EVERY}
+    named = {path for page in PAGES for path in shown(page) if "_build" not in path.parts}
+    assert named <= listed
+    assert listed <= named
+
+
+@pytest.mark.parametrize("file", EVERY)
+def test_no_picture_is_stale(file):
+    from pictures import pictures
+
+    (picture,) = [each for each in pictures() if each.file.as_posix() == file]
+    assert not picture.is_stale, f"{file} is of an earlier study, figure or style: python docs/gallery/make.py"
+
+
+def test_what_a_picture_is_drawn_from_is_seen_to_change(monkeypatch, tmp_path):
+    import pictures
+    import tables
+
+    by_name = {each.file.name: each for each in pictures.pictures()}
+    one, film, table = by_name["grazing.png"], by_name["video2.gif"], by_name["bench.png"]
+    before = {each: pictures.digest(each) for each in (one, film, table)}
+    assert len(set(before.values())) == 3
+    used = {path.name for path in pictures.sources(one)}
+    assert {"bifurcation.py", "page.py", "style.py", "system.py"} <= used
+    assert "cobweb.py" in {path.name for path in pictures.sources(film)}
+    style = next(path for path in pictures.sources(one) if path.name == "style.py")
+    changed = tmp_path / "style.py"
+    changed.write_text(style.read_text() + "#")
+    sources = pictures.sources
+    with monkeypatch.context() as patch:
+        patch.setattr(pictures, "sources", lambda each: [changed if path == style else path for path in sources(each)])
+        assert all(pictures.digest(each) != before[each] for each in (one, film, table))
+    with monkeypatch.context() as patch:
+        other = load_study("impact_oscillator/grazing").model_copy(update={"parameters": {"A": 0.36}})
+        patch.setattr(pictures, "loaded", lambda name: other)
+        assert pictures.digest(one) != before[one]
+    with monkeypatch.context() as patch:
+        patch.setattr(tables, "PAGE", tmp_path / "accuracy.md")
+        tables.PAGE.write_text((ROOT / "docs" / "accuracy.md").read_text().replace("| 0.0549 |", "| 0.0548 |"))
+        assert pictures.digest(table) != before[table]
+    assert replace(one, file=Path("nowhere.png")).is_stale
+    assert {each: pictures.digest(each) for each in before} == before
+
+
+def test_figures_that_a_study_names_are_no_reason_to_draw_a_picture_again():
+    import pictures
+
+    study = load_study("vi_pair/fp")
+    assert pictures.asked(study) == pictures.asked(study.model_copy(update={"figures": ("words",), "title": "another"}))
+    assert pictures.asked(study) != pictures.asked(load_study("vi_pair/pd"))
+
+
+def grey(path: Path) -> np.ndarray:
+    """A picture in grey levels, few pixels."""
+    with Image.open(path) as picture:
+        plain = picture.convert("L")
+        return np.asarray(plain.resize((plain.width // COARSE, plain.height // COARSE), Image.Resampling.BOX), float)
+
+
+@pytest.mark.parametrize("study", [*sorted(QUICK), ""], ids=lambda study: study or "tables")
+def test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path):
+    """With the code that computes, of which the digest knows nothing."""
+    import make
+    import pictures
+
+    wanted = [each for each in pictures.pictures() if each.study == study and not each.is_animated]
+    assert wanted
+    there = {each: grey(each.path) for each in wanted}
+    kept = [replace(each, file=tmp_path / "made" / each.file.name) for each in wanted]
+    (tmp_path / "made").mkdir()
+    make.make(tmp_path / "runs", tmp_path / "drawn", kept)
+    for each, made in zip(wanted, kept, strict=True):
+        now = grey(made.path)
+        assert now.shape == there[each].shape, each.file
+        assert (np.abs(now - there[each]) > FAR).mean() < ALIKE, each.file
+        assert (np.abs(np.fliplr(now) - now) > FAR).mean() > ALIKE, "another picture is told apart"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("study", sorted({one["study"] for part in ("figures", "pages") for one in LIST[part]} - QUICK))
+def test_pictures_of_all_runs_are_those_of_a_run_made_now(study, tmp_path):
+    test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path)
+
+
+def test_tables_are_read_as_they_stand():
+    import tables
+
+    found = tables.bench()
+    assert found.row("nsmaps two cores").microseconds == pytest.approx(0.0549)
+    assert found.row("diffrax Dopri8 1e-09").wrong == 119
+    assert found.row("scipy DOP853 1e-06").family == "scipy DOP853"
+    assert round(found.ratio("nsmaps one core"), 2) == 0.18
+    assert set(tables.surrogates()) == {"accurate", "closed form", "exact"}
+    assert sum(map(len, tables.surrogates().values())) == len(tables.rows_of("surrogates")) == 30
+
+
+def test_the_method_in_pictures_shows_the_case_of_which_it_speaks():
+    import pictures
+
+    page = ROOT / "docs" / "method.md"
+    assert "The numbers are those of the case FP, a capsule of dimensionless length d = 0.35." in page.read_text()
+    by_path = {each.path.resolve(): each for each in pictures.pictures()}
+    of = [by_path[path] for path in shown(page)]
+    assert len(of) >= 10
+    assert {pictures.loaded(each.study).parameters["d"] for each in of} == {0.35}

@@ -1,7 +1,8 @@
-"""The gallery made anew: `python docs/gallery/make.py` runs the studies, draws their figures and writes index.md.
+"""All pictures made anew: `python docs/gallery/make.py` runs the studies of the list `figures.yaml`, draws, and writes index.md.
 
-With names of files of the list, only these are drawn. Runs that are in `--runs DIR` already are not run again; without it
-they go to a folder that is removed in the end.
+Only pictures that are missing or stale are made, all of them with `--all`; with names of files of the list these. Runs that are
+in `--runs DIR` and whose studies have not changed are not run again; without it they go to a folder that is removed in the end.
+Studies, drawings and animations are independent programs, as many at a time as there are cores.
 """
 
 import os
@@ -9,18 +10,15 @@ import shutil
 import subprocess
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import groupby
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
-from PIL import Image
-from ruamel.yaml import YAML
+from pictures import COMPUTED, DPI, FORMATS, HERE, KEY, Picture, asked, digest, listed, loaded, pictures, study_of
+from PIL import Image, PngImagePlugin
 
-HERE = Path(__file__).parent
-FORMATS = ("png", "svg", "pdf")
-DPI = 110
 HEAD = """# Gallery
 
 Every figure of the paper, drawn by `nsmaps figures` from the runs of studies that are shipped: nothing here was drawn by
@@ -32,11 +30,6 @@ as a story: [the method in pictures](../method.md).
 """
 
 
-def listed() -> dict[str, list[dict[str, Any]]]:
-    """The figures and the animations of the list."""
-    return YAML(typ="safe").load((HERE / "figures.yaml").read_text(encoding="utf-8"))
-
-
 def nsmaps(*arguments: object) -> None:
     """Run a command; a study whose required verdicts fail is shown all the same."""
     environment = {**os.environ, "SOURCE_DATE_EPOCH": "0"}  # files of the same picture are the same
@@ -45,31 +38,88 @@ def nsmaps(*arguments: object) -> None:
         raise SystemExit(f"nsmaps {' '.join(map(str, arguments))} ended with {code}")
 
 
-def small(path: Path) -> None:
-    """Keep a picture in 256 colours, also those that are rare in it, which halves it."""
-    with Image.open(path) as picture:
+def place(runs: Path, study: str) -> Path:
+    """The folder of a run."""
+    return runs / study
+
+
+def is_current(folder: Path, study: str) -> bool:
+    """Whether a run of a study is there, and was of what the study asks for now."""
+    from nsmaps import load_study
+
+    if not (folder / "result.json").is_file():
+        return False
+    return study == COMPUTED or asked(load_study(folder / "study.yaml")) == asked(loaded(study))
+
+
+def run(runs: Path, study: str) -> None:
+    """Run a study, unless its run is there."""
+    folder = place(runs, study)
+    if is_current(folder, study):
+        return
+    shutil.rmtree(folder, ignore_errors=True)
+    if study == COMPUTED:
+        subprocess.run([sys.executable, "-c", f"from computed import *; compute(Path({str(folder)!r}))"], cwd=HERE, check=True)
+    else:
+        nsmaps("run", study_of(study), "--out", folder, "--quiet", "--no-figures", "--no-report")
+
+
+def draw(runs: Path, scratch: Path, study: str, wanted: Sequence[Picture]) -> None:
+    """Draw the figures of one run that are no animations, by one program."""
+    names = [word for figure in dict.fromkeys(each.figure for each in wanted) for word in ("--only", figure)]
+    kinds = [word for kind in dict.fromkeys(kind for each in wanted for kind in each.formats) for word in ("--format", kind)]
+    out = scratch / study
+    nsmaps("figures", place(runs, study), *names, *kinds, "--dpi", DPI, "--out", out)
+    for each in wanted:
+        for kind in each.formats:
+            shutil.copyfile(out / f"{each.sheet}.{kind}", each.path.with_suffix(f".{kind}"))
+        keep(each)
+
+
+def animate(runs: Path, scratch: Path, each: Picture) -> None:
+    """Write an animation."""
+    out = scratch / each.file.stem
+    options = [word for key, value in each.options for word in (f"--{key}", value)]
+    nsmaps("animate", place(runs, each.study), each.figure, *options, "--quiet", "--out", out)
+    keep(each, out / f"{each.figure}.gif")
+
+
+def keep(each: Picture, made: Path | None = None) -> None:
+    """Write the digest of what it was drawn from into a picture, and a PNG in 256 colours, also those that are rare in it."""
+    with Image.open(made or each.path) as picture:
+        if each.is_animated:
+            picture.save(each.path, save_all=True, comment=digest(each))
+            return
         fewer = picture.convert("RGB").quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=4, dither=Image.Dither.NONE)
-    fewer.save(path, optimize=True)
+    said = PngImagePlugin.PngInfo()
+    said.add_text(KEY, digest(each))
+    fewer.save(each.path, optimize=True, pnginfo=said)
 
 
-def make(runs: Path, drawn: Path, files: list[str]) -> None:
-    """Run the studies of these files that are not in `runs`, draw their figures, and copy those of the list beside this file."""
-    entries = {part: [entry for entry in every if entry["file"] in files] for part, every in listed().items()}
-    for study in dict.fromkeys(entry["study"] for part in entries.values() for entry in part):
-        if not (runs / study / "result.json").exists():
-            nsmaps("run", study, "--out", runs / study, "--quiet", "--no-figures", "--no-report")
-    kinds = [word for kind in FORMATS for word in ("--format", kind)]
-    for study, figure in dict.fromkeys((entry["study"], entry["figure"]) for entry in entries["figures"]):
-        nsmaps("figures", runs / study, "--only", figure, *kinds, "--dpi", DPI, "--out", drawn / study)
-    for entry in entries["figures"]:
-        for kind in FORMATS:
-            sheet = drawn / entry["study"] / f"{entry.get('sheet', entry['figure'])}.{kind}"
-            shutil.copyfile(sheet, HERE / f"{entry['file']}.{kind}")
-        small(HERE / f"{entry['file']}.png")
-    for entry in entries["animations"]:
-        options = [word for key, value in entry["options"].items() for word in (f"--{key}", value)]
-        nsmaps("animate", runs / entry["study"], entry["name"], *options, "--out", drawn)
-        shutil.move(drawn / f"{entry['name']}.gif", HERE / f"{entry['file']}.gif")
+def tabled(scratch: Path, each: Picture) -> None:
+    """Draw a picture of measured times."""
+    from tables import draw
+
+    shutil.copyfile(draw(each.table, scratch, DPI), each.path)
+    keep(each)
+
+
+def make(runs: Path, scratch: Path, wanted: Sequence[Picture]) -> None:
+    """Make pictures: runs first, then what is drawn of them."""
+    of: dict[str, list[Picture]] = {}
+    for each in wanted:
+        of.setdefault(each.study, []).append(each)
+    tables = of.pop("", [])
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(lambda study: run(runs, study), of))
+        still = [(study, [each for each in every if not each.is_animated]) for study, every in of.items()]
+        waits = [pool.submit(animate, runs, scratch, each) for each in wanted if each.is_animated]
+        waits += [pool.submit(draw, runs, scratch, study, every) for study, every in still if every]
+        for wait in waits:
+            wait.result()
+    scratch.mkdir(exist_ok=True)
+    for each in tables:
+        tabled(scratch, each)
 
 
 def page() -> Iterator[str]:
@@ -94,11 +144,20 @@ def page() -> Iterator[str]:
 
 
 if __name__ == "__main__":
+    every = pictures()
     parser = ArgumentParser(description=__doc__)
-    every = [entry["file"] for part in listed().values() for entry in part]
     parser.add_argument("--runs", type=Path, help="where runs are kept, and taken from")
-    parser.add_argument("files", nargs="*", default=every, metavar="FILE", help="a file of the list, without its suffix")
-    asked = parser.parse_args()
+    parser.add_argument("--all", action="store_true", help="also those that are not stale")
+    parser.add_argument("--stale", action="store_true", help="name those that are stale, and make none")
+    parser.add_argument("files", nargs="*", metavar="FILE", help="a file of the list, without its suffix")
+    given = parser.parse_args()
+    names = [each.file.stem for each in every]
+    if unknown := set(given.files) - set(names):
+        parser.error(f"{', '.join(sorted(unknown))}: not in the list; expected: {', '.join(names)}")
+    wanted = [each for each in every if (each.file.stem in given.files if given.files else given.all or each.is_stale)]
+    if given.stale:
+        print("\n".join(each.file.as_posix() for each in wanted))
+        raise SystemExit(bool(wanted))
     with TemporaryDirectory() as scratch:
-        make(asked.runs or Path(scratch, "runs"), Path(scratch, "drawn"), asked.files)
+        make((given.runs or Path(scratch, "runs")).resolve(), Path(scratch, "drawn"), wanted)
     (HERE / "index.md").write_text("\n".join(page()).rstrip() + "\n", encoding="utf-8")

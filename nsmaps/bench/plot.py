@@ -35,11 +35,11 @@ def error_against_time(result: BenchResult, ax: Axes) -> Axes:
         ax.plot([], [], marker=_MARKERS[k % len(_MARKERS)], color=colour, ls=":", lw=0.6, label=_label(family, rows))
     ax.plot([], [], "|", color="0.3", ms=7.2, label="bar: from worst down to 99 %")
     ax.plot([], [], "o", mfc="white", mec="0.3", ls="none", label="hollow: not all words right")
-    ax.set(xscale="log", yscale="log", xlabel="time (µs a return)", ylabel="error of speed (dimensionless) or phase (rad)")
+    ax.set(xscale="log", yscale="log", xlabel="time (µs a return)", ylabel="error of speed or phase (rad)")
     ax.yaxis.set_major_locator(LogLocator(numticks=12))
     ax.grid(color="0.9")
     ax.set_axisbelow(True)
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    ax.legend()
     return ax
 
 
@@ -57,7 +57,11 @@ def _families(result: BenchResult) -> Iterator[tuple[str, list[Row]]]:
             yield family, rows
 
 
+def sheet(result: BenchResult, name: str) -> Sheet:
+    """The figure as a sheet, with the programs below it."""
+    return Sheet(name, (lambda ax: error_against_time(result, ax),), 1, 0.6, legend=True)
+
+
 def save(result: BenchResult, path: Path, dpi: float = 300) -> Path:
     """The figure in a file, whose suffix is its format."""
-    sheet = Sheet(path.stem, (lambda ax: error_against_time(result, ax),), 1, 0.46)
-    return sheet.save(path.parent, (path.suffix.lstrip(".") or "png",), dpi)[0]
+    return sheet(result, path.stem).save(path.parent, (path.suffix.lstrip(".") or "png",), dpi)[0]

@@ -1,0 +1,63 @@
+"""Pictures of measured times, drawn from the tables of a page, so that picture and table cannot differ."""
+
+import re
+from pathlib import Path
+
+from nsmaps.bench.plot import sheet
+from nsmaps.bench.result import BenchResult, Row
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, GREEN, RED
+
+PAGE = Path(__file__).parents[1] / "accuracy.md"
+_HEADS = {"bench": "| program | returns |", "surrogates": "| d | map | tolerance |"}  #: with which the tables begin
+_PROGRAM = re.compile(r"(?P<family>C loop|nsmaps|NumPy)(?: (?P<setting>.*))?|(?P<other>.*?)(?: (?P<tolerance>[\d.]+e[-+]\d+))?")
+_LOOKS = {"accurate": (BLUE, "o"), "closed form": (GREEN, "s"), "exact": (RED, "*")}
+
+
+def text_of(table: str) -> str:
+    """The lines of a table."""
+    head, *rest = PAGE.read_text(encoding="utf-8").partition(_HEADS[table])[1:]
+    return head + "".join(rest).partition("\n\n")[0]
+
+
+def rows_of(table: str) -> list[list[str]]:
+    """The cells of a table, without its head."""
+    return [[cell.strip() for cell in line.strip("| ").split("|")] for line in text_of(table).splitlines()[2:]]
+
+
+def bench() -> BenchResult:
+    """The benchmark as its table has it."""
+    return BenchResult(tuple(_row(*cells) for cells in rows_of("bench")), "C loop plain", {}, 60)
+
+
+def _row(program: str, returns: str, time: str, ratio: str, worst: str, quantile: str, wrong: str, hard: str) -> Row:
+    found = _PROGRAM.fullmatch(program)
+    family, setting = found["family"] or found["other"], found["setting"] or found["tolerance"] or ""
+    missed = int(wrong.split(" of ")[0])
+    return Row(family, setting, "", int(returns), (float(time) / 1e6,), float(worst), float(quantile), missed, int(hard))
+
+
+def surrogates() -> dict[str, list[tuple[float, float]]]:
+    """Processor time, nanoseconds a state, and largest error, by kind of map."""
+    points: dict[str, list[tuple[float, float]]] = {}
+    for cells in rows_of("surrogates"):
+        points.setdefault(cells[1], []).append((float(cells[6]), float(cells[7].split()[0])))
+    return points
+
+
+def _surrogates(ax):
+    for name, points in surrogates().items():
+        colour, marker = _LOOKS[name]
+        label = f"{name} (attracting pieces)" if name == "closed form" else name
+        ax.semilogy(*zip(*points, strict=True), marker, color=colour, ms=6 if name == "exact" else 4, label=label)
+    ax.set(xlim=(0, None), xlabel="processor time (ns a state)", ylabel="largest held-out error of\nspeed or phase (rad)")
+    ax.grid(color="0.9")
+    ax.set_axisbelow(True)
+    ax.legend()
+    return ax
+
+
+def draw(table: str, folder: Path, dpi: float) -> Path:
+    """The picture of a table as a PNG in a folder."""
+    drawn = sheet(bench(), table) if table == "bench" else Sheet(table, (_surrogates,), 1, 0.6, legend=True)
+    return drawn.save(folder, ("png",), dpi)[0]
