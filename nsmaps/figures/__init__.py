@@ -1,4 +1,4 @@
-"""Figures of a study's result: one function, one figure, one Axes; nothing is computed, shown or kept.
+"""Figures of a study's result: one function, one figure, one Axes; nothing is shown or kept.
 
 Each module has a function of its own name, `cobweb(result, ax, ...) -> Axes`, for a page of your own, and `draw`
 writes whole figures by name. Importing this package does not load matplotlib; drawing does.

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, field, fields, make_dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.arrays import brief
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.exact.surfaces.family import WordFamily
+    from nsmaps.exact.surfaces.mesh import Mesh, Part
     from nsmaps.exact.system import ImpactSystem
     from nsmaps.study.sections import Kept
     from nsmaps.study.study import Study
@@ -49,6 +52,19 @@ class _Run(Kept):
         """True if every required verdict is confirmed."""
         return all(verdict.holds for verdict in self.verdicts if verdict.required)
 
+    def family(self, name: str) -> "WordFamily":
+        """A family of the study, or one of a partition, which is named by its word."""
+        from nsmaps.exact.surfaces.family import WordFamily
+
+        return WordFamily(name=name, words=self.study.families.get(name, (name,)))
+
+    def mesh(self, family: str, part: "Part | None" = None) -> "Mesh":
+        """The return surface of a family as triangles up to its edges: computed when first asked for, and remembered.
+
+        Further arguments and errors as `nsmaps.exact.surfaces.mesh.mesh`.
+        """
+        return _mesh(self.system, self.surfaces[family], self.family(family), part)
+
     def to_xarray(self) -> "DataTree":
         """Every array as an xarray tree: returns, surfaces/FAMILY, orbits/I/exact, basins, branches/NAME/I and so on.
 
@@ -59,6 +75,13 @@ class _Run(Kept):
         parts = {name: getattr(self, name) for name in KEPT}
         about = {"study": self.study.name, "title": self.study.title, "system": self.study.system}
         return tree(parts, self.system.coordinates, **about, **self.system.parameters)
+
+
+@lru_cache(maxsize=8)
+def _mesh(*of: Any) -> "Mesh":
+    from nsmaps.exact.surfaces.mesh import mesh
+
+    return mesh(*of)
 
 
 def _fields() -> Iterator[tuple[str, Any, Any]]:

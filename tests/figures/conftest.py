@@ -10,6 +10,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from nsmaps_vi_pair import VIPair
 
 from nsmaps import read_result
 from nsmaps.auxiliary.attracting_domain import attracting_domain
@@ -126,6 +127,16 @@ class Toy:
         codes = np.where(start[:, 0] > 0.5 - 0.2 * start[:, 1], encode("BTB", WALLS), encode("BB", WALLS))
         blank = np.zeros(len(start))
         return Returns(COORDINATES, WALLS, start, image, 0 * start.astype(np.int32), codes, blank.astype(np.int8), blank)
+
+
+class ToyPair(VIPair):
+    """The system of the study, whose map is the toy."""
+
+    def first_return(self, states: Any, derivative: bool = False) -> Returns:  # type: ignore[override]
+        return Toy().first_return(states, derivative)
+
+    def itineraries(self, states: Any) -> Returns:  # type: ignore[override]
+        return Toy().first_return(states)  # of which only the codes are read
 
 
 def tracked() -> Track:
@@ -252,7 +263,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
     study = study_of()
     return StudyResult(
         study=study,
-        system=study.system_object(),
+        system=ToyPair(**study.system_object().parameters),
         surfaces=surfaces,
         slices=(cut(),),
         diagonal=diagonal_region(Diagonal(delta=1.2), swept(surfaces["BTB"])),

@@ -98,8 +98,8 @@ def test_a_figure_of_a_stored_run_shows_data_with_names_inside_the_page(stored, 
 def in_view(ax):
     """Whether a part of a line, of a collection or of an image, or else a text, lies within the limits of the axes."""
     if ax.name == "3d":
-        (dots, *_) = ax.collections
-        return len(dots.get_offsets()) > 0
+        (facets, *_) = ax.collections
+        return len(facets.triangles) > 0
     view = ax.viewLim
     points = [np.asarray(line.get_xydata(), float) for line in ax.lines if line.get_transform() == ax.transData]
     shown = any(len(xy) and view.containsx(x) and view.containsy(y) for xy in points for x, y in xy)

@@ -1,6 +1,5 @@
 """What a figure takes, counted: layouts, drawings, texts set and states mapped; and that its file holds what was drawn."""
 
-import doctest
 import gc
 import subprocess
 import sys
@@ -19,13 +18,9 @@ from nsmaps.figures import draw
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite import cobweb
 from nsmaps.figures.png import write_png
-from nsmaps.figures.returns import dots
-from nsmaps.figures.returns.dots import Dots, nearest
+from nsmaps.figures.returns.facets import Facets
 from nsmaps.reduced.fit.polymap import PolyMap
-
-
-def test_docstrings_are_true():
-    assert doctest.testmod(dots).failed == 0
+from nsmaps.study import result as run_result
 
 
 @pytest.fixture
@@ -88,7 +83,7 @@ def test_the_pieces_of_a_cobweb_map_each_state_once_for_all_orbits(result, tmp_p
 
 
 @pytest.mark.parametrize("format", ["png", "svg"])
-def test_the_dots_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, format):
+def test_the_triangles_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, format):
     paths, once = [], Collection.draw
 
     def drawn(self, renderer):
@@ -96,42 +91,48 @@ def test_the_dots_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, forma
         return once(self, renderer)
 
     monkeypatch.setattr(Collection, "draw", drawn)
-    draw(result, ["surfaces"], tmp_path, [format], dpi=40)
-    assert sum(len(surface.start) for surface in result.surfaces.values()) > 1000 > 10 * max(paths)
+    (path,) = draw(result, ["surfaces"], tmp_path, [format], dpi=40)
+    assert len(result.mesh("BTB").triangles) > 1000 > 10 * max(paths, default=0)
+    assert path.stat().st_size < 400_000
 
 
-def test_the_dots_that_are_seen_are_the_nearest():
-    generator = np.random.default_rng(5)
-    place, depth, radius = generator.uniform(6, 30, (60, 2)), generator.uniform(0, 1, 60), 4.3
-    seen = nearest(place, depth, radius)
-    for y, x in np.ndindex(seen.shape):
-        over = np.flatnonzero(np.hypot(*(np.floor(place) - [x, y]).T) <= radius)
-        assert seen[y, x] == (over[np.argmin(depth[over])] if len(over) else -1)
+def test_triangles_are_computed_once_for_all_panels_and_figures(result, tmp_path, count):
+    counts = count(type(result.system), "first_return", lambda states, *_: len(states))
+    run_result._mesh.cache_clear()
+    draw(result, ["surfaces"], tmp_path, dpi=40)
+    vertices = sum(len(result.mesh(family).returns) for family in result.surfaces)
+    assert vertices < counts["first_return"] < 60 * vertices
+    before = counts["first_return"]
+    draw(result, ["surfaces"], tmp_path, dpi=40)
+    assert counts["first_return"] == before
 
 
-@pytest.mark.parametrize(("elevation", "on_top"), [(90, (1, 0, 0)), (-90, (0, 0, 1))])
-def test_dots_look_as_matplotlib_draws_them_one_by_one(elevation, on_top):
-    points = np.array([[0.3, 0.5, 0.0], [0.32, 0.5, 1.0], [0.7, 0.6, 0.5]])
-    colours = np.array([[0, 0, 1.0], [1.0, 0, 0], [0, 0.5, 0]])
-    pictures = []
-    for made in (
-        lambda ax: Dots(ax, points, colours, 20),
-        lambda ax: ax.scatter(*points.T, c=colours, s=400, lw=0, depthshade=False),
-    ):
-        figure = Figure(figsize=(3, 3), dpi=100)
-        canvas = FigureCanvasAgg(figure)
-        ax = figure.add_subplot(projection="3d")
-        ax.set_axis_off()
-        made(ax)
-        ax.set(xlim=(0, 1), ylim=(0, 1), zlim=(0, 1))
-        ax.view_init(elev=elevation, azim=0)
-        canvas.draw()
-        pictures.append(np.asarray(canvas.buffer_rgba())[..., :3] / 255)
-    ours, theirs = pictures
-    assert np.abs(ours - theirs).mean() < 0.01 < np.abs(1 - theirs).mean()
-    assert (np.abs(ours - theirs).max(axis=-1) > 0.5).mean() < 0.002, "rims alone"
-    shown = [(np.abs(ours - colour).max(axis=-1) < 0.02).sum() for colour in colours]
-    assert shown[0 if on_top == (0, 0, 1) else 1] > 1.05 * shown[1 if on_top == (0, 0, 1) else 0]
+def seen_from(elevation, azimuth, points, triangles, colours):
+    """The pixels of facets in a cube of side 1."""
+    figure = Figure(figsize=(3, 3), dpi=100)
+    canvas = FigureCanvasAgg(figure)
+    ax = figure.add_axes((0, 0, 1, 1), projection="3d")
+    ax.set_axis_off()
+    Facets(ax, points, triangles, colours)
+    ax.set(xlim=(0, 1), ylim=(0, 1), zlim=(0, 1))
+    ax.view_init(elev=elevation, azim=azimuth)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3] / 255
+
+
+@pytest.mark.parametrize("azimuth", [-128, -60, 52, 140])
+def test_a_high_wall_and_a_low_floor_hide_each_other_as_they_stand(azimuth):
+    sides = np.linspace(0, 1, 40)
+    wall = np.array([[0.5, y, z] for z in (0, 1) for y in sides])
+    floor = np.array([[x, y, 0.2] for x in (0.02, 0.48) for y in sides])
+    strips = np.array([[k, k + 1, k + 40] for k in range(39)] + [[k + 1, k + 41, k + 40] for k in range(39)])
+    red, blue = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
+    both = np.concatenate([wall, floor]), np.concatenate([strips, strips + 80]), np.array([red] * 80 + [blue] * 80)
+    pixels = seen_from(20, azimuth, *both)
+    alone = seen_from(20, azimuth, floor, strips, both[2][80:])
+    floor_seen, whole = ((np.abs(each - blue).max(axis=-1) < 0.02).sum() for each in (pixels, alone))
+    in_front = np.cos(np.radians(azimuth)) < 0  # the floor lies at smaller x, the eye there too
+    assert floor_seen > 0.97 * whole if in_front else floor_seen < 0.9 * whole
 
 
 def test_pieces_are_drawn_without_loading_the_compiler():

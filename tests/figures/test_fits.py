@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import SECTIONS, Toy, study_of
+from figures.conftest import SECTIONS, study_of
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgba
 
+import nsmaps
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.figures.fits.diagonal import diagonal
 from nsmaps.figures.fits.diagonal import sheets as diagonal_sheets
 from nsmaps.figures.fits.fit_error import fit_error
@@ -19,8 +20,7 @@ from nsmaps.figures.fits.separable import separable, separable_surface
 from nsmaps.figures.fits.separable import sheets as separable_sheets
 from nsmaps.figures.returns.diagonal_surface import diagonal_surface
 from nsmaps.figures.style import GREEN, ORANGE
-from nsmaps.reduced.fit.filter import Diagonal
-from nsmaps.reduced.fit.filter_errors import compare_deltas
+from nsmaps.reduced.fit.filter import Attracting, Diagonal
 
 TWO_PI = 2 * np.pi
 IMAGE = (lambda v, phi: 0.95 - 0.15 * phi - 0.2 * v, lambda v, phi: (0.5 - 0.3 * phi + 0.05 * v) % TWO_PI)
@@ -71,24 +71,32 @@ def test_the_diagonal_without_a_sweep_shows_the_studys_own_parameters(result, ax
 @both
 def test_the_surface_is_blue_near_the_diagonals_and_only_there(result, ax3d, coordinate, i):
     diagonal_surface(result, ax3d, coordinate)
-    (points,) = ax3d.collections
-    drawn, colours = np.column_stack([np.asarray(part) for part in points._offsets3d]), points._original_facecolor
-    surface = result.surfaces["BTB"]
-    assert rows(drawn) == rows(np.column_stack([surface.start, surface.image[:, i]]))
-    assert len(drawn) == len(surface.start)
-    blue = colours[:, 2] > colours[:, 0] + 0.1
-    assert rows(drawn[blue, :2]) == rows(near_by_hand(surface.grid.states(), 1.2))
-    assert ax3d.get_zlabel() == LABELS[i][1]
+    (facets,) = ax3d.collections
+    drawn = facets.points
+    assert drawn[:, 2] == pytest.approx(IMAGE[i](*drawn[:, :2].T), abs=1e-12)
+    blue = facets.colours[:, 2] > facets.colours[:, 0] + 0.1
+    (of_blue,) = {tuple(row) for row in blue[facets.triangles]} - {(False, False, False)}
+    assert of_blue == (True, True, True), "no triangle has both colours"
+    states = drawn[np.unique(facets.triangles[blue[facets.triangles[:, 0]]]), :2]
+    assert set(rows(near_by_hand(result.surfaces["BTB"].grid.states(), 1.2))) <= set(rows(states))
+    images = np.column_stack([IMAGE[k](*states.T) for k in (0, 1)])
+    ratio = np.maximum(images / states, states / images)
+    assert ratio.max() == pytest.approx(1.2, abs=1e-6), "up to the border of the filter"
+    assert ax3d.get_zlabel() == ("$v_{k+1}$", r"$\phi_{k+1}$")[i]
 
 
-def test_a_grid_of_its_own_for_the_diagonal_is_drawn_over_the_surface(result, ax3d):
-    grid = Grid(axes={"v": Axis(low=0.6, high=1.0, points=61), "phi": Axis(low=0.1, high=1.0, points=61)})
-    finer = Surface("BTB", grid, np.ones(grid.size, bool), Toy().first_return(grid.states()))
-    near = compare_deltas(Diagonal(delta=1.2), finer, [], {})
-    diagonal_surface(replace(result, near=near), ax3d)
-    (points,) = ax3d.collections
-    count = len(near_by_hand(grid.states(), 1.2))
-    assert len(points._offsets3d[0]) == len(result.surfaces["BTB"].start) + count
+def test_a_bound_on_slopes_is_that_of_exact_derivatives():
+    system, family = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), WordFamily(name="BTB", words=("BTB",))
+    start = np.random.default_rng(2).uniform((0.6, 0.2), (0.9, 0.5), (400, 2))
+    returns = system.first_return(start)
+    returns = returns.select(returns.has_word("BTB"))
+    free, bound = (Attracting(Diagonal(delta=1.4, slope=slope), system, family)(returns) for slope in (None, 0.5))
+    step = 1e-6 * np.eye(2)
+    slopes = [np.abs(system.first_return(returns.start + h).lifted - system.first_return(returns.start - h).lifted) for h in step]
+    gentle = np.column_stack([slopes[k][:, k] for k in (0, 1)]).max(axis=1) / 2e-6
+    clear = np.abs(gentle - 0.5) > 1e-3
+    assert np.array_equal((free * (gentle <= 0.5))[clear], bound[clear])
+    assert 0 < bound.sum() < free.sum()
 
 
 @both
@@ -156,9 +164,9 @@ def test_separable_curves_lie_on_the_surface(result, ax3d):
     assert exact[:, 2] == pytest.approx(IMAGE[0](*exact[:, :2].T), abs=1e-12)
     assert fitted[:, 2] == pytest.approx(0.9 - 0.2 * fitted[:, 0], abs=1e-12)
     assert len(np.unique(exact[:, 1])) == len(np.unique(fitted[:, 1])) == 1
-    (points,) = ax3d.collections
-    drawn = np.column_stack([np.asarray(part) for part in points._offsets3d])
-    assert (drawn[:, 0] > 0.3).all(), "only the region of the piece"
+    (facets,) = ax3d.collections
+    drawn = facets.points[np.unique(facets.triangles)]
+    assert drawn[:, 0].min() == pytest.approx(0.3, abs=1e-6), "the region of the piece, up to its border"
 
 
 def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, ax):

@@ -1,7 +1,7 @@
 """A separable map beside the exact one, along the lines that represent a surface: fig. r2approx and r5approx."""
 
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -13,10 +13,11 @@ from nsmaps.figures.data import COMPOSITE, SEPARABLE, position, section
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.returns.surfaces import raised
-from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol, tint
+from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol
 from nsmaps.reduced.fit.polyfit import Separable, unwrapped
 
 if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.mesh import Mesh
     from nsmaps.exact.surfaces.surface import Surface
     from nsmaps.reduced.fit.polymap import PolyMap
     from nsmaps.study.result import StudyResult
@@ -63,10 +64,10 @@ def separable_surface(result: "StudyResult", ax: Axes, coordinate: str = "", pie
     """
     part = _part(result, piece)
     i = position(part.names, coordinate or part.names[0])
-    colour = tint(family_colours(list(result.surfaces))[part.surface.name], 0.3)
-    raised(ax, "separable", [(part.surface, part.target[:, i], colour)], part.names[i])
+    colour = family_colours(list(result.surfaces))[part.surface.name]
+    start, target = unwrapped(part.mesh.returns)
+    raised(ax, "separable", [(np.column_stack([start, target[:, i]]), part.mesh.triangles, colour)], part.names, part.names[i])
     space = cast(Any, ax)
-    space.set_box_aspect((1, 1, 0.8), zoom=0.95)
     space.computed_zorder = False  # curves on a surface are hidden by it otherwise
     for curve, shade, dashes in ((part.exact(i), GREEN, "-"), (part.fitted(i), ORANGE, (0, (4, 1.5)))):
         space.plot(*curve.T, color=shade, lw=1.4, ls=dashes, zorder=5)
@@ -81,6 +82,7 @@ class _Part:
     map: "PolyMap"
     fit: Separable  #: with the values that each coordinate's line is held at
     surface: "Surface"  #: M states of its family, in its region
+    mesh: "Mesh"  #: the same as triangles
     start: Floats  #: (M, n), angles on one stretch
     target: Floats  #: (M, n), as the polynomials have them
 
@@ -109,6 +111,7 @@ class _Part:
         return ", ".join(f"{symbol(name, 'k')} = {line[j]:.4g}" for j, name in enumerate(self.names) if j != i)
 
 
+@lru_cache(maxsize=1)  # of all panels
 def _part(result: "StudyResult", piece: str) -> _Part:
     """A piece by name, the first if it is empty."""
     specs, composite = SEPARABLE.of(result, "separable"), COMPOSITE.of(result, "separable")
@@ -116,7 +119,8 @@ def _part(result: "StudyResult", piece: str) -> _Part:
     asked, family = section(spec.fit, "fit"), section(spec.family, "family")
     whole, region = result.surfaces[family], composite.piece(spec.name).region
     surface = whole.restricted(region.contains(whole.coordinates.wrap(whole.start)))
+    mesh = result.mesh(family, lambda returns: region.contains(returns.coordinates.wrap(returns.start)) - np.int64(1))
     start, target = unwrapped(surface)
     medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))
     fit = Separable(degrees=section(asked.separable, "separable"), lines=asked.lines or medians, absolute=())
-    return _Part(spec.name, composite.piece(spec.name).map, fit, surface, start, target)
+    return _Part(spec.name, composite.piece(spec.name).map, fit, surface, mesh, start, target)

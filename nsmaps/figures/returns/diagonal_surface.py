@@ -1,18 +1,21 @@
 """A return surface with the part of it that lies near the diagonals of all coordinates: fig. 3d-area."""
 
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from nsmaps.figures.data import NEAR, position, section
+from nsmaps.figures.data import NEAR, plane, section
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.returns.surfaces import raised
+from nsmaps.figures.returns.surfaces import TINT, part_of, raised
 from nsmaps.figures.style import BLUE, family_colours, tint
+from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.fit.filter import Attracting, Diagonal
 
 if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.mesh import Mesh
     from nsmaps.exact.surfaces.surface import Surface
     from nsmaps.study.result import StudyResult
 
@@ -23,7 +26,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with a panel for every coordinate of the image."""
     coordinates = NEAR.of(result, "diagonal_surface")[0].surface.coordinates
     panels = tuple(partial(diagonal_surface, result, coordinate=name) for name in coordinates)
-    return (Sheet("diagonal_surface", panels, len(panels), 0.83, "3d"),)
+    return (Sheet("diagonal_surface", panels, 2, 0.84, "3d", legend=True),)
 
 
 def diagonal_surface(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
@@ -33,16 +36,25 @@ def diagonal_surface(result: "StudyResult", ax: Axes, coordinate: str = "") -> A
     """
     near = NEAR.of(result, "diagonal_surface")[0]
     family = section(result.study.diagonal, "diagonal").family
-    surface = result.surfaces[family]
-    i = position(surface.coordinates, coordinate or surface.coordinates[0])
-    others = surface.restricted(~near.surface.member[surface.member]) if near.surface.grid == surface.grid else surface
+    mesh, seen = _mesh(result), plane(result.surfaces[family].grid)
+    name = coordinate or mesh.coordinates[0]
     colours = {family: family_colours(list(result.surfaces))[family], rf"near diagonals, $\delta = {near.delta:g}$": BLUE}
-    parts = [(part, part.image[:, i], colour) for part, colour in zip((others, near.surface), colours.values(), strict=True)]
-    raised(ax, "diagonal_surface", parts, surface.coordinates[i])
-    handles = [Patch(color=tint(colour, 0.15), label=text) for text, colour in colours.items()]
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
+    points, triangles, _ = part_of(mesh, seen, name, BLUE)
+    number = mesh.part[triangles[:, 0]]
+    parts = [(points, triangles[number == k], colour) for k, colour in enumerate(colours.values())]
+    raised(ax, "diagonal_surface", parts, [mesh.coordinates[k] for k in seen], name)
+    ax.legend(handles=[Patch(color=tint(colour, TINT), label=text) for text, colour in colours.items()])
     cast(Any, ax).view_init(elev=_ELEVATION, azim=_towards(near.surface))
     return ax
+
+
+@lru_cache(maxsize=1)  # of all panels
+def _mesh(result: "StudyResult") -> "Mesh":
+    """The surface, whose part 1 passes the filter of the study."""
+    asked = section(result.study.diagonal, "diagonal")
+    region = None if asked.region is None else Where(coordinates=result.system.coordinates, text=asked.region)
+    filter = Diagonal(delta=NEAR.of(result, "diagonal_surface")[0].delta, slope=asked.slope, region=region)
+    return result.mesh(asked.family, Attracting(filter, result.system, result.family(asked.family)))
 
 
 def _towards(near: "Surface") -> float:

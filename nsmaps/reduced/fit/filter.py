@@ -2,18 +2,23 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from nsmaps.arrays import Bools, Floats
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.compose import members
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region
+
+if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.family import ReturnFamily
+    from nsmaps.exact.system import ImpactSystem
 
 
 class Diagonal(BaseModel):
@@ -72,6 +77,27 @@ def attracting(diagonal: Diagonal, surface: Surface) -> Bools:
     if diagonal.slope is not None:
         mask &= (np.abs(own_slopes(surface)) <= diagonal.slope).all(axis=1)
     return mask
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attracting:
+    """The filter for first returns anywhere, with exact derivatives: 1 for those that pass, else 0, as parts of a `Mesh`."""
+
+    diagonal: Diagonal
+    system: "ImpactSystem"
+    family: "ReturnFamily"
+
+    def __call__(self, returns: Returns) -> Ints:
+        """Of N returns of the family, shape (N,)."""
+        mask = near_diagonal(returns, self.diagonal.delta)
+        if self.diagonal.region is not None:
+            mask &= self.diagonal.region.over(returns.coordinates).contains(returns.start)
+        if self.diagonal.slope is not None and mask.any():
+            first = self.system.first_return(returns.start[mask], derivative=True)
+            slopes = members(self.system, first, self.family)[1].derivative
+            assert slopes is not None
+            mask[mask] = (np.abs(np.diagonal(slopes, axis1=1, axis2=2)) <= self.diagonal.slope).all(axis=1)
+        return mask.astype(np.int64)
 
 
 def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]]) -> DiagonalRegion:

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI, nearest_turn, wrap
 from nsmaps.errors import FitError, near_match
+from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.fit.leastsquares import Solved, left_out, solve
@@ -160,8 +161,8 @@ class _Data:
     solved: tuple[Solved, ...]  # for each output
 
 
-def unwrapped(surface: Surface) -> tuple[Floats, Floats]:
-    """Starts and images of a surface, each (M, n), with angles as real numbers that a polynomial can follow.
+def unwrapped(surface: Surface | Returns) -> tuple[Floats, Floats]:
+    """Starts and images of a surface or of M returns, each (M, n), with angles as real numbers that a polynomial can follow.
 
     Starts lie on one interval of the circle, which leaves [0, 2 pi) only where it would be cut there. Images are
     continued from their starts, minus one common number of turns that brings their median to [0, 2 pi).

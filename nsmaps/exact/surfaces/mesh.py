@@ -1,0 +1,243 @@
+"""Return surfaces as triangles, which end at the edges of the map's smooth pieces."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Bools, Floats, Ints, brief
+from nsmaps.continuation.bisection import bisect_changes
+from nsmaps.coordinates import Coordinates
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.compose import members, most_returns
+from nsmaps.exact.surfaces.surface import Grid, Surface
+from nsmaps.exact.words import decode
+
+if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.family import ReturnFamily
+    from nsmaps.exact.system import ImpactSystem
+
+Part = Callable[[Returns], NDArray[np.integer]]  #: a number for each of N returns, shape (N,), negative to leave one out
+FINER = 2  #: parts of each side of a divided cell
+CHANGES = 6  #: of the smooth piece on such a part, at most
+HALVINGS = 26  #: of such a part, to find one
+JOINED = 1e-3  #: radians, or share of the largest image: where images on both sides differ by less, the map is continuous
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Mesh:
+    """A return surface over a plane of states: T triangles between P vertices, none of which joins two sheets of the surface.
+
+    Sheets end where the word changes, where the map jumps at a graze within one word, and where an angle of the image is wrapped.
+    There are vertices on both sides of such an edge.
+    """
+
+    __repr__ = brief
+
+    name: str  #: of the family
+    returns: Returns  #: of the P vertices: states, images, words
+    part: Ints  #: shape (P,), see `mesh`; zero without parts
+    triangles: Ints  #: shape (T, 3), numbers of vertices
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """The names of the coordinates."""
+        return self.returns.coordinates
+
+
+def mesh(system: "ImpactSystem", surface: Surface, family: "ReturnFamily", part: Part | None = None) -> Mesh:
+    """The surface of a family as triangles between the states of its grid and states on its edges.
+
+    Cells whose corners lie on several smooth pieces of the map (`ImpactSystem.itineraries`) are divided into four. Between the
+    corners of these the places where the piece changes are found by bisection, up to six on a side. If the image is continuous
+    there, as at births of turning points, both sides are one vertex. What lies between neighbours on one piece is not found.
+
+    Args:
+        surface: that of the family, over a plane of states; see `Axis.at`.
+        part: triangles end also where the number changes that it gives.
+
+    Raises:
+        NsmapsError: the grid does not vary along two coordinates.
+    """
+    if len(varying := surface.grid.varying) != 2:
+        raise NsmapsError(f"the grid varies along {', '.join(varying) or 'no coordinate'}; expected: two coordinates")
+    pieces = _Pieces(system, family, part or (lambda returns: np.zeros(len(returns), np.int64)))
+    lattice = _refined(pieces, surface)
+    pairs, outlines = _crossed(pieces, lattice)
+    states = np.concatenate([lattice.states, pairs])
+    same = np.concatenate([np.arange(len(lattice.states)), len(lattice.states) + _shared(pieces, pairs)])
+    label = _labels(np.concatenate([lattice.key, pieces(pairs)]), outlines)
+    fans = _fans(outlines, label), _fans(lattice.beside, np.zeros(len(states), int))
+    triangles = same[np.concatenate([lattice.whole[:, [0, 1, 2]], lattice.whole[:, [0, 2, 3]], *fans])]
+    used = np.zeros(len(states), bool)
+    used[triangles] = True
+    used[used], own = pieces.members(states[used])
+    triangles = (np.cumsum(used) - 1)[triangles[used[triangles].all(axis=1)]]
+    return Mesh(surface.name, own, np.asarray(pieces.part(own), np.int64), triangles)
+
+
+@dataclass(frozen=True, slots=True)
+class _Pieces:
+    """The smooth pieces of a family's returns, told apart by keys."""
+
+    system: "ImpactSystem"
+    family: "ReturnFamily"
+    part: Part
+
+    def __call__(self, states: Floats) -> Ints:
+        """The keys of states (N, n), shape (N, c): the same on one smooth piece, zero for one that is not on the surface."""
+        member, own = self.members(states)
+        keys = np.zeros((len(states), self.columns), np.int64)
+        keys[member] = self.keys(own)
+        return keys
+
+    @property
+    def columns(self) -> int:
+        """The length c of a key."""
+        return 2 + len(self.system.coordinates) + self.family.max_returns
+
+    def members(self, states: Floats) -> tuple[Bools, Returns]:
+        """The states on the surface, shape (N,), and their returns."""
+        member, own = members(self.system, self.system.first_return(states), self.family)
+        kept = np.asarray(self.part(own)) >= 0
+        member[member] = kept
+        return member, own.select(kept)
+
+    def keys(self, own: Returns) -> Ints:
+        """The keys of the surface's returns: 1, the part, turns, and the itinerary of each consecutive return."""
+        part = np.asarray(self.part(own))
+        keys = np.column_stack([np.ones(len(own), np.int64), part, own.turns, self._itineraries(own)])
+        return np.where(part[:, None] >= 0, keys, 0)
+
+    def _itineraries(self, own: Returns) -> Ints:
+        """Of each of the consecutive returns of members, shape (M, max_returns), zero after the last."""
+        if self.family.max_returns == 1:
+            return self.system.itineraries(own.start).codes[:, None]
+        words, word = np.unique(own.codes, return_inverse=True)
+        count = np.array([most_returns(decode(code, own.walls)) for code in words.tolist()], int)[word]
+        found, states = np.zeros((len(own), self.family.max_returns), np.int64), own.start.copy()
+        for k in range(self.family.max_returns):
+            on = count > k
+            found[on, k] = self.system.itineraries(states[on]).codes
+            states[on] = self.system.first_return(states[on]).image
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lattice:
+    """The states of a grid and some between them; cells, as the numbers of the states around each, in turn."""
+
+    states: Floats  #: (L, n), of all places between those of the grid
+    key: Ints  #: (L, c), of the states that cells name
+    whole: Ints  #: (W, 4), the cells on one smooth piece
+    beside: Ints  #: (E, S), those of them next to a cell that is divided, with the states on their sides, -1 for none
+    divided: Ints  #: (D, 4), the parts of all others
+
+
+def _refined(pieces: _Pieces, surface: Surface) -> _Lattice:
+    """The lattice of a surface."""
+    axes = surface.grid.axes
+    fine = Grid(axes={name: axis.model_copy(update={"points": FINER * (axis.points - 1) + 1}) for name, axis in axes.items()})
+    lattice = np.arange(fine.size).reshape([axis.points for axis in fine.varying.values()])
+    coarse = lattice[::FINER, ::FINER]
+    states, key = fine.states(), np.zeros((fine.size, pieces.columns), np.int64)
+    states[coarse.ravel()] = surface.grid.states()
+    key[coarse.ravel()[surface.member]] = pieces.keys(surface.returns)
+    cells = _around(coarse)
+    alike = (key[cells] == key[cells[:, :1]]).all(axis=(1, 2))
+    parts = lattice[:FINER, :FINER].reshape(-1, 1) + _around(lattice[:2, :2])
+    divided = (cells[~alike, :1, None] + parts).reshape(-1, 4)
+    new = np.zeros(fine.size, bool)
+    new[divided], new[coarse] = True, False
+    key[new] = pieces(states[new])
+    whole = cells[alike & (key[cells[:, 0], 0] > 0)]
+    block = lattice[: FINER + 1, : FINER + 1]
+    walk = np.concatenate([block[:-1, 0], block[-1, :-1], block[:0:-1, -1], block[0, :0:-1]])
+    rims = whole[:, :1] + walk
+    named = new[rims] | (np.arange(len(walk)) % FINER == 0)
+    beside = named.sum(axis=1) > 4
+    return _Lattice(states, key, whole[~beside], np.where(named, rims, -1)[beside], divided)
+
+
+def _around(lattice: Ints) -> Ints:
+    """The points around each cell of a lattice, in turn, shape (C, 4)."""
+    return np.stack([lattice[:-1, :-1], lattice[1:, :-1], lattice[1:, 1:], lattice[:-1, 1:]], axis=-1).reshape(-1, 4)
+
+
+def _crossed(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
+    """States (2 B, n) on both sides of each change of piece between corners of divided cells, in pairs, and the cells' outlines.
+
+    An outline, of shape (D, S), has the number of each corner, then those of the states on the side to the next, which are
+    counted from L on, and -1 in between.
+    """
+    cells, states, key = lattice.divided, lattice.states, lattice.key
+    code = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)]), axis=0)
+    sides, of_side = np.unique(code[0] * len(states) + code[1], return_inverse=True)
+    first, second = np.divmod(sides, len(states))
+    crossed = np.flatnonzero((key[first] != key[second]).any(axis=1))
+    first, second = first[crossed], second[crossed]
+    number, near, far = bisect_changes(pieces, states[first], states[second], key[first], key[second], CHANGES, HALVINGS)
+    order = np.argsort(number, kind="stable")
+    number, pairs = crossed[number[order]], np.stack([near[order], far[order]], axis=1).reshape(-1, states.shape[1])
+    place = np.arange(len(number)) - np.searchsorted(number, number)
+    slots = np.full((len(sides), CHANGES, 2), -1)
+    slots[number, place] = len(states) + np.arange(len(pairs)).reshape(-1, 2)
+    on_side = slots.reshape(len(sides), -1)[of_side.reshape(cells.shape)]
+    back = cells > np.roll(cells, -1, axis=1)
+    on_side[back] = on_side[back][:, ::-1]
+    return pairs, np.concatenate([cells[..., None], on_side], axis=-1).reshape(len(cells), -1)
+
+
+def _shared(pieces: _Pieces, pairs: Floats) -> Ints:
+    """The vertices of the states (2 B, n) on both sides of changes, by number: one for both if the map is continuous there."""
+    member, own = pieces.members(pairs)
+    there = member[::2] & member[1::2]
+    near, far = (np.cumsum(member) - 1)[::2][there], (np.cumsum(member) - 1)[1::2][there]
+    kinds = np.column_stack([own.codes, pieces.part(own), own.turns])
+    size = np.where(own.coordinates.angles, 1.0, np.abs(own.image).max(axis=0, initial=0.0))
+    close = (np.abs(own.image[near] - own.image[far]) <= JOINED * size).all(axis=1)
+    number = np.arange(len(pairs))
+    number[1::2][there] -= close & (kinds[near] == kinds[far]).all(axis=1)
+    return number
+
+
+def _labels(key: Ints, outlines: Ints) -> Ints:
+    """A number for each key of the points on outlines, shape (P,), -1 where a point is on none or not on the surface."""
+    label, named = np.full(len(key), -1), np.unique(outlines[outlines >= 0])
+    label[named] = np.unique(key[named], axis=0, return_inverse=True)[1].ravel()
+    return np.where(key[:, 0] > 0, label, -1)
+
+
+def _fans(outlines: Ints, label: Ints) -> Ints:
+    """The triangles between points of one label on each of the outlines (D, S), shape (T, 3); none where the label is negative.
+
+    A label that comes twice in turn with others belongs to a strip through the cell. Where two labels do, that of a corner is
+    parted.
+    """
+    cell, slot = np.nonzero(outlines >= 0)
+    point = outlines[cell, slot]
+    own = label[point]
+    run = _runs(cell, own)
+    pairs, of_pair = np.unique(np.column_stack([cell, own]), axis=0, return_inverse=True)  # of cells and labels
+    of_pair = of_pair.ravel()
+    several = np.bincount(of_pair[np.unique(run, return_index=True)[1]], minlength=len(pairs)) > 1
+    with_corner = np.bincount(of_pair, slot % (1 + 2 * CHANGES) == 0, len(pairs)) > 0
+    parted = several & with_corner & (np.bincount(pairs[:, 0], several)[pairs[:, 0]] > 1)
+    group = np.where(parted[of_pair], len(pairs) + run, of_pair)
+    order = np.argsort(group, kind="stable")
+    group, point, own = group[order], point[order], own[order]
+    head = point[np.searchsorted(group, group)]
+    kept = (group[1:] == group[:-1]) & (point[:-1] != head[:-1]) & (own[:-1] >= 0)
+    return np.column_stack([head[:-1], point[:-1], point[1:]])[kept]
+
+
+def _runs(cell: Ints, label: Ints) -> Ints:
+    """A number for each run of a label on the outline of a cell, which has no beginning; cells are sorted."""
+    begins = np.r_[True, (cell[1:] != cell[:-1]) | (label[1:] != label[:-1])]
+    run = np.cumsum(begins) - 1
+    first = np.searchsorted(cell, cell)
+    last = np.searchsorted(cell, cell, side="right") - 1
+    return np.where((run == run[last]) & (label[first] == label[last]), run[first], run)

@@ -1,0 +1,59 @@
+"""Surfaces of many small triangles over a plane, painted with smooth shades."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import allow_rasterization
+from matplotlib.colors import to_rgb
+from matplotlib.transforms import IdentityTransform
+from mpl_toolkits.mplot3d import Axes3D, proj3d
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from nsmaps.arrays import Floats, Ints
+
+_LIGHT = np.array([-0.40, -0.50, 0.77])  #: where the light comes from
+
+
+class Facets(Poly3DCollection):  # type: ignore[misc]
+    """Triangles (T, 3) between points (P, 3) with colours (P, 3), as pixels in every format.
+
+    What stands over a farther place in the plane is painted first. As no two surfaces stand over one place, this is right
+    for steep walls too, which are higher than they are wide.
+    """
+
+    def __init__(self, ax: Axes3D, points: Floats, triangles: Ints, colours: Floats) -> None:
+        super().__init__([], rasterized=True)
+        self.points, self.triangles, self.colours = points, triangles, np.column_stack([colours, np.ones(len(colours))])
+        ax.add_collection(self, autolim=False)
+
+    def do_3d_projection(self) -> float:
+        """How near the nearest point is, by which axes order what they draw."""
+        return float(self._projected(self.points)[2].min())
+
+    @allow_rasterization  # type: ignore[untyped-decorator]
+    def draw(self, renderer: Any) -> None:
+        """Paint the triangles."""
+        x, y, _ = self._projected(self.points)
+        depth = self._projected(self.points * [1, 1, 0])[2]
+        corners = self.triangles[np.argsort(-depth[self.triangles].sum(axis=1))]
+        gc = renderer.new_gc()
+        self._set_gc_clip(gc)
+        page = self.axes.transData.transform(np.column_stack([x, y]))
+        renderer.draw_gouraud_triangles(gc, page[corners], self.colours[corners], IdentityTransform())
+        gc.restore()
+
+    def _projected(self, points: Floats) -> Floats:
+        """Where points (P, 3) are on the axes, and how far from the eye, shape (3, P)."""
+        return np.asarray(proj3d.proj_transform(*points.T, self.axes.get_proj()))
+
+
+def shaded(points: Floats, triangles: Ints, colour: str | tuple[float, float, float]) -> Floats:
+    """A colour for each point (P, 3) of a surface, lighter where it faces the light, shape (P, 3)."""
+    size = np.ptp(points, axis=0)
+    a, b, c = np.moveaxis((points / np.where(size > 0, size, 1))[triangles], 1, 0)
+    faces = np.cross(b - a, c - a)
+    normal = np.stack([np.bincount(triangles.ravel(), np.repeat(face, 3), len(points)) for face in faces.T], axis=1)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    light = np.abs(normal @ _LIGHT)[:, None] / np.where(length > 0, length, 1)
+    base = np.array(to_rgb(colour))
+    return np.clip(base * (0.45 + 0.55 * light) + 0.38 * light**2 * (1 - base), 0, 1)

@@ -1,0 +1,128 @@
+"""Return surfaces as triangles: the exact map is the judge of where they end."""
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.exact.surfaces.mesh import mesh
+from nsmaps.exact.surfaces.surface import Axis, Grid
+
+PAIR = "vi_pair", {"d": 0.35, "g_bar": 0.2113}
+OSCILLATOR = "impact_oscillator", {"zeta": 0.05, "w": 2, "A": 2, "wall": 0.3, "r": 0.7}
+BALL = "bouncing_ball", {"Gamma": 1.4, "r": 0.5}
+
+
+def made(system, word, low=(0.0033, 0.0), high=(1.0, 2 * np.pi), points=60, part=None):
+    """A system, the surface of one word over a plane, and its triangles."""
+    system = nsmaps.load_system(system[0], **system[1])
+    axes = {name: Axis(low=a, high=b, points=points) for name, a, b in zip(system.coordinates, low, high, strict=True)}
+    family = WordFamily(name=word, words=(word,))
+    surface = family.surface(system, Grid(axes=axes))
+    return system, surface, mesh(system, surface, family, part)
+
+
+def jumps(system, start, end):
+    """Whether the map jumps on each segment: what bisection towards the half with the larger difference of images leaves."""
+    first, last = system.first_return(start).lifted, system.first_return(end).lifted
+    for _ in range(45):
+        middle = (start + end) / 2
+        image = np.nan_to_num(system.first_return(middle).lifted, nan=1e3)
+        left = (np.abs(image - first).max(axis=1) > np.abs(last - image).max(axis=1))[:, None]
+        start, end = np.where(left, start, middle), np.where(left, middle, end)
+        first, last = np.where(left, first, image), np.where(left, image, last)
+    return np.abs(last - first).max(axis=1) > 1e-2
+
+
+def areas(corners):
+    """Of triangles (T, 3, 2), positive if their corners turn left."""
+    (x, y), (u, v) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    return (x * v - y * u) / 2
+
+
+@pytest.mark.parametrize(
+    ("system", "word", "low", "high", "share"),
+    [
+        (PAIR, "BB", (0.0033, 0.0), (1.0, 2 * np.pi), 1e-4),
+        (PAIR, "BTB", (0.0033, 0.0), (1.0, 2 * np.pi), 1e-4),
+        (OSCILLATOR, "BB", (0.01, 0.0), (8.0, 2 * np.pi), 1e-4),
+        (BALL, "BB", (0.01, 0.0), (8.0, 2 * np.pi), 4e-3),  # where bounces accumulate, sheets are narrower than any cell
+    ],
+)
+def test_no_triangle_joins_two_sheets(system, word, low, high, share):
+    system, _, found = made(system, word, low, high)
+    assert (found.returns.words == word).all()
+    assert (np.ptp(found.returns.turns[found.triangles], axis=1) == 0).all()
+    corners = found.returns.start[found.triangles]
+    middle = corners.mean(axis=1)
+    joins = np.any([jumps(system, corners[:, k] + 1e-6 * (middle - corners[:, k]), middle) for k in range(3)], axis=0)
+    size = areas(corners)
+    assert (size >= 0).all()
+    assert size[joins].sum() < share * size.sum()
+
+
+@pytest.mark.parametrize("word", ["BB", "BTB"])
+def test_triangles_cover_the_states_of_their_word(word):
+    system, surface, found = made(PAIR, word)
+    random = np.random.default_rng(1).uniform((0.0033, 0.0), (1.0, 2 * np.pi), (200_000, 2))
+    size = areas(found.returns.start[found.triangles]).sum() / (0.9967 * 2 * np.pi)
+    assert size == pytest.approx(np.mean(system.first_return(random).has_word(word)), abs=3e-3)  # that has an error of 1e-3
+    assert np.ptp(surface.start, axis=0) == pytest.approx(np.ptp(found.returns.start, axis=0), abs=0.05)
+
+
+def test_a_surface_ends_at_its_edge_not_at_the_last_state_of_the_grid():
+    system, surface, found = made(PAIR, "BB", high=(0.6, np.pi))
+    sides, count = np.unique(np.sort(found.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0, return_counts=True)
+    rim = found.returns.select(np.unique(sides[count == 1]))
+    inside = ((rim.start > (0.0034, 1e-6)) & (rim.start < (0.5999, np.pi - 1e-6))).all(axis=1)
+    margin = system.itineraries(rim.start[inside]).margin
+    wrapped = np.minimum(rim.image[inside, 1], 2 * np.pi - rim.image[inside, 1])
+    assert inside.sum() > 100
+    assert np.max(np.minimum(np.minimum(margin.clearance, margin.slowest), wrapped)) < 1e-4
+    on_grid = system.itineraries(surface.start).margin
+    assert np.median(np.minimum(on_grid.clearance, on_grid.slowest)) > 1e-2
+
+
+def test_parts_are_parted_and_left_out():
+    def part(returns):
+        return np.where(returns.start[:, 1] > 3, -1, returns.start[:, 0] > 0.5)
+
+    _, _, found = made(PAIR, "BTB", part=part)
+    ends = [found.returns.start[np.unique(found.triangles[found.part[found.triangles[:, 0]] == k])] for k in (0, 1)]
+    assert ends[0][:, 0].max() == pytest.approx(0.5, abs=1e-6)
+    assert ends[1][:, 0].min() == pytest.approx(0.5, abs=1e-6)
+    assert np.concatenate(ends)[:, 1].max() == pytest.approx(3, abs=1e-6)
+    assert (np.ptp(found.part[found.triangles], axis=1) == 0).all()
+
+
+def test_two_consecutive_returns_are_one_surface():
+    system, surface, found = made(PAIR, "BBTB")
+    assert set(found.returns.words.tolist()) == {"BBTB"}
+    first = system.first_return(found.returns.start)
+    assert np.abs(system.first_return(first.image).image - found.returns.image).max() < 1e-9
+    assert len(found.triangles) > len(surface.start)
+
+
+def test_a_plane_through_four_coordinates():
+    system = nsmaps.load_system("two_masses", m1=1, m2=1, k1=1, k2=1, b=0.1, f=1, w=1.8, r=0.8, d=0)
+    axes = {
+        "v": Axis(low=0.2, high=2, points=25),
+        "x2": Axis.at(-0.8),
+        "v2": Axis.at(0.04),
+        "phi": Axis(low=0, high=6, points=25),
+    }
+    family = WordFamily(name="II", words=("II",))
+    surface = family.surface(system, Grid(axes=axes))
+    found = mesh(system, surface, family)
+    assert set(found.returns.start[:, 1]) == {-0.8}
+    assert len(found.triangles) > len(surface.start)
+    corners = found.returns.start[found.triangles][:, :, [0, 3]]
+    assert areas(corners).sum() == pytest.approx(np.mean(surface.member) * 1.8 * 6, rel=0.05)
+
+
+def test_a_grid_along_one_coordinate_has_no_triangles():
+    system, family = nsmaps.load_system(PAIR[0], **PAIR[1]), WordFamily(name="BB", words=("BB",))
+    surface = family.surface(system, Grid(axes={"v": Axis(low=0.1, high=1, points=5), "phi": Axis.at(0.3)}))
+    with pytest.raises(NsmapsError, match="the grid varies along v; expected: two coordinates"):
+        mesh(system, surface, family)
