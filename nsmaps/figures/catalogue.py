@@ -115,8 +115,8 @@ _ROWS = (
     Row(
         "returns.surfaces",
         "Surfaces of the images over the plane of states, seen in perspective.",
-        "The return surfaces: each coordinate of the image over the initial states, coloured by family of words. They are cut where "
-        "the map jumps or a phase is wrapped.",
+        "The return surfaces: each coordinate of the image over the initial states, coloured by family of words. They end "
+        "where the map jumps or a phase is wrapped.",
         (data.PLANES,),
         animated=True,
     ),

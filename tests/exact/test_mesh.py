@@ -121,6 +121,12 @@ def test_a_plane_through_four_coordinates():
     assert areas(corners).sum() == pytest.approx(np.mean(surface.member) * 1.8 * 6, rel=0.05)
 
 
+def test_a_surface_without_edges_is_its_grid():
+    _, surface, found = made(PAIR, "BTB", (0.7, 0.3), (0.8, 0.5), 5)
+    assert np.array_equal(found.returns.start, surface.start)
+    assert len(found.triangles) == 2 * 4 * 4
+
+
 def test_a_grid_along_one_coordinate_has_no_triangles():
     system, family = nsmaps.load_system(PAIR[0], **PAIR[1]), WordFamily(name="BB", words=("BB",))
     surface = family.surface(system, Grid(axes={"v": Axis(low=0.1, high=1, points=5), "phi": Axis.at(0.3)}))

@@ -185,10 +185,10 @@ def _crossed(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
     place = np.arange(len(number)) - np.searchsorted(number, number)
     slots = np.full((len(sides), CHANGES, 2), -1)
     slots[number, place] = len(states) + np.arange(len(pairs)).reshape(-1, 2)
-    on_side = slots.reshape(len(sides), -1)[of_side.reshape(cells.shape)]
+    on_side = slots.reshape(len(sides), 2 * CHANGES)[of_side.reshape(cells.shape)]
     back = cells > np.roll(cells, -1, axis=1)
     on_side[back] = on_side[back][:, ::-1]
-    return pairs, np.concatenate([cells[..., None], on_side], axis=-1).reshape(len(cells), -1)
+    return pairs, np.concatenate([cells[..., None], on_side], axis=-1).reshape(len(cells), 4 + 8 * CHANGES)
 
 
 def _shared(pieces: _Pieces, pairs: Floats) -> Ints:
