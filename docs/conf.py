@@ -7,7 +7,7 @@ from typing import Any
 project = "nsmaps"
 author = "The nsmaps developers"
 version = release = version_of("nsmaps")
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton", "sphinx_design"]
 exclude_patterns = ["_build"]
 nb_execution_mode = "auto"  # notebooks are kept without outputs, and executed here
 nb_execution_timeout = 300
@@ -23,6 +23,8 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 html_theme = "furo"
 html_title = f"nsmaps {version}"
+html_static_path = ["_static"]
+html_css_files = ["pictures.css"]
 
 ROOMS = {
     "exact": "Systems and exact return maps",
@@ -57,6 +59,16 @@ def write_api(app: object) -> None:
     (folder / "api.md").write_text("\n".join(lines))
 
 
+def open_in_full(app: Any, page: Any) -> None:
+    """Pictures are links to their files, as Sphinx makes them of those with a scale; those of cards are links already."""
+    from docutils.nodes import image
+
+    for picture in page.findall(image):
+        if "sd-card-img-top" not in picture["classes"]:
+            picture["scale"] = 100
+
+
 def setup(app: Any) -> None:
     """Write the page before any is read."""
     app.connect("builder-inited", write_api)
+    app.connect("doctree-read", open_in_full)

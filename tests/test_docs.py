@@ -130,6 +130,40 @@ def test_every_page_is_on_the_map() -> None:
     assert {str(page.relative_to(DOCS)) for page in PAGES[1:]} - {"index.md"} <= linked
 
 
+def test_the_front_page_begins_with_a_picture_the_install_line_and_cards() -> None:
+    page = (DOCS / "index.md").read_text()
+    places = [
+        page.index(part) for part in ("![", "pip install -e . && nsmaps run vi_pair/fp", "{grid-item-card}", "## All pages")
+    ]
+    assert places == sorted(places)
+    cards = re.findall(r"\{grid-item-card\} (.+)\n:img-top: (.+)\n:img-alt: .+\n:link: (.+)\n:link-type: doc\n(.+)\n", page)
+    assert len(cards) == page.count("{grid-item-card}") >= 6
+    for _, picture, linked, _ in cards:
+        assert (DOCS / picture).is_file()
+        assert (DOCS / f"{linked}.md").is_file()
+
+
+def test_every_page_stands_once_in_the_sidebar_under_a_caption() -> None:
+    trees = re.findall(r"```\{toctree\}\n:hidden:\n:caption: [^\n]+\n(.*?)```", (DOCS / "index.md").read_text(), re.DOTALL)
+    named = [name for tree in trees for name in tree.split()]
+    assert len(trees) >= 4
+    assert len(named) == len(set(named))
+    there = {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES[1:]} - {"index"}
+    assert there <= set(named)
+
+
+def test_pictures_of_the_site_open_in_full_size() -> None:
+    from importlib.util import module_from_spec, spec_from_file_location
+
+    nodes = pytest.importorskip("docutils.nodes")
+    spec = spec_from_file_location("conf", DOCS / "conf.py")
+    conf = module_from_spec(spec)
+    spec.loader.exec_module(conf)
+    plain, card = nodes.image(uri="a.png"), nodes.image(uri="b.png", classes=["sd-card-img-top"])
+    conf.open_in_full(None, nodes.container("", plain, card))
+    assert ("scale" in plain, "scale" in card) == (True, False)  # Sphinx links those with a scale to their files
+
+
 def test_every_key_of_a_study_is_in_the_reference() -> None:
     page = (DOCS / "study-reference.md").read_text()
     assert [key for key in dict.fromkeys(keys(Study)) if f"`{key}`" not in page] == []
