@@ -10,6 +10,7 @@ the processor.
 import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache, wraps
 from hashlib import sha256
 from inspect import get_annotations
@@ -25,9 +26,10 @@ from numba.core.compiler import CompileResult
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 
-from nsmaps.exact.compiling import libraries
+from nsmaps.exact.compiling import libraries, linked
 from nsmaps.exact.compiling.kept import cache_folder, claim, kept, release, store
 from nsmaps.exact.compiling.libraries import EntryCompiler, NamedCompiler, PartCompiler, unspecialised
+from nsmaps.exact.compiling.linked import versions
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
@@ -55,16 +57,23 @@ def njit(**options: Any) -> Any:
     return wrapper
 
 
+@contextmanager
+def _released_if_it_fails() -> Iterator[None]:
+    """A failure ends all claims of this process."""
+    try:
+        yield
+    except BaseException:
+        release()
+        raise
+
+
 def _or_released(compile: Callable[..., Any]) -> Callable[..., Any]:
     """A call whose failure ends all claims of this process."""
 
     @wraps(compile)
     def compile_or_release(*args: Any) -> Any:
-        try:
+        with _released_if_it_fails():
             return compile(*args)
-        except BaseException:
-            release()
-            raise
 
     return compile_or_release
 
@@ -90,9 +99,12 @@ def code_of_module(module: ModuleType) -> str:
 
 def compilers() -> tuple[str, ...]:
     """The versions and settings of the compiler, except for the processor, which numba identifies."""
-    settings = [f"{name}={vars(numba.config)[name]}" for name in SETTINGS]
-    settings.append(code_of_module(libraries))
-    return (numba.__version__, llvmlite.__version__, np.__version__, sys.version, *settings)
+    return (numba.__version__, llvmlite.__version__, np.__version__, sys.version, *settings())
+
+
+def settings() -> tuple[str, ...]:
+    """The settings of numba that change the code, and how functions are put together."""
+    return (*(f"{name}={vars(numba.config)[name]}" for name in SETTINGS), code_of_module(libraries))
 
 
 @lru_cache(maxsize=4096)
@@ -167,23 +179,38 @@ class _Kept(_Cache):  # type: ignore[misc]
         name = self._name(sig, target_context.codegen())
         content = kept(name)
         if content is None:
-            self._began = perf_counter()
-            self._report()
-            for each in [*missing]:
-                each()
-            claim(name)
-            content = kept(name)  # another process may have stored it in the meantime
-            if content is not None:
-                release(name)
+            content = self._completed(name, sig, target_context.codegen())
         return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
+
+    def _completed(self, name: str, sig: Any, codegen: Any) -> bytes | None:
+        """What is shipped in linked form, or what another process stores in the meantime; None if this one has to compile it."""
+        self._began = perf_counter()
+        shipped = linked.read(self._name(sig, codegen, shipped=True))
+        self._report()
+        for each in [*missing] if shipped is None else ():
+            each()
+        claim(name)
+        content = kept(name)
+        if content is None and shipped is not None:
+            with _released_if_it_fails():
+                content = linked.completed(codegen, shipped)
+            self._keep(name, content)
+        if content is not None:
+            release(name)
+        return content
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the function that was compiled for arguments of these types."""
         name = self._name(sig, data.codegen)
         if not data.library.has_dynamic_globals and all(each.can_cache for each in data.lifted):
-            store(name, dumps(data._reduce()))
-            store(self._last, f"{perf_counter() - self._began:.0f}".encode())
+            self._keep(name, dumps(data._reduce()))
+            linked.write(self._name(sig, data.codegen, shipped=True), data)
         release(name)
+
+    def _keep(self, name: str, content: bytes) -> None:
+        """Store a function, and the time that it took."""
+        store(name, content)
+        store(self._last, f"{perf_counter() - self._began:.0f}".encode())
 
     def enable(self) -> None:
         """The cache is always enabled."""
@@ -206,11 +233,20 @@ class _Kept(_Cache):  # type: ignore[misc]
             took = "it takes some seconds" if last is None else f"it took {last.decode()} s last time"
             print(f"compiling {name}, once on this machine: {took}", file=sys.stderr, flush=True)
 
-    def _name(self, sig: Any, codegen: Any) -> str:
+    def _name(self, sig: Any, codegen: Any, shipped: bool = False) -> str:
+        """The name of the file with the compiled function, or with the linked one, which does not depend on the processor."""
         function = self._function.py_func
-        return _file_name(function.__module__, function.__name__, code_of(self._function), str(sig), codegen.magic_tuple())
+        about = function.__module__, function.__name__, code_of(self._function), str(sig)
+        return _linked_name(*about, versions(codegen)) if shipped else _file_name(*about, codegen.magic_tuple())
 
 
 def _file_name(module: str, name: str, code: str, sig: str, processor: Iterable[str]) -> str:
-    key = repr((module, code, sig, tuple(processor), compilers()))
-    return f"{name}-{sha256(key.encode()).hexdigest()[:32]}.bin"
+    return f"{name}-{_short((module, code, sig, tuple(processor), compilers()))}.bin"
+
+
+def _linked_name(module: str, name: str, code: str, sig: str, versions: Iterable[str]) -> str:
+    return f"{name}-{_short((module, code, sig, tuple(versions), settings()))}.xz"
+
+
+def _short(key: tuple[Any, ...]) -> str:
+    return sha256(repr(key).encode()).hexdigest()[:32]

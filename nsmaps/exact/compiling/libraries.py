@@ -71,6 +71,8 @@ class Part(JITCodeLibrary):  # type: ignore[misc]
 class Entry(JITCodeLibrary):  # type: ignore[misc]
     """A function that Python calls, with all parts that it reaches."""
 
+    linked: bytes | None = None  #: with all parts, before it is optimised
+
     def finalize(self) -> None:
         """Link, optimise and compile; raises RuntimeError if that was done before."""
         self._codegen._check_llvm_bugs()
@@ -80,6 +82,7 @@ class Entry(JITCodeLibrary):  # type: ignore[misc]
                 self._reload_init.update(library._reload_init)
         for name in linked(self._final_module, self):
             self._final_module.get_function(name).linkage = "internal"
+        self.linked = self._final_module.as_bitcode()
         self._optimize_final_module()
         self._final_module.verify()
         self._finalize_final_module()

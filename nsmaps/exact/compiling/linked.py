@@ -1,0 +1,54 @@
+"""Entries as they were linked, before LLVM makes code for a processor of them, as files that the package ships.
+
+Most of the time of compilation is numba's, and what it makes depends on the code, on versions and on the platform alone. With
+those with which the files were made only LLVM's part is left to the user's machine, with any others all of it.
+"""
+
+import lzma
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+from numba.core.serialize import dumps
+
+FOLDER = Path(__file__).with_name("entries")
+written_to: Path | None = None  #: where entries are written as they are compiled, if anywhere
+
+
+def versions(codegen: Any) -> tuple[str, ...]:
+    """The versions and the platform on which linked code depends, but not the processor."""
+    numbers = numba.__version__, llvmlite.__version__, np.__version__.partition(".")[0], sys.implementation.cache_tag
+    return (*map(str, numbers), codegen.magic_tuple()[0])
+
+
+def read(name: str) -> bytes | None:
+    """The content shipped under a name; None if there is none, or if it is damaged."""
+    try:
+        return lzma.decompress((FOLDER / name).read_bytes())
+    except (OSError, lzma.LZMAError):
+        return None
+
+
+def write(name: str, result: Any) -> None:
+    """Write the linked code of a compiled entry under a name, if there is a folder for it."""
+    linked = getattr(result.library, "linked", None)
+    if written_to is not None and linked is not None:
+        _, *about = result._reduce()
+        written_to.mkdir(parents=True, exist_ok=True)
+        (written_to / name).write_bytes(lzma.compress(dumps((result.library.name, linked, tuple(about)))))
+
+
+def completed(codegen: Any, content: bytes) -> bytes:
+    """Linked code, optimised and compiled for this processor, as numba keeps compiled functions."""
+    name, linked, about = pickle.loads(content)
+    library = codegen.create_library(name)
+    library._final_module = llvm.parse_bitcode(linked)
+    library._optimize_final_module()
+    library._final_module.verify()
+    code = codegen._tm.emit_object(library._final_module), library._final_module.as_bitcode()
+    return bytes(dumps(((name, "object", code), *about)))
