@@ -17,7 +17,7 @@ import typer
 
 from nsmaps.cli import commands
 from nsmaps.cli.commands import InstalledOnly, MaxHours, MaxMemory, draw_listed, say_undrawn
-from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, progress_line, summary, written
+from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
 from nsmaps.figures.catalogue import drawable, named_by
 from nsmaps.progress import working
@@ -99,15 +99,15 @@ def systems() -> None:
     for name in names:
         with _reported_errors(fatal=False), warnings.catch_warnings():
             cls = plugins.system_class(name)
-            typer.echo(f"{name}: {_first_sentence(cls.__doc__)}")
+            say(f"{name}: {_first_sentence(cls.__doc__)}")
             for parameter, field in cls.model_fields.items():
                 default = "" if field.is_required() else f" (default {field.default})"
-                typer.echo(f"  {parameter:8s} {field.description or ''}{default}")
+                say(f"  {parameter:8s} {field.description or ''}{default}")
             for quantity, description in cls.instead.items():
-                typer.echo(f"  {quantity:8s} {description}")
-            typer.echo(f"  studies: {', '.join(f'{name}/{stem}' for stem in plugins.study_files(name)) or 'none'}")
+                say(f"  {quantity:8s} {description}")
+            say(f"  studies: {', '.join(f'{name}/{stem}' for stem in plugins.study_files(name)) or 'none'}")
     if not names:
-        typer.echo("no system is installed; install a package that gives one, or name a file: path/to/mine.py:Class")
+        say("no system is installed; install a package that gives one, or name a file: path/to/mine.py:Class")
 
 
 @app.command(epilog=examples("nsmaps check vi_pair/fp", "nsmaps check mine.yaml", "nsmaps check vi_pair/pd --set r=0.45"))
@@ -137,23 +137,21 @@ def check(
     with _reported_errors():
         read = found_study(study, installed_only)
         if is_file(read.system) and os.path.isfile(read.system.rpartition(":")[0]):
-            typer.echo(
-                f"runs the file of the system, {read.system}, which can do what you can; not with --installed-only", err=True
-            )
+            say(f"runs the file of the system, {read.system}, which can do what you can; not with --installed-only", err=True)
         read = made_ready(read, assignments(set_ or []))
         with read.source.located(("system",)):
             check_formulas(system := read.system_object())
         needs = check_sizes(read, system, max_memory, max_hours)
-    typer.echo(f"{read.name}: {read.title}" if read.title else read.name)
+    say(f"{read.name}: {read.title}" if read.title else read.name)
     given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())
-    typer.echo(f"  system: {read.system} ({given or 'parameters as they come'})")
+    say(f"  system: {read.system} ({given or 'parameters as they come'})")
     for name, text in about(read).items():
-        typer.echo(f"  {name}{text and ': '}{text}")
+        say(f"  {name}{text and ': '}{text}")
     if read.figures:
-        typer.echo(f"  figures: {', '.join(read.figures)}")
-    typer.echo(f"  required: {', '.join(_required(read)) or 'no verdict'}")
+        say(f"  figures: {', '.join(read.figures)}")
+    say(f"  required: {', '.join(_required(read)) or 'no verdict'}")
     without = ", ".join(name for name, size in needs.items() if size is None)
-    typer.echo(f"  estimated, to a factor of ten: {total(needs).text()}{f', and what {without} needs' if without else ''}")
+    say(f"  estimated, to a factor of ten: {total(needs).text()}{f', and what {without} needs' if without else ''}")
 
 
 @app.command(
@@ -203,10 +201,10 @@ def run(
     if not quiet:
         summary(result)
         seconds |= result.timings | spent
-        typer.echo(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
+        say(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
         if not no_figures and (more := drawable(result, named_by(result))):
-            typer.echo(f"other figures, by nsmaps figures {shlex.quote(str(folder))} --only NAME: {', '.join(more)}")
-        typer.echo(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
+            say(f"other figures, by nsmaps figures {shlex.quote(str(folder))} --only NAME: {', '.join(more)}")
+        say(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
     if not result.holds:
         raise typer.Exit(FAILED)
 
@@ -224,13 +222,13 @@ def bench(
 
     with _reported_errors(), progress_line(quiet):
         result = take() if start else run(returns=returns)
-    typer.echo(result.table())
+    show_markdown(result.table())
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         table = out / ("start.md" if start else "bench.md")
         table.write_text(result.table() + "\n", encoding="utf-8")
         drawn = f" and {figure(result, out / 'bench.png')}" if isinstance(result, BenchResult) else ""
-        typer.echo(f"written to {table}{drawn}")
+        say(f"written to {table}{drawn}")
 
 
 def _shown(result: "StudyResult", folder: Path, figures: bool, report: bool) -> "tuple[StudyResult, dict[str, float]]":
@@ -263,7 +261,7 @@ def _say_stopped(stopped: "Interrupted", study: str, settings: list[str], folder
     done = ", ".join(stopped.result.timings) or "nothing"
     given = [word for setting in settings for word in ("--set", setting)]
     again = shlex.join(["nsmaps", "run", study, *given, "--out", str(folder), "--resume"])
-    typer.echo(f"stopped; {folder} keeps the finished steps: {done}\nto resume: {again}", err=True)
+    say(f"stopped; {folder} keeps the finished steps: {done}\nto resume: {again}", err=True)
 
 
 def _required(study: "Study") -> list[str]:

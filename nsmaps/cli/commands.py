@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nsmaps.cli.terminal import BAD, examples, progress_line, reported_errors, summary
+from nsmaps.cli.terminal import BAD, examples, progress_line, reported_errors, say, summary
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.languages import LANGUAGES
 from nsmaps.figures.catalogue import CATALOGUE, named_by
@@ -20,15 +20,23 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 InstalledOnly = Annotated[
-    bool, typer.Option("--installed-only", help="Refuse a study whose system is a file (file.py:Class), which would be run.")
+    bool, typer.Option("--installed-only", help="Refuse a study whose system is a class in a file, which would be run.")
 ]
 MaxMemory = Annotated[
     float | None,
-    typer.Option(help="Gigabytes that a run may need, as estimated.", show_default="NSMAPS_MAX_MEMORY, or those of the machine"),
+    typer.Option(
+        metavar="GB",
+        help="Gigabytes that a run may need, as estimated; if omitted NSMAPS_MAX_MEMORY, or those of the machine.",
+        show_default=False,
+    ),
 ]
 MaxHours = Annotated[
     float | None,
-    typer.Option(help="Hours on one core that a run may need, as estimated.", show_default="NSMAPS_MAX_HOURS, or 24"),
+    typer.Option(
+        metavar="HOURS",
+        help="Hours on one core that a run may need, as estimated; if omitted NSMAPS_MAX_HOURS, or 24.",
+        show_default=False,
+    ),
 ]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")]
 
@@ -100,7 +108,7 @@ def say_undrawn(result: "StudyResult", names: Sequence[str]) -> bool:
     """Say which of some figures could not be drawn, and why; whether there is one."""
     lacking = [name for name in names if name in result.undrawn]
     for name in lacking:
-        typer.echo(f"the figure {name!r} cannot be drawn: {result.undrawn[name]}", err=True)
+        say(f"the figure {name!r} cannot be drawn: {result.undrawn[name]}", err=True)
     return bool(lacking)
 
 
@@ -127,10 +135,16 @@ def figures(
     only: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="A figure; may be repeated.", autocompletion=_names)
     ] = None,
-    format: Annotated[list[Format] | None, typer.Option(help="The file format, png if omitted; may be repeated.")] = None,
+    format: Annotated[
+        list[Format] | None, typer.Option(metavar="FORMAT", help="The file format: png, if omitted, svg or pdf; may be repeated.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
-    dpi: Annotated[float, typer.Option(min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")] = 300,
-    width: Annotated[float, typer.Option(min=2, max=40, help="The width of a figure, inches; type stays at 8 points.")] = 5.1,
+    dpi: Annotated[
+        float, typer.Option(metavar="N", min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")
+    ] = 300,
+    width: Annotated[
+        float, typer.Option(metavar="N", min=2, max=40, help="The width of a figure, inches; type stays at 8 points.")
+    ] = 5.1,
     installed_only: InstalledOnly = False,
 ) -> None:
     """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for.
@@ -160,10 +174,12 @@ def animate(
     name: Annotated[str, typer.Argument(metavar="NAME", help="surfaces, turning round once, or cobweb, step by step.")],
     format: Annotated[str, typer.Option(metavar="FORMAT", help="gif, or mp4, which needs the program ffmpeg.")] = "gif",
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
-    orbit: Annotated[int, typer.Option(min=1, help="Of cobweb: which of the study's orbits.")] = 1,
-    frames: Annotated[int | None, typer.Option(min=2, help="How many pictures.", show_default="72, or 40 steps at most")] = None,
-    fps: Annotated[int | None, typer.Option(min=1, help="Pictures a second.", show_default="12, or 1")] = None,
-    dpi: Annotated[float, typer.Option(min=10, help="Dots per inch.")] = 100,
+    orbit: Annotated[int, typer.Option(metavar="N", min=1, help="Of cobweb: which of the study's orbits.")] = 1,
+    frames: Annotated[
+        int | None, typer.Option(metavar="N", min=2, help="How many pictures.", show_default="72, or 40 steps at most")
+    ] = None,
+    fps: Annotated[int | None, typer.Option(metavar="N", min=1, help="Pictures a second.", show_default="12, or 1")] = None,
+    dpi: Annotated[float, typer.Option(metavar="N", min=10, help="Dots per inch.")] = 100,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
@@ -231,7 +247,7 @@ def export(
         left = () if iterate else held_by(result).skipped
     typer.echo("\n".join(str(place / name) for name in files))
     for line in left:
-        typer.echo(f"not written: {line}", err=True)
+        say(f"not written: {line}", err=True)
 
 
 def copy(

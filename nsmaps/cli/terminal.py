@@ -5,8 +5,9 @@ Escape codes go to a terminal only, and colours not where NO_COLOR is set; what 
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -46,7 +47,7 @@ def reported_errors(fatal: bool = True) -> Iterator[None]:
     except (NsmapsError, OSError) as error:
         if isinstance(error, BrokenPipeError) or not (fatal or isinstance(error, NsmapsError)):
             raise
-        typer.echo(str(error), err=True)
+        say(str(error), err=True)
         if fatal:
             raise typer.Exit(BAD) from None
 
@@ -90,19 +91,34 @@ def console(stderr: bool = False) -> "Console":
     return screen if screen.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
 
 
+def say(text: str, err: bool = False) -> None:
+    """Print text; on a terminal its lines are broken between words, and go on where they began."""
+    if (sys.stderr if err else sys.stdout).isatty():
+        width = console(err).width
+        text = "\n".join(part for line in text.split("\n") for part in _broken(line, width))
+    typer.echo(text, err=err)
+
+
+def _broken(line: str, width: int) -> list[str]:
+    """A line of text as lines of a width at most, unless a word is longer."""
+    indent = line[: len(line) - len(line.lstrip())]
+    more = indent + "  " * bool(indent)
+    return wrap(line, width, subsequent_indent=more, break_long_words=False, break_on_hyphens=False) or [line]
+
+
 def summary(result: "StudyResult") -> None:
     """Print the results of a run: a sentence, the tables of its sections, its verdicts, and their summary."""
     from nsmaps.study.headline import headline
     from nsmaps.study.summary import tables
     from nsmaps.study.verdict import conclusion
 
-    typer.echo(f"{result.study.title or result.study.name}\n")
+    say(f"{result.study.title or result.study.name}\n")
     if sentence := headline(result):
-        typer.echo(f"{sentence}\n")
+        say(f"{sentence}\n")
     for table in tables(result):
         show_table(table)
     verdict_table(result)
-    typer.echo(f"{conclusion(result)}\n")
+    say(f"{conclusion(result)}\n")
 
 
 def _show(table: "Table") -> None:
@@ -114,20 +130,48 @@ def _show(table: "Table") -> None:
 
 
 def show_table(section_table: "SectionTable") -> None:
-    """Print a table of a section, and the lines below it; one without rows is its lines under its title."""
+    """Print a table of a section, and the lines below it; one without rows is its lines under its title.
+
+    On a terminal on which a word of it would be broken each row is a paragraph.
+    """
     from rich import box
     from rich.markup import escape
+    from rich.measure import Measurement
     from rich.table import Table
 
+    heads, screen = section_table.heads, console()
     if section_table.rows:
-        table = Table(*section_table.heads, box=box.SIMPLE, title=section_table.title)
+        table = Table(box=box.SIMPLE, title=section_table.title)
+        for column in zip(heads, *section_table.rows, strict=True):
+            table.add_column(column[0], min_width=max(len(word) for cell in column for word in [*cell.split(), ""]))
         for row in section_table.rows:
             table.add_row(*map(escape, row))
-        _show(table)
+        if Measurement.get(screen, screen.options, table).minimum < screen.width:
+            _show(table)
+        else:
+            say("\n".join([section_table.title, "", *(_paragraph(heads, row) for row in section_table.rows), ""]))
     elif section_table.title and section_table.notes:
-        typer.echo(f"{section_table.title}\n")
+        say(f"{section_table.title}\n")
     if section_table.notes:
-        typer.echo("\n".join([*section_table.notes, ""]))
+        say("\n".join([*section_table.notes, ""]))
+
+
+def _paragraph(heads: Sequence[str], row: Sequence[str]) -> str:
+    """A row of a table as text."""
+    said = [f"{' '.join(head.split())} {' '.join(cell.split())}".strip() for head, cell in zip(heads, row, strict=True) if cell]
+    return f"  {'; '.join(said)}"
+
+
+def show_markdown(text: str) -> None:
+    """Print a text with one table in Markdown, as it is unless it goes to a terminal."""
+    from nsmaps.study.sections.base import Table
+
+    lines = text.split("\n")
+    rows = [tuple(cell.strip() for cell in line.strip("| ").split("|")) for line in lines if line.startswith("|")]
+    if not (sys.stdout.isatty() and rows):
+        typer.echo(text)
+        return
+    show_table(Table("", rows[0], tuple(rows[2:]), tuple(line for line in lines if not line.startswith("|"))))
 
 
 def verdict_table(result: "StudyResult") -> None:

@@ -1,0 +1,79 @@
+"""On a narrow terminal lines end between words, whatever is printed, and no word is cut."""
+
+import os
+import re
+import struct
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from nsmaps.cli.cli import app
+
+ROOT = Path(__file__).parents[2]
+STORED = ROOT / "tests" / "data" / "run-format-3"
+CODES = re.compile(r"\x1b\[[\d;?]*[a-zA-Z]|\x1b\][^\x1b]*\x1b\\")
+FRAME = "│╭╮╰╯─┃━*"
+WIDE = 150  #: columns, in which hardly a line is broken, and what verdicts say stands below their names
+TABLE = "from nsmaps.cli.terminal import show_markdown as show; from pathlib import Path; show(Path('table.md').read_text())"
+COMMANDS = {
+    "systems": ["-m", "nsmaps", "systems"],
+    "check": ["-m", "nsmaps", "check", "vi_pair/cd"],
+    "a wrong study": ["-m", "nsmaps", "check", "vi_pair/cdd"],
+    "bench": ["-c", TABLE],
+    **{f"show {path.name}": ["-m", "nsmaps", "show", str(path)] for path in sorted(STORED.iterdir())},
+    **{f"{name} --help": ["-m", "nsmaps", name, "--help"] for name in sorted(get_command(app).commands)},
+}
+
+
+def screen(width: int, *arguments: str) -> list[str]:
+    """The lines that a program writes to a terminal of a width."""
+    pty, fcntl, termios = (pytest.importorskip(name) for name in ("pty", "fcntl", "termios"))
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 60, width, 0, 0))
+    kept = {key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES", "FORCE_COLOR", "CI")}
+    environment = {**kept, "PYTHONPATH": os.pathsep.join(sys.path), "TERM": "xterm", "NO_COLOR": "1"}
+    running = subprocess.Popen([sys.executable, *arguments], stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
+    os.close(theirs)
+    written = b""
+    with suppress(OSError), os.fdopen(ours, "rb", buffering=0) as output:  # which ends in an error on Linux
+        while part := output.read(65536):
+            written += part
+    running.wait()
+    return CODES.sub("", written.decode()).replace("\r\n", "\n").split("\n")
+
+
+def words(lines: list[str]) -> set[str]:
+    """The words of some lines, without frames and the marks at their ends."""
+    plain = "\n".join(lines).translate(str.maketrans(FRAME, " " * len(FRAME)))
+    return {word.strip(".,;:()[]") for word in plain.split()} - {""}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_word_is_broken_and_none_is_lost(command: str) -> None:
+    Path("table.md").write_text(
+        (ROOT / "docs" / "accuracy.md").read_text().partition("bench.png)\n\n")[2].partition("## Summary")[0]
+    )
+    whole = screen(WIDE, *COMMANDS[command])
+    for width in (60,) if "--help" in command else (80, 60):
+        lines = screen(width, *COMMANDS[command])
+        longest = max(words(whole), key=len)
+        assert max(map(len, lines)) <= max(width, len(longest) + 4), max(lines, key=len)
+        assert words(lines) - words(whole) == set()
+        if "--help" not in command:  # whose tables have a head of their own
+            assert words(whole) - words(lines) == set()
+
+
+def test_a_broken_word_is_seen() -> None:
+    assert words(["a pair", "of wo", "rds │ x"]) - words(["a pair of words x"]) == {"wo", "rds"}
+
+
+def test_what_is_piped_keeps_its_lines() -> None:
+    command = [sys.executable, "-m", "nsmaps", "check", "vi_pair/cd"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "COLUMNS": "60"}
+    piped = subprocess.run(command, capture_output=True, text=True, env=environment, check=True).stdout
+    (line,) = [line for line in piped.split("\n") if line.startswith("  composite: ")]
+    assert len(line) > 100
