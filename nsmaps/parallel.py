@@ -233,9 +233,9 @@ class _Folder:
 
 
 def packed(arrays: Arrays) -> bytes:
-    """Arrays as the content of an npz file, without Python objects."""
+    """Arrays as the content of a compressed npz file, without Python objects."""
     stream = BytesIO()
-    np.savez(stream, allow_pickle=False, **arrays)
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
 
 

@@ -24,6 +24,7 @@ class ParametricSystem(BaseModel, ABC):
     units: ClassVar[
         Mapping[str, str]
     ] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`; see `testing`
+    map_name: ClassVar[str] = "exact map"  #: what its return map is called; "integrated map" where flights have no closed form
     instead: ClassVar[Mapping[str, str]] = {}  #: alternatives to parameters that a validator accepts: names and descriptions
 
     @classmethod
@@ -51,6 +52,11 @@ class ParametricSystem(BaseModel, ABC):
             raise PicklingError(f"{cls.__qualname__} is defined in a function; only classes of modules reach other processes")
         file = getattr(sys.modules.get(cls.__module__), "__file__", None)
         return received, (cls.__module__, file, cls.__qualname__, self.model_dump())
+
+
+def map_name(system: ParametricSystem, of: str = "exact") -> str:
+    """What a system's own map, `exact` in studies, is called, or another map, such as `composite`."""
+    return system.map_name if of == "exact" else f"{of} map"
 
 
 def with_parameters(cls: type[Model], parameters: Mapping[str, Any]) -> Model:

@@ -200,6 +200,7 @@ class ImpactSystem(ParametricSystem):
         super().__init_subclass__(**kwargs)
         if "acceleration" in vars(cls) and "displacement" not in vars(cls):
             cls.displacement = _no_closed_form  # type: ignore[method-assign, assignment]
+        cls.map_name = "integrated map" if cls.flight() == "acceleration" else "exact map"
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:

@@ -53,11 +53,11 @@ def cycle_of(period: int) -> str:
 
 def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
     if result.basins is not None and result.study.basins is not None:
-        yield EXACT, _basins(result.basins, result.study.basins.max_period)
+        yield result.system.map_name, _basins(result.basins, result.study.basins.max_period)
     elif text := _orbits(result):
-        yield EXACT, text
+        yield result.system.map_name, text
     elif "exact" in result.bifurcation and result.study.bifurcation is not None:
-        yield EXACT, _diagram(result.bifurcation["exact"], result.study.bifurcation)
+        yield result.system.map_name, _diagram(result.bifurcation["exact"], result.study.bifurcation)
 
 
 def _diagram(diagram: "Bifurcation", section: "BifurcationSection") -> str:

@@ -1,42 +1,107 @@
-"""The bifurcation diagram shows the states kept, by word, with the motions named."""
+"""The bifurcation diagram shows the states kept, by word, with the windows of motions between their borders."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
+import pytest
 from figures.conftest import COORDINATES, WALLS
+from matplotlib.colors import to_hex, to_rgb
 
+import nsmaps
 from nsmaps import bifurcation as compute
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+from nsmaps.dynamics.diagrams.windows import Border, Window, windows
 from nsmaps.exact.words import encode
-from nsmaps.figures.longrun.bifurcation import bifurcation
+from nsmaps.figures.longrun.bifurcation import ROWS, bifurcation, raster, sheets
+from nsmaps.figures.style import BLACK, GREY, MAGENTA
+
+START = np.array([0.83, 0.36])
 
 
 def drawn(result, ax, pair, low, high, coordinate):
-    made = compute(pair, np.linspace(low, high, 41), [0.83, 0.36], returns=20, discard=600, direction="down")
-    bifurcation(replace(result, bifurcation={"exact": made}), ax, "exact", coordinate)
+    made = compute(pair, np.linspace(low, high, 41), START, returns=20, discard=600, direction="down")
+    found = windows(made, pair, START, 600, "down")
+    bifurcation(replace(result, bifurcation={"exact": made}, windows={"exact": found}), ax, "exact", coordinate)
     return made
 
 
-def test_every_state_is_a_point(result, pair, ax):
+def test_the_raster_has_a_column_a_value_and_its_marks_are_the_states(result, pair, ax):
     made = drawn(result, ax, pair, 0.26, 0.35, 1)
-    (line,) = [line for line in ax.lines if line.get_label() == "BTB"]
-    assert np.array_equal(line.get_ydata(), made.states[..., 1].ravel())
-    assert np.array_equal(line.get_xdata(), np.repeat(made.values, 20))
+    (image,) = ax.images
+    assert image.get_array().shape == (ROWS, 41, 3)
+    left, right, low, high = image.get_extent()
+    assert np.allclose(left + (np.arange(41) + 0.5) * (right - left) / 41, made.values)
+    for column, states in zip(np.moveaxis(image.get_array(), 1, 0), made.states[:, 0, :, 1], strict=True):
+        rows = np.unique(np.rint((states - low) / (high - low) * (ROWS - 1)).astype(int))
+        marked = np.flatnonzero((column < 1).any(axis=1))
+        assert set(marked.tolist()) == {row + k for row in rows.tolist() for k in (-1, 0, 1)}
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", r"$\phi_{k}$ (rad)")
 
 
-def test_motions_are_named_where_they_are(result, pair, ax):
+def test_a_cycle_is_darker_than_chaos_and_has_the_colour_of_its_word(ax):
+    orbits = np.zeros((2, 1, 200, 2))
+    orbits[1, 0, :, 0] = np.linspace(-1, 1, 200)
+    blank = np.zeros(orbits.shape[:3])
+    codes = np.full(blank.shape, encode("BTB", WALLS))
+    values, turns, period = np.array([0.0, 1.0]), np.zeros(orbits.shape, np.int32), np.array([[1], [0]])
+    made = Bifurcation(COORDINATES, WALLS, values, orbits, turns, codes, blank[..., 0].astype(np.int8), ("", ""), period)
+    image, ends = raster(made, 0, (-1.0, 1.0), {"BTB": MAGENTA})
+    assert np.allclose(image[:, 0].min(axis=0), to_rgb(MAGENTA))
+    assert (image[:, 1].min(axis=0) > image[:, 0].min(axis=0)).all()
+    assert ends == (-0.5, 1.5)
+
+
+def test_values_that_are_not_equidistant_keep_their_places():
+    made = replace(diagram(["1:1/T"] * 3), values=np.array([0.0, 0.1, 1.0]))
+    made.states[:, 0, :, 0] = np.array([-1.0, 0.0, 1.0])[:, None]
+    image, (left, right) = raster(made, 0, (-1.0, 1.0), {"BTB": MAGENTA})
+    middles = left + (np.arange(image.shape[1]) + 0.5) * (right - left) / image.shape[1]
+    rows = [int(np.flatnonzero((image[:, k] < 1).any(axis=1)).mean()) for k in range(image.shape[1])]
+    assert [rows[int(np.abs(middles - value).argmin())] for value in made.values] == [0, ROWS // 2, ROWS - 2]
+
+
+def test_motions_are_named_between_their_borders(result, pair, ax):
     drawn(result, ax, pair, 0.28, 0.35, 0)
     places = {text.get_text(): text.get_position()[0] for text in ax.texts}
     assert set(places) == {"1:1/T", "1:1/2T"}
+    borders = {line.get_xdata()[0] for line in ax.lines}
+    assert any(border == pytest.approx(0.32418854, abs=1e-8) for border in borders)
     assert 0.28 < places["1:1/2T"] < 0.32418854 < places["1:1/T"] < 0.35
 
 
 def test_words_have_their_colours_and_gaps_are_grey(result, ax):
     bifurcation(result, ax)
-    assert {line.get_label() for line in ax.lines if not line.get_label().startswith("_")} == {"BTB", "BB"}
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]
+    present = {to_hex(colour) for colour in np.unique(ax.images[0].get_array().reshape(-1, 3), axis=0)}
+    assert {to_hex(handle.get_color()) for handle in ax.get_legend().legend_handles} == {BLACK.lower(), MAGENTA.lower()}
+    assert len(present) > 1
     assert len(ax.patches) == 1
     assert ax.patches[0].get_x() == -0.1
+
+
+def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
+    exact = diagram(["1:1/T"] * 20)
+    composite = replace(exact, states=exact.states + 0.2, turns=0 * exact.turns)
+    borders = Border(0.0, 0.0, "end of the range"), Border(1.0, 0.0, "end of the range")
+    found = {
+        "exact": (Window("1:1/T", "1:1, period 1", *borders),),
+        "composite": (Window("1:1, period 1", "1:1, period 1", *borders),),
+    }
+    (sheet,) = sheets(replace(result, bifurcation={"exact": exact, "composite": composite}, windows=found))
+    figure = sheet.figure()
+    for one, other in zip(figure.axes[:2], figure.axes[2:], strict=True):
+        assert (one.get_xlim(), one.get_ylim()) == (other.get_xlim(), other.get_ylim())
+        assert [text.get_text() for text in one.texts] == [text.get_text() for text in other.texts] == ["1:1/T"]
+    assert [ax.get_title(loc="right") for ax in figure.axes] == ["exact map"] * 2 + ["composite map"] * 2
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["BTB"]
+
+
+def test_flights_that_are_integrated_make_no_exact_map(result, ax):
+    system = nsmaps.load_system("duffing", c=0.1, a=-1, b=1, f=0.7, w=1.2, d=0.9, r=0.8)
+    bifurcation(replace(result, system=system), ax)
+    assert ax.get_title(loc="right") == "integrated map"
 
 
 MOTIONS = {
@@ -59,9 +124,11 @@ def diagram(motions, state=0.0):
     return Bifurcation(COORDINATES, WALLS, np.linspace(0, 1, count), states, turns, codes, outcome, ("",) * count, period)
 
 
-def test_a_narrow_window_is_named_upwards_and_three_values_are_none(result, ax):
-    made = diagram(["1:1/T"] * 60 + ["1:1/2T"] * 4 + ["C"] * 3 + ["2:1/T"] * 33)
-    bifurcation(replace(result, bifurcation={"exact": made}), ax)
+def test_a_narrow_window_is_named_upwards(result, ax):
+    ends = [Border(value, 0.0, "fold") for value in (0.0, 0.6, 0.66, 0.68, 1.0)]
+    names = ["1:1/T", "1:1/2T", "C", "2:1/T"]
+    found = [Window(name, name, *pair) for name, pair in zip(names, pairwise(ends), strict=True)]
+    bifurcation(replace(result, bifurcation={"exact": diagram(["1:1/T"] * 60)}, windows={"exact": tuple(found)}), ax)
     assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}
 
 
@@ -81,4 +148,5 @@ def test_words_beyond_the_colours_are_one_entry(result, ax):
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels[-1] == f"{12 - len(labels) + 1} more words"
     assert set(labels[:-1]) < set(words)
-    assert sum(len(line.get_xdata()) for line in ax.lines if line.get_label() in labels) == 24
+    grey = np.isclose(ax.images[0].get_array(), to_rgb(GREY)).all(axis=-1)
+    assert grey.any(axis=0).sum() == 12 - len(labels) + 1

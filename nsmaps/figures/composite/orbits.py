@@ -38,7 +38,7 @@ def orbits(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     """
     pair = ORBITS.of(result, "orbits")[number]
     coordinates = pair.exact.coordinates
-    runs = [(pair.exact, ORANGE, "-", ("D", "none", ORANGE, 8.0), "exact map")]
+    runs = [(pair.exact, ORANGE, "-", ("D", "none", ORANGE, 8.0), result.system.map_name)]
     if pair.composite is not None:
         runs.append((pair.composite, GREEN, "--", ("o", GREEN, "white", 5.5), "composite map"))
     every = [finite_states(orbit) for orbit, *_ in runs]

@@ -1,26 +1,33 @@
 """Bifurcation diagrams: figs. bifexact and bifapprox, a panel for each coordinate, the maps beside each other."""
 
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
 
-from nsmaps.exact.words import LONGER
+from nsmaps.arrays import Floats, Ints
+from nsmaps.exact.parameters import map_name
+from nsmaps.exact.words import CHATTER, LONGER, REST, decoded
 from nsmaps.figures.data import BIFURCATION, section
+from nsmaps.figures.lines import window
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREY, dress, family_colours
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.windows import Window
     from nsmaps.study.result import StudyResult
 
-_DOTS: dict[str, Any] = {"ms": 2.6, "mew": 0, "rasterized": True}
-_ROOM = 0.017  #: of the width of a panel that a letter of the name of a motion needs
-_UPRIGHT = 0.024  #: of the width of a panel that a name needs that is written upwards
-_VALUES = 4  #: of the parameter that a window with a name has; beside a doubling, motions that have not converged pass for chaos
-_COLUMNS, _LETTERS = 5, 34  #: of words in the legend: columns, and letters that a row has room for
-_TIGHT: dict[str, Any] = {"handletextpad": 0.0, "columnspacing": 0.7, "borderaxespad": 0.0, "borderpad": 0.0}
+ROWS = 400  #: of a raster
+MOST = 4096  #: columns of a raster, where values are not equidistant
+_LETTER, _LINE = 0.065, 0.15  #: inches that a letter and a line of the name of a motion need
+_REACH = 1  #: rows on either side to which a state belongs: lines of half a point
+_FAINTEST = 0.3  #: opacity of a place that one state of an orbit visits
+_MARGIN = 0.04  #: of the height of the states that is left free above and below them
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
@@ -28,57 +35,132 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     diagrams = BIFURCATION.of(result, "bifurcation")
     coordinates = range(len(next(iter(diagrams.values())).coordinates))
     panels = tuple(partial(bifurcation, result, of=of, coordinate=i) for of in diagrams for i in coordinates)
-    return (Sheet("bifurcation", panels, len(coordinates)),)
+    return (Sheet("bifurcation", panels, min(len(coordinates), 2), 0.8, legend=True),)
 
 
 def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: int = 0) -> Axes:
-    """One coordinate of the attractors over the parameter, coloured by the word of the return to each state, further ones grey.
+    """One coordinate of the attractors over the parameter: a colour for the word of the return to each state, further words grey.
 
-    Motions n:m/pT of the first orbit are named above where their interval has the room; grey bands: values without an attractor.
+    The darker a place, the more of the states kept at a value lie there. The widest windows of the first orbit are named above,
+    between lines at their computed borders; grey bands: values without an attractor. All maps have the same limits, and a motion
+    of the composite map has the name of the exact one with the same impacts and period in returns.
     """
     diagrams = BIFURCATION.of(result, "bifurcation")
-    diagram = diagrams[of]
-    words, values = diagram.words, np.broadcast_to(diagram.values[:, np.newaxis, np.newaxis], diagram.codes.shape)
-    every = {word for each in diagrams.values() for word in np.unique(each.words).tolist() if word}
-    colours = family_colours(sorted((word for word in every if LONGER not in word), key=len))
-    shown = np.isfinite(diagram.states[..., coordinate])
-    present = np.unique(words[shown]).tolist()
-    named = [word for word in present if colours.get(word, GREY) != GREY]
-    for word in named:
-        own = shown & (words == word)
-        ax.plot(values[own], diagram.states[..., coordinate][own], ".", color=colours[word], label=word, **_DOTS)
-    if more := len(present) - len(named):
-        own = shown & ~np.isin(words, named)
-        ax.plot(values[own], diagram.states[..., coordinate][own], ".", color=GREY, label=f"{more} more words", **_DOTS)
-    ax.set_xlim(diagram.values.min(), diagram.values.max())
-    _name_motions(ax, diagram)
-    if shown.any():
-        columns = max(1, min(_COLUMNS, _LETTERS // (2 + max(map(len, named), default=0))))
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.1), frameon=False, markerscale=4, ncols=columns, **_TIGHT)
-    else:
+    diagram, ends = diagrams[of], _range(diagrams, coordinate)
+    colours = _colours(diagrams)
+    ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
+    if ends is None:
         ax.text(0.5, 0.5, "no attractor", transform=ax.transAxes, ha="center")
+    else:
+        image, beside = raster(diagram, coordinate, ends, colours)
+        ax.imshow(image, extent=(*beside, *ends), origin="lower", aspect="auto", interpolation="antialiased", zorder=0)
+        ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
+        names = {window.by_returns: window.label for window in result.windows.get("exact", ())}
+        named = [(names.get(window.by_returns, window.label), window) for window in result.windows.get(of, ())]
+        ax.set_ylim(ends[0], ends[1] + _name_motions(ax, named) * (ends[1] - ends[0]))
+        _legend(ax, colours)
+    for low, high in _gaps(diagram):
+        ax.axvspan(low, high, color="0.92", lw=0)
     parameter = section(result.study.bifurcation, "bifurcation").parameter
-    ax.set_title(f"{of} map", loc="right")
+    ax.set_title(map_name(result.system, of), loc="right")
     return dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
 
 
-def _name_motions(ax: Axes, diagram: "Bifurcation") -> None:
-    """The names of motions along the upper edge, lines where they change, bands where there is no attractor."""
+def raster(
+    diagram: "Bifurcation", coordinate: int, ends: tuple[float, float], colours: Mapping[str, str]
+) -> tuple[Floats, tuple[float, float]]:
+    """The states of one coordinate as an image on white (ROWS, columns, 3), the lowest row first, and its left and right end.
+
+    A column has the orbits at the value next to its middle: all V values, where they are equidistant. Opacity grows with the
+    logarithm of the share of an orbit's states that lie within a row of a place, and is full where all of them do.
+
+    Args:
+        ends: the least and the greatest value of the coordinate in the image.
+        colours: by word.
+    """
+    near, beside = _columns(diagram.values)
+    states, codes = diagram.states[near, ..., coordinate], diagram.codes[near]
+    with np.errstate(invalid="ignore"):
+        places = (states - ends[0]) / (ends[1] - ends[0]) * (ROWS - 1)
+        shown = (places > -0.5) & (places < ROWS - 0.5)
+    column = np.broadcast_to(np.arange(len(near))[:, None, None], states.shape)[shown]
+    cells, codes = np.rint(places[shown]).astype(np.int64) * len(near) + column, codes[shown]
+    layers, total = np.zeros((ROWS, len(near), 3)), np.zeros((ROWS, len(near)))
+    for code in np.unique(codes):
+        word = str(decoded(code, diagram.walls))
+        count = np.bincount(cells[codes == code], minlength=total.size).reshape(total.shape)
+        rows = np.pad(count, ((_REACH, _REACH), (0, 0)))
+        wide = np.lib.stride_tricks.sliding_window_view(rows, 2 * _REACH + 1, axis=0).sum(axis=-1)
+        layers += wide[..., None] * np.array(to_rgb(colours[word]))
+        total += wide
+    kept, seen = diagram.states.shape[2], np.maximum(total, 1)
+    share = np.clip(1 + np.log(seen / kept) / np.log(max(kept, 2)), 0, 1)
+    opacity = np.where(total > 0, _FAINTEST + (1 - _FAINTEST) * share, 0.0)[..., None]
+    return np.asarray(1 - opacity * (1 - layers / seen[..., None])), beside
+
+
+def _columns(values: Floats) -> tuple[Ints, tuple[float, float]]:
+    """The index of the value that each column of a raster shows, and the left and right end of all columns."""
+    order = np.argsort(values, kind="stable")
+    along, steps = values[order], np.diff(np.unique(values))
+    if not len(steps):
+        return order[:1], (float(along[0]) - 0.5, float(along[0]) + 0.5)
+    equal = np.allclose(steps, steps[0], rtol=1e-6) and len(steps) + 1 == len(values)
+    count = len(values) if equal else int(min(max(np.ptp(values) / steps.min() + 1, len(values)), MOST))
+    middles, half = np.linspace(along[0], along[-1], count), np.ptp(values) / (count - 1) / 2
+    return order[np.searchsorted((along[1:] + along[:-1]) / 2, middles)], (along[0] - half, along[-1] + half)
+
+
+def _colours(diagrams: "Mapping[str, Bifurcation]") -> dict[str, str]:
+    """A colour for each word of all maps."""
+    words = {word for each in diagrams.values() for word in decoded(np.unique(each.codes), each.walls).tolist() if word}
+    ordered = sorted(words, key=lambda word: (any(mark in word for mark in (CHATTER, REST, LONGER)), len(word), word))
+    own = family_colours([word for word in ordered if LONGER not in word])
+    return {word: own.get(word, GREY) for word in ordered}
+
+
+def _range(diagrams: "Mapping[str, Bifurcation]", coordinate: int) -> tuple[float, float] | None:
+    """The limits of the states of all maps with a margin; those of the first map, where another map's are far beyond them."""
+    all_states = [each.states[..., coordinate] for each in diagrams.values()]
+    finite = [states[np.isfinite(states)] for states in all_states if np.isfinite(states).any()]
+    if not finite:
+        return None
+    low, high = window(float(finite[0].min()), float(finite[0].max()), np.concatenate(finite))
+    margin = _MARGIN * (high - low) or 0.1
+    return low - margin, high + margin
+
+
+def _legend(ax: Axes, colours: Mapping[str, str]) -> None:
+    """A dot for each word with a colour of its own, and one for all others."""
+    named = {word: colour for word, colour in colours.items() if colour != GREY}
+    if len(colours) > len(named):
+        named[f"{len(colours) - len(named)} more words"] = GREY
+    dots = [Line2D([], [], marker="o", ms=4, ls="", color=colour, label=word) for word, colour in named.items()]
+    ax.legend(handles=dots, handletextpad=0.0)
+
+
+def _gaps(diagram: "Bifurcation") -> list[tuple[float, float]]:
+    """The intervals over which the first orbit has no attractor, from half a step before them to half a step behind them."""
     order = np.argsort(diagram.values)
-    labels, values = diagram.labels[order, 0], diagram.values[order]
+    values, none = diagram.values[order], ~diagram.held[order, 0]
     middles = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
-    edges = np.flatnonzero(labels[1:] != labels[:-1]) + 1
-    low, high = ax.get_ylim()
-    tall = 0.1
-    for first, last in zip([0, *edges], [*edges, len(labels)], strict=True):
-        left, right = middles[first], middles[last]
-        share = (right - left) / np.ptp(values)
-        if not labels[first]:
-            ax.axvspan(left, right, color="0.92", lw=0)
-        elif share > _UPRIGHT and last - first >= _VALUES:
-            upright = share <= _ROOM * len(labels[first])
-            tall = max(tall, (0.03 + 0.025 * len(labels[first])) * upright)
-            ax.axvline(right, color="0.8", lw=0.4, zorder=0)
-            look: dict[str, Any] = {"ha": "center", "va": "top", "rotation": 90 * upright}
-            ax.text((left + right) / 2, 0.985, labels[first], transform=ax.get_xaxis_transform(), **look)
-    ax.set_ylim(low, high + tall * (high - low))
+    starts, stops = (np.flatnonzero(np.diff(np.pad(none.astype(int), 1)) == sign) for sign in (1, -1))
+    return list(zip(middles[starts].tolist(), middles[stops].tolist(), strict=True))
+
+
+def _name_motions(ax: Axes, named: "Sequence[tuple[str, Window]]") -> float:
+    """The names of windows along the upper edge, and lines at their borders; the share of the height that names need."""
+    (left, right), tall = ax.get_xlim(), 0.0
+    width, height = (float(side) / ax.figure.dpi for side in ax.bbox.size)
+    for name, each in named:
+        for border in (each.low, each.high):
+            ax.axvline(border.value, color="0.6", lw=0.4)
+        share = (each.high.value - each.low.value) / (right - left) * width
+        if not name or share < _LINE:
+            continue
+        upright = share < _LETTER * (len(name) + 1)
+        tall = max(tall, ((len(name) + 1) * _LETTER if upright else _LINE) / height)
+        look: dict[str, Any] = {"ha": "center", "va": "top", "rotation": 90 * upright}
+        middle = (each.low.value + each.high.value) / 2
+        ax.text(middle, 0.985, name, transform=ax.get_xaxis_transform(), **look)
+    return tall / max(1 - tall, 0.5)

@@ -97,7 +97,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     note = "within: returns after which all these states have reached it"
     note += "; to boundary: the smallest distance of the attractor from it." if far else "."
     heads = "attractor", "period", "words", "share", "within", far
-    title = f"Basins of the exact map, of {len(basins.label)} states of the grid"
+    title = f"Basins of the {result.system.map_name}, of {len(basins.label)} states of the grid"
     yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
 
 

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.parameters import map_name
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
@@ -21,6 +22,7 @@ from nsmaps.study.texts import each_text, returns_text
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.windows import Border, Window
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
@@ -55,6 +57,7 @@ class Stored:
     """The fields of a result for bifurcation diagrams."""
 
     bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite
+    windows: "dict[str, tuple[Window, ...]]" = field(default_factory=dict)  #: the same: the widest intervals of one motion
 
 
 def _needs(spec: BifurcationSection) -> Iterator[Need]:
@@ -87,6 +90,7 @@ class _Refitted:
 def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """The attractors over a parameter, of the exact map and of the composite map, which is refitted at each value."""
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+    from nsmaps.dynamics.diagrams.windows import windows
 
     values, start = np.linspace(spec.low, spec.high, spec.points), plan.bound["bifurcation"]
     how = spec.returns, spec.discard, spec.direction
@@ -96,12 +100,13 @@ def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> d
         "composite": (_Refitted(plan, system_at), 1),  # one value per part: the fit takes longer than the returns
     }
     with plan.study.source.located(("bifurcation",)):
-        diagrams = {}
+        diagrams, borders = {}, {}
         for k, of in enumerate(spec.map):
             map_of, part = maps[of]
             jobs = replace(plan.portion(k, len(spec.map), of), part=part)
             diagrams[of] = bifurcation(map_of, values, start, *how, jobs=jobs)
-        return {"bifurcation": diagrams}
+            borders[of] = windows(diagrams[of], map_of, start, *how[1:])
+        return {"bifurcation": diagrams, "windows": borders}
 
 
 def _describe(spec: BifurcationSection, study: "Study") -> str:
@@ -117,7 +122,17 @@ def _size(spec: BifurcationSection, study: "Study", system: "ImpactSystem") -> S
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    return {"bifurcation": {of: _diagram(diagram) for of, diagram in result.bifurcation.items()}} if result.bifurcation else {}
+    found = {of: _diagram(diagram) | _borders(result.windows.get(of, ())) for of, diagram in result.bifurcation.items()}
+    return {"bifurcation": found} if found else {}
+
+
+def _borders(found: "tuple[Window, ...]") -> dict[str, Any]:
+    """The widest windows with their borders, with the precision and the kind of each."""
+    return {"windows": [{"label": each.label, "low": _border(each.low), "high": _border(each.high)} for each in found]}
+
+
+def _border(border: "Border") -> dict[str, Any]:
+    return {"value": border.value, "precision": border.precision, "kind": border.kind}
 
 
 def _diagram(diagram: "Bifurcation") -> dict[str, Any]:
@@ -141,19 +156,19 @@ def missing_values(name: str, of: str, reasons: tuple[str, ...]) -> Iterator[Ver
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     for of, diagram in result.bifurcation.items():
-        yield from missing_values(f"bifurcation {of}", f"{of} map", diagram.reasons)
+        yield from missing_values(f"bifurcation {of}", map_name(result.system, of), diagram.reasons)
     for of, diagram in result.bifurcation.items():
-        yield from _ended(of, diagram)
+        yield from _ended(of, map_name(result.system, of), diagram)
 
 
-def _ended(of: str, diagram: "Bifurcation") -> Iterator[Verdict]:
+def _ended(of: str, name: str, diagram: "Bifurcation") -> Iterator[Verdict]:
     """The failed verdict on a sweep in which orbits ended, with the most frequent reason."""
     lost = ~diagram.held & np.array([[not reason] for reason in diagram.reasons])
     if lost.any():
         outcome = Outcome(int(np.bincount(diagram.outcome[lost]).argmax()))
         why = "A polynomial overflows." if of == "composite" and outcome == Outcome.escaped else outcome.advice
         text = f"no: an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
-        yield Verdict(f"bifurcation {of}: orbit completes at every parameter value", f"{of} map", False, False, text)
+        yield Verdict(f"bifurcation {of}: orbit completes at every parameter value", name, False, False, text)
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
@@ -169,7 +184,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
         rows, more, largest = widest(diagram, ROWS)
         listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
         each = f"{largest} values" if largest > 1 else "one value"
-        notes += [f"Of the {of} map there are {more} more intervals, of at most {each}."] if more else []
+        notes += [f"Of the {map_name(result.system, of)} there are {more} more intervals, of at most {each}."] if more else []
     yield Table("Motions", ("map", "motion", f"{section.parameter} from", "to", "values"), tuple(listed), tuple(notes))
 
 
@@ -177,7 +192,7 @@ BIFURCATION = Section[BifurcationSection](
     key="bifurcation",
     type=BifurcationSection | None,
     stored=Stored,
-    holds={"dynamics.diagrams.bifurcation": ("Bifurcation",)},
+    holds={"dynamics.diagrams.bifurcation": ("Bifurcation",), "dynamics.diagrams.windows": ("Window", "Border")},
     needs=_needs,
     check=_check,
     bind=_bind,

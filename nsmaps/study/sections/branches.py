@@ -17,7 +17,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, in_order
 from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.texts import EXACT, yes
+from nsmaps.study.texts import yes
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
@@ -195,9 +195,9 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         ends = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
         text = f"{yes(holds)}: {ends if len(first[0].parameter) else first[0].ended}"
         name = f"branch {section.name}"
-        yield Verdict(f"{name}: followed to the end of its range", EXACT, holds, False, text)
+        yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
         if section.doublings:
-            yield Verdict(f"{name}: doublings", EXACT, *_doublings(section, entry))
+            yield Verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
 
 
 def _end(branch: "Branch") -> str:

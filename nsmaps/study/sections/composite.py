@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
 from pydantic import BaseModel, model_validator
 
 from nsmaps.errors import FitError, NsmapsError
-from nsmaps.exact.surfaces.surface import Surface, surfaces
+from nsmaps.exact.surfaces.surface import Surface, surfaces, surfaces_among
 from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite, data_of
 from nsmaps.reduced.composite.printed import PrintedMap
@@ -26,7 +28,7 @@ from nsmaps.study.sections.surfaces import bind_family
 from nsmaps.study.texts import finite, intervals, yes
 
 if TYPE_CHECKING:
-    from nsmaps.arrays import Floats
+    from nsmaps.arrays import Floats, Ints
     from nsmaps.reduced.composite.composite import Coverage
     from nsmaps.reduced.validation.words import Misleads
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
@@ -190,10 +192,36 @@ def refits(plan: "Plan", parameter: str, values: "Floats", half: int) -> list[tu
 
 def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, dict[str, Surface]]:
     """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
-    found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
-    composite = _composite(plan, system, found)
+    try:
+        found = _surfaces_in(plan, system, _used(plan))
+        composite = _composite(plan, system, found)
+    except FitError:  # whose message speaks of all of the grid
+        found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
+        composite = _composite(plan, system, found)
     fitted = [(piece.name, *_data(plan, found, piece)) for piece in plan.bound["composite"] if piece.fit]
     return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
+
+
+@lru_cache(maxsize=1)
+def _used(plan: "Plan") -> "Ints":
+    """The numbers of the grid's states to which a piece is fitted, whatever the parameters are."""
+    pieces = [piece for piece in plan.bound["composite"] if piece.fit]
+    if plan.grid is None or any(piece.near_diagonals for piece in pieces):
+        return np.arange(plan.grid.size if plan.grid else 0)
+    coordinates = plan.system.coordinates
+    states = coordinates.wrap(plan.grid.states())
+    regions = [(piece.data or piece.region).over(coordinates) for piece in pieces]
+    return np.flatnonzero(np.logical_or.reduce([region.contains(states) for region in regions], axis=0))
+
+
+def _surfaces_in(plan: "Plan", system: "ImpactSystem", numbers: "Ints") -> dict[str, Surface]:
+    """The surfaces of all families over some states of the grid, those with these numbers."""
+    if plan.grid is None:
+        return {}
+    returns = system.first_return(plan.grid.states()[numbers])
+    found = surfaces_among(system, returns, plan.grid, plan.families.values())
+    masks = {name: np.isin(np.arange(plan.grid.size), numbers[surface.member]) for name, surface in found.items()}
+    return {name: replace(surface, member=masks[name]) for name, surface in found.items()}
 
 
 def _describe(spec: Pieces, study: "Study") -> str:

@@ -16,7 +16,7 @@ from nsmaps.study.reading.values import Range
 from nsmaps.study.sections.base import Section, Table, Verdict
 from nsmaps.study.sections.bifurcation import missing_values
 from nsmaps.study.sections.motions import Row
-from nsmaps.study.texts import EXACT, each_text, plain, returns_text
+from nsmaps.study.texts import each_text, plain, returns_text
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.lyapunov import LyapunovSweep
@@ -80,7 +80,7 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     if result.lyapunov is not None:
-        yield from missing_values("lyapunov", EXACT, result.lyapunov.reasons)
+        yield from missing_values("lyapunov", result.system.map_name, result.lyapunov.reasons)
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
@@ -97,7 +97,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
     note = f"Above zero: nearby orbits diverge, as in chaos. Decided at two standard errors, of {sweep.at.returns} returns.{more}"
     heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
-    yield Table("Lyapunov exponents of the exact map", heads, tuple(listed), (note,))
+    yield Table(f"Lyapunov exponents of the {result.system.map_name}", heads, tuple(listed), (note,))
 
 
 def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsmaps.exact.parameters import map_name
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -74,7 +76,7 @@ def coexisting(result: "StudyResult") -> str:
     for of, diagram in result.bifurcation.items():
         rows = sorted(attractors(diagram)[1], key=itemgetter("motion", "beside"))
         found = [_places(result, diagram, list(alike)) for _, alike in groupby(rows, itemgetter("motion", "beside"))]
-        text = f"Attractors of the {of} map coexist: {'; '.join(found)}"
+        text = f"Attractors of the {map_name(result.system, of)} coexist: {'; '.join(found)}"
         if any(name.endswith("C") for row in rows for name in (row["motion"], row["beside"])):
             text += f" (C: no period up to {diagram.states.shape[2] // 2} returns, chaos or a long transient)"
         sentences += [f"{text}."] if rows else []

@@ -15,7 +15,7 @@ from nsmaps.study.diagnostics import beyond, grid_ends, no_image
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Section, Verdict
-from nsmaps.study.texts import EXACT, finite, point
+from nsmaps.study.texts import finite, point
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import LimitSet
@@ -126,7 +126,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     coordinates = result.system.coordinates
     for pair in result.orbits:
         name = f"orbit from {point(coordinates, pair.start)}"
-        yield Verdict(f"{name}: completes all returns", EXACT, *_returning(result, pair.exact, pair.ends))
+        yield Verdict(f"{name}: completes all returns", result.system.map_name, *_returning(result, pair.exact, pair.ends))
         if pair.composite is not None:
             returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
             yield Verdict(f"{name}: completes all returns", "composite map", *returning)

@@ -17,7 +17,7 @@ from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Section, Verdict
 from nsmaps.study.sections.bifurcation import missing
 from nsmaps.study.sections.branches import Located, Way, cycle_of
-from nsmaps.study.texts import EXACT, plain, returns_text
+from nsmaps.study.texts import plain, returns_text
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
@@ -141,7 +141,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     diagram = result.stability
     if diagram is not None and (diagram.outcome == Outcome.invalid).any() and any(diagram.reasons):
         none, why = int((diagram.outcome == Outcome.invalid).sum()), next(filter(None, diagram.reasons))
-        yield missing("stability", EXACT, none, f"{diagram.outcome.size} points", why)
+        yield missing("stability", result.system.map_name, none, f"{diagram.outcome.size} points", why)
 
 
 STABILITY = Section[StabilitySection](

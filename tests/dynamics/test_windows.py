@@ -1,0 +1,61 @@
+"""The windows of a bifurcation diagram end at the events of branches, or where the motion of an orbit changes."""
+
+import numpy as np
+import pytest
+
+from nsmaps import Along, bifurcation, continue_branch, load_system, periodic_orbit
+from nsmaps.dynamics.diagrams.windows import CHANGED, LOCATED, windows
+
+
+def swept(system, low, high, count, start, direction, discard=800, returns=60):
+    map_of = Along(system, "d")
+    made = bifurcation(map_of, np.linspace(low, high, count), start, returns, discard, direction)
+    return map_of, made, windows(made, map_of, np.array(start), discard, direction)
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return load_system("vi_pair", d=0.35, r=0.5, M=0.1245, g=9.8, beta=np.pi / 3, F=5)
+
+
+@pytest.mark.parametrize("direction", ["up", "down", None])
+@pytest.mark.parametrize("count", [60, 301])
+def test_a_border_is_the_period_doubling_of_the_branch(paper, count, direction):
+    map_of, _, found = swept(paper, 0.28, 0.35, count, [0.83, 0.36], direction, discard=4000)
+    branch = continue_branch(map_of, periodic_orbit(map_of(0.35), [0.83, 0.36]), 0.35, (0.28, 0.35), "down")
+    (doubling,) = branch.of_kind("period doubling")
+    assert [window.label for window in found] == ["1:1/2T", "1:1/T"]
+    assert [window.by_returns for window in found] == ["1:1, period 2", "1:1, period 1"]
+    doubled, single = found
+    assert (doubled.high.kind, single.low.kind) == ("period halving", "period doubling")
+    for border in (doubled.high, single.low):
+        assert border.value == pytest.approx(doubling.parameter, abs=2 * border.precision + doubling.precision)
+        assert border.precision <= LOCATED * 0.07
+    assert (doubled.low.kind, doubled.low.value, single.high.value) == ("end of the range", 0.28, 0.35)
+
+
+def test_folds_grazes_and_crises_are_where_the_documentation_has_them():
+    """Followed up, a motion 2:1 goes on to its fold; followed down, chaos goes on to its crisis."""
+    system = load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
+    (_, _, up), (_, _, down) = (
+        swept(system, 0.2, 0.24, 161, [0.6, 0.3], way, discard=4000, returns=120) for way in ("up", "down")
+    )
+    two, *_, single = up
+    assert (two.label, two.high.kind) == ("2:1/T", "fold")
+    assert two.high.value == pytest.approx(0.227713761, abs=1e-9)
+    assert single.low.value == pytest.approx(0.234583791, abs=1e-9)
+    doubled = next(window for window in up if window.label == "1:1/2T")
+    assert (doubled.low.kind, doubled.low.value) == ("change of words", pytest.approx(0.230488317, abs=1e-9))
+    crisis = down[0].high
+    assert (crisis.kind, crisis.precision <= CHANGED * 0.04) == ("change of motion", True)
+    assert 0.2249 < crisis.value < 0.2251
+
+
+def test_values_without_a_map_are_a_window_without_a_motion(paper):
+    _, _, found = swept(paper, -0.02, 0.02, 41, [0.83, 0.36], None, discard=50)
+    assert (found[0].label, found[0].low.kind) == ("", "end of the range")
+    assert found[0].high.value == pytest.approx(0, abs=CHANGED * 0.04)
+
+
+def test_a_diagram_of_few_values_has_no_windows(paper):
+    assert swept(paper, 0.33, 0.35, 3, [0.83, 0.36], None)[2] == ()
