@@ -120,7 +120,7 @@ class _Search:
         return last - first + 1 >= FEWEST and abs(self.value(last) - self.value(first)) >= NARROWEST * self.unit
 
     def _end(self, place: int, other: int, way: int, limit: int) -> Border | None:
-        """Where the cycle of a window ends beyond its end at a place, up to a limit; None without a cycle, or if it goes on.
+        """Where the cycle of a window ends beyond its end at a place, up to a limit; None without a cycle, or if it continues.
 
         The cycle is first that at the middle of the window, which has converged.
         """
@@ -142,7 +142,7 @@ class _Search:
     def _cycle(self, value: float, states: Floats, like: PeriodicOrbit | None) -> PeriodicOrbit | None:
         """The stable cycle of least period at a value near such states, with the words of another; None where there is none."""
         found = self._newton(value, states)
-        if found is None or not found.stable or _apart(found) <= APART or (like is not None and found.words != like.words):
+        if found is None or not found.stable or _least_shift(found) <= APART or (like is not None and found.words != like.words):
             return None
         coordinates = found.returns.coordinates
         moved = np.abs(coordinates.difference(found.states, states) / coordinates.magnitudes(states)).max()
@@ -163,18 +163,18 @@ class _Search:
         """
         last, halved = [cycle], list[float]()
 
-        def goes_on(values: Floats) -> NDArray[np.bool_]:
+        def persists(values: Floats) -> NDArray[np.bool_]:
             found = self._cycle(float(values[0]), last[-1].states, last[-1])
             if found is not None:
                 last.append(found)
                 return np.array([True])
             other = self._newton(float(values[0]), last[-1].states)
-            part = other is not None and _apart(other) <= APART
+            part = other is not None and _least_shift(other) <= APART
             halved.extend(values if part else [])
             return np.array([part and other is not None and other.stable is False])
 
         ends, yes = (np.array([value]), np.array([beyond])), np.array([True])
-        low, high, _ = bisect_change(goes_on, *ends, yes, ~yes, LOCATED * self.unit)
+        low, high, _ = bisect_change(persists, *ends, yes, ~yes, LOCATED * self.unit)
         kind, width = HALVING if halved else _kind(last[-1]), float(np.abs(high - low)[0])
         return Border(float(low[0] + high[0]) / 2, max(width, HALVED * self.unit) if halved else width, kind)
 
@@ -206,7 +206,7 @@ def _as_doubled(one: Border, other: Border, near: float) -> tuple[Border, Border
     return replace(sharp, kind=one.kind), replace(sharp, kind=other.kind)
 
 
-def _apart(cycle: PeriodicOrbit) -> float:
+def _least_shift(cycle: PeriodicOrbit) -> float:
     """The least difference of a cycle from itself shifted by a part of its period, in its scale; inf for period 1."""
     states, coordinates = cycle.states, cycle.returns.coordinates
     shifts = [q for q in range(1, len(states) // 2 + 1) if len(states) % q == 0]
