@@ -165,8 +165,8 @@ _ROWS = (
     Row(
         "composite.partition",
         "The plane of states divided into attracting and transient regions.",
-        "The regions found by the general algorithm. R_n.m is region n as iteration m left it; attracting regions are blue, "
-        "transient ones have the colour of their word.",
+        "The regions found by the general algorithm, with the names and colours of the pieces of the composite map. Attracting "
+        "regions have a thick frame.",
         (data.PARTITION, data.SURFACES),
     ),
     Row(

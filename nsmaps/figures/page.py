@@ -25,7 +25,7 @@ from nsmaps.figures.style import STYLE
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 _TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend
 COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
-_LETTERS = 12  #: letters of a title in an inch of its panel's width, after its own letter
+_LETTERS = 8  #: letters of a title in an inch of its panel's width, after its own letter
 Panel = Callable[[Axes], Axes]
 
 

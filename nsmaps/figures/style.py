@@ -1,6 +1,9 @@
-"""The style of figures: one palette for colour-blind readers (Okabe and Ito), one typeface, uniform labels.
+"""The style of figures: colours that colour-blind readers tell apart, one typeface, uniform labels.
 
-Colours follow the paper: words BB black and BTB magenta, exact orbits orange and composite orbits green, upper maps blue.
+Lines have the colours of Okabe and Ito. Fills of pieces are at least 25 apart in CIELAB, and those of families, at any tint up to
+0.4, at least 26, both with normal sight and in simulated deuteranopia and protanopia; lines of `LOOKS` are 17 apart
+and differ in dashes and marker too. Colours follow the paper: words BB black and BTB magenta, exact orbits orange and composite
+orbits green, upper maps blue.
 """
 
 import re
@@ -27,8 +30,9 @@ LOOKS = (
     (MAGENTA, ":", "D"),
     (BLACK, "-", "v"),
 )  #: of lines: colour, dashes, marker
-_FAMILIES = (BLACK, MAGENTA, YELLOW, SKY, GREEN, BLUE, ORANGE, RED)
+FAMILIES = (BLACK, MAGENTA, YELLOW, "#1A14F0", "#3B6303", "#C56FFF", "#F1DAA4", "#030B72")
 PIECES = ("#858585", "#16FF81", "#489FEC", "#C76A00", "#E8D700", "#630052", "#005EFF", "#562800")
+FILL = 0.4  #: of white in the colour of an area
 MOST = len(PIECES)  #: pieces that have a colour of their own where there are more
 REST = "#E4E4E4"  #: of all others
 _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same ticks
@@ -84,6 +88,11 @@ def tint(colour: str, amount: float = 0.65) -> tuple[float, float, float]:
     return r, g, b
 
 
+def fill_of(colour: str) -> tuple[float, float, float]:
+    """The colour of an area: of a piece or a family 0.4 white; of what has no colour of its own as it is."""
+    return tint(colour, 0.0 if colour in (REST, "#FFFFFF") else FILL)
+
+
 def family_colours(names: Sequence[str]) -> dict[str, str]:
     """A colour a family, by the length of its word: two impacts black, three magenta, four yellow, as in the paper.
 
@@ -95,15 +104,15 @@ def family_colours(names: Sequence[str]) -> dict[str, str]:
     chosen: dict[str, str] = {}
     for name in names:
         wish = max(len(name) - 2, 0)
-        slots = [_FAMILIES[(wish + k) % len(_FAMILIES)] for k in range(len(_FAMILIES))]
+        slots = [FAMILIES[(wish + k) % len(FAMILIES)] for k in range(len(FAMILIES))]
         chosen[name] = next((colour for colour in slots if colour not in chosen.values()), GREY)
     return chosen
 
 
 def piece_colours(names: Sequence[str], resets: Sequence[bool]) -> list[str]:
-    """A colour a piece: R1, R2, ... have those of fig. glosmallic, every reset is white, others take what is left.
+    """A colour a piece: R1, R2, ... have the first, second, ..., every reset is white, others take what is left.
 
-    >>> piece_colours(["reset", "R2", "mine"], [True, False, False]) == ["#FFFFFF", GREEN, ORANGE]
+    >>> piece_colours(["reset", "R2", "mine"], [True, False, False]) == ["#FFFFFF", PIECES[1], PIECES[7]]
     True
     """
     numbers = [re.fullmatch(r"R_?(\d+)", name) for name in names]

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from figures.conftest import COORDINATES, GRID, WALLS, Toy, linear, through
 from matplotlib.collections import PolyCollection, QuadMesh
-from matplotlib.colors import to_rgba
 
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.figures.composite.areas import colours_of
@@ -136,15 +135,14 @@ def test_shares_of_pieces_without_a_colour_are_summed(many, ax):
     assert sum(shares) == pytest.approx(100, abs=1)
 
 
-def test_a_partition_of_many_words_counts_those_beyond_eight(result, many, ax):
+def test_a_partition_of_many_words_names_each_where_there_is_room(result, many, ax):
     made = replace(result.partition, composite=many.composite, attracting=(), log=())
     partition(replace(many, partition=made), ax)
-    texts = legend_texts(ax)
-    drawn = len(np.unique(many.composite.piece_of(GRID.states())))
-    assert len(texts) <= 9
-    assert texts[-1] == f"{drawn - len(texts) + 1} more words"
-    patches = ax.get_legend().get_patches()
-    assert to_rgba(patches[-1].get_facecolor()) == to_rgba(tint(GREY, 0.75))
+    told = [text.get_text().splitlines() for text in ax.texts]
+    word = {rf"$\mathcal{{R}}_{{{k + 1}}}$": many.composite.pieces[k].word for k in range(STRIPS)}
+    assert len(set(word.values())) > 1
+    assert all(lines[1:] in ([], [word[lines[0]]]) for lines in told)
+    assert not legend_texts(ax)
 
 
 def test_of_more_than_eight_families_the_commonest_have_colours(result):

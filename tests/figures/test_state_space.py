@@ -13,7 +13,7 @@ from sheets import surface_of
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Axis, Grid
-from nsmaps.figures.composite.areas import pieces_on
+from nsmaps.figures.composite.areas import borders, pieces_on
 from nsmaps.figures.composite.orbits import around, orbits
 from nsmaps.figures.composite.orbits import sheets as orbit_sheets
 from nsmaps.figures.composite.partition import partition
@@ -71,16 +71,37 @@ def test_words_and_pieces_stand_side_by_side(result):
     assert (len(sheet.panels), sheet.columns) == (2, 2)
 
 
-def test_regions_of_a_partition_have_the_names_of_their_last_iteration(result, ax):
+def test_regions_of_a_partition_have_the_names_and_colours_of_other_figures(result, ax):
     partition(result, ax)
     names = {text.get_text(): text.get_position() for text in ax.texts}
-    assert set(names) == {r"$\mathcal{R}_{1.1}$", r"$\mathcal{R}_{2.3}$"}
-    assert result.composite.piece_of([names[r"$\mathcal{R}_{1.1}$"]]) == 1
-    assert legend_texts(ax) == ["attracting", "BTB"]
-    (mesh,) = [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
-    kind = np.ma.filled(mesh.get_array(), -1).reshape(41, 37).T.ravel()
-    number = result.composite.piece_of(next(iter(result.surfaces.values())).grid.states())
-    assert np.array_equal(kind == 0, number == 1)
+    assert set(names) == {r"$\mathcal{R}_{1}$", r"$\mathcal{R}_{2}$"}
+    assert result.composite.piece_of([names[r"$\mathcal{R}_{1}$"]]) == 1
+    assert legend_texts(ax) == ["attracting", "every word is BTB"]
+    meshes = [ax, regions(result, ax.figure.add_subplot())]
+    first, second = (next(each for each in drawn.collections if isinstance(each, QuadMesh)) for drawn in meshes)
+    assert np.array_equal(first.get_array().filled(-1), second.get_array().filled(-1))
+    assert first.get_cmap().colors == second.get_cmap().colors
+
+
+def test_the_frame_of_an_attracting_region_is_that_of_its_box(result, ax):
+    partition(result, ax)
+    every, frame = (np.concatenate(each.get_segments()) for each in ax.collections if isinstance(each, LineCollection))
+    sides = np.abs(frame[:, :1] - [0.6, 0.95]).min(axis=1), np.abs(frame[:, 1:] - [0.1, 0.8]).min(axis=1)
+    assert np.minimum(*sides) == pytest.approx(0, abs=1e-5)
+    assert (frame.min(axis=0), frame.max(axis=0)) == (pytest.approx([0.6, 0.1], abs=1e-5), pytest.approx([0.95, 0.8], abs=1e-5))
+    assert len(every) > len(frame)
+
+
+def test_borders_are_bisected_to_a_slanted_line_and_meet_in_a_corner():
+    grid = Grid(axes={"v": Axis(low=0.0, high=1.0, points=12), "w": Axis(low=0.0, high=1.0, points=9)})
+    number_of = lambda states: np.where(states[:, 0] > 0.52, 2, states[:, 1] > 0.3 + 0.37 * states[:, 0]).astype(int)  # noqa: E731
+    segments = borders(grid, number_of(grid.states()), number_of)
+    ends = segments.reshape(-1, 2)
+    off = np.minimum(np.abs(ends[:, 0] - 0.52), np.abs(ends[:, 1] - 0.3 - 0.37 * ends[:, 0]))
+    assert np.sort(off)[-3:] == pytest.approx(0, abs=0.03), "three lines meet within a cell"
+    assert np.sort(off)[:-3] == pytest.approx(0, abs=1e-4)
+    assert np.linalg.norm(np.diff(segments, axis=1), axis=2).max() < 0.17
+    assert (ends.min(axis=0), ends.max(axis=0)) == (pytest.approx([0, 0], abs=1e-9), pytest.approx([0.52, 1], abs=1e-4))
 
 
 @pytest.fixture(scope="module")

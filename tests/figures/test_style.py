@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from nsmaps_vi_pair import VIPair
 
 from nsmaps import load_system
@@ -104,7 +105,8 @@ def test_both_axes_of_a_phase_have_ticks_of_one_kind(ax):
 def test_a_long_title_is_broken_so_that_it_leaves_room_for_the_letter():
     long = "exact map, by fitted map R1+, update 1, not forward invariant"
     panels = [lambda ax, text=text: ax.set_title(text) and ax for text in ("short", long)]
-    figure = Sheet("envelopes", tuple(panels), 2, (5.8, 4.4)).figure()
+    with rc_context(style.STYLE):
+        figure = Sheet("envelopes", tuple(panels), 2, 0.76).figure()
     short, broken = (ax.get_title() for ax in figure.axes)
     assert short == "short"
     assert broken.replace("\n", " ") == long

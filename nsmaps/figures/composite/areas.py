@@ -1,11 +1,14 @@
 """Areas of the state space: cells in colours, the pieces of a composite map, and names where there is room for them."""
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
+from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt, minimum_filter
@@ -15,7 +18,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.data import COMPOSITE, SURFACES
 from nsmaps.figures.lines import finite_states, last_tenth
-from nsmaps.figures.style import MOST, PIECES, REST, piece_colours, piece_label, tint
+from nsmaps.figures.style import MOST, PIECES, REST, SIZE, fill_of, piece_colours, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
 
 _POINTS = 72.0  #: an inch
 _PADDING = 1.25  #: of a name's width and height, which must be free
+POINTS = 601  #: per axis, so that the cells of a picture are smaller than its lines
+_HALVINGS = 12  #: of a cell, after which the edge is known to a thousandth of the line that shows it
 
 
 def colours_of(result: "StudyResult", figure: str) -> list[str]:
@@ -45,22 +50,80 @@ def colours_of(result: "StudyResult", figure: str) -> list[str]:
 
 
 def paint_pieces(ax: Axes, result: "StudyResult", figure: str, grid: Grid, beside: Floats | None = None) -> None:
-    """The pieces as pale areas, named where there is room, beside the given points (N, 2); uncovered states are hatched."""
-    composite = COMPOSITE.of(result, figure)
-    number = pieces_on(composite, grid)
-    colours = colours_of(result, figure)
-    paint(ax, grid, number, [tint(colour, 0.0 if colour == REST else 0.65) for colour in colours])
-    taken = np.zeros(grid.shape, bool) if beside is None else _near(grid, beside)
+    """The pieces over the window of a grid, with straight edges, named where there is room beside the given points (N, 2).
+
+    Uncovered states are hatched.
+    """
+    composite, fine = COMPOSITE.of(result, figure), finer(grid)
+    number, colours = pieces_on(composite, fine), colours_of(result, figure)
+    paint(ax, fine, number, [fill_of(colour) for colour in colours])
+    draw_borders(ax, piece_borders(composite, fine))
+    taken = np.zeros(fine.shape, bool) if beside is None else _near(fine, beside)
     for k, piece in enumerate(composite.pieces):
-        area = (number == k).reshape(grid.shape)
-        name_area(ax, grid, area & ~taken, piece_label(piece.name)) or name_area(ax, grid, area, piece_label(piece.name))
-        if colours[k] == REST:
-            outline(ax, grid, area, color="white", lw=0.7)
+        area = (number == k).reshape(fine.shape)
+        name_area(ax, fine, area & ~taken, piece_label(piece.name)) or name_area(ax, fine, area, piece_label(piece.name))
     if np.any(number < 0):
-        first, second = (axis.values() for axis in grid.axes.values())
-        empty = (number < 0).reshape(grid.shape).T
-        hatch = ax.contourf(first, second, empty, levels=[0.5, 1.5], colors="none", hatches=["////"], zorder=1)
-        hatch.set(edgecolor="0.6", linewidth=0)
+        hatch_area(ax, fine, (number < 0).reshape(fine.shape))
+
+
+def hatch_area(ax: Axes, grid: Grid, area: NDArray[np.bool_]) -> None:
+    """Hatches over an area, of the grid's shape."""
+    first, second = (axis.values() for axis in grid.axes.values())
+    hatch = ax.contourf(first, second, area.T, levels=[0.5, 1.5], colors="none", hatches=["////"], zorder=1)
+    hatch.set(edgecolor="0.6", linewidth=0)
+
+
+def finer(grid: Grid) -> Grid:
+    """The grid of as many points an axis as a picture has, over the same window."""
+    return Grid(axes={name: Axis(low=axis.low, high=axis.high, points=POINTS) for name, axis in grid.axes.items()})
+
+
+def piece_borders(composite: CompositeMap, grid: Grid) -> Floats:
+    """The lines between the pieces over a grid, as segments (M, 2, 2)."""
+    return _borders_over(composite, tuple(grid.axes.values()))
+
+
+@lru_cache(maxsize=4)
+def _borders_over(composite: CompositeMap, axes: tuple[Axis, ...]) -> Floats:
+    grid = Grid(axes={str(k): axis for k, axis in enumerate(axes)})
+    return borders(grid, pieces_on(composite, grid), composite.piece_once)
+
+
+def borders(grid: Grid, number: Ints, number_of: Callable[[Floats], Ints]) -> Floats:
+    """The lines between areas of a plane by number, as segments (M, 2, 2) with their ends bisected between neighbours.
+
+    `number` is that of each state of the grid, shape (N,), `number_of` that of any states (K, 2). In each cell of the grid a line
+    joins the two points at which its sides are cut; of three or more each is joined to their mean.
+    """
+    place, states = np.arange(grid.size).reshape(grid.shape), grid.states()
+    sides = [(place[:-1], place[1:]), (place[:, :-1], place[:, 1:])]
+    across, along = (_cuts(states, number, before, after, number_of) for before, after in sides)
+    corners = np.stack([across[:, :-1], across[:, 1:], along[:-1], along[1:]], axis=2).reshape(-1, 4, 2)
+    cut = np.isfinite(corners[..., 0])
+    count = cut.sum(axis=1)
+    pairs = corners[count == 2][cut[count == 2]].reshape(-1, 2, 2)
+    many = count > 2
+    middle = np.nanmean(corners[many], axis=1, keepdims=True)
+    spokes = np.stack([corners[many], np.broadcast_to(middle, corners[many].shape)], axis=2)
+    return np.concatenate([pairs, spokes[cut[many]]])
+
+
+def _cuts(states: Floats, number: Ints, before: Ints, after: Ints, number_of: Callable[[Floats], Ints]) -> Floats:
+    """Where the number changes between neighbours, given by position in shape S: shape (*S, 2), NaN where it does not."""
+    cuts = np.full((*before.shape, 2), np.nan)
+    changed = number[before] != number[after]
+    low, high, here = states[before[changed]], states[after[changed]], number[before[changed]]
+    for _ in range(_HALVINGS if len(here) else 0):
+        middle = (low + high) / 2
+        same = (number_of(middle) == here)[:, np.newaxis]
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    cuts[changed] = (low + high) / 2
+    return cuts
+
+
+def draw_borders(ax: Axes, segments: Floats, color: str = "0.25", lw: float = 0.5) -> None:
+    """Segments (M, 2, 2) as one collection of lines."""
+    ax.add_collection(LineCollection(list(segments), colors=color, linewidths=lw, capstyle="round", zorder=1.5), autolim=False)
 
 
 def pieces_on(composite: CompositeMap, grid: Grid) -> Ints:
@@ -77,22 +140,18 @@ def _pieces_over(composite: CompositeMap, axes: tuple[Axis, ...]) -> Ints:
     return number
 
 
-def outline(ax: Axes, grid: Grid, area: NDArray[np.bool_], color: str, lw: float) -> None:
-    """A line around an area, of the grid's shape, where it does not end with the picture."""
-    if area.any() and not area.all():
-        ax.contour(*(axis.values() for axis in grid.axes.values()), area.T, levels=[0.5], colors=color, linewidths=lw)
-
-
-def name_area(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str, sizes: tuple[float, ...] = (12, 9)) -> bool:
+def name_area(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str, sizes: tuple[float, ...] = (SIZE,)) -> bool:
     """Write a name into an area, of the grid's shape, in the first type size, in points, that fits; whether one does."""
     axes = np.array([ax.bbox.width, ax.bbox.height]) * _POINTS / ax.figure.dpi
     for size in sizes:
-        text = TextPath((0, 0), name, size=size).get_extents()
-        cells = np.ceil(_PADDING * np.array([text.width, text.height]) / axes * grid.shape).astype(int) + 1
+        lines = [TextPath((0, 0), line, size=size).get_extents() for line in name.splitlines()]
+        extent = [max(line.width for line in lines), 1.2 * size * (len(lines) - 1) + lines[0].height]
+        cells = np.ceil(_PADDING * np.array(extent) / axes * grid.shape).astype(int) + 1
         middles = minimum_filter(area, size=tuple(cells), mode="constant", cval=False)
         if middles.any():
             x, y = grid.states()[inmost(middles)]
-            ax.text(x, y, name, ha="center", va="center", fontsize=size, color="0.15", zorder=3)
+            halo = [withStroke(linewidth=1.6, foreground="white")]
+            ax.text(x, y, name, ha="center", va="center", fontsize=size, color="black", zorder=8, path_effects=halo)
             return True
     return False
 

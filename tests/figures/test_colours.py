@@ -1,0 +1,62 @@
+"""Colours that occur together are told apart, by normal sight and with the cones of one kind missing."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from nsmaps.figures.style import FAMILIES, LOOKS, PIECES, REST, fill_of, tint
+
+#: From linear RGB to what is seen: Machado, Oliveira and Fernandes, IEEE Trans. Vis. Comput. Graph. 15 (2009), severity 1.
+SIGHT = {
+    "normal": np.eye(3),
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+}
+XYZ = [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+WHITE = [0.95047, 1.0, 1.08883]  # D65
+
+
+def lab(colour, sight="normal"):
+    """A colour in CIELAB, shape (3,), as it is seen."""
+    rgb = np.array(to_rgb(colour))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = np.array(XYZ) @ np.clip(np.array(SIGHT[sight]) @ linear, 0, 1) / WHITE
+    x, y, z = np.where(xyz > (6 / 29) ** 3, np.cbrt(xyz), xyz / (3 * (6 / 29) ** 2) + 4 / 29)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def least(colours, sight):
+    """The least distance of two of some colours."""
+    seen = [lab(colour, sight) for colour in colours]
+    return min(float(np.linalg.norm(a - b)) for a, b in combinations(seen, 2))
+
+
+def test_the_coordinates_of_known_colours():
+    assert lab("white") == pytest.approx([100, 0, 0], abs=0.02)
+    assert lab("red") == pytest.approx([53.24, 80.09, 67.20], abs=0.02)
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+def test_fills_of_pieces_are_told_apart(sight):
+    assert least([fill_of(colour) for colour in PIECES], sight) >= 25
+    assert least([*(fill_of(colour) for colour in PIECES), "white"], sight) >= 23
+    assert least([*(fill_of(colour) for colour in PIECES), REST], sight) >= 16
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+@pytest.mark.parametrize("amount", [0.0, 0.15, 0.25, 0.4])
+def test_families_are_told_apart_at_every_tint(sight, amount):
+    assert least([tint(colour, amount) for colour in FAMILIES], sight) >= 26
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+def test_lines_differ_in_colour_and_in_dashes_or_marker(sight):
+    assert least([colour for colour, *_ in LOOKS], sight) >= 17
+    assert len({look[1:] for look in LOOKS}) == len(LOOKS)
+
+
+def test_distances_without_missing_cones_are_larger_for_red_and_green():
+    pair = "#D55E00", "#8A8000"
+    assert least(pair, "deuteranopia") < least(pair, "normal")
