@@ -1,6 +1,7 @@
 """Returns and surfaces of analytic maps, for the tests of what is made from surfaces."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -27,3 +28,20 @@ def surface_of(f, v, phi, member=None):
     start = grid.states()
     mask = np.ones(grid.size, bool) if member is None else member(*start.T)
     return Surface("F", grid, mask, returns_of(start[mask], np.column_stack(f(*start[mask].T))))
+
+
+class Analytic:
+    """An analytic map f(v, phi) -> (v', phi' not wrapped) as a system, whose smooth pieces `piece(v, phi)` numbers."""
+
+    coordinates = NAMES
+    letters = ("B",)
+    dimensionless = True
+
+    def __init__(self, f, piece=lambda v, phi: 0 * v):
+        self._map, self._piece = f, piece
+
+    def first_return(self, states, derivative=False):
+        return returns_of(states, np.column_stack(self._map(*np.asarray(states, float).T)))
+
+    def itineraries(self, states):
+        return SimpleNamespace(codes=1 + np.asarray(self._piece(*np.asarray(states, float).T), np.int64))

@@ -132,3 +132,20 @@ def test_a_grid_along_one_coordinate_has_no_triangles():
     surface = family.surface(system, Grid(axes={"v": Axis(low=0.1, high=1, points=5), "phi": Axis.at(0.3)}))
     with pytest.raises(NsmapsError, match="the grid varies along v; expected: two coordinates"):
         mesh(system, surface, family)
+
+
+@pytest.mark.parametrize(("k", "value"), [(0, 0.4), (1, 0.5), (0, 0.0033), (1, np.pi)])
+def test_a_cut_has_the_states_at_a_value_and_their_images(k, value):
+    system, surface, found = made(PAIR, "BTB", high=(1.0, np.pi), points=300)
+    ends = found.cut(k, value).reshape(-1, 2, 2)
+    assert np.abs(ends[:, 0, k] - value).max() < 1e-9
+    exact = system.first_return(ends[:, 0])
+    right = exact.has_word("BTB")
+    assert right.mean() > 0.95  # the others lie at an edge within rounding
+    apart = np.abs(exact.image - ends[:, 1])[right]
+    assert np.median(np.minimum(apart, 2 * np.pi - apart)) < 1e-3
+    line = ends[:, 0, 1 - k]
+    along = np.linspace(surface.start[:, 1 - k].min(), surface.start[:, 1 - k].max(), 1000)
+    states = np.column_stack([along, np.full(1000, value)][:: 1 if k else -1])
+    inside = along[system.first_return(states).has_word("BTB")]
+    assert (line.min(), line.max()) == pytest.approx((inside.min(), inside.max()), abs=5e-3)

@@ -122,11 +122,12 @@ class Toy:
 
     def first_return(self, states: Any, derivative: bool = False) -> Returns:
         start = np.asarray(states, float)
-        image = COUPLED(start)
-        image[:, 1] = wrap(image[:, 1])
+        lifted = COUPLED(start)
+        image = np.column_stack([lifted[:, 0], wrap(lifted[:, 1])])
+        turns = np.round((lifted - image) / (2 * np.pi)).astype(np.int32)
         codes = np.where(start[:, 0] > 0.5 - 0.2 * start[:, 1], encode("BTB", WALLS), encode("BB", WALLS))
         blank = np.zeros(len(start))
-        return Returns(COORDINATES, WALLS, start, image, 0 * start.astype(np.int32), codes, blank.astype(np.int8), blank)
+        return Returns(COORDINATES, WALLS, start, image, turns, codes, blank.astype(np.int8), blank)
 
 
 class ToyPair(VIPair):

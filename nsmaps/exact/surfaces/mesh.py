@@ -47,6 +47,19 @@ class Mesh:
         """The names of the coordinates."""
         return self.returns.coordinates
 
+    def cut(self, k: int, value: float) -> Floats:
+        """The surface where coordinate k of states has a value: segments by state and image of both ends, shape (S, 2, 2, n)."""
+        points, at = np.stack([self.returns.start, self.returns.image], axis=1), self.returns.start[:, k]
+        above = at >= (value if value > at.min() else np.nextafter(at.min(), np.inf))
+        count = np.sum([above[corner] for corner in self.triangles.T], axis=0)
+        corners, count = (rows[(count > 0) & (count < 3)] for rows in (self.triangles, count))
+        alone = np.argmax(above[corners] == (count == 1)[:, None], axis=1)
+        tip = corners[np.arange(len(corners)), alone]
+        ends = [corners[np.arange(len(corners)), (alone + j) % 3] for j in (1, 2)]
+        shares = [((value - at[tip]) / (at[end] - at[tip]))[:, None, None] for end in ends]
+        found = [points[tip] + share * (points[end] - points[tip]) for share, end in zip(shares, ends, strict=True)]
+        return np.stack(found, axis=1)
+
 
 def mesh(system: "ImpactSystem", surface: Surface, family: "ReturnFamily", part: Part | None = None) -> Mesh:
     """The surface of a family as triangles between the states of its grid and states on its edges.
@@ -147,7 +160,7 @@ def _refined(pieces: _Pieces, surface: Surface) -> _Lattice:
     states[coarse.ravel()] = surface.grid.states()
     key[coarse.ravel()[surface.member]] = pieces.keys(surface.returns)
     cells = _around(coarse)
-    alike = (key[cells] == key[cells[:, :1]]).all(axis=(1, 2))
+    alike = np.logical_and.reduce([column[cells[:, k]] == column[cells[:, 0]] for column in key.T for k in (1, 2, 3)])
     parts = lattice[:FINER, :FINER].reshape(-1, 1) + _around(lattice[:2, :2])
     divided = (cells[~alike, :1, None] + parts).reshape(-1, 4)
     new = np.zeros(fine.size, bool)

@@ -24,7 +24,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     last = len(region.values) - 1
     rows = np.unique(np.ceil(np.linspace(0, last, _SHOWN)).astype(int)).tolist()
     panels = tuple(partial(diagonal, result, coordinate=c, value=row) for row in rows for c in region.coordinates)
-    return (Sheet("diagonal", panels, len(region.coordinates), 0.78),)
+    return (Sheet("diagonal", panels, len(region.coordinates), 0.84, legend=True),)
 
 
 def diagonal(result: "StudyResult", ax: Axes, coordinate: str = "", value: int = 0) -> Axes:
@@ -40,23 +40,15 @@ def diagonal(result: "StudyResult", ax: Axes, coordinate: str = "", value: int =
     union = np.column_stack([np.concatenate(parts)[:, i] for parts in (starts, region.images)])
     if sweep is not None:
         low, high = sorted((sweep.low, sweep.high))
-        _dots(ax, union, tint(BLUE, 0.35), f"{sweep.points} values in [{low:g}, {high:g}]")
-    text = "at the study's own parameters" if sweep is None else f"{symbol(sweep.parameter)} = {region.values[value][0]:g}"
-    _dots(ax, here, GREEN, text)
+        _dots(ax, union, tint(BLUE, 0.35), f"{sweep.points} values of {symbol(sweep.parameter)} in [{low:g}, {high:g}]")
+        ax.set_title(f"{symbol(sweep.parameter)} = {region.values[value][0]:g}")
+    _dots(ax, here, GREEN, "the study's own parameters" if sweep is None else f"one value of {symbol(sweep.parameter)}")
     low, high = _window(union)
     identity(ax, low, high).set(label="_", zorder=4)
     for ratio, text in ((delta, rf"ratio ${delta:g}^{{\pm 1}}$"), (1 / delta, "_")):
         ax.plot([low, high], [ratio * low, ratio * high], color="0.45", lw=0.6, ls=":", label=text, zorder=2)
     ax.set(xlim=(low, high), ylim=(low, high))
-    ax.legend(
-        loc="lower right",
-        bbox_to_anchor=(1.02, 1.0),
-        ncols=3,
-        frameon=False,
-        handlelength=1.2,
-        handletextpad=0.3,
-        columnspacing=1.0,
-    )
+    ax.legend()
     return dress(ax, (name, "k"), (name, "k+1"))
 
 

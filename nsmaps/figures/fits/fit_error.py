@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from nsmaps.arrays import Floats
 from nsmaps.figures.data import ORDERS, position
 from nsmaps.figures.page import Sheet, file_of
-from nsmaps.figures.style import dress, symbol, with_unit
+from nsmaps.figures.style import dress, symbol
 from nsmaps.reduced.fit.polyfit import unwrapped
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         file = file_of("fit_error", order if k else "")
         rows = range(len(near))
         panels = tuple(partial(fit_error, result, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
-        drawn.append(Sheet(file, panels, len(coordinates), 0.64, title=order))
+        drawn.append(Sheet(file, panels, len(coordinates), 0.68, title=order))
     return tuple(drawn)
 
 
@@ -57,7 +57,7 @@ def fit_error(result: "StudyResult", ax: Axes, coordinate: str = "", delta: int 
     mesh = ax.pcolormesh(x, y, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True)
     ax.set(xlim=ends[0], ylim=ends[1])
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(mesh, cax=ax.inset_axes((1.03, 0, 0.035, 1)), extend="min")
-    bar.set_label(with_unit(rf"$|$error of {symbol(names[i], 'k+1')}$|$", names[i]))
+    bar.set_label(rf"$|$error of {symbol(names[i], 'k+1')}$|$")
     ax.set_title(rf"$\delta = {one.delta:g}$, {len(one.surface.start)} states", loc="right")
     return dress(ax, (names[0], "k"), (names[1], "k"))
 

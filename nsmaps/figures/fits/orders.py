@@ -21,7 +21,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     coordinates = ORDERS.of(result, "orders")[0].surface.coordinates
     rows: tuple[Statistic, ...] = ("r2", "sse")
     panels = tuple(partial(orders, result, coordinate=name, statistic=row) for row in rows for name in coordinates)
-    return (Sheet("orders", panels, len(coordinates), 0.74),)
+    return (Sheet("orders", panels, len(coordinates), 0.72, legend=True),)
 
 
 def orders(result: "StudyResult", ax: Axes, coordinate: str = "", statistic: Statistic = "r2") -> Axes:
@@ -44,7 +44,7 @@ def orders(result: "StudyResult", ax: Axes, coordinate: str = "", statistic: Sta
     ax.set_xlabel("polynomials")
     ax.set_xlim(-0.3, len(names) - 0.7)
     ax.grid(axis="y", color="0.9", zorder=0)
-    ax.legend(frameon=False)
+    ax.legend()
     image = symbol(name, "k+1")
     ax.set_ylabel(f"$1 - R^2$ of {image}" if statistic == "r2" else f"SSE of {image}")
     return ax

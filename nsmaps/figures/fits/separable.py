@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Patch
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.figures.data import COMPOSITE, SEPARABLE, position, section
-from nsmaps.figures.lines import diagonal
+from nsmaps.figures.lines import diagonal, window
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.returns.surfaces import raised
 from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol
 from nsmaps.reduced.fit.polyfit import Separable, unwrapped
@@ -33,7 +36,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         file = file_of("separable", piece if k else "")
         panels = [partial(of, result, coordinate=name, piece=piece) for of in (separable, separable_surface) for name in names]
         kinds = (*(None for _ in names), *("3d" for _ in names))
-        drawn.append(Sheet(file, tuple(panels), len(names), 0.83, kinds, piece_label(piece)))
+        drawn.append(Sheet(file, tuple(panels), len(names), 0.84, kinds, legend=True))
     return tuple(drawn)
 
 
@@ -46,14 +49,18 @@ def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str 
     part = _part(result, piece)
     i = position(part.names, coordinate or part.names[0])
     exact, fitted = part.exact(i), part.fitted(i)
-    ax.plot(part.start[:, i], part.target[:, i], "o", ms=0.7, mew=0, color="0.8", zorder=1, rasterized=True)
-    ax.plot([], [], "s", color="0.8", mew=0, label=f"{part.surface.name} in {piece_label(part.name)}")
-    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=1.6, label=f"exact, {part.held(i)}", zorder=3)
-    ax.plot(fitted[:, i], fitted[:, -1], color=ORANGE, lw=1.1, ls=(0, (4, 1.5)), label="separable", zorder=4)
-    ends = part.start[:, i].min(), part.start[:, i].max()
+    start, target = unwrapped(part.mesh.returns)
+    flat(ax, np.column_stack([start[:, i], target[:, i]]), part.mesh.triangles, to_rgb("0.8"))
+    area = Patch(color="0.8", label=f"{part.surface.name} in {piece_label(part.name)}")
+    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=1.6, label="exact map", zorder=3)
+    ax.plot(fitted[:, i], fitted[:, -1], color=ORANGE, lw=1.1, ls=(0, (4, 1.5)), label="separable map", zorder=4)
+    ends = start[:, i].min(), start[:, i].max()
+    low, high = window(target[:, i].min(), max(target[:, i].max(), ends[1]), fitted[:, -1])
+    margin = 0.03 * (high - low)
     diagonal(ax, *ends).set_label("_")
-    ax.set_xlim(*ends)
-    ax.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=3, frameon=False, handlelength=1.5, columnspacing=0.9)
+    ax.set(xlim=ends, ylim=(low - margin, high + margin))
+    ax.set_title(part.held(i))
+    ax.legend(handles=[area, *ax.get_legend_handles_labels()[0]])
     return dress(ax, (part.names[i], "k"), (part.names[i], "k+1"))
 
 

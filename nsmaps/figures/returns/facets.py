@@ -1,11 +1,14 @@
-"""Surfaces of many small triangles over a plane, painted with smooth shades."""
+"""Many small triangles, painted at once: surfaces over a plane with smooth shades, and areas in a plane."""
 
 from typing import Any
 
 import numpy as np
 from matplotlib.artist import allow_rasterization
+from matplotlib.axes import Axes
+from matplotlib.collections import TriMesh
 from matplotlib.colors import to_rgb
 from matplotlib.transforms import IdentityTransform
+from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -45,6 +48,16 @@ class Facets(Poly3DCollection):  # type: ignore[misc]
     def _projected(self, points: Floats) -> Floats:
         """Where points (P, 3) are on the axes, and how far from the eye, shape (3, P)."""
         return np.asarray(proj3d.proj_transform(*points.T, self.axes.get_proj()))
+
+
+def flat(ax: Axes, points: Floats, triangles: Ints, colour: tuple[float, float, float]) -> None:
+    """Triangles (T, 3) between points (P, 2) of a plane in one colour, as pixels in every format; limits stay as they are."""
+    if not len(triangles):
+        return
+    area = TriMesh(Triangulation(points[:, 0], points[:, 1], triangles), rasterized=True, zorder=0)
+    area.set_facecolor([colour] * len(points))
+    area.set_in_layout(False)  # its box would be found from a path a triangle
+    ax.add_collection(area, autolim=False)
 
 
 def shaded(points: Floats, triangles: Ints, colour: str | tuple[float, float, float]) -> Floats:

@@ -8,17 +8,17 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
+from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.exact.surfaces.surface import Axis, Surface
 from nsmaps.figures.data import SURFACES, position
-from nsmaps.figures.lines import diagonal, jumps
+from nsmaps.figures.lines import diagonal
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import BLACK, BROWN, RED, angle_ticks, dress, label
 from nsmaps.reduced.fit.filter import DiagonalRegion, near_diagonal, own_slopes
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 Part = tuple[float, float]  #: of the last coordinate, from and to
 GENTLE = 1.0  #: the largest slope of red stars where the study sets none
 _STRANDS = 24  #: lines in a picture, at most
+_SHADES = 100  #: of the colours
 _COLOURS = ListedColormap(colormaps["viridis"](np.linspace(0, 0.93, 200)))  #: without the yellow that white swallows
-_TIGHT: dict[str, Any] = {"handlelength": 1.4, "columnspacing": 0.9, "handletextpad": 0.4}
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
@@ -38,11 +38,12 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     named = SURFACES.of(result, "projections")
     first = next(iter(named.values()))
     halves = _halves(first.coordinates[-1], list(first.grid.axes.values())[-1])
-    views: list[dict[str, Any]] = [{"part": half, "coordinate": c} for half in halves for c in first.coordinates]
+    *_, last = names = first.coordinates
+    views: list[dict[str, Any]] = [{"part": half, "coordinate": name, "bar": name == last} for half in halves for name in names]
     panels = {family: tuple(partial(projections, result, family=family, **view) for view in views) for family in named}
     if len(halves) == 1:
-        return (Sheet("projections", sum(panels.values(), ()), 2, 0.73),)
-    return tuple(Sheet(file_of("projections", family), each, 2, 0.73) for family, each in panels.items())
+        return (Sheet("projections", sum(panels.values(), ()), 2, 0.78, legend=True),)
+    return tuple(Sheet(file_of("projections", family), each, 2, 0.78, legend=True) for family, each in panels.items())
 
 
 def _halves(name: str, axis: Axis) -> list[Part]:
@@ -54,60 +55,67 @@ def _halves(name: str, axis: Axis) -> list[Part]:
     return list(pairwise(ends))
 
 
-def projections(result: "StudyResult", ax: Axes, coordinate: str = "", family: str = "", part: Part | None = None) -> Axes:
+def projections(
+    result: "StudyResult", ax: Axes, coordinate: str = "", family: str = "", part: Part | None = None, bar: bool = True
+) -> Axes:
     """The next value of a coordinate against its present one, a strand for each value of the other, coloured by the phase.
 
-    That is the last coordinate, of which a `part` may be chosen. Stars are the states on the strands near the diagonals of all
-    coordinates (eq. r1uniond), where the result has looked for them: filled red on gentle slopes, hollow brown on steep ones.
+    That is the last coordinate, of which a `part` may be chosen; `bar` is the scale of its colours. Strands end at the edges of
+    the map's smooth pieces. Stars are the states on the strands near the diagonals of all coordinates (eq. r1uniond), where
+    the result has looked for them: filled red on gentle slopes, hollow brown on steep ones.
     """
     named = SURFACES.of(result, "projections")
-    surface = named[family or next(iter(named))]
+    family = family or next(iter(named))
+    surface = named[family]
     i = position(surface.coordinates, coordinate or surface.coordinates[0])
     name = surface.coordinates[i]
     axes = list(surface.grid.axes.values())
     low, high = part or (axes[-1].low, axes[-1].high)
     mask = (surface.start[:, -1] >= low - 1e-9) & (surface.start[:, -1] <= high + 1e-9)
+    held = _held(surface.start[mask, 1 - i])
     scale = ScalarMappable(Normalize(low, high), _COLOURS)
-    if mask.any():
-        _draw(ax, surface, mask, i, scale)
+    strands = np.concatenate([np.zeros((0, 2, 2, 2)), *(result.mesh(family).cut(1 - i, value) for value in held)])
+    _lines(ax, strands[..., i], strands[:, :, 0, -1].mean(axis=1), scale)
     ends = (low, high) if i == len(axes) - 1 else (axes[i].low, axes[i].high)
     top = TWO_PI if is_angle(name) else 1.05 * float(surface.image[:, i].max(initial=ends[1]))
     ax.set(xlim=ends, ylim=(min(0.0, ends[0]), top))
     diagonal(ax, *ends).set_label("_")
     if result.diagonal is not None and mask.any():
-        _stars(result.diagonal, surface, mask, ax, i)
-    bar = cast(Figure, ax.get_figure(root=True)).colorbar(scale, cax=ax.inset_axes((1.03, 0, 0.035, 1)))
-    bar.set_label(label(surface.coordinates[-1], "k"))
-    if surface.coordinates.angles[-1]:
-        angle_ticks(bar.ax.yaxis, high - low)
-    handles = [Line2D([], [], color=_COLOURS(0.5), label=surface.name), *ax.get_legend_handles_labels()[0]]
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=3, frameon=False, **_TIGHT)
+        _stars(result.diagonal, surface, mask & np.isin(surface.start[:, 1 - i], held), ax, i)
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend()
+    if bar:
+        _bar(ax, surface, scale)
+    ax.set_title(family)
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def _draw(ax: Axes, surface: Surface, mask: NDArray[np.bool_], i: int, scale: ScalarMappable) -> None:
-    """The strands of one coordinate's next value against its present one."""
-    columns = surface.start[:, i], surface.image[:, i], surface.start[:, -1]
-    x, y, shade = (_strands(surface, mask, column, 1 - i) for column in columns)
-    steps = np.concatenate([_segments(one, two) for one, two in zip(x, y, strict=True)])
-    colour = np.concatenate([each[:-1] for each in shade])
-    shown = ~np.concatenate([jumps(each, 0.02 * float(np.ptp(surface.image[:, i]))) for each in y])
-    look: dict[str, Any] = {"cmap": scale.cmap, "norm": scale.norm, "lw": 1.3, "capstyle": "round", "zorder": 3}
-    ax.add_collection(LineCollection(list(steps[shown]), array=colour[shown], rasterized=True, **look))
+def _lines(ax: Axes, segments: Floats, phase: Floats, scale: ScalarMappable) -> None:
+    """Segments (S, 2, 2) with a phase each, of those on the scale all of one shade as one path."""
+    low, high = scale.get_clim()
+    edges = np.linspace(low - 1e-9, high + 1e-9, _SHADES + 1)
+    number = np.digitize(phase, edges) - 1
+    shades = [k for k in range(_SHADES) if (number == k).any()]
+    ends = [segments[number == k].reshape(-1, 2) for k in shades]
+    paths = [Path(each, np.tile([Path.MOVETO, Path.LINETO], len(each) // 2)) for each in ends]
+    look: dict[str, Any] = {"cmap": scale.cmap, "norm": scale.norm, "lw": 1.0, "capstyle": "round", "zorder": 3}
+    lines = PathCollection(paths, array=(edges[:-1] + edges[1:])[shades] / 2, facecolors="none", rasterized=True, **look)
+    lines.set_transform(ax.transData)
+    ax.add_collection(lines)
 
 
-def _segments(x: Floats, y: Floats) -> Floats:
-    """The steps of a line (m,) as segments, shape (m - 1, 2, 2)."""
-    points = np.column_stack([x, y])
-    return np.stack([points[:-1], points[1:]], axis=1)
+def _bar(ax: Axes, surface: Surface, scale: ScalarMappable) -> None:
+    """The scale of the colours beside the picture."""
+    bar = cast(Figure, ax.get_figure(root=True)).colorbar(scale, cax=ax.inset_axes((1.04, 0, 0.05, 1)))
+    bar.set_label(label(surface.coordinates[-1], "k"))
+    if surface.coordinates.angles[-1]:
+        angle_ticks(bar.ax.yaxis, float(np.ptp(scale.get_clim())))
 
 
-def _strands(surface: Surface, mask: NDArray[np.bool_], values: Floats, other: int) -> Floats:
-    """Values of the members that are kept as rows, for at most so many values of the other coordinate, NaN between."""
-    rows = np.moveaxis(surface.on_grid(np.where(mask, values, np.nan)), other, 0)
-    across = list(surface.grid.axes.values())[other].values()
-    there = np.flatnonzero(np.isin(across, surface.start[mask, other]))
-    return rows[there[np.unique(np.linspace(0, len(there) - 1, _STRANDS).round().astype(np.intp))]]
+def _held(values: Floats) -> Floats:
+    """At most so many of the values of the other coordinate at which there are states."""
+    there = np.unique(values)
+    return there[np.unique(np.linspace(0, len(there) - 1, _STRANDS).round().astype(np.intp))] if len(there) else there
 
 
 def _stars(diagonal: DiagonalRegion, surface: Surface, mask: NDArray[np.bool_], ax: Axes, i: int) -> None:
@@ -115,7 +123,6 @@ def _stars(diagonal: DiagonalRegion, surface: Surface, mask: NDArray[np.bool_], 
     near = mask & near_diagonal(surface.returns, diagonal.delta)
     gentle = (np.abs(own_slopes(surface)) <= (diagonal.slope or GENTLE)).all(axis=1)
     for chosen, colour, fill, text in ((near & gentle, BLACK, RED, "gentle"), (near & ~gentle, BROWN, "white", "steep")):
-        x, y = (_strands(surface, mask, np.where(chosen, c[:, i], np.nan), 1 - i) for c in (surface.start, surface.image))
-        if np.isfinite(x).any():
-            look: dict[str, Any] = {"mfc": fill, "mec": colour, "mew": 0.6, "ms": 9.5, "markevery": 0.02, "zorder": 4}
-            ax.plot(x[np.isfinite(x)], y[np.isfinite(x)], "*", label=f"near both, {text}", **look)
+        if chosen.any():
+            look: dict[str, Any] = {"mfc": fill, "mec": colour, "mew": 0.5, "ms": 6, "markevery": 0.03, "zorder": 4}
+            ax.plot(surface.start[chosen, i], surface.image[chosen, i], "*", label=f"near both diagonals, {text}", **look)

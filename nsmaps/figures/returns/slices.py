@@ -15,15 +15,13 @@ from nsmaps.figures.style import GREY, dress, family_colours, symbol
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-_ABOVE = 3  #: entries of a legend above the picture; one of more stands beside it
-
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: a row a slice, a column a coordinate of the image."""
     found = SLICES.of(result, "slices")
     coordinates = found[0].returns.coordinates
     panels = tuple(partial(slices, result, coordinate=name, number=k) for k in range(len(found)) for name in coordinates)
-    return (Sheet("slices", panels, len(coordinates), 0.71),)
+    return (Sheet("slices", panels, 2, 0.75, legend=True),)
 
 
 def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
@@ -51,8 +49,5 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
     ax.set_title(", ".join(held))
     if more := sum(colour == GREY for colour in colours.values()):
         ax.plot([], [], color=GREY, lw=1.3, label=f"{more} more words")
-    many = len(ax.get_legend_handles_labels()[0]) > _ABOVE
-    beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-    above = {"loc": "lower right", "bbox_to_anchor": (1.02, 1.0), "ncols": _ABOVE}
-    ax.legend(frameon=False, handlelength=1.4, columnspacing=1.0, **(beside if many else above))
+    ax.legend()
     return dress(ax, (names[along], "k"), (names[i], "k+1"))

@@ -7,21 +7,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 
-from nsmaps.figures.composite.areas import paint, paint_pieces, pieces_on
+from nsmaps.figures.composite.areas import paint_pieces, pieces_on
 from nsmaps.figures.data import COMPOSITE, PLANES, SURFACES, plane
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-_ABOVE = 3  #: entries of a legend above the picture; one of more stands beside it
-
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: the words, and beside them the pieces where there is a composite map."""
     panels = [partial(words, result)] + ([partial(pieces, result)] if result.composite else [])
-    return (Sheet("words", tuple(panels), len(panels), 0.8 if len(result.surfaces) <= _ABOVE else 0.67),)
+    alone = len(panels) == 1
+    return (Sheet("words", tuple(panels), len(panels), 0.8 if alone else 0.85, legend=True, share=0.65 if alone else 1.0),)
 
 
 def words(result: "StudyResult", ax: Axes) -> Axes:
@@ -31,12 +31,13 @@ def words(result: "StudyResult", ax: Axes) -> Axes:
     """
     surfaces = PLANES.of(result, "words")
     first = next(iter(surfaces.values()))
-    grid = first.grid
-    number = np.full(grid.size, -1)
-    for k, surface in enumerate(surfaces.values()):
-        number[surface.member] = k
+    grid, seen = first.grid, plane(first.grid)
     colours = family_colours(list(surfaces))
-    paint(ax, grid, number, [tint(colour, 0.25) for colour in colours.values()])
+    for name, colour in colours.items():
+        mesh = result.mesh(name)
+        flat(ax, mesh.returns.start[:, seen], mesh.triangles, tint(colour, 0.25))
+    ends = [(axis.low, axis.high) for axis in grid.varying.values()]
+    ax.set(xlim=ends[0], ylim=ends[1])
     handles: list[Patch] = [Patch(color=tint(c, 0.25), label=name) for name, c in colours.items() if c != GREY]
     if more := len(colours) - len(handles):
         handles.append(Patch(color=tint(GREY, 0.25), label=f"{more} more words"))
@@ -45,13 +46,11 @@ def words(result: "StudyResult", ax: Axes) -> Axes:
         outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=1.3, label="near diagonals")
         ax.add_patch(outline)
         handles.append(outline)
-    if (number < 0).any():
+    if not np.logical_or.reduce([surface.member for surface in surfaces.values()]).all():
         handles.append(Patch(fc="white", ec="0.7", lw=0.5, label="other"))
-    beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-    above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": len(handles)}
-    ax.legend(handles=handles, frameon=False, **(beside if len(handles) > _ABOVE else above))
-    x, y = (first.coordinates[k] for k in plane(grid))
-    return dress(ax, (x, "k"), (y, "k"))
+    ax.legend(handles=handles)
+    across, up = (first.coordinates[k] for k in seen)
+    return dress(ax, (across, "k"), (up, "k"))
 
 
 def pieces(result: "StudyResult", ax: Axes) -> Axes:
@@ -61,5 +60,5 @@ def pieces(result: "StudyResult", ax: Axes) -> Axes:
     paint_pieces(ax, result, "words", first.grid)
     if np.any(pieces_on(composite, first.grid) < 0):
         handle = Patch(fc="none", ec="0.6", hatch="////", lw=0, label="in no piece")
-        ax.legend(handles=[handle], loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+        ax.legend(handles=[handle])
     return dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))
