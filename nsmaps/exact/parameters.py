@@ -21,9 +21,7 @@ class ParametricSystem(BaseModel, ABC):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     dimensionless: ClassVar[bool] = False  #: True if states, times and parameters have no unit, which figures then state
-    units: ClassVar[
-        Mapping[str, str]
-    ] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`; see `testing`
+    units: ClassVar[Mapping[str, str]] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`
     map_name: ClassVar[str] = "exact map"  #: what its return map is called; "integrated map" where flights have no closed form
     instead: ClassVar[Mapping[str, str]] = {}  #: alternatives to parameters that a validator accepts: names and descriptions
 

@@ -7,7 +7,7 @@ orbits green, upper maps blue.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from fractions import Fraction
@@ -39,7 +39,7 @@ _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same t
 _GREEK = re.compile(
     "alpha|beta|[gG]amma|[dD]elta|epsilon|zeta|eta|[tT]heta|kappa|[lL]ambda|mu|nu|[xX]i|rho|[sS]igma|tau|[pP]hi|chi|[pP]si|[oO]mega"
 )
-_DIMENSIONLESS = ContextVar("dimensionless", default=False)
+_UNITS: ContextVar[tuple[bool, Mapping[str, str]]] = ContextVar("units", default=(False, {}))
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
@@ -155,22 +155,25 @@ def symbol(name: str, index: str = "") -> str:
 
 @contextmanager
 def units_of(system: Any) -> Iterator[None]:
-    """While its figures are drawn, labels say that quantities are dimensionless if the system says so; else they name no unit."""
-    token = _DIMENSIONLESS.set(system.dimensionless)
+    """While its figures are drawn, labels have the units that the system names, or say that quantities are dimensionless."""
+    token = _UNITS.set((system.dimensionless, system.units))
     try:
         yield
     finally:
-        _DIMENSIONLESS.reset(token)
+        _UNITS.reset(token)
 
 
-def with_unit(text: str, coordinate: str = "") -> str:
-    """The text of an axis with the unit of what it shows: `rad` of an angle, else what the system says.
+def with_unit(text: str, name: str = "") -> str:
+    """The text of an axis with the unit of what it shows: `rad` of an angle, else what the system says; none if it is silent.
+
+    `name` is that of a coordinate or parameter, or `time`, `displacement`, `velocity`.
 
     >>> from nsmaps.coordinates import Angle
     >>> with_unit("phase", Angle("phi"))
     'phase (rad)'
     """
-    unit = "rad" if is_angle(coordinate) else "dimensionless" if _DIMENSIONLESS.get() else ""
+    dimensionless, units = _UNITS.get()
+    unit = "rad" if is_angle(name) else units.get(name, "dimensionless" if dimensionless else "")
     return f"{text} ({unit})" if unit else text
 
 

@@ -9,9 +9,10 @@ import mpmath as mp
 import sympy as sp
 
 from nsmaps.arrays import Floats
-from nsmaps.errors import CheckError
+from nsmaps.errors import CheckError, near_match
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.parameters import ParametricSystem
 from nsmaps.exact.system import ImpactSystem
 from nsmaps.testing.integrated import integrated_flight
@@ -20,6 +21,7 @@ System = TypeVar("System", bound=ParametricSystem)
 Acceleration = Callable[[Any, Any, Any], Any]  #: of time, place and velocity
 
 DIGITS = 30
+MOTION = ("time", "displacement", "velocity")  #: quantities of a motion, which may have units
 NEAR = 1e-9  #: relative, of what is the same: formulas may hold floats
 SHORTER = range(2, 7)  #: shares of a period that are tried as periods
 SLIPS = {"2 pi": 2 * mp.pi, "2": 2, "pi": mp.pi}  #: by which a period is often wrong
@@ -74,6 +76,19 @@ def check_description(system: ParametricSystem) -> None:
     for name, field in cls.model_fields.items():
         if not field.description:
             warnings.warn(f"{cls.__name__}.{name} has no description; write it with its unit into `Field`", stacklevel=3)
+
+
+def check_units(system: ImpactSystem | HybridSystem) -> None:
+    """Units of what the system has, each a text; none where it says that nothing has a unit."""
+    states = system.states if isinstance(system, HybridSystem) else ()
+    cls, known = type(system).__name__, list(dict.fromkeys([*system.coordinates, *states, *system.parameters, *MOTION]))
+    for name, unit in system.units.items():
+        if name not in known:
+            raise CheckError(f"{cls}.units has {name!r}{near_match(name, known)}; expected: {', '.join(known)}")
+        if not (isinstance(unit, str) and unit.strip()):
+            raise CheckError(f"the unit of {name!r} in {cls}.units is {unit!r}; expected: a text such as 'm/s'")
+    if system.dimensionless and system.units:
+        raise CheckError(f"{cls} is dimensionless and names units; expected: one of both")
 
 
 def check_setting(system: ImpactSystem) -> None:

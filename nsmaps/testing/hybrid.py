@@ -10,7 +10,7 @@ from nsmaps.errors import CheckError
 from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
-from nsmaps.testing.formulas import check_description, neighbours
+from nsmaps.testing.formulas import check_description, check_units, neighbours
 from nsmaps.testing.mode_formulas import Formulas, followed
 
 TRIALS, SIZES = 200, (-2.0, 1.0)  #: random states without `states`, powers of ten of their sizes
@@ -23,6 +23,7 @@ STEP = 1e-6  #: of differences, relative
 def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
     """As `check_system`."""
     check_description(system)
+    check_units(system)
     period = system.period()
     if period is not None and not float(period) > 0:
         raise CheckError(f"the period of {type(system).__name__} is {float(period):.6g}; expected: a positive number, or None")

@@ -24,6 +24,7 @@ from nsmaps.testing.formulas import (
     check_setting,
     check_start,
     check_turns_back,
+    check_units,
     check_use,
     flight_of,
     neighbours,
@@ -72,6 +73,7 @@ def check_system(
         expected = f"an object of a class that inherits from nsmaps.ImpactSystem{hint}"
         raise CheckError(f"{system!r} is not a system; expected: {expected}")
     check_description(system)
+    check_units(system)
     with mp.workdps(DIGITS):
         check_setting(system)
         flight = flight_of(system)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -15,6 +15,15 @@ class BuckConverter(HybridSystem):
     The ramp is the state q in [0, 1]. There is no latch: within a ramp it may switch any number of times.
     E. Fossas, G. Olivar, IEEE Trans. Circuits Syst. I 43 (1996) 13.
     """
+
+    units: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("v", "Vref", "gamma", "upper", "E"), "V"),
+        "i": "A",
+        "R": "Ω",
+        "C": "F",
+        "L": "H",
+        **dict.fromkeys(("T_r", "time"), "s"),
+    }
 
     R: float = Field(22, gt=0, description="load, Ohm")
     C: float = Field(47e-6, gt=0, description="capacity, F")

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from math import hypot
 from types import SimpleNamespace
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -14,7 +14,7 @@ from nsmaps.exact.walls import Wall
 class ImpactOscillator(ImpactSystem):
     """Oscillator x'' + 2 zeta x' + x = A cos(w t) below a wall at x = wall, where growing x is stopped: x' becomes -r x'.
 
-    Time is in units of 1/omega_0 with the natural frequency omega_0, the place in any unit of length. The wall is at the distance
+    Time is in units of 1/omega_0 with the natural frequency omega_0, the place in any length l. The wall is at the distance
     wall > 0 from the oscillator at rest; at wall = 0 it touches it, at wall < 0 the spring presses the oscillator on it.
     The form x'' + b x' + x = -1 + A cos(w t) with its wall at zero is zeta = b/2, wall = 1.
 
@@ -22,6 +22,12 @@ class ImpactOscillator(ImpactSystem):
     do not reach the wall, and their return is `escaped`. Beyond it the return map has a term in the square root of the
     distance from the graze: A. B. Nordmark, J. Sound Vib. 145 (1991) 279; S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129.
     """
+
+    units: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("A", "wall", "displacement"), "ℓ"),
+        **dict.fromkeys(("v", "velocity"), "ω₀ℓ"),
+        "time": "1/ω₀",
+    }
 
     zeta: float = Field(ge=0, description="damping ratio, half of the coefficient b of x'")
     w: float = Field(gt=0, description="angular frequency of the forcing over the natural one")

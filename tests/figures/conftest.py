@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -119,6 +120,7 @@ class Toy:
 
     coordinates = COORDINATES
     dimensionless = True
+    units = MappingProxyType({})
 
     def first_return(self, states: Any, derivative: bool = False) -> Returns:
         start = np.asarray(states, float)

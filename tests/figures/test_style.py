@@ -95,6 +95,16 @@ def test_units_are_those_of_the_system_whose_files_are_drawn(result, tmp_path):
     assert load_system("vi_pair", d=0.3, g_bar=0.2).dimensionless
 
 
+def test_units_that_a_system_names_are_on_its_axes(ax):
+    system = load_system("impact_oscillator", zeta=0.02, w=0.81, A=0.35, wall=1)
+    with style.units_of(system):
+        style.dress(ax, ("A", ""), ("v", "k"))
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("$A$ (ℓ)", "$v_{k}$ (ω₀ℓ)")
+        assert style.label("zeta") == r"$\zeta$"
+        assert style.label(Angle("phi")) == r"$\phi$ (rad)"
+        assert style.with_unit("time", "time") == "time (1/ω₀)"
+
+
 def test_both_axes_of_a_phase_have_ticks_of_one_kind(ax):
     ax.set(xlim=(0.1, 1.0), ylim=(0, 6))
     style.dress(ax, (Angle("phi"), "k"), (Angle("phi"), "k+1"))

@@ -42,8 +42,8 @@ def impacts(result: "StudyResult", ax: Axes, direction: str = "down") -> Axes:
     ax.axhline(0, color="0.8", lw=0.4, zorder=0)
     parameter = section(section(result.study.noise, "noise").impacts, "impacts").parameter
     ax.set_title(f"{symbol(parameter)} {'falling' if direction == 'down' else 'growing'}", loc="right")
-    ax.set_xlabel(with_unit(symbol(parameter)))
-    ax.set_ylabel(with_unit("impact velocity"))
+    ax.set_xlabel(with_unit(symbol(parameter), parameter))
+    ax.set_ylabel(with_unit("impact velocity", "velocity"))
     legend = ax.legend(loc="center", bbox_to_anchor=(0.5, 0.68), ncols=2, handletextpad=0.1, columnspacing=0.8)
     for handle in legend.get_lines():
         handle.set_markersize(5)

@@ -22,7 +22,7 @@ def over_time(track: ModeTrack, ax: Axes, k: int) -> Axes:
     _events(ax, track, (track.events.time, track.events.time), (track.events.before[:, k], track.events.after[:, k]))
     ax.set_xlim(0, track.events.time[-1] or 1.0)
     ax.margins(y=0.06)
-    ax.set_xlabel(with_unit("time $t$"))
+    ax.set_xlabel(with_unit("time $t$", "time"))
     ax.set_ylabel(label(track.names[k]))
     return ax
 

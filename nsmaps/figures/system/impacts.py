@@ -42,6 +42,6 @@ def impacts(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1, ms=6.6, label="start")
     legend(ax, [*marks_of(track), start])
     angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
-    ax.set_xlabel(with_unit(r"relative velocity $\dot{Z}_j$"))
+    ax.set_xlabel(with_unit(r"relative velocity $\dot{Z}_j$", "velocity"))
     ax.set_ylabel(r"phase $\psi_j$ (rad)")
     return ax

@@ -54,8 +54,8 @@ def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> 
     ax.margins(y=0.05)
     handles = [Line2D([], [], color="black", ls=(0, (4, 2)), label="walls"), Line2D([], [], color=RED, label="ball")]
     legend(ax, [*handles, *marks_of(track)])
-    ax.set_xlabel(with_unit("time $t$"))
-    ax.set_ylabel(with_unit(f"{'absolute' if track.moving else 'relative'} displacement"))
+    ax.set_xlabel(with_unit("time $t$", "time"))
+    ax.set_ylabel(with_unit(f"{'absolute' if track.moving else 'relative'} displacement", "displacement"))
     return ax
 
 
@@ -80,8 +80,8 @@ def phase_plane(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     ax.plot(track.at[track.impacts.wall[:1]], track.rates[:1], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
     start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1, ms=6.6, label="start")
     legend(ax, [Line2D([], [], color="0.87", lw=3.6, label="walls"), *marks_of(track), start])
-    ax.set_xlabel(with_unit("relative displacement $Z$"))
-    ax.set_ylabel(with_unit(r"relative velocity $\dot{Z}$"))
+    ax.set_xlabel(with_unit("relative displacement $Z$", "displacement"))
+    ax.set_ylabel(with_unit(r"relative velocity $\dot{Z}$", "velocity"))
     return ax
 
 
