@@ -249,24 +249,25 @@ _ROWS = (
         "domains.auxiliary",
         "Families of curves of the map between their upper and lower envelopes.",
         "The image of each coordinate for values of the other (grey), between the lower and the upper auxiliary map, with the "
-        "worst-case steps from the box (dotted). If the box is forward invariant, the interval of the first step is green.",
+        "worst-case steps from the box (dotted). If the box is forward invariant, the interval of the first step is green. The "
+        "title has the width of the box to which the update leads.",
         (data.ENVELOPED,),
         by_domain=True,
     ),
     Row(
         "domains.envelopes",
         "The upper and lower auxiliary maps with the cobwebs between them.",
-        "The lower and upper auxiliary map of each coordinate, with the worst-case steps from the box (dotted). If the box is "
-        "forward invariant, they converge to the yellow interval from p to q, which bounds the attracting domain. The thin line "
-        "is a generic cobweb, which is omitted if it converges to no cycle.",
+        "The lower and upper auxiliary map of each coordinate at the first and the last update, with the worst-case steps from "
+        "the box (dotted). If the box is forward invariant, they converge to the yellow interval from p to q, the next box. The "
+        "thin line is a generic cobweb, which is omitted if it converges to no cycle.",
         (data.ENVELOPED,),
         by_domain=True,
     ),
     Row(
         "domains.domain_size",
         "The width of the attracting domain after each update, one coordinate a panel.",
-        "The width of the box after each update of the auxiliary maps, for each domain; only the start box is shown of a domain "
-        "that is not forward invariant.",
+        "The width of the box after each update of the auxiliary maps, for each domain that is forward invariant; the title "
+        "names those that are not.",
         (data.DOMAINS,),
     ),
     Row(

@@ -25,7 +25,8 @@ from nsmaps.figures.style import STYLE
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 _TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend
 COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
-_LETTERS = 8  #: letters of a title in an inch of its panel's width, after its own letter
+_TITLE = 13  #: letters of the title of a sheet in an inch of its width
+_LETTERS = 9  #: letters of a title in an inch of its panel's width, after its own letter
 Panel = Callable[[Axes], Axes]
 
 
@@ -58,7 +59,7 @@ class Sheet:
             if len(self.panels) > 1:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
         if self.title:
-            figure.suptitle(self.title)
+            figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")
         _as_it_stands(figure)
         if self.legend:
             _one_legend(figure)
@@ -97,8 +98,16 @@ def _one_legend(figure: Figure) -> None:
         box = below.get_window_extent(renderer)
         if box.width <= figure.bbox.width or columns == 1:
             figure.set_size_inches(width, height + box.height / figure.dpi)
+            _renderer(figure)  # another one, of the new size
             return
         below.remove()
+
+
+def _renderer(figure: Figure) -> Any:
+    """What draws the figure at its size, with the one parser of mathematics."""
+    renderer = cast(Any, figure.canvas).get_renderer()
+    renderer.mathtext_parser = _PARSER
+    return renderer
 
 
 def _pixels(figure: Figure) -> NDArray[np.uint8]:
@@ -162,7 +171,7 @@ def _as_it_stands(figure: Figure) -> None:
 
     What is parsed here is what will be drawn, by one parser for all figures, which remembers it.
     """
-    cast(Any, figure.canvas).get_renderer().mathtext_parser = _PARSER
+    _renderer(figure)
     for text in figure.findobj(Text):
         font = text.get_fontproperties()
         if not all(_is_readable(line, figure.dpi, font) for line in text.get_text().splitlines()):

@@ -42,6 +42,7 @@ _GREEK = re.compile(
 _UNITS: ContextVar[tuple[bool, Mapping[str, str]]] = ContextVar("units", default=(False, {}))
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
+_TICKS = 2  #: an inch of a horizontal axis, so that their names of up to six digits stand beside each other
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
 STYLE: dict[str, Any] = {
@@ -210,6 +211,7 @@ def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
         if is_angle(coordinate):
             angle_ticks(axis, span)
         if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
-            axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))  # few, for the many digits of a small domain
+            most = min(6, int(_TICKS * ax.bbox.width / ax.figure.dpi)) if axis is ax.xaxis else 6
+            axis.set_major_locator(MaxNLocator(max(most, 2), steps=[1, 2, 5, 10]))  # few, for the many digits of a small domain
             axis.get_major_formatter().set_useOffset(False)  # type: ignore[attr-defined]
     return ax

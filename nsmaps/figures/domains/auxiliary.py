@@ -7,9 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.figures.data import ENVELOPED, position
-from nsmaps.figures.domains.envelopes import bounding, frame, outer, worst_case, worst_steps
+from nsmaps.figures.domains.envelopes import bounding, frame, headline, outer, worst_case, worst_steps
+from nsmaps.figures.domains.looks import heading, held
 from nsmaps.figures.page import Sheet, file_of
-from nsmaps.figures.style import BLUE, GREEN, ORANGE, bare, dress, symbol
+from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, tint
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -18,46 +19,39 @@ _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """A sheet a domain, the first's named `auxiliary`: the families of all coordinates, below them their worst case."""
+    """A sheet a domain that is forward invariant, the first's named `auxiliary`, with a panel a coordinate."""
     drawn = []
-    for k, (name, domain) in enumerate(ENVELOPED.of(result, "auxiliary").items()):
+    for k, (name, domain) in enumerate(held(ENVELOPED.of(result, "auxiliary")).items()):
+        panels = tuple(partial(auxiliary, result, coordinate=c, domain=name) for c in domain.coordinates)
         file = file_of("auxiliary", name if k else "")
-        parts = [(steps, coordinate) for steps in (False, True) for coordinate in domain.coordinates]
-        panels = tuple(partial(auxiliary, result, coordinate=c, steps=steps, domain=name) for steps, c in parts)
-        drawn.append(Sheet(file, panels, len(domain.coordinates), 0.69))
+        drawn.append(Sheet(file, panels, min(len(panels), 2), 0.76, title=heading(name, domain), legend=True))
     return tuple(drawn)
 
 
-def auxiliary(
-    result: "StudyResult", ax: Axes, coordinate: str = "", update: int = 0, domain: str = "", steps: bool = False
-) -> Axes:
+def auxiliary(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = 0, domain: str = "") -> Axes:
     """The upper and lower map of one coordinate at one update, by position, and the family of curves that they bound.
 
-    With `steps` the worst case in place of the family: green its first interval, dotted its steps (eq. WCScobweb-v, -phi).
+    Dotted are the steps of the worst case from the update's box (eq. WCScobweb-v, -phi); if that is forward invariant, the first
+    interval is green.
     """
     named = ENVELOPED.of(result, "auxiliary")
-    chosen = named[domain or next(iter(named))]
+    chosen = named[domain or next(iter(held(named)))]
     i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
     step, name = chosen.updates[update], chosen.coordinates[i]
     envelope = step.envelopes[i]
-    others = [k for k in range(len(chosen.coordinates)) if k != i]
-    if not steps:
-        for j, curve in enumerate(envelope.family):
-            grey = f"{np.interp(j, [0, len(envelope.family) - 1], [float(g) for g in _GREYS]):.2f}"
-            held = ", ".join(f"{symbol(chosen.coordinates[k])} = {envelope.others[j, k]:.3g}" for k in others)
-            ax.plot(envelope.x, curve, color=grey, lw=0.7, label=held if j in (0, len(envelope.family) - 1) else None)
-    every = max(1, len(envelope.x) // 16)
+    others = "the other" if len(chosen.coordinates) == 2 else "all others"
+    last = len(envelope.family) - 1
+    for j, curve in enumerate(envelope.family):
+        grey = f"{np.interp(j, [0, last], [float(g) for g in _GREYS]):.2f}"
+        text = {0: f"{others} at its least", last: f"{others} at its largest"}.get(j)
+        ax.plot(envelope.x, curve, color=grey, lw=0.7, label=text)
     lower, upper = outer(chosen, step, i)
-    for curve, colour, letter, first in ((upper, BLUE, "U", 0), (lower, ORANGE, "L", every // 2)):
-        (line,) = ax.plot(envelope.x, curve, color=colour, lw=1.4, zorder=4, label=bounding(i, letter, chosen))
-        line.set(marker="D", markersize=3, markevery=(first, every))
-    if steps:
-        if step.forward_invariant:
-            ax.axvspan(*step.worst[1, i], color=GREEN, alpha=0.25, lw=0, zorder=0, label=rf"$I_{{1{bare(name)}}}$")
-        ax.plot(*worst_steps(step, i), color="black", lw=1, ls=":", zorder=5, label=worst_case(chosen))
-    frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel() if steps else []]))
-    ax.set_title(
-        f"{chosen.of}, update {step.number}: {envelope.kind}" + ("" if step.forward_invariant else ", not forward invariant")
-    )
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    for curve, colour, letter in ((upper, BLUE, "U"), (lower, ORANGE, "L")):
+        ax.plot(envelope.x, curve, color=colour, lw=1.4, zorder=4, label=bounding(letter, chosen))
+    if step.forward_invariant:
+        ax.axvspan(*step.worst[1, i], color=tint(GREEN, 0.75), lw=0, zorder=0, label="first interval")
+    ax.plot(*worst_steps(step, i), color="black", lw=0.9, ls=":", zorder=5, label=worst_case(chosen))
+    frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel()]))
+    ax.set_title(headline(step, i))
+    ax.legend()
     return dress(ax, (name, "k"), (name, "k+1"))

@@ -8,55 +8,55 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from nsmaps.figures.data import DOMAINS, position
+from nsmaps.figures.domains.looks import failed, heading, held, look_of
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import LOOKS, symbol, with_unit
+from nsmaps.figures.style import symbol, with_unit
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale
+_DASHES = ("-", "--", "-.", ":")  #: of domains of one kind
+_MARGIN = 0.06
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: a panel a coordinate."""
-    coordinates = next(iter(DOMAINS.of(result, "domain_size").values())).coordinates
-    panels = tuple(partial(domain_size, result, coordinate=name, legend=name == coordinates[-1]) for name in coordinates)
-    return (Sheet("domain_size", panels, len(panels), 0.59),)
-
-
-def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "", legend: bool = True) -> Axes:
-    """The width of every domain in one coordinate after each update; the box it started from is update 0.
-
-    The legend of all panels of the sheet is beside the last. A map with several domains is labelled by their names in the
-    study. A hollow marker: the worst case of the next update leaves this box, so that its width is not a bound.
-    """
+    """One sheet: a panel a coordinate, and in its title the domains that are not forward invariant."""
     named = DOMAINS.of(result, "domain_size")
+    coordinates = next(iter(named.values())).coordinates
+    panels = tuple(partial(domain_size, result, coordinate=name) for name in coordinates)
+    return (Sheet("domain_size", panels, min(len(panels), 2), 0.8, title=failed(named), legend=True),)
+
+
+def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
+    """The width of every forward invariant domain in one coordinate after each update; the box it started from is update 0.
+
+    Where no domain is forward invariant, it is that of the first, whose last width is no bound and hollow.
+    """
+    named = held(DOMAINS.of(result, "domain_size"))
     first = next(iter(named.values()))
     i = position(first.coordinates, coordinate or first.coordinates[0])
     everything = np.concatenate([domain.sizes[:, i] for domain in named.values()])
     positive = everything[np.isfinite(everything) & (everything > 0)]
-    maps = [domain.of for domain in named.values()]
     for k, (key, domain) in enumerate(named.items()):
-        colour, dashes, marker = LOOKS[k % len(LOOKS)]
-        sizes = domain.sizes[:, i]
-        width = max(9 - 3 * k, 4)  # a later one on top of an earlier one hides it not
-        text = domain.of if maps.count(domain.of) == 1 else key
-        look: dict[str, Any] = {"color": colour, "ls": dashes, "marker": marker, "ms": width}
-        look["label"] = text + ("" if domain.forward_invariant else ", not forward invariant")
-        if len(sizes) == 1:  # a box that is not forward invariant at once
-            look |= {"ls": "", "mfc": "white"}
-        elif not domain.forward_invariant:
+        colour, marker = look_of(domain)
+        sizes, before = domain.sizes[:, i], [look_of(each) for each in list(named.values())[:k]]
+        dashes = _DASHES[before.count((colour, marker)) % len(_DASHES)]
+        width, filled = max(5.5 - k, 3), colour if dashes == "-" else "white"  # a later one on top of an earlier one hides it not
+        text = heading(key, domain) + ("" if domain.forward_invariant else ", not forward invariant")
+        look: dict[str, Any] = {"color": colour, "ls": dashes if len(sizes) > 1 else "", "marker": marker, "ms": width}
+        ax.plot(np.arange(len(sizes)), sizes, mfc=filled if len(sizes) > 1 else "white", label=text, **look)
+        if not domain.forward_invariant:
             ax.plot([len(sizes) - 1], sizes[-1:], marker, mfc="white", mec=colour, ms=width, zorder=3)
-        ax.plot(np.arange(len(sizes)), sizes, **look)
     if len(positive) and positive.max() > _DECADES * positive.min():
         ax.set_yscale("log")
     else:
-        ax.set_ylim(0, None)
-    ax.set_xlim(-0.4, max(1, *(len(domain.sizes) - 1 for domain in named.values())) + 0.4)
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+        ax.set_ylim(0, 1.1 * max(positive, default=1.0))
+    most = max(1, *(len(domain.sizes) - 1 for domain in named.values()))
+    ax.set_xlim(-_MARGIN * most, (1 + _MARGIN) * most)
+    ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     ax.grid(axis="y", color="0.9")
-    if legend:
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    ax.legend()
     name = first.coordinates[i]
     ax.set(xlabel="update $N$", ylabel=with_unit(f"width in {symbol(name)}", name))
     return ax

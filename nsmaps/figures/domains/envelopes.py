@@ -11,9 +11,10 @@ from scipy.ndimage import grey_closing, grey_opening, maximum_filter1d, uniform_
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import ENVELOPED, position
+from nsmaps.figures.domains.looks import heading, held
 from nsmaps.figures.lines import diagonal, last_tenth, staircase
 from nsmaps.figures.page import Sheet, file_of
-from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, bare, dress, symbol, tint
+from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, dress, tint
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
@@ -22,31 +23,27 @@ if TYPE_CHECKING:
 
 
 _MOVED = 0.01  #: of a box's width, below which its picture is the same
+_MARGIN = 0.1  #: of what is drawn, around it
 _TEETH = 9  #: samples of a curve, up to which a notch in it is a tooth
 _LEVEL = (grey_opening, grey_closing)  #: what levels teeth of a lower and of an upper map outwards
-_GENERIC = {True: "generic", False: "generic: no cycle"}  #: by whether it comes to rest; one that does not fills the picture
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """A sheet a domain, the first's named `envelopes`: first, second and last update as rows, as far as they differ."""
+    """A sheet a domain that is forward invariant, the first's named `envelopes`: first and last update as rows."""
     drawn = []
-    for k, (name, domain) in enumerate(ENVELOPED.of(result, "envelopes").items()):
-        file = file_of("envelopes", name if k else "")
+    for k, (name, domain) in enumerate(held(ENVELOPED.of(result, "envelopes")).items()):
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
         panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
-        drawn.append(Sheet(file, panels, len(domain.coordinates), 0.76))
+        file, columns = file_of("envelopes", name if k else ""), min(len(domain.coordinates), 2)
+        drawn.append(Sheet(file, panels, columns, 0.74, title=heading(name, domain), legend=True))
     return tuple(drawn)
 
 
 def shown(domain: "AttractingDomain") -> list[int]:
-    """The positions of the first, the second and the last update; one whose box is that of an earlier one is left out."""
+    """The positions of the first and the last update; the last is left out if its box is that of the first."""
     last = len(domain.updates) - 1
-    kept = [0]
-    for number in sorted({min(1, last), last} - {0}):
-        before, box = (domain.updates[k].box for k in (kept[-1], number))
-        if (np.abs(box - before) > _MOVED * np.ptp(before, axis=1, keepdims=True)).any():
-            kept.append(number)
-    return kept
+    before, box = domain.updates[0].box, domain.updates[last].box
+    return [0, last] if (np.abs(box - before) > _MOVED * np.ptp(before, axis=1, keepdims=True)).any() else [0]
 
 
 def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1, domain: str = "") -> Axes:
@@ -57,30 +54,39 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
     box is forward invariant.
     """
     named = ENVELOPED.of(result, "envelopes")
-    chosen = named[domain or next(iter(named))]
+    chosen = named[domain or next(iter(held(named)))]
     i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
     step = _update(chosen, update)
     envelope, worst = step.envelopes[i], step.worst[:, i]
     name = chosen.coordinates[i]
     if step.forward_invariant:
-        held = rf"$\mathcal{{A}}^{{({step.number + 1})}}$, {np.ptp(worst[-1]):.3g} wide"
-        ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.88), ec=OLIVE, lw=0.6, ls="--", zorder=0, label=held)
-        text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
-        ax.plot(worst[-1], worst[-1], "*", color="black", mec="white", mew=0.4, ms=7.8, zorder=7, label=text)
+        ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.8), ec=OLIVE, lw=0.6, ls="--", zorder=0, label="next box")
         generic = step.generic[:, i]
-        rests = abs(generic[-1] - generic[-3]) <= 1e-6 * np.ptp(step.box[i])
-        ax.plot(*staircase(generic if rests else generic[:1]), color="0.4", lw=0.4, zorder=4, label=_GENERIC[rests])
-        if rests:
-            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.3, zorder=6, label="its last 10 %")
+        if abs(generic[-1] - generic[-3]) <= 1e-6 * np.ptp(step.box[i]):
+            ax.plot(*staircase(generic), color="0.4", lw=0.4, zorder=4, label="generic")
+            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.1, zorder=6, label="its last 10 %")
+        cycle(ax, worst[-1])
     lower, upper = outer(chosen, step, i)
     ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
-    ax.plot(envelope.x, upper, color=BLUE, lw=1.3, zorder=3, label=bounding(i, "U", chosen))
-    ax.plot(envelope.x, lower, color=ORANGE, lw=1.3, zorder=3, label=bounding(i, "L", chosen))
+    ax.plot(envelope.x, upper, color=BLUE, lw=1.3, zorder=3, label=bounding("U", chosen))
+    ax.plot(envelope.x, lower, color=ORANGE, lw=1.3, zorder=3, label=bounding("L", chosen))
     ax.plot(*worst_steps(step, i), color="black", lw=0.8, ls=":", zorder=5, label=worst_case(chosen))
     frame(ax, envelope.x, np.concatenate([lower, upper, worst.ravel()]))
-    ax.set_title(f"{chosen.of}, update {step.number}" + ("" if step.forward_invariant else ", not forward invariant"))
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    ax.set_title(headline(step, i))
+    ax.legend()
     return dress(ax, (name, "k"), (name, "k+1"))
+
+
+def headline(step: "Update", index: int) -> str:
+    """The number of an update, and how wide the box is that it leads to, if its own is forward invariant."""
+    if not step.forward_invariant:
+        return f"update {step.number}: leads out"
+    return f"update {step.number}: to {np.ptp(step.worst[-1, index]):.3g}"
+
+
+def cycle(ax: Axes, ends: Floats) -> None:
+    """Stars on top of all else where p and q, shape (2,), are on the diagonal."""
+    ax.plot(ends, ends, "*", color="black", mec="white", mew=0.5, ms=8, zorder=9, label="$p$, $q$")
 
 
 def _update(domain: "AttractingDomain", number: int) -> "Update":
@@ -92,7 +98,7 @@ def _update(domain: "AttractingDomain", number: int) -> "Update":
 
 def worst_case(domain: "AttractingDomain") -> str:
     """What the legend calls the worst case: of a map that encloses images it is itself enclosed, and passes the samples."""
-    return "worst case,\nenclosed" if domain.status == "enclosed" else "worst case"
+    return "worst case, enclosed" if domain.status == "enclosed" else "worst case"
 
 
 def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
@@ -107,10 +113,10 @@ def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
 
 
 def frame(ax: Axes, x: Floats, values: Floats) -> None:
-    """Limits that hold the box along the one axis and the finite values along the other, and the diagonal within them."""
+    """Limits a tenth beyond the box along the one axis and the finite values along the other, and the diagonal within them."""
     held = np.append(x, values[np.isfinite(values)])
     for low, high, limits in ((x[0], x[-1], ax.set_xlim), (held.min(), held.max(), ax.set_ylim)):
-        margin = 0.03 * (high - low)
+        margin = _MARGIN * (high - low)
         limits(low - margin, high + margin)
     diagonal(ax, *ax.get_xlim())
 
@@ -138,12 +144,7 @@ def _toothed(curve: Floats) -> NDArray[np.bool_]:
     return np.asarray(maximum_filter1d(many, _TEETH))
 
 
-def bounding(index: int, letter: str, domain: "AttractingDomain | None" = None) -> str:
-    r"""The upper or lower map as the paper writes it: xi of the first coordinate, eta of the second, and that it is of samples.
-
-    >>> bounding(1, "U"), bounding(2, "L")
-    ('$\\eta_U$', 'lower map')
-    """
-    greek = (r"\xi", r"\eta")
-    name = f"${greek[index]}_{letter}$" if index < 2 else f"{'upper' if letter == 'U' else 'lower'} map"
-    return name + (", samples" if domain is not None and domain.status == "enclosed" else "")
+def bounding(letter: str, domain: "AttractingDomain") -> str:
+    """The upper map, of the letter U, or the lower one, and that it is of samples where the worst case is enclosed."""
+    name = "upper map" if letter == "U" else "lower map"
+    return name + (", samples" if domain.status == "enclosed" else "")

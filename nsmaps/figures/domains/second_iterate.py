@@ -8,24 +8,23 @@ from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
 from nsmaps.figures.data import DOMAINS, SECOND_ITERATE, position, section
-from nsmaps.figures.lines import diagonal, window
+from nsmaps.figures.domains.envelopes import cycle, frame, headline, shown
+from nsmaps.figures.domains.looks import heading
+from nsmaps.figures.lines import window
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import BLUE, ORANGE, bare, dress, symbol
+from nsmaps.figures.style import BLUE, ORANGE, dress
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.study.result import StudyResult
 
-_OUT = {True: "", False: ",\nleads out"}  #: by whether the curve stays in the box anywhere
-
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: the second and the last update as rows, coordinates as columns."""
-    domain = _domain(result)
-    last = len(domain.updates) - 1
-    rows = sorted({min(1, last), last})
+    """One sheet: the first and the last update as rows, coordinates as columns."""
+    name, domain = _domain(result)
+    rows, columns = shown(domain), min(len(domain.coordinates), 2)
     panels = tuple(partial(second_iterate, result, coordinate=c, update=u) for u in rows for c in domain.coordinates)
-    return (Sheet("second_iterate", panels, len(domain.coordinates), 0.68),)
+    return (Sheet("second_iterate", panels, columns, 0.74, title=heading(name, domain), legend=True),)
 
 
 def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1) -> Axes:
@@ -33,40 +32,40 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
 
     The lower map of the upper one has the fixed point p, the upper of the lower one q; where part 2 of the Statement
     applies, the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). At the last
-    update, where the coordinate's maps are closed forms, the polynomial of eq. seconditerativev is dashed over them.
+    update, where the coordinate's maps are closed forms, the polynomial of eq. seconditerativev is dashed over them; its share
+    beyond the box is told.
     """
-    polynomial, domain = SECOND_ITERATE.of(result, "second_iterate"), _domain(result)
+    polynomial, domain = SECOND_ITERATE.of(result, "second_iterate"), _domain(result)[1]
     i = position(domain.coordinates, coordinate or domain.coordinates[0])
     name, step = domain.coordinates[i], domain.updates[update]
     x, lower, upper = (getattr(step.envelopes[i], part) for part in ("x", "lower", "upper"))
     worst = step.part[i] == 2
     first = _worst(x, lower, upper) if worst else _after(x, lower, upper)
     second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
-    ax.plot(x, first, color=BLUE, lw=1.3, label="lower of upper map" + ", worst" * worst + _OUT[bool(np.isfinite(first).any())])
-    ax.plot(
-        x, second, color=ORANGE, lw=1.3, label="upper of lower map" + ", worst" * worst + _OUT[bool(np.isfinite(second).any())]
-    )
+    for curve, colour, text in ((first, BLUE, "lower of upper map"), (second, ORANGE, "upper of lower map")):
+        if np.isfinite(curve).any():
+            ax.plot(x, curve, color=colour, lw=1.3, label=text + ", worst" * worst)
     closed = step.envelopes[i].kind == "closed form"
     if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
         values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
-        ax.plot(x, values, color="black", lw=1, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}")
+        inside = (values >= x[0]) & (values <= x[-1])
+        out = "" if inside.all() else f", {100 * (1 - inside.mean()):.0f} % of it beyond the box"
+        ax.plot(x, values, color="black", lw=1, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}{out}")
     if not any(_meets(x, curve) for curve in (first, second)):
-        ax.text(1.03, 0.05, "no fixed point\nin the box", transform=ax.transAxes, va="bottom")
+        ax.text(0.5, 0.05, "no fixed point in the box", transform=ax.transAxes, ha="center", va="bottom")
     if step.forward_invariant:
-        text = f"{symbol('p', bare(name))}, {symbol('q', bare(name))}"
-        ax.plot(*[step.worst[-1, i]] * 2, "*", color="black", mec="white", mew=0.4, ms=7.8, zorder=5, label=text)
-    diagonal(ax, x[0], x[-1])
-    bottom, top = window(x[0], x[-1], np.concatenate([np.ravel(line.get_ydata()) for line in ax.lines]), 1.0)
-    margin = 0.03 * (top - bottom)
-    ax.set_ylim(bottom - margin, top + margin)
-    ax.set_title(f"{domain.of}, update {step.number}" + ("" if step.forward_invariant else ", not forward invariant"))
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.8)
+        cycle(ax, step.worst[-1, i])
+    bottom, top = window(x[0], x[-1], np.concatenate([x, *(np.ravel(line.get_ydata()) for line in ax.lines)]), 1.0)
+    frame(ax, x, np.array([bottom, top]))
+    ax.set_title(headline(step, i))
+    ax.legend()
     return dress(ax, (name, "k"), (name, "k+2"))
 
 
-def _domain(result: "StudyResult") -> "AttractingDomain":
-    """The domain between whose bounds the study takes the second iterate."""
-    return DOMAINS.of(result, "second_iterate")[section(result.study.second_iterate, "second_iterate").domain]
+def _domain(result: "StudyResult") -> tuple[str, "AttractingDomain"]:
+    """The domain between whose bounds the study takes the second iterate, with its name."""
+    name = section(result.study.second_iterate, "second_iterate").domain
+    return name, DOMAINS.of(result, "second_iterate")[name]
 
 
 def _meets(x: Floats, curve: Floats) -> bool:
