@@ -88,7 +88,7 @@ def keep(each: Picture, made: Path | None = None) -> None:
     """Write the digest of what it was drawn from into a picture, and a PNG in 256 colours, also those that are rare in it."""
     with Image.open(made or each.path) as picture:
         if each.is_animated:
-            picture.save(each.path, save_all=True, comment=digest(each))
+            picture.save(each.path, save_all=True, comment=digest(each), loop=0)
             return
         fewer = picture.convert("RGB").quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=4, dither=Image.Dither.NONE)
     said = PngImagePlugin.PngInfo()

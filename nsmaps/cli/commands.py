@@ -172,8 +172,13 @@ def figures(
 def animate(
     folder: Folder,
     name: Annotated[str, typer.Argument(metavar="NAME", help="surfaces, turning round once, or cobweb, step by step.")],
-    format: Annotated[str, typer.Option(metavar="FORMAT", help="gif, or mp4, which needs the program ffmpeg.")] = "gif",
-    out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
+    format: Annotated[
+        str | None,
+        typer.Option(metavar="FORMAT", help="gif, or mp4, which needs the program ffmpeg.", show_default="gif"),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The folder to write to, or the file, ending in .gif or .mp4.", show_default="DIR/figures")
+    ] = None,
     orbit: Annotated[int, typer.Option(metavar="N", min=1, help="Of cobweb: which of the study's orbits.")] = 1,
     frames: Annotated[
         int | None, typer.Option(metavar="N", min=2, help="How many pictures.", show_default="72, or 40 steps at most")
@@ -188,11 +193,16 @@ def animate(
     from nsmaps.study.store.archive import read_result
     from nsmaps.study.store.run_folder import listed
 
-    place = out or folder / "figures"
+    named = out if out is not None and out.suffix in (".gif", ".mp4") and not out.is_dir() else None
+    place = named.parent if named else out or folder / "figures"
+    kind = named.suffix[1:] if named else format or "gif"
     with of_run(folder), progress_line(quiet):
+        if format not in (None, kind):
+            raise NsmapsError(f"--format {format} and --out {out}; expected: one format")
         result = read_result(folder, installed_only=installed_only)
         with listed(folder, place) as beside:
-            path = animate(result, name, beside, format, orbit=orbit, frames=frames, fps=fps, dpi=dpi)
+            path = animate(result, name, beside, kind, orbit=orbit, frames=frames, fps=fps, dpi=dpi)
+            path = path.rename(beside / named.name) if named else path
     typer.echo(str(place / path.name))
 
 

@@ -36,6 +36,7 @@ Writer = PillowWriter | FFMpegWriter
 _WRITERS: Mapping[str, type[Writer]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 _TURN, _STEPS = 72, 40  #: pictures of a whole turn, and steps of an orbit, where no number is named
 _WIDTH = 8.0  #: inches
+_EARLY, _LONGER = 8, 3  #: pictures of a cobweb that are shown longer than the later ones, and how many times as long
 _PALE = 0.35  #: opacity of the pieces at rest
 
 
@@ -46,7 +47,8 @@ class Film:
     figure: Figure
     show: Callable[[int], None]
     frames: int
-    fps: int
+    fps: int  #: pictures a second, of the early ones where there are any
+    early: int = 0  #: pictures that are shown longer than the others
 
 
 @shows
@@ -65,7 +67,8 @@ def animate(
     """The file of an animation, `surfaces` or `cobweb`, written into `folder`, which is made if it is not there.
 
     `surfaces` turns the return surfaces round once in `frames` pictures (supplementary video 1); `cobweb` shows the first
-    `frames` - 1 returns of an orbit, by number from 1, one a picture (video 2). The file appears whole or not at all.
+    `frames` - 1 returns of an orbit, by number from 1, one a picture (video 2), the first ones slowly unless `fps` is given.
+    The file appears whole or not at all.
 
     Raises:
         NsmapsError: an unknown animation or format; data that the result lacks; `mp4` without ffmpeg.
@@ -85,7 +88,9 @@ def animate(
         with TemporaryDirectory(dir=path.parent, prefix=".animate-", ignore_cleanup_errors=True) as beside:
             unfinished = Path(beside) / path.name
             try:
-                _write(film, _WRITERS[format](fps=fps or film.fps), unfinished, dpi)
+                held = 0 if fps else film.early
+                writer = _WRITERS[format](fps=fps or film.fps * (_LONGER if held else 1))
+                _write(film, writer, unfinished, dpi, held)
             except CalledProcessError as error:
                 raise NsmapsError(
                     f"no {format} was written: ffmpeg ended with exit code {error.returncode}; ask for gif"
@@ -94,15 +99,16 @@ def animate(
     return path
 
 
-def _write(film: Film, writer: Writer, path: Path, dpi: float) -> None:
-    """Every picture, written one after the other; panels stay where the first picture has them."""
+def _write(film: Film, writer: Writer, path: Path, dpi: float, early: int) -> None:
+    """Every picture, written one after the other, early ones several times; panels stay where the first picture has them."""
     film.show(0)
     film.figure.draw_without_rendering()
     film.figure.set_layout_engine("none")
     writer.setup(film.figure, str(path), dpi)
     for k in range(film.frames):
         film.show(k)
-        writer.grab_frame()
+        for _ in range(_LONGER if k < early else 1):
+            writer.grab_frame()
         beat((k + 1) / film.frames)
     writer.finish()
 
@@ -143,7 +149,7 @@ def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
         title = f"return {k}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
         figure.suptitle(title)
 
-    return Film(figure, show, count, 1)
+    return Film(figure, show, count, 1, _EARLY)
 
 
 class _Cobweb:

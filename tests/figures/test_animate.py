@@ -115,6 +115,36 @@ def test_ctrl_c_leaves_no_half_file_and_keeps_the_one_before(result, tmp_path):
     assert (tmp_path / "cobweb.gif").read_bytes() == b"before"
 
 
+def durations(path):
+    """How long each picture of a GIF is shown, milliseconds."""
+    with Image.open(path) as film:
+        found = []
+        for k in range(film.n_frames):
+            film.seek(k)
+            found.append(film.info["duration"])
+    return found
+
+
+def test_late_steps_of_a_cobweb_are_quicker_unless_a_rate_is_named(result, tmp_path, monkeypatch):
+    monkeypatch.setattr("nsmaps.figures.animate._EARLY", 2)
+    shown = durations(animate(result, "cobweb", tmp_path, frames=5, dpi=30))
+    assert shown == [990, 990, 330, 330, 330]
+    assert len(set(durations(animate(result, "cobweb", tmp_path, frames=5, dpi=30, fps=2)))) == 1
+    assert len(set(durations(animate(result, "surfaces", tmp_path, frames=4, dpi=30)))) == 1
+
+
+def test_a_file_is_written_where_one_is_named(tmp_path):
+    stored = Path(__file__).parents[1] / "data" / "run-format-3" / "run"
+    words = ["animate", str(stored), "cobweb", "--frames", "3", "--dpi", "30", "--quiet", "--out"]
+    done = CliRunner().invoke(app, [*words, str(tmp_path / "new" / "anim.gif")])
+    assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 'new' / 'anim.gif'}\n")
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["anim.gif"]
+    assert (tmp_path / "new" / "anim.gif").read_bytes().startswith(b"GIF8")
+    wrong = CliRunner().invoke(app, [*words, str(tmp_path / "other.gif"), "--format", "mp4"])
+    assert wrong.exit_code == 2
+    assert "--format mp4 and --out" in wrong.output
+
+
 def test_the_command_tells_a_wrong_name_from_a_run(tmp_path):
     stored = Path(__file__).parents[1] / "data" / "run-format-3" / "run"
     done = CliRunner().invoke(app, ["animate", str(stored), "surfces", "--out", str(tmp_path)])
