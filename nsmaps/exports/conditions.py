@@ -96,6 +96,15 @@ JULIA = Dialect(
     power="real_power({}, {})",
     functions={name: f"real_{name}" for name in ("sin", "cos", "sqrt", "log")},  # julia's own raise where there is no number
 )
+JAVASCRIPT = Dialect(
+    "JavaScript",
+    "&&",
+    "||",
+    "!",
+    power="Math.pow({}, {})",
+    functions={name: f"Math.{name}" for name in FUNCTIONS},
+    operators={"==": "===", "!=": "!=="},
+)
 MATLAB = Dialect(
     "MATLAB",
     "&",

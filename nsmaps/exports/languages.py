@@ -6,5 +6,6 @@ LANGUAGES = (
     "c",
     "julia",
     "matlab",
+    "javascript",
     "json",
 )

@@ -207,10 +207,11 @@ SPELT = {"+": "plus", "*": "star", "'": "prime"}  #: signs by which names of reg
 
 #: words of one of the languages, and names that the programs use themselves
 RESERVED = """
-    abs and any as assert async auto await baremodule begin bool break case catch char class const continue cos def default del do
-    double e elif else elseif end endif enum except exp export extern false finally float for from function global goto holds i if
-    image images import in inf inline int is isfinite j k lambda left let local log long macro module n nan near none nonlocal not
-    np or otherwise parfor pass persistent pi piece pieces pow quote raise register restrict return rows s series short signed sin
-    sizeof spmd sqrt start state states static struct switch true try typedef union unsigned using void volatile while with wrap x
-    yield
+    abs and any arguments array as assert async auto await baremodule begin bool break case catch char class const continue
+    cos debugger def default del delete do double e elif else elseif end endif enum eval except exp export extern false
+    finally float for from function global goto holds i if image images implements import in inf inline instanceof int
+    interface is isfinite j k lambda left let local log long macro math module n nan near new none nonlocal not np null number
+    or otherwise package parfor pass persistent pi piece pieces pow private protected public quote raise register restrict
+    return rows s series short signed sin sizeof spmd sqrt start state states static struct super switch this throw true try
+    typedef typeof undefined union unsigned using var void volatile while with work wrap x yield
 """

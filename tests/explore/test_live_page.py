@@ -42,6 +42,7 @@ def address(chromium, folder):
 def live(page, address):
     """The page with its first pictures in full detail."""
     page.goto(address)
+    page.set_default_timeout(300_000)
     page.get_by_text("The orbit ends on").wait_for()
     wait(page, lambda: "720 values" in page.evaluate(FIGURE, "diagram")["title"])
     yield page
@@ -49,12 +50,12 @@ def live(page, address):
 
 
 def wait(page, shown):
-    """Wait until something holds of the page, for a minute at most."""
-    for _ in range(600):
+    """Wait until something holds of the page, for five minutes at most, as other tests compute beside it."""
+    for _ in range(3000):
         if shown():
             return
         page.wait_for_timeout(100)
-    raise AssertionError("it did not come to be in a minute")
+    raise AssertionError("it did not come to be in five minutes")
 
 
 def frame(page, name):

@@ -19,6 +19,7 @@ CASES = exported.cases()
 LARGEST = 1e-12  #: difference, relative to the largest term of a polynomial there
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
+node = pytest.mark.skipif(not shutil.which("node"), reason="node is not here, so the JavaScript was not run")
 octave = pytest.mark.skipif(not shutil.which("octave-cli"), reason="GNU Octave is not here, so the MATLAB was not run")
 every_case = pytest.mark.parametrize("name", CASES)
 
@@ -114,6 +115,32 @@ def test_the_header_serves_cpp(tmp_path):
     subprocess.run(["gcc", "-std=c99", "-c", "composite_map.c"], cwd=tmp_path, check=True)
     subprocess.run(["g++", "-Wall", "-Werror", "use.cpp", "composite_map.o", "-lm", "-o", "use"], cwd=tmp_path, check=True)
     assert subprocess.run([tmp_path / "use"], check=False).returncode == 0
+
+
+@node
+@every_case
+def test_javascript(name, tmp_path):
+    nsmaps.export(CASES[name][0], "javascript", tmp_path)
+    (file,) = tmp_path.glob("*.js")
+    script = """
+        const fs = require("fs"), map = require(process.argv[1]), n = Number(process.argv[2])
+        const numbers = new Float64Array(new Uint8Array(fs.readFileSync("states.bin")).buffer), rows = []
+        for (let k = 0; k < numbers.length / n; ++k) {
+            const answer = map.image_of([...numbers.subarray(k * n, k * n + n)])
+            rows.push(...(map.piece_of ? [...answer[0], answer[1]] : answer))
+        }
+        fs.writeFileSync("images.bin", new Uint8Array(Float64Array.from(rows).buffer))
+    """
+    program = program_of(CASES[name][0], "it")
+
+    def answer(states):
+        states.astype("<f8").tofile(tmp_path / "states.bin")
+        subprocess.run(["node", "-e", script, str(file), str(states.shape[1])], cwd=tmp_path, check=True)
+        rows = np.fromfile(tmp_path / "images.bin").reshape(len(states), -1)
+        m = len(program.outputs)
+        return rows[:, :m], rows[:, m].astype(int) if program.kind == "pieces" else None
+
+    assert compare(name, answer) < LARGEST
 
 
 @octave

@@ -278,7 +278,7 @@ def test_the_call_explains_itself():
 def test_bad_commands_end_with_two(run, tmp_path):
     answer = CliRunner().invoke(app, ["export", str(run), "--to", "fortran"])
     assert answer.exit_code == 2
-    assert "the format 'fortran'; expected: latex, python, c, julia, matlab, json" in answer.output
+    assert "the format 'fortran'; expected: latex, python, c, julia, matlab, javascript, json" in answer.output
     answer = CliRunner().invoke(app, ["export", str(tmp_path), "--to", "c"])
     assert answer.exit_code == 2
     assert "contains no result.json" in answer.output

@@ -194,7 +194,7 @@ class _Kept(_Cache):  # type: ignore[misc]
         if content is None and shipped is not None:
             with _released_if_it_fails():
                 content = linked.completed(codegen, shipped)
-            self._keep(name, content)
+            self._write(name, content)
         if content is not None:
             release(name)
         return content
@@ -203,11 +203,11 @@ class _Kept(_Cache):  # type: ignore[misc]
         """Store the function that was compiled for arguments of these types."""
         name = self._name(sig, data.codegen)
         if not data.library.has_dynamic_globals and all(each.can_cache for each in data.lifted):
-            self._keep(name, dumps(data._reduce()))
+            self._write(name, dumps(data._reduce()))
             linked.write(self._name(sig, data.codegen, shipped=True), data)
         release(name)
 
-    def _keep(self, name: str, content: bytes) -> None:
+    def _write(self, name: str, content: bytes) -> None:
         """Store a function, and the time that it took."""
         store(name, content)
         store(self._last, f"{perf_counter() - self._began:.0f}".encode())

@@ -21,7 +21,7 @@ from nsmaps.progress import Progress
 
 _ROWS = 230  #: of a diagram, no more than pixels, so that thin lines are whole
 _WAIT = 80  #: milliseconds without a change of the axes, after which pictures are computed
-_PATIENCE = 10.0  #: seconds that the next, finer picture may take, told from what the last one took
+_PATIENCE = 10.0  #: seconds that the next, finer picture may take, by what the last one took
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,9 @@ class App:
         self._tasks: Mapping[str, Task] = {
             "orbit": Task(lambda scene, level, still: pictures.followed(scene), page.draw_orbit),
             "plane": Task(self._areas, page.draw_plane, (60, 120, 240), 2),
-            "diagram": Task(lambda scene, level, still: pictures.diagram(scene, level, _ROWS, still), self._keep, (80, 240, 720)),
+            "diagram": Task(
+                lambda scene, level, still: pictures.diagram(scene, level, _ROWS, still), self._shows, (80, 240, 720)
+            ),
             "cycles": Task(lambda scene, level, still: pictures.cycles(scene), self._list_cycles),
         }
         self._asked, self._pending = dict.fromkeys(self._tasks, 0), dict[str, Any]()
@@ -61,8 +63,13 @@ class App:
         self._doc = doc
         doc.title = f"nsmaps: {self.scene.title}"
         doc.add_root(self.page.layout())
-        doc.on_session_destroyed(lambda context: self._worker.shutdown(wait=False, cancel_futures=True))
+        doc.on_session_destroyed(lambda context: self._end())
         self._refresh("orbit", "plane", "diagram")
+
+    def _end(self) -> None:
+        """Give up everything that is being computed, as the page was closed."""
+        self._asked = dict.fromkeys(self._asked, -1)
+        self._worker.shutdown(wait=False, cancel_futures=True)
 
     def _connect(self) -> None:
         """What each widget and each picture does when it is used."""
@@ -202,7 +209,7 @@ class App:
     def _areas(self, scene: Scene, level: int, still: Progress) -> pictures.Plane:
         return (pictures.reached if self.page.colours.active else pictures.words)(scene, level, still)
 
-    def _keep(self, scene: Scene, shown: pictures.Diagram) -> None:
+    def _shows(self, scene: Scene, shown: pictures.Diagram) -> None:
         self._shown = shown
         self.page.draw_diagram(scene, shown)
 

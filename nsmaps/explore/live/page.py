@@ -48,7 +48,7 @@ class Page:
         self.cycles = Button(label="Find cycles of up to four returns")
         self.name = TextInput(title="Name of a study", value="explored")
         self.save = Button(label="Save as a study", button_type="primary")
-        self.said, self.told, self.areas = Div(text="", width=_SIDE), Div(text="", **_WIDE), Div(text="", **_WIDE)
+        self.said, self.summary, self.areas = Div(text="", width=_SIDE), Div(text="", **_WIDE), Div(text="", **_WIDE)
         self._images = {key: ColumnDataSource({name: [] for name in ("image", *_PLACE)}) for key in ("diagram", "plane")}
         self._marks = {key: ColumnDataSource({"x": [], "y": []}) for key in ("orbit", "last", "start", "stable", "unstable")}
         self._curves = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
@@ -64,24 +64,24 @@ class Page:
         widgets = (self.parameter, self.coordinate, *self.sliders.values(), self.colours, self.cycles, self.name, self.save)
         wraps = {"sizing_mode": "stretch_width", "styles": {"flex-wrap": "wrap"}}
         plane = column(self.areas, self.plane, **_WIDE)
-        motion = column(self.told, self.motion, **_WIDE)
+        motion = column(self.summary, self.motion, **_WIDE)
         pictures = column(self.diagram, row(plane, motion, **wraps), **_WIDE)
         return row(column(self.title, *widgets, self.said, width=_SIDE), pictures, **wraps)
 
     def _make_diagram(self) -> tuple[Any, Span]:
-        made = figure(name="diagram", height=330, title="Attractors from the start", **_look("box_zoom"))
+        plot = figure(name="diagram", height=330, title="Attractors from the start", **_look("box_zoom"))
         shades = LinearColorMapper(_SHADES, low=0, high=1, nan_color="white")
-        made.image("image", source=self._images["diagram"], color_mapper=shades, level="image", **_PLACE)
-        made.grid.visible = False
+        plot.image("image", source=self._images["diagram"], color_mapper=shades, level="image", **_PLACE)
+        plot.grid.visible = False
         now = Span(location=0, dimension="height", line_color=RED, line_width=1.5)
-        made.add_layout(now)
-        return made, now
+        plot.add_layout(now)
+        return plot, now
 
     def _make_plane(self) -> Any:
-        made = figure(name="plane", height=360, **_look("box_zoom"))
-        made.grid.visible = False
+        plot = figure(name="plane", height=360, **_look("box_zoom"))
+        plot.grid.visible = False
         areas = LinearColorMapper(_FILLS, low=-0.5, high=len(_FILLS) - 0.5)
-        made.image("image", source=self._images["plane"], color_mapper=areas, level="image", **_PLACE)
+        plot.image("image", source=self._images["plane"], color_mapper=areas, level="image", **_PLACE)
         looks: Mapping[str, tuple[str, dict[str, Any]]] = {
             "orbit": ("orbit", {"size": 3, "color": "#333333"}),
             "last": ("last tenth", {"size": 7, "fill_color": MAGENTA, "line_color": BLACK}),
@@ -90,10 +90,10 @@ class Page:
             "unstable": ("unstable cycle", {"marker": "diamond", "size": 12, "fill_color": "white", "line_color": BLACK}),
         }
         for key, (text, look) in looks.items():
-            made.scatter("x", "y", source=self._marks[key], legend_label=text, **look)
-        made.add_layout(made.legend[0], "below")
-        made.legend.orientation, made.legend.click_policy, made.legend.ncols = "horizontal", "hide", 3
-        return made
+            plot.scatter("x", "y", source=self._marks[key], legend_label=text, **look)
+        plot.add_layout(plot.legend[0], "below")
+        plot.legend.orientation, plot.legend.click_policy, plot.legend.ncols = "horizontal", "hide", 3
+        return plot
 
     def widen(self, scene: Scene) -> None:
         """Axes and their names as a scene has them."""
@@ -123,7 +123,7 @@ class Page:
         colours = [_CURVES[k % len(_CURVES)] for k in range(len(curves))]
         times = [found.time] * len(curves)
         self._curves.data = {"xs": times, "ys": list(curves.values()), "name": list(curves), "colour": colours}
-        self.told.text = f"<b>Orbit</b> {escape(found.text)}"
+        self.summary.text = f"<b>Orbit</b> {escape(found.text)}"
 
     def draw_cycles(self, scene: Scene, found: Mapping[str, Floats]) -> None:
         """States of cycles, stable and unstable ones apart, of shape (k, n)."""

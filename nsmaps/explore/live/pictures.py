@@ -40,8 +40,8 @@ class Diagram:
     def shade(self) -> Floats:
         """The logarithm of the counts of each column relative to its largest, in [0, 1], NaN where nothing is."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            most = np.log1p(self.counts.max(axis=0, keepdims=True))
-            return np.where(self.counts > 0, np.log1p(self.counts) / most, np.nan)
+            largest = np.log1p(self.counts.max(axis=0, keepdims=True))
+            return np.where(self.counts > 0, np.log1p(self.counts) / largest, np.nan)
 
 
 def diagram(scene: Scene, columns: int, rows: int, progress: Progress | None = None) -> Diagram:
@@ -98,10 +98,10 @@ def _areas(kind: str, names: Sequence[str], points: int) -> Plane:
     kinds, number, count = np.unique(np.asarray(names), return_inverse=True, return_counts=True)
     order = np.argsort(-count, kind="stable")
     rank = np.minimum(np.argsort(order), MOST - 1)
-    told = [str(kinds[k]) for k in order[: MOST - 1]]
+    shown = [str(kinds[k]) for k in order[: MOST - 1]]
     if len(kinds) >= MOST:
-        told.append(str(kinds[order[-1]]) if len(kinds) == MOST else f"{len(kinds) - MOST + 1} more")
-    return Plane(kind, rank[number].reshape(points, points).T, tuple(told))
+        shown.append(str(kinds[order[-1]]) if len(kinds) == MOST else f"{len(kinds) - MOST + 1} more")
+    return Plane(kind, rank[number].reshape(points, points).T, tuple(shown))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,9 +134,9 @@ def followed(scene: Scene) -> Followed:
         curves = dict(zip(motion.names, np.moveaxis(motion.states, -1, 0), strict=True))
     else:
         curves = {"ball": motion.ball, **dict(zip(scene.system.walls(), motion.walls, strict=True))}
-    apart = {name: np.append(line, np.full((len(line), 1), np.nan), axis=1).ravel() for name, line in curves.items()}
+    parted = {name: np.append(line, np.full((len(line), 1), np.nan), axis=1).ravel() for name, line in curves.items()}
     time = np.append(motion.time, np.full((len(motion.time), 1), np.nan), axis=1).ravel()
-    return Followed(found, ends, time, apart)
+    return Followed(found, ends, time, parted)
 
 
 Cycles = tuple[PeriodicOrbit, ...]
@@ -149,7 +149,7 @@ def cycles(scene: Scene) -> Cycles:
 
 
 def by_stability(found: Cycles, n: int) -> dict[str, Floats]:
-    """The states of cycles in n coordinates, stable and unstable ones apart, each of shape (k, n)."""
+    """The states of cycles in n coordinates, stable and unstable ones separated, each of shape (k, n)."""
     none = [np.zeros((0, n))]
     return {
         kind: np.concatenate(none + [one.states for one in found if one.stable is stable])
@@ -158,7 +158,7 @@ def by_stability(found: Cycles, n: int) -> dict[str, Floats]:
 
 
 def cycle_text(one: PeriodicOrbit) -> str:
-    """A cycle in a line: its motion, stability, first state and multipliers."""
+    """A cycle on one line: its motion, stability, first state and multipliers."""
     state = ", ".join(f"{name} = {value:.6g}" for name, value in zip(one.returns.coordinates, one.states[0], strict=True))
     multipliers = ", ".join(f"{value.real:.4g}" + (f"{value.imag:+.4g}i" if value.imag else "") for value in one.multipliers)
     return f"{one.label}, {'stable' if one.stable else 'unstable'}, at {state}; multipliers {multipliers}"

@@ -10,13 +10,14 @@ from nsmaps.explore.live.scene import scene_of
 if TYPE_CHECKING:
     from nsmaps.study.study import Study
 
+_CLOSED = {"unused_session_lifetime_milliseconds": 2000, "check_unused_sessions_milliseconds": 1000}  #: of pages
 _HOST = "127.0.0.1"  #: no other machine reaches the page, which computes and writes files
 
 
 def server_of(study: "Study", folder: Path, port: int = 0) -> Any:
     """A Bokeh server that has been started, with the page of a study at its root; studies are saved into `folder`.
 
-    Port 0 is any free one, which `server.port` tells. `server.run_until_shutdown()` serves.
+    Port 0 is any free one, which is `server.port`. `server.run_until_shutdown()` serves.
 
     Raises:
         NsmapsError: Bokeh is not installed, the port is in use, or the system has no two coordinates or no parameter.
@@ -34,7 +35,7 @@ def server_of(study: "Study", folder: Path, port: int = 0) -> Any:
     scene = scene_of(study)
     application = Application(FunctionHandler(lambda doc: App(scene, folder).show(doc)))
     try:
-        server = Server({"/": application}, port=port, address=_HOST)
+        server = Server({"/": application}, port=port, address=_HOST, **_CLOSED)
     except OSError as error:
         raise NsmapsError(f"the port {port} is in use; expected: a free one, or 0 for any") from error
     server.start()
@@ -42,7 +43,7 @@ def server_of(study: "Study", folder: Path, port: int = 0) -> Any:
 
 
 def serve(study: "Study", folder: Path, port: int = 0, browser: bool = True, said: Any = print) -> None:
-    """Serve the page of a study until Ctrl-C, and open it in a browser; its address is said first."""
+    """Serve the page of a study until Ctrl-C, and open it in a browser; its address is printed first."""
     server = server_of(study, folder, port)
     address = f"http://localhost:{server.port}/"
     said(f"{address} (Ctrl-C ends it)")
