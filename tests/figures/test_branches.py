@@ -30,7 +30,12 @@ def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     marks = [(x.tolist(), y.tolist()) for style, x, y in drawn if style == "None"]
     assert marks == [([event.parameter], event.orbit.states[:, 1].tolist())]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["1:1/T", "1:1/2T", "period doubling", "unstable"]
+    assert texts == ["stable", "unstable", "period doubling"]
+    names = {text.get_text(): text for text in ax.texts}
+    assert set(names) == {"1:1/T", "1:1/2T"}
+    for branch, name in ((one, "1:1/T"), (two, "1:1/2T")):
+        line = next(line for line in ax.lines if np.array_equal(line.get_xdata(), branch.parameter))
+        assert names[name].get_color() == line.get_color()
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", r"$\phi_{k}$ (rad)")
 
 
@@ -39,7 +44,7 @@ def test_a_sheet_has_a_panel_a_coordinate_and_one_legend(result):
     figure = sheet.figure()
     (branch,) = result.branches["one"]
     assert (sheet.name, len(figure.axes)) == ("branches", 2)
-    assert [ax.get_legend() is not None for ax in figure.axes] == [False, True]
+    assert [len(figure.legends), *(ax.get_legend() for ax in figure.axes)] == [1, None, None]
     for i, ax in enumerate(figure.axes):
         solid = next(line for line in ax.lines if line.get_linestyle() == "-")
         assert np.array_equal(solid.get_xdata(), branch.parameter)
@@ -84,4 +89,22 @@ def test_orbits_of_unknown_stability_are_dotted_and_in_the_legend(pair, ax):
     assert np.flatnonzero(drawn[":"]).tolist() == [0, 1, 2]
     assert not drawn["--"].any()
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["1:1/T", "unstable", "of unknown stability"]
+    assert texts == ["stable", "of unknown stability"]
+    assert [text.get_text() for text in ax.texts] == ["1:1/T"]
+
+
+def test_names_of_motions_lie_on_no_line_and_the_others_are_in_the_legend(pair, ax):
+    """Of the cascade to period 16 the short branches have no room for a name."""
+    system = pair(0.35)
+    found = nsmaps.cascade(lambda d: system.at(d=d), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.26, 0.36), "down", 4)
+    branches(found, ax, 0, "d")
+    ax.figure.canvas.draw()
+    boxes = {text.get_text(): text.get_window_extent() for text in ax.texts}
+    assert "1:1/T" in boxes
+    for box in boxes.values():
+        for line in ax.lines:
+            assert not line.get_path().transformed(line.get_transform()).intersects_bbox(box, filled=False)
+    legend = [text.get_text() for text in ax.get_legend().get_texts()]
+    every = {str(branch.labels[-1]) for branch in found}
+    assert {*boxes, *legend} == every | {"stable", "unstable", "period doubling"}
+    assert not set(boxes) & set(legend)

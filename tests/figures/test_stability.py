@@ -52,8 +52,9 @@ def test_curves_lie_over_it(ax):
 
 def test_the_sheet_shows_motions_and_curves_of_the_study(result):
     (sheet,) = sheets(result)
-    (ax,) = sheet.figure().axes
-    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    figure = sheet.figure()
+    (ax,), (legend,) = figure.axes, figure.legends
+    texts = [text.get_text() for text in legend.get_texts()]
     assert texts == ["1:1/T", "1:1/2T", "period doubling of one"]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", "$r$ (dimensionless)")
     (line,) = [line for line in ax.lines if line.get_label() == "period doubling of one"]

@@ -27,7 +27,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: steps to leave the region, and steps to arrive, if the study has a closed target set."""
     times = EXIT_TIMES.of(result, "exit_times")
     panels = [partial(exit_times, result)] + ([partial(exit_times, result, arrives=True)] if times.arrived is not None else [])
-    return (Sheet("exit_times", tuple(panels), len(panels), 0.76),)
+    return (Sheet("exit_times", tuple(panels), len(panels), 0.85 if len(panels) > 1 else 0.6, legend=True),)
 
 
 def exit_times(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
@@ -53,7 +53,7 @@ def exit_times(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
         bar.set_label(f"returns until {'arrived' if arrives else 'left'}" + more)
     patches = [Patch(color=greens[1], label="not shown"), Patch(color=greens[0], label="target")]
     handles: list[Artist] = [*patches[: 1 + (arrives and bool((number == 0).any()))], *(ax.lines if len(points) else ())]
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
+    ax.legend(handles=handles)
     ax.set(xlim=times.cells.window[0], ylim=times.cells.window[1])
     return dress(ax, (times.cells.coordinates[0], "k"), (times.cells.coordinates[1], "k"))
 

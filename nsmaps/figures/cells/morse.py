@@ -27,7 +27,7 @@ NAMED = 4  #: components with a line in the legend
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("morse", (partial(morse, result),), 1, 0.80),)
+    return (Sheet("morse", (partial(morse, result),), 1, 0.6, legend=True, share=0.8),)
 
 
 def morse(result: "StudyResult", ax: Axes) -> Axes:
@@ -44,7 +44,7 @@ def morse(result: "StudyResult", ax: Axes) -> Axes:
     tails = [pair.exact.states[int(LAST * len(pair.exact.states)) :] for pair in result.orbits]
     if tails:
         handles += ax.plot(*np.concatenate(tails).T, ".", ms=1.8, color="k", mec="none", label="exact orbits")
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
+    ax.legend(handles=handles)
     ax.set(xlim=cover.cells.window[0], ylim=cover.cells.window[1])
     return dress(ax, (cover.cells.coordinates[0], "k"), (cover.cells.coordinates[1], "k"))
 

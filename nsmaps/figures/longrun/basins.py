@@ -24,7 +24,7 @@ _KINDS = {-1: ("unresolved", "0.6"), -2: ("ended", "0.15")}
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet of two panels."""
-    return (Sheet("basins", (lambda ax: basins(result, ax), lambda ax: arrival(result, ax)), 2, 0.81),)
+    return (Sheet("basins", (lambda ax: basins(result, ax), lambda ax: arrival(result, ax)), 2, 0.85, legend=True),)
 
 
 def basins(result: "StudyResult", ax: Axes) -> Axes:
@@ -42,7 +42,7 @@ def basins(result: "StudyResult", ax: Axes) -> Axes:
             states, many = found.attractors[k].states, found.attractors[k].period == 0
             look = {"mfc": _COLOURS[k % len(_COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
             ax.plot(*states[:, shown].T, _MARKS[k % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
-    ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=2)
+    ax.legend(handles=handles)
     return _dressed(ax, result)
 
 

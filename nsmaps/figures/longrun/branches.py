@@ -1,14 +1,15 @@
 """Branches of periodic orbits over a parameter: stable and unstable parts, with the events on them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import BRANCHES
 from nsmaps.figures.lines import cut
@@ -20,7 +21,12 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 _COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY, RED, BLACK)
-_LOOKS = {True: ("-", ""), False: ("--", "unstable"), None: (":", "of unknown stability")}  #: line and legend, by stability
+_LOOKS = {True: ("-", "stable"), False: ((0, (3, 1.6)), "unstable"), None: (":", "of unknown stability")}  #: line, legend
+_WIDE, _HIGH, _GAP = 5.6, 9.0, 2.5  #: points: a letter's width, a line's height, and the distance of a name from its line
+_SIDES = np.array([[x, y] for x in (0, 1, -1) for y in (1, -1)])  #: of a line, where its name may stand
+_CORNERS = np.array([[x, y] for x in (-1, -0.5, 0, 0.5, 1) for y in (-1, 0, 1)])  #: of a name, and points between them
+_WEIGHT = {True: 1.5, False: 1.0, None: 1.0}  #: points, of lines
+_TRIED, _BETWEEN = 300, 8  #: places along the lines of a motion; points between two of a line
 _MARKERS = {
     "period doubling": "o",
     "period halving": "o",
@@ -41,17 +47,18 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
         along.setdefault(each.parameter, []).extend(branch for branch in found[each.name] if len(branch.parameter))
     sheets = []
     for parameter, own in along.items():
-        last = len(own[0].returns.coordinates) - 1 if own else -1
-        panels = tuple(partial(branches, own, coordinate=i, parameter=parameter, legend=i == last) for i in range(last + 1))
+        count = len(own[0].returns.coordinates) if own else 0
+        panels = tuple(partial(branches, own, coordinate=i, parameter=parameter) for i in range(count))
         name = "branches" if len(along) == 1 else f"branches-{parameter}"
-        sheets += [Sheet(name, panels, len(panels), 0.81)] if own else []
+        sheets += [Sheet(name, panels, min(count, 2), 0.9, legend=True)] if own else []
     return tuple(sheets)
 
 
-def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter: str = "", legend: bool = True) -> Axes:
+def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter: str = "") -> Axes:
     """One coordinate of all states of cycles over the parameter: a colour a motion, lines dashed where it is unstable.
 
-    Lines and marks are finer for longer periods. `legend` is False if a neighbouring panel has it.
+    Lines and marks are finer for longer periods. The name of a motion stands beside its lines where there is room, else it is in
+    the legend, as are the kinds of events.
 
     Raises:
         NsmapsError: there is no branch with orbits.
@@ -63,23 +70,74 @@ def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter
     colours = {motion: _COLOURS[k % len(_COLOURS)] for k, motion in enumerate(motions)}
     for branch in shown:
         _lines(branch, ax, coordinate, colours[str(branch.labels[-1])])
-    for branch in shown:
-        for event in branch.events:
-            places = event.orbit.states[:, coordinate]
-            look = {"color": BLACK, "mfc": "white", "ms": 6.5 * _fineness(len(places)), "mew": 1.1 * _fineness(len(places))}
-            ax.plot(np.full(len(places), event.parameter), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
-    if legend:
-        kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
-        handles = [Line2D([], [], color=colours[motion], label=motion) for motion in motions]
-        handles += [Line2D([], [], color=BLACK, marker=_MARKERS[kind], mfc="white", ls="", label=kind) for kind in kinds]
-        stability = {False, *(stable for branch in shown for stable in branch.stable)}
-        handles += [
-            Line2D([], [], color="0.4", ls=ls, label=label)
-            for stable, (ls, label) in _LOOKS.items()
-            if label and stable in stability
-        ]
-        ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-    return dress(ax, (parameter, ""), (shown[0].returns.coordinates[coordinate], "k"))
+    for event, places in ((event, event.orbit.states[:, coordinate]) for branch in shown for event in branch.events):
+        size = _fineness(len(places))
+        look = {"color": BLACK, "mfc": "white", "ms": 4.6 * size, "mew": 0.8 * size, "zorder": 4}
+        ax.plot(np.full(len(places), event.parameter), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
+    ax.margins(0.03, 0.09)
+    dress(ax, (parameter, ""), (shown[0].returns.coordinates[coordinate], "k"))
+    left = _name_lines(ax, shown, coordinate, colours)
+    ax.legend(handles=_handles(shown, {motion: colours[motion] for motion in left}))
+    return ax
+
+
+def _handles(shown: "Sequence[Branch]", colours: Mapping[str, str]) -> list[Line2D]:
+    """The entries of the legend: motions without a name beside their lines, kinds of events, and kinds of lines."""
+    kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
+    present = {stable for branch in shown for stable in branch.stable}
+    motions = [Line2D([], [], color=colour, label=motion) for motion, colour in colours.items()]
+    lines = [Line2D([], [], color="0.3", ls=ls, label=label) for stable, (ls, label) in _LOOKS.items() if stable in present]
+    look: dict[str, Any] = {"color": BLACK, "mfc": "white", "ms": 4.6, "mew": 0.8, "ls": ""}
+    return [*motions, *lines, *(Line2D([], [], marker=_MARKERS[kind], label=kind, **look) for kind in kinds)]
+
+
+def _name_lines(ax: Axes, shown: "Sequence[Branch]", coordinate: int, colours: Mapping[str, str]) -> list[str]:
+    """Write the name of each motion beside a line of its own, as far as possible from other lines; those without room."""
+    point = ax.figure.dpi / 72
+    of = {name: [branch for branch in shown if branch.labels[-1] == name] for name in colours}
+    every = {name: [path for branch in own for path in _on_page(ax, branch, coordinate, all=True)] for name, own in of.items()}
+    left, named = list[str](), np.full((1, 2), -np.inf)
+    for name, colour in colours.items():
+        half = np.array([_WIDE * len(name), _HIGH]) * point / 2
+        own = [path for branch in of[name] for path in _on_page(ax, branch, coordinate)] or every[name]
+        places = _beside(np.concatenate(own), half + _GAP * point)
+        inside = ((places > half + _GAP * point) & (places < ax.bbox.size - half - _GAP * point)).all(axis=1)
+        room = np.where(
+            inside, _room(places, np.concatenate([named, *(path for paths in every.values() for path in paths)]), half), 0.0
+        )
+        others = np.concatenate([named, *(path for other in every if other != name for path in every[other])])
+        if (room > 1).any() and max(np.ptp(path, axis=0).max() for path in own) > half[0]:
+            best = places[np.where(room > 1, _room(places, others, half), 0.0).argmax()]
+            x, y = ax.transData.inverted().transform(best + ax.bbox.min).tolist()
+            ax.text(x, y, name, color=colour, ha="center", va="center", fontweight="bold")
+            named = np.concatenate([named, best + half * _CORNERS])
+        else:
+            left.append(name)
+    return left
+
+
+def _on_page(ax: Axes, branch: "Branch", coordinate: int, all: bool = False) -> list[Floats]:
+    """Points on each line of a branch, in pixels from the corner of the panel, shape (m, 2): of stable orbits, or of all."""
+    kept = [all or stable is True for stable in branch.stable]
+    paths = [np.column_stack([branch.parameter, path])[kept] for path in branch.points[..., coordinate].T]
+    return [_dense(ax.transData.transform(path)) - ax.bbox.min for path in paths if len(path)]
+
+
+def _beside(points: Floats, far: Floats) -> Floats:
+    """Places for names beside some points of lines (m, 2), shape (k, 2)."""
+    some = points[:: max(len(points) // _TRIED, 1)]
+    return np.asarray((some[:, None] + _SIDES * far).reshape(-1, 2))
+
+
+def _room(places: Floats, taken: Floats, half: Floats) -> Floats:
+    """How many times as large a name at each place could be, half its size given, before it meets a point that is taken."""
+    return np.asarray((np.abs(places[:, None] - taken) / half).max(axis=-1).min(axis=1))
+
+
+def _dense(path: Floats) -> Floats:
+    """Points of a line (m, 2), in pixels, and points between them."""
+    share = np.linspace(0, 1, _BETWEEN, endpoint=False)[:, None]
+    return np.concatenate([(path[:-1, None] + share * np.diff(path, axis=0)[:, None]).reshape(-1, 2), path[-1:]])
 
 
 def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
@@ -90,7 +148,7 @@ def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
             chosen = own if stable else _neighbours(own)
             line = np.where(chosen, path, np.nan)
             line = cut(line, np.pi) if branch.returns.coordinates.angles[coordinate] else line
-            ax.plot(branch.parameter, line, dashes, color=colour, lw=1.1 * _fineness(branch.period))
+            ax.plot(branch.parameter, line, ls=dashes, color=colour, lw=_WEIGHT[stable] * _fineness(branch.period))
 
 
 def _fineness(period: int) -> float:

@@ -19,7 +19,7 @@ _COLOURS = (BLUE, ORANGE, "0.45")
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet of two panels: per return and per unit of time."""
     panels = tuple(partial(lyapunov, result, per_time=per_time) for per_time in (False, True))
-    return (Sheet("lyapunov", panels, 2),)
+    return (Sheet("lyapunov", panels, 2, legend=True),)
 
 
 def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
@@ -38,6 +38,6 @@ def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
     ax.axhline(0, color="black", lw=0.5, zorder=0)
     ax.set_xlim(x[0], x[-1])
     ax.set_xlabel(label(section(result.study.lyapunov, "lyapunov").parameter))
-    ax.set_ylabel(f"Lyapunov exponents per {'unit of time' if per_time else 'return'}")
-    ax.legend(loc="lower left", bbox_to_anchor=(0.06, 1.0), frameon=False, ncols=4)
+    ax.set_ylabel(f"exponents per {'unit of time' if per_time else 'return'}")
+    ax.legend()
     return ax

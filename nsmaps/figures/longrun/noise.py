@@ -21,7 +21,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet of panels: impacts with falling and growing parameter, if the study has them, shares and rates."""
     found = NOISE.of(result, "noise")
     diagrams = [partial(impacts, result, direction=direction) for direction in ("down", "up")] if found.impacts else []
-    return (Sheet("noise", (*diagrams, partial(shares, result), partial(rates, result)), 2),)
+    return (Sheet("noise", (*diagrams, partial(shares, result), partial(rates, result)), 2, legend=True),)
 
 
 def impacts(result: "StudyResult", ax: Axes, direction: str = "down") -> Axes:
@@ -35,7 +35,7 @@ def impacts(result: "StudyResult", ax: Axes, direction: str = "down") -> Axes:
         for wall, name in enumerate(diagram.walls):
             colour = (GREEN, RED)[wall] if noisy else (BLUE, BLACK)[wall]
             label = f"{name}, " + (rf"$\sigma = {diagram.noise.sigma:.3g}$" if noisy else "no noise")
-            look = {"ms": 2.2, "mew": 0, "alpha": 0.7} if noisy else {"ms": 3.4, "mew": 0.5, "mfc": "none"}
+            look = {"ms": 1.6, "mew": 0, "alpha": 0.5} if noisy else {"ms": 2.2, "mew": 0.4, "mfc": "none"}
             ax.plot(*_points(diagram, wall), "." if noisy else "o", color=colour, label=label, rasterized=True, **look)
     values = found[0].values
     ax.set_xlim(values.min(), values.max())
@@ -43,10 +43,9 @@ def impacts(result: "StudyResult", ax: Axes, direction: str = "down") -> Axes:
     parameter = section(section(result.study.noise, "noise").impacts, "impacts").parameter
     ax.set_title(f"{symbol(parameter)} {'falling' if direction == 'down' else 'growing'}", loc="right")
     ax.set_xlabel(with_unit(symbol(parameter), parameter))
-    ax.set_ylabel(with_unit("impact velocity", "velocity"))
-    legend = ax.legend(loc="center", bbox_to_anchor=(0.5, 0.68), ncols=2, handletextpad=0.1, columnspacing=0.8)
-    for handle in legend.get_lines():
-        handle.set_markersize(5)
+    ax.set_ylabel(with_unit("velocity", "velocity"))
+    for handle in ax.legend().get_lines():
+        handle.set_markersize(4 if handle.get_marker() == "o" else 6)
         handle.set_alpha(1)
     return ax
 
@@ -65,7 +64,14 @@ def shares(result: "StudyResult", ax: Axes) -> Axes:
     """The share of the time that is spent in each motion against the size of the noise."""
     found = NOISE.of(result, "noise")
     for k, name in enumerate(found.stays[0].modes):
-        ax.plot(found.sigma, [stay.share[k] for stay in found.stays], "o-", ms=2.4, color=_COLOURS[k % len(_COLOURS)], label=name)
+        ax.plot(
+            found.sigma,
+            [stay.share[k] for stay in found.stays],
+            "o-",
+            ms=2.4,
+            color=_COLOURS[k % len(_COLOURS)],
+            label=f"share of {name}",
+        )
     ax.set_ylim(-0.03, 1.03)
     ax.set_ylabel("share of the time")
     return _over_sizes(ax)
@@ -80,17 +86,18 @@ def rates(result: "StudyResult", ax: Axes) -> Axes:
         kept = [(sigma, stay) for sigma, stay in zip(found.sigma, found.stays, strict=True) if stay.switches[i, j] > 0]
         x, y = [sigma for sigma, _ in kept], [stay.rates[i, j] for _, stay in kept]
         wide = [min(stay.rates_error[i, j], 0.99 * stay.rates[i, j]) for _, stay in kept]
-        look = {"color": _COLOURS[number % len(_COLOURS)], "capsize": 2, "ms": 4, "label": f"{modes[i]} to {modes[j]}"}
-        ax.errorbar(x, y, wide, fmt="o-", **look)  # type: ignore[arg-type]
+        look = {"color": _COLOURS[number % len(_COLOURS)], "capsize": 1.5, "ms": 2.4}
+        ax.errorbar(x, y, wide, fmt="s--", **look)  # type: ignore[arg-type]
+        ax.plot([], [], "s--", color=look["color"], ms=2.4, label=f"{modes[i]} to {modes[j]}")
     ax.set_yscale("log")
-    ax.set_ylabel("changes per unit of time spent")
+    ax.set_ylabel("changes per unit of time")
     return _over_sizes(ax)
 
 
 def _over_sizes(ax: Axes) -> Axes:
-    ax.set_xlabel(with_unit(r"size of the noise $\sigma$"))
+    ax.set_xlabel(with_unit(r"noise $\sigma$"))
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="best")
+        ax.legend()
     else:
         ax.text(0.5, 0.5, "no changes", transform=ax.transAxes, ha="center")
     return ax

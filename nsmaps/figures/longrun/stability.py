@@ -28,7 +28,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: the motions, with the curves of events."""
     diagrams, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
     names, curves = (asked.sweep.parameter, asked.across.parameter), result.curves
-    return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, 0.67),)
+    return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, 0.6, legend=True),)
 
 
 def stability(
@@ -66,7 +66,7 @@ def stability(
         ax.plot(curve.values, curve.across, line, color=BLACK, lw=0.8, label=name)
     patches = [Patch(facecolor=table[name], edgecolor="0.5", label=name) for name in shown]
     lines = ax.get_legend_handles_labels()[0]
-    ax.legend(handles=[*patches, *lines], loc="center left", bbox_to_anchor=(1.0, 0.5), title=by, frameon=False)
+    ax.legend(handles=[*patches, *lines])
     return dress(ax, (parameters[0], ""), (parameters[1], ""))
 
 
