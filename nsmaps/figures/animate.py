@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from subprocess import CalledProcessError
 from tempfile import TemporaryDirectory
@@ -18,9 +18,11 @@ from mpl_toolkits.mplot3d import Axes3D
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import nearest_turn
 from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.exact.surfaces.surface import surfaces as surfaces_of
 from nsmaps.figures.composite.areas import colours_of
 from nsmaps.figures.composite.cobweb import composite_states, draw_pieces, look
-from nsmaps.figures.data import COMPOSITE
+from nsmaps.figures.data import COMPOSITE, PLANES
 from nsmaps.figures.lines import staircase
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
@@ -36,6 +38,7 @@ Writer = PillowWriter | FFMpegWriter
 _WRITERS: Mapping[str, type[Writer]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 _TURN, _STEPS = 72, 40  #: pictures of a whole turn, and steps of an orbit, where no number is named
 _WIDTH = 8.0  #: inches
+_FINE = 120  #: points of a grid that turns round, along an axis: a cell is then a few pixels wide
 _EARLY, _LONGER = 8, 3  #: pictures of a cobweb that are shown longer than the later ones, and how many times as long
 _PALE = 0.35  #: opacity of the pieces at rest
 
@@ -114,8 +117,12 @@ def _write(film: Film, writer: Writer, path: Path, dpi: float, early: int) -> No
 
 
 def _turning(result: "StudyResult", frames: int | None, orbit: int) -> Film:
-    """The sheet of surfaces, seen from all sides."""
-    (sheet,) = surface_sheets(result)
+    """The sheet of surfaces, seen from all sides, over a grid that is no finer than the pictures."""
+    named = PLANES.of(result, "surfaces")
+    grid = next(iter(named.values())).grid
+    coarse = {name: axis.model_copy(update={"points": min(axis.points, _FINE)}) for name, axis in grid.axes.items()}
+    surfaces = surfaces_of(result.system, Grid(axes=coarse), [result.family(name) for name in named])
+    (sheet,) = surface_sheets(replace(result, surfaces=surfaces))
     figure, count = sheet.figure(width=_WIDTH), frames or _TURN
     spaces = [ax for ax in figure.axes if isinstance(ax, Axes3D)]
 
@@ -140,7 +147,7 @@ def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
 
     coordinates = range(len(composite.coordinates))
     parts = tuple(lambda ax, i=i: panel(ax, i) for i in coordinates)
-    figure = Sheet("cobweb", parts, len(parts), 0.88, title=" ").figure(width=_WIDTH)
+    figure = Sheet("cobweb", parts, len(parts), 0.88, title=" ", legend=True).figure(width=_WIDTH)
 
     def show(k: int) -> None:
         active = int(by[k - 1]) if k else -1
