@@ -119,7 +119,6 @@ REFUSED = {
     "doubled_branch": "begins at an event of another branch; expected: Event",
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
-    "noisy_orbits": "noise is added to the flights of one displacement; expected: ImpactSystem",
     "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "two_cycles": "`find_cycles` encloses those of other maps; expected: PolyMap",
 }

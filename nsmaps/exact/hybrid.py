@@ -30,6 +30,7 @@ class HybridSystem(ParametricSystem):
     """
 
     states: ClassVar[tuple[str, ...]] = ()
+    noise: ClassVar[str] = ""  #: name of the noise in formulas, as y.eta for "eta", zero where none is added; "" without noise
     horizon: ClassVar[float] = 1000.0  #: longest flight between two events, in periods of the forcing or units of time
 
     def period(self) -> Any:
@@ -57,6 +58,12 @@ class HybridSystem(ParametricSystem):
     def letters(self) -> tuple[str, ...]:
         """The letters of events, of which words consist."""
         return self._kernel().letters
+
+    @property
+    def section_letters(self) -> tuple[str, ...]:
+        """The letters with which words begin, those of the section's events; "" for an event without one."""
+        definition = self._kernel().definition
+        return tuple(dict.fromkeys(definition.transitions[start.transition].letter for start in definition.starts))
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The first returns to the section of a batch of states.
@@ -87,10 +94,12 @@ class HybridSystem(ParametricSystem):
                 guards are positive there; sliding and contact that lasts must be given, of a state on their surface.
             derivative: also the derivative of the images by `states`, shape (N, m, k), through every event.
 
-        A state that violates a guard of its mode, or that belongs to none, has no image: outcome `invalid`.
+        A state that violates a guard of its mode, or that belongs to none, has no image: outcome `invalid`. On a surface from
+        which both modes lead away the motion is not unique: outcome `repelling`.
 
         Raises:
-            StateError: `states` is not a batch of this shape, there are not as many modes, or one is unknown.
+            StateError: `states` is not a batch of this shape, there are not as many modes, one is unknown, or a state in sliding
+                or in contact that lasts does not lie on its surface.
         """
         return self._kernel().arrivals(states, modes, derivative)
 
@@ -144,6 +153,11 @@ class HybridSystem(ParametricSystem):
         """Radians of phase a unit of the system's time; zero without forcing."""
         period = self.period()
         return 0.0 if period is None else TWO_PI / float(period)
+
+    @classmethod
+    def _arguments(cls, states: Mapping[str, Any]) -> SimpleNamespace:
+        """What formulas take as y: states by name, and the noise, zero unless it is among them."""
+        return SimpleNamespace(**{**({cls.noise: 0} if cls.noise else {}), **states})
 
     def _kernel(self) -> "ModeKernel":
         from nsmaps.exact.modes.kernel import kernel_of

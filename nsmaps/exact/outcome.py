@@ -15,6 +15,7 @@ class Outcome(IntEnum):
     invalid = 6
     simultaneous = 7
     endless = 8
+    repelling = 9
 
     @property
     def advice(self) -> str:
@@ -35,6 +36,8 @@ _ADVICE = {
     "not unique. `HybridSystem.reasons` names both.",
     Outcome.endless: "More than 100,000 events without a return: impacts accumulate and are not summed up, or never slow down. "
     "Let contact last (`rests`), if impacts lose speed.",
+    Outcome.repelling: "The state lies on a surface of sliding from which both modes lead away: the motion may leave on either "
+    "side at any time, and is not unique. `HybridSystem.reasons` names the surface.",
 }
 
 OUTCOMES = "; ".join(f"{outcome.value} {outcome.name}" for outcome in Outcome)  #: the values by name, as datasets state them

@@ -82,6 +82,11 @@ class ImpactSystem(ParametricSystem):
         """The names of the walls, of which words consist, the base wall first."""
         return tuple(self.walls())
 
+    @property
+    def section_letters(self) -> tuple[str, ...]:
+        """The letters with which words begin: the base wall."""
+        return self.letters[:1]
+
     def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
         """The first returns to the base wall, eq. exactmap, of a batch of states.
 

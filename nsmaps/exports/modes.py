@@ -1,7 +1,6 @@
 """The equations of a system with modes as a LaTeX document: modes, sliding and contact among them, events, resets and section."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import sympy as sp
@@ -22,7 +21,7 @@ def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
     parameters = {name: sp.Symbol(name, real=True) for name in cls.parameter_names()}
     y = {name: sp.Symbol(name, real=True) for name in cls.states}
     others = {name: getattr(system, name) for name in cls.model_fields if name not in parameters}
-    symbolic, states = cls.model_construct(**parameters, **others), SimpleNamespace(**y)
+    symbolic, states = cls.model_construct(**parameters, **others), cls._arguments(y)
     guards, section = symbolic.guards(T, states), symbolic.section(T, states)
     values = ", ".join(f"${math(name)} = {number(getattr(system, name))}$" for name in parameters)
     period = symbolic.period()

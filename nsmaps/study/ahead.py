@@ -44,7 +44,7 @@ def _noise(system: "ImpactSystem") -> None:
     """One return under noise."""
     from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
 
-    noisy_orbits(system, np.zeros(len(system.coordinates)), 1, Noise(sigma=0, tau=float(system.period())))
+    noisy_orbits(system, np.zeros(len(system.coordinates)), 1, Noise(sigma=0, tau=1), step=1)
 
 
 CALLS: dict[str, Callable[["ImpactSystem"], None]] = {"composite": _composite, "boxes": _boxes, "noise": _noise}

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -38,7 +37,7 @@ class Formulas:
 
     def __init__(self, system: HybridSystem) -> None:
         self.t, self.states = sp.Symbol("t"), [sp.Symbol(name) for name in system.states]
-        y = SimpleNamespace(**dict(zip(system.states, self.states, strict=True)))
+        y = system._arguments(dict(zip(system.states, self.states, strict=True)))
         self.given, self.section = system.guards(self.t, y), system.section(self.t, y)
         self.names, self.modes = system.states, {name: dict(rates) for name, rates in system.modes(self.t, y).items()}
         self.contacts: dict[str, Guard] = {}

@@ -19,7 +19,7 @@ class Belt(HybridSystem):
     w: float = Field(gt=0, description="angular frequency of the forcing")
     A: float = Field(ge=0, description="amplitude of the forcing")
 
-    states = ("x", "u")
+    states, noise = ("x", "u"), "noise"
 
     def period(self) -> Any:
         """Period of the forcing."""
@@ -31,7 +31,7 @@ class Belt(HybridSystem):
         """Slip slower and faster than the belt, and stick."""
         from sympy import cos
 
-        force = self.A * cos(self.w * t) - 2 * self.zeta * y.u - y.x
+        force = self.A * cos(self.w * t) + y.noise - 2 * self.zeta * y.u - y.x
         slower, faster = {"x": y.u, "u": force + self.mu_k}, {"x": y.u, "u": force - self.mu_k}
         return {"slower": slower, "faster": faster, "stick": {"x": self.vb, "u": 0}}
 
@@ -39,7 +39,7 @@ class Belt(HybridSystem):
         """Stick K, slip below (M) and above (P) the speed of the belt, by the friction N that sticking takes."""
         from sympy import cos
 
-        N = 2 * self.zeta * self.vb + y.x - self.A * cos(self.w * t)
+        N = 2 * self.zeta * self.vb + y.x - self.A * cos(self.w * t) - y.noise
         held: dict[str, Any] = {"to": "stick", "reset": {"u": self.vb}, "where": (self.mu_s - N, self.mu_s + N)}
         return {
             "K from below": Guard("slower", self.vb - y.u, **held),

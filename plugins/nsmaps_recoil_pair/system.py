@@ -25,7 +25,7 @@ class RecoilPair(HybridSystem):
 
     contact: bool = False  #: whether impacts that accumulate lead to contact that lasts; without it they are followed one by one
 
-    states = ("x", "v", "X", "V")
+    states, noise = ("x", "v", "X", "V"), "noise"
 
     def period(self) -> Any:
         """Period of the forcing."""
@@ -35,7 +35,7 @@ class RecoilPair(HybridSystem):
         """Free flight of the ball, and the capsule on its spring."""
         from sympy import cos, pi
 
-        capsule = cos(pi * t) - self.kappa * y.X - self.Lambda * y.V
+        capsule = cos(pi * t) + y.noise - self.kappa * y.X - self.Lambda * y.V
         return {"flight": {"x": y.v, "v": capsule + self.g_bar, "X": y.V, "V": capsule}}
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:

@@ -21,7 +21,7 @@ class SoftImpact(HybridSystem):
     beta: float = Field(gt=0, description="stiffness of the stop over that of the spring")
     w: float = Field(gt=0, description="angular frequency of the forcing")
 
-    states = ("x", "v")
+    states, noise = ("x", "v"), "noise"
 
     def period(self) -> Any:
         """Period of the forcing."""
@@ -33,7 +33,7 @@ class SoftImpact(HybridSystem):
         """Free, and in contact with the stop."""
         from sympy import sin
 
-        free = self.a * self.w**2 * sin(self.w * t) - 2 * self.xi * y.v - y.x
+        free = self.a * self.w**2 * sin(self.w * t) + y.noise - 2 * self.xi * y.v - y.x
         return {"free": {"x": y.v, "v": free}, "contact": {"x": y.v, "v": free - self.beta * (y.x - self.e)}}
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:

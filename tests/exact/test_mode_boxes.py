@@ -8,7 +8,7 @@ from nsmaps_soft_impact import SoftImpact
 from nsmaps_vi_pair import VIPair
 
 import nsmaps
-from nsmaps.errors import NsmapsError, ProofError, StateError
+from nsmaps.errors import ProofError, StateError
 from nsmaps.exact.outcome import Outcome
 
 STATES = 200
@@ -253,12 +253,6 @@ def test_sliding_and_starts_outside_of_the_domain():
         assert len(states) == 0
         assert found.bounded.all()
         assert 0.2 < valid.mean() < 0.8
-
-
-def test_noise_is_refused_by_name():
-    made = SoftImpact(xi=0.01, e=1.26, a=0.7, beta=29, w=0.75)
-    with pytest.raises(NsmapsError, match=r"a SoftImpact: noise is added .* expected: ImpactSystem"):
-        nsmaps.noisy_orbits(made, [1.0, 1.0], 5, nsmaps.Noise(sigma=0.1, tau=0.1))
 
 
 def test_a_reset_that_is_not_affine_is_refused():

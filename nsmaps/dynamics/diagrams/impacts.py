@@ -14,6 +14,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
 if TYPE_CHECKING:
+    from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.system import ImpactSystem
 
 KEPT = 3  #: impacts that are kept for each return
@@ -34,7 +35,7 @@ class ImpactDiagram:
 
 @divides
 def impact_diagram(
-    system_of: "Callable[[float], ImpactSystem]",
+    system_of: "Callable[[float], ImpactSystem | HybridSystem]",
     values: ArrayLike,
     state: StateLike,
     noise: Noise,
@@ -64,7 +65,7 @@ def impact_diagram(
 
 
 def _impacts(
-    system_of: "Callable[[float], ImpactSystem]",
+    system_of: "Callable[[float], ImpactSystem | HybridSystem]",
     along: Floats,
     state: Floats,
     noise: Noise,

@@ -1,4 +1,4 @@
-"""Orbits under noise: additive Ornstein-Uhlenbeck forcing between impacts, exact at the points of a grid in time."""
+"""Orbits under noise: additive Ornstein-Uhlenbeck forcing between events, exact at the points of a grid in time."""
 
 import os
 from collections.abc import Sequence
@@ -13,12 +13,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.errors import NsmapsError, StateError, check_class
+from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import decoded
 from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 
 if TYPE_CHECKING:
+    from nsmaps.exact.kernel import Kernel
+    from nsmaps.exact.noise.driven import DrivenKernel
     from nsmaps.exact.system import ImpactSystem
 
 CHUNK = 8  #: realisations of a task of an executor
@@ -36,7 +39,7 @@ class Noise(BaseModel):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class NoisyOrbits(WithCoordinates):
-    """R realisations of n returns to the base wall under noise."""
+    """R realisations of n returns to the section under noise."""
 
     __repr__ = brief
 
@@ -45,13 +48,14 @@ class NoisyOrbits(WithCoordinates):
     noise: Noise
     step: float  #: of the grid in time, in the system's time
     seed: int | Sequence[int]
-    states: Floats  #: shape (n + 1, R, 2), the starts first; NaN after an orbit's end
-    turns: NDArray[np.int32]  #: shape (n, R, 2), whole turns of the phase on each return
+    states: Floats  #: shape (n + 1, R, dim), the starts first; NaN after an orbit's end
+    turns: NDArray[np.int32]  #: shape (n, R, dim), whole turns of the phase on each return
     codes: NDArray[np.int64]  #: shape (n, R), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (n, R), values of `Outcome`; the outcome that ended an orbit is repeated
     time: Floats  #: shape (n, R), of each return
     eta: Floats  #: shape (n + 1, R), the forcing by noise at each state
-    impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, speed, phase; NaN beyond the last
+    impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, or of the letter of an event, the
+    #: speed, or the rate at which the guard's function falls, and the phase; NaN beyond the last
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -71,7 +75,7 @@ class NoisyOrbits(WithCoordinates):
 
 @divides
 def noisy_orbits(
-    system: "ImpactSystem",
+    system: "ImpactSystem | HybridSystem",
     state: StateLike,
     n: int,
     noise: Noise,
@@ -83,52 +87,60 @@ def noisy_orbits(
     *,
     jobs: Jobs = SERIAL,
 ) -> NoisyOrbits:
-    """The first n returns of an exact system with noise added to the acceleration of its flights, for R realisations.
+    """The first n returns of an exact system under noise, for R realisations.
 
+    Of an impact system the noise is added to the acceleration of flights, in a system with modes wherever its formulas have it.
     The noise, its velocity and its displacement are drawn exactly at the points of a grid in time, by the matrix exponential of
-    z'' = -k z - c z' + eta, whose k and c are those of the system's own flights. Between the points the noise's displacement is
-    a quintic: its error is of order step^(5/2), that of its velocity of order step^(3/2), which is the strong order after an
-    impact. A contact that begins and ends between two points is missed unless the gap has a minimum between them. Release from
-    rest occurs at a zero of the contact force of the quintic: under noise its time is of order step^(1/2) only. Realisation i has
-    its own Philox generator, seeded by `seed` and i: results do not depend on threads and executors.
+    z'' = -k z - c z' + eta, whose k and c are those of the flights of an impact system, and zero where there are modes. Between
+    the points the noise's displacement is a quintic: its error is of order step^(5/2), that of its velocity of order step^(3/2),
+    which is the strong order after an impact. In a system with modes the noise is the cubic that is its second derivative, and
+    every event is met as without noise. In an impact system a contact that begins and ends between two points is missed unless
+    the gap has a minimum between them. Release from rest occurs at a zero of the contact force of the quintic, and events whose
+    guard has the noise at one of the cubic: under noise their time is of order step^(1/2) only. Realisation i has its own Philox
+    generator, seeded by `seed` and i: results do not depend on threads and executors.
 
     Args:
-        state: the start, shape (2,), or one for each realisation, shape (R, 2). The noise starts from its stationary law.
+        state: the start, shape (dim,), or one for each realisation, shape (R, dim). The noise starts from its stationary law.
         step: of the grid in time, at most tau; by default a hundredth of the period, or a tenth of tau if that is less.
-        chatter: as in `first_return`; the noise is neglected within the time of the sum.
-        impacts: number of impacts of each realisation, on any wall, that are stored.
+        chatter: as in `first_return` of an impact system; the noise is neglected within the time of the sum.
+        impacts: number of impacts of each realisation, on any wall, that are stored; with modes of events that have a letter.
         jobs: see `nsmaps.Jobs`; a part is 8 realisations, in threads on all cores if there is no executor.
 
     Raises:
         StateError: the start has another shape.
-        NsmapsError: a count is negative, the step is not in (0, tau], or chatter is negative, or the
-            system has modes.
+        NsmapsError: a count is negative, the step is not in (0, tau], chatter is negative, or a class with modes has no noise.
     """
     from nsmaps.exact.system import ImpactSystem
 
-    check_class(system, ImpactSystem, "noise is added to the flights of one displacement")
-    starts = as_starts(state, system.coordinates)
-    if starts.shape not in ((2,), (realisations, 2)) or realisations < 0:
-        raise StateError(f"the start has shape {starts.shape}; expected: (2,) or ({max(realisations, 0)}, 2)")
-    period = float(system.period())
-    h = min(period / 100, noise.tau / 10) if step is None else float(step)
+    check_class(system, (ImpactSystem, HybridSystem), "noise is added to formulas")
+    starts, dim = as_starts(state, system.coordinates), len(system.coordinates)
+    if starts.shape not in ((dim,), (realisations, dim)) or realisations < 0:
+        raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(realisations, 0)}, {dim})")
+    h = usual_step(system, noise.tau) if step is None else float(step)
     if n < 0 or impacts < 0 or not 0 < h <= noise.tau or not chatter >= 0:
         raise NsmapsError(
             f"{n} returns, a step of {h:g}, {impacts} impacts, chatter {chatter:g}; expected: a step "
             f"above 0 and at most tau = {noise.tau:g}, numbers that are not negative"
         )
-    law = linear_law(system)
+    law = (0.0, 0.0) if isinstance(system, HybridSystem) else linear_law(system)
+    _kernel_of(system, h)
     how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts, seed
-    starts = np.broadcast_to(starts, (realisations, 2))
+    starts = np.broadcast_to(starts, (realisations, dim))
     tasks = [(how, starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, CHUNK)]
     if jobs.executor is None and len(tasks) > 1:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             results = replace(jobs, executor=pool).run(_realised, tasks)
     else:
         results = jobs.run(_realised, tasks)
-    tables = concatenated([_blank(n, 0, impacts), *results])
+    tables = concatenated([_blank(n, 0, impacts, dim), *results])
     along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
     return NoisyOrbits(system.coordinates, system.letters, noise, h, seed, **along)
+
+
+def usual_step(system: "ImpactSystem | HybridSystem", tau: float) -> float:
+    """The step of the grid in time unless one is given: a hundredth of the period, or a tenth of tau if that is less."""
+    period = system.period()
+    return tau / 10 if period is None else min(float(period) / 100, tau / 10)
 
 
 def linear_law(system: "ImpactSystem") -> tuple[float, float]:
@@ -153,11 +165,11 @@ def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
     return np.stack([units[:, None] * transition / units, units[:, None] * root])
 
 
-def _blank(n: int, r: int, impacts: int) -> Arrays:
+def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
     """Tables of R realisations, in the order of the arguments of the compiled loop."""
     return {
-        "states": np.empty((r, n + 1, 2)),
-        "turns": np.empty((r, n, 2), np.int32),
+        "states": np.empty((r, n + 1, dim)),
+        "turns": np.empty((r, n, dim), np.int32),
         "codes": np.empty((r, n), np.int64),
         "outcome": np.empty((r, n), np.int8),
         "time": np.empty((r, n)),
@@ -166,12 +178,21 @@ def _blank(n: int, r: int, impacts: int) -> Arrays:
     }
 
 
+def _kernel_of(system: "ImpactSystem | HybridSystem", step: float) -> "Kernel | DrivenKernel":
+    """What computes one realisation."""
+    if not isinstance(system, HybridSystem):
+        return closed_form_of(system, "orbits under noise")
+    from nsmaps.exact.noise.driven import driven_kernel
+
+    return driven_kernel(system, step)
+
+
 def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> Arrays:
     """The tables of the realisations with the given numbers."""
     system, law, step, parts, chatter, n, impacts, seed = how
-    tables = _blank(n, len(numbers), impacts)
+    tables = _blank(n, len(numbers), impacts, starts.shape[1])
     tables["states"][:, 0] = starts
-    kernel = closed_form_of(system, "orbits under noise")
+    kernel = _kernel_of(system, law[2])
     for i, number in enumerate(numbers):
         rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
         kernel.noisy_orbit(law, step, parts, chatter, rng, tuple(table[i] for table in tables.values()))

@@ -124,14 +124,14 @@ FORMULAS = ("period", "modes", "guards", "section")  #: of a class, one of which
 DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than numbers, and its formulas
 
 
-def known_definition(system: "HybridSystem") -> Definition:
-    """The formulas of a system's class, made when they are first asked for. Raises as `definition_of`."""
+def known_definition(system: "HybridSystem", driven: bool = False) -> Definition:
+    """The formulas of a system's class, made when they are first asked for. Arguments and errors as `definition_of`."""
     cls = type(system)
     fixed = tuple((name, repr(getattr(system, name))) for name in cls.model_fields if name not in cls.parameter_names())
-    key = cls, fixed, cls.horizon, (cls.period, cls.modes, cls.guards, cls.section)
+    key = cls, fixed, cls.horizon, driven, cls.noise, (cls.period, cls.modes, cls.guards, cls.section)
     if key not in DEFINITIONS:
         try:
-            DEFINITIONS[key] = definition_of(system)
+            DEFINITIONS[key] = definition_of(system, driven)
         except SystemDefinitionError as error:
             formula = next((name for name in FORMULAS if str(error).startswith(f"{cls.__name__}.{name}")), None)
             raise error if formula is None else SystemDefinitionError(f"{error}{place_of(cls, formula)}") from None

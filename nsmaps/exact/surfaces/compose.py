@@ -61,12 +61,12 @@ def members(system: "ImpactSystem", returns: Returns, family: "ReturnFamily") ->
     found = family.contains(returns) & returns.valid
     rows, row = np.arange(len(returns)), returns
     numbers, parts = [np.flatnonzero(found)], [returns.select(found)]
-    on = ~found & returns.valid
+    on, margin = ~found & returns.valid, {} if returns.margin is None else {"margin": True}  # systems with modes take none
     for _ in range(family.max_returns - 1):
         rows, row = rows[on], row.select(on)
         if not len(rows):
             break
-        row = joined(row, system.first_return(row.image, row.derivative is not None, margin=row.margin is not None))
+        row = joined(row, system.first_return(row.image, row.derivative is not None, **margin))
         hit = family.contains(row) & row.valid
         numbers.append(rows[hit])
         parts.append(row.select(hit))

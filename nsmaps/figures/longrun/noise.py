@@ -27,13 +27,14 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def impacts(result: "StudyResult", ax: Axes, direction: str = "down") -> Axes:
     """Velocities of impacts over a parameter, those on other walls than the base wall below zero.
 
-    Open circles without noise, blue on the base wall and black on the other; dots with noise, green and red.
+    Open circles without noise, blue on the base wall and black on the other; dots with noise, green and red. Events of other
+    letters of a system with modes have other colours.
     """
     found = [diagram for diagram in NOISE.of(result, "noise").impacts if diagram.direction == direction]
     for diagram in sorted(found, key=lambda each: -each.noise.sigma):
         noisy = diagram.noise.sigma > 0
         for wall, name in enumerate(diagram.walls):
-            colour = (GREEN, RED)[wall] if noisy else (BLUE, BLACK)[wall]
+            colour = (GREEN, RED, MAGENTA)[wall % 3] if noisy else (BLUE, BLACK, SKY)[wall % 3]
             label = f"{name}, " + (rf"$\sigma = {diagram.noise.sigma:.3g}$" if noisy else "no noise")
             look = {"ms": 1.6, "mew": 0, "alpha": 0.5} if noisy else {"ms": 2.2, "mew": 0.4, "mfc": "none"}
             ax.plot(*_points(diagram, wall), "." if noisy else "o", color=colour, label=label, rasterized=True, **look)

@@ -133,7 +133,9 @@ def _describe(spec: NoiseSection, study: "Study") -> str:
 
 
 def _size(spec: NoiseSection, study: "Study", system: "ImpactSystem") -> Size:
-    usual = min(float(system.period()) / 100, spec.tau / 10)
+    from nsmaps.dynamics.noise.orbits import usual_step
+
+    usual = usual_step(system, spec.tau)
     one = Size(NOISY * max(1.0, usual / (spec.step or usual)), COPIES * STORED)
     found = one.times(float(spec.returns) * spec.realisations * len(spec.sigma))
     if (along := spec.impacts) is not None:

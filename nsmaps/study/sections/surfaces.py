@@ -16,6 +16,7 @@ from nsmaps.study.sections.base import Need, Section
 from nsmaps.study.texts import grid_text
 
 if TYPE_CHECKING:
+    from nsmaps.exact.hybrid import HybridSystem
     from nsmaps.exact.returns import Returns
     from nsmaps.exact.surfaces.surface import Surface
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
@@ -82,16 +83,32 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 
 def bind_family(name: str, words: Sequence[str], binding: "Binding") -> WordFamily:
     """A family; raises StudyError unless its words are returns of the system."""
-    walls, source = binding.system.letters, binding.study.source
+    walls, first, source = binding.system.letters, binding.system.section_letters, binding.study.source
     for number, word in enumerate(words):
         loc = ("families", name, number)
         with source.located(loc):
             encode(letters_of(word), walls)
-        if not (letters_of(word).startswith(walls[0]) and len(word) > 1):
-            expected = f"expected: words that begin on the base wall {walls[0]!r} and end on it or in its release"
-            raise source.error(loc, f"the word {word!r} is not a return; {expected}")
+        if not (letters_of(word).startswith(first) and len(word) > len(min(first))):
+            raise source.error(loc, f"the word {word!r} is not a return; expected: words that {_ends(binding.system, first)}")
+    ends = {} if len(first) == 1 and first[0] else {"max_returns": max(_needed(word, first) for word in words)}
     with source.located(("families", name), WordFamily, words=""):
-        return WordFamily(name=name, words=tuple(words))
+        return WordFamily(name=name, words=tuple(words), **ends)
+
+
+def _ends(system: "ImpactSystem | HybridSystem", first: tuple[str, ...]) -> str:
+    """Where returns begin and end."""
+    from nsmaps.exact.system import ImpactSystem
+
+    if isinstance(system, ImpactSystem):
+        return f"begin on the base wall {first[0]!r} and end on it or in its release"
+    return f"begin with a letter of the section, {' or '.join(map(repr, first))}, and end with one or in its release"
+
+
+def _needed(word: str, first: tuple[str, ...]) -> int:
+    """The number of returns that a word may need, of which each begins with one of several letters, or with none."""
+    if "" in first:
+        return 1
+    return LONG if is_pattern(word) else max(sum(word.count(letter) for letter in first) - 1, 1)
 
 
 def _families(families: Families, binding: "Binding") -> dict[str, WordFamily]:

@@ -32,7 +32,7 @@ from nsmaps.exact.modes.blocks.lanes import (
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import GOES_ON, alone, cleared, happens, put, settled
-from nsmaps.exact.modes.march.section import starting
+from nsmaps.exact.modes.march.section import repelled, starting
 
 FEW = 16  # fewer returns than this are not computed in blocks
 MOST = 64  # events, or longest steps, of a return in a block; more are rare
@@ -99,6 +99,8 @@ def launched(p, found, r, row, i, o, w):
         return True
     o.numbers[i, CODE], o.numbers[i, POWER] = cleared(p, k, found.states[r + 1, row], found.tangents[r, row], w)
     mode = entered(p, k, not p.after, phi, w)
+    if repelled(p, mode, w):
+        return True
     o.numbers[i, TURNS], o.numbers[i, DOUBT], o.numbers[i, STARTED], o.numbers[i, STEPS] = 0, 0, k, 0
     o.scalars[i, PHASE], o.scalars[i, TIME], o.scalars[i, FLIGHT] = phi, 0.0, 0.0
     for j in range(len(w.z)):

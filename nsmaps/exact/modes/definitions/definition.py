@@ -83,6 +83,15 @@ class Start:
     states: tuple[Row, ...]
 
 
+@dataclass(frozen=True)
+class Surface:
+    """A surface between two modes along which motions slide."""
+
+    name: str
+    modes: tuple[str, str]  #: above and below
+    rows: tuple[Row, ...]  #: its function, its rate above, and below with the other sign: both positive where it repels
+
+
 @dataclass(frozen=True, eq=False)
 class Definition:
     """All formulas of a system's class."""
@@ -98,6 +107,7 @@ class Definition:
     coordinates: Coordinates
     after: bool  #: whether start and image are taken just after the reset
     starts: tuple[Start, ...]
+    surfaces: tuple[Surface, ...] = ()
     derivatives: dict[int, "Numbers"] = field(default_factory=dict)
 
     @property
@@ -107,13 +117,15 @@ class Definition:
 
     @property
     def rows(self) -> Iterator[Row]:
-        """All rows, in a fixed order: rates, then functions, resets and conditions of transitions, then starts."""
+        """All rows, in a fixed order: rates, then functions, resets and conditions of transitions, then starts and surfaces."""
         for mode in self.rates:
             yield from mode
         for one in self.transitions:
             yield from (one.function, *one.reset, *one.where, *one.begins)
         for start in self.starts:
             yield from start.states
+        for surface in self.surfaces:
+            yield from surface.rows
 
     @cached_property
     def expansions(self) -> "Numbers":

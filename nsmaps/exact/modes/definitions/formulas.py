@@ -22,6 +22,7 @@ class Reader:
     parameters: frozenset[sp.Symbol]
     states: Mapping[str, sp.Symbol]
     phase_rate: sp.Expr  #: radians of phase a unit of time
+    noise: tuple[str, ...] = ()  #: names of states that no event changes: the noise and its derivatives
 
     def expression(self, given: Any, what: str) -> sp.Expr:
         """A formula in sympy with known symbols, or a SystemDefinitionError with the reason."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -14,15 +13,16 @@ from nsmaps.exact.guards import Guard, Section, Sliding
 from nsmaps.exact.modes.definitions.contact import Contact, contact_of, contact_transitions
 from nsmaps.exact.modes.definitions.crossings import crosses, divided
 from nsmaps.exact.modes.definitions.definition import Definition, Row, Start, Transition
+from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
 from nsmaps.exact.modes.definitions.formulas import CLOCK, NEAR, Reader, check_names, check_periodic
-from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions
+from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions, surface_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.hybrid import HybridSystem
 
 
-def definition_of(system: "HybridSystem") -> Definition:
-    """The formulas of a system's class with symbols for its parameters.
+def definition_of(system: "HybridSystem", driven: bool = False) -> Definition:
+    """The formulas of a system's class with symbols for its parameters; where it is `driven`, with its noise as states.
 
     Raises:
         SystemDefinitionError: they are not those of a piecewise-linear system; says which formula, and why.
@@ -37,30 +37,56 @@ def definition_of(system: "HybridSystem") -> Definition:
     t = CLOCK if period is None else PHI * sp.sympify(period) / (2 * sp.pi)
     rate = sp.S.Zero if period is None else 2 * sp.pi / sp.sympify(period)
     variables = {name: sp.Symbol(f"_y_{name}", real=True) for name in cls.states}
-    reader, y = Reader(cls.__name__, frozenset(symbols.values()), variables, rate), SimpleNamespace(**variables)
-    rates = {mode: _rates(reader, mode, given) for mode, given in symbolic.modes(t, y).items()}
-    guards, section = symbolic.guards(t, y), symbolic.section(t, y)
+    noise = noise_states(cls.noise) if driven else {}
+    known = (*symbols.values(), STEP) if driven else tuple(symbols.values())
+    reader = Reader(cls.__name__, frozenset(known), variables | noise, rate, tuple(noise))
+    y = cls._arguments(reader.states)
+    section = symbolic.section(t, y)
+    if cls.noise:
+        check_noise(cls.__name__, cls.noise, cls.states, section)
+    rates = {mode: _rates(reader, mode, {**given, **noise_rates(noise)}) for mode, given in symbolic.modes(t, y).items()}
+    definition = _defined(reader, known, rates, symbolic.guards(t, y), section, _horizon(cls.horizon, period))
+    if driven:
+        check_driven(cls.__name__, cls.noise, definition)
+    return definition
+
+
+def _horizon(periods: float, period: Any) -> sp.Expr:
+    return sp.sympify(periods) * (sp.S.One if period is None else sp.sympify(period))
+
+
+def _defined(
+    reader: Reader,
+    symbols: tuple[sp.Symbol, ...],
+    rates: dict[str, Rates],
+    guards: Mapping[str, Guard | Sliding],
+    section: Section,
+    horizon: sp.Expr,
+) -> Definition:
+    """The definition from the rates of the modes that are given, the events, and the section."""
+    forced, names = reader.phase_rate != 0, tuple(reader.states)
     contacts = _derive(reader, guards, rates)
     events = tuple(_transitions(reader, rates, guards, contacts))
     left = {one.mode for one in events if not one.begins}
     if closed := [mode for number, mode in enumerate(rates) if number not in left]:
         raise SystemDefinitionError(
-            f"{cls.__name__}.guards: none is watched in the mode {closed[0]!r}, which a motion never leaves; expected: a guard "
+            f"{reader.name}.guards: none is watched in the mode {closed[0]!r}, which a motion never leaves; expected: a guard "
             "there, or `ends=True` for the guards that lead to it"
         )
-    transitions, parts = divided(cls.__name__, events, len(rates))
-    coordinates = _coordinates(cls.__name__, cls.states, section, period is not None)
+    transitions, parts = divided(reader.name, events, len(rates))
+    coordinates = _coordinates(reader.name, names, section, forced)
     starts = _starts(reader, section, transitions)
-    if period is not None and not coordinates.angles.any():
+    if forced and not coordinates.angles.any():
         _check_phase_zero(reader, transitions, starts)
     after = section.side == "after" and not all(crosses(transitions[start.transition]) for start in starts)
     if after and len(starts) > 1:
-        raise SystemDefinitionError(f"{cls.__name__}.section has several events; expected: one, or side='before'")
-    horizon = sp.sympify(cls.horizon) * (sp.S.One if period is None else sp.sympify(period))
+        raise SystemDefinitionError(f"{reader.name}.section has several events; expected: one, or side='before'")
+    surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, Sliding))
+    modes, flows = tuple(tuple(rates)[k] for k in parts), tuple(tuple(rates.values())[k] for k in parts)
+    variables = tuple(reader.states.values())
     return Definition(
-        tuple(symbols.values()), cls.states, tuple(variables.values()), rate, horizon, tuple(tuple(rates)[k] for k in parts),
-        tuple(tuple(rates.values())[k] for k in parts), transitions, coordinates, after, starts,
-    )  # fmt: skip
+        symbols, names, variables, reader.phase_rate, horizon, modes, flows, transitions, coordinates, after, starts, surfaces
+    )
 
 
 def _rates(reader: Reader, mode: str, given: Mapping[str, Any]) -> tuple[Row, ...]:
@@ -160,6 +186,7 @@ def _start(reader: Reader, section: Section, number: int, transition: Transition
     """The states by the coordinates: themselves, as given, or those that are left by what is zero at the event."""
     rows = {state: reader.same(state) for state in reader.states if state in section.coordinates}
     rows |= {state: reader.row(given, f"{reader.name}.section: {state}") for state, given in section.states.items()}
+    rows |= {state: reader.row(0, "") for state in reader.noise}
     left = [state for state in reader.states if state not in rows]
     if left:
         rows |= _solved(reader, transition, left, rows)

@@ -11,7 +11,7 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.guards import Sliding
-from nsmaps.exact.modes.definitions.definition import Row, Transition
+from nsmaps.exact.modes.definitions.definition import Row, Surface, Transition
 from nsmaps.exact.modes.definitions.formulas import Reader, check_names, shown
 
 Rates = tuple[Row, ...]  #: of all states in a mode
@@ -53,13 +53,23 @@ def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, R
 
 def on_surface(reader: Reader, function: Row, what: str) -> Rates:
     """The states as rows, one of them from the zero of a function, which it then meets but for rounding."""
-    sizes = [(0 if c == 0 else 2 if c.is_number else 1) for c in function.coefficients]
+    given = zip(reader.states, function.coefficients, strict=True)
+    sizes = [0 if c == 0 or state in reader.noise else 2 if c.is_number else 1 for state, c in given]
     if not any(sizes):
         raise SystemDefinitionError(f"{what} has a function that depends on no state; expected: a function of the states")
     k = sizes.index(max(sizes))
     share = Row(tuple(c if i != k else sp.S.Zero for i, c in enumerate(function.coefficients)), function.remainder)
     solved = share.scaled(-1 / function.coefficients[k])
     return tuple(solved if i == k else reader.same(state) for i, state in enumerate(reader.states))
+
+
+def surface_of(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Surface:
+    """The surface itself, from which the motion is not unique where both modes lead away."""
+    what = f"{reader.name}.guards: the sliding {name!r}"
+    function = reader.row(given.function, f"the function of {what}")
+    states = on_surface(reader, function, what)
+    above, below = (function.rate(rates[mode], reader.phase_rate).at(states) for mode in (given.above, given.below))
+    return Surface(name, (given.above, given.below), (function, above, below.scaled(sp.S.NegativeOne)))
 
 
 def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Iterator[Transition]:

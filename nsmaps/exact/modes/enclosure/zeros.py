@@ -3,7 +3,8 @@
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.exact.modes.tables.tables import SAME, Tables
+from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.modes.tables.vanishing import SAME
 
 
 def mode_of(table: Tables, function: int) -> int:

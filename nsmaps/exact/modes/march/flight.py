@@ -121,13 +121,13 @@ def sought(p, f, when, grown, w):
 
 
 @inlined
-def next_event(p, mode, grown, w):
-    """The first function of a mode that is zero within a longest step: (which, -1 for none, when, whether doubtful).
+def next_event(p, mode, grown, end, w):
+    """The first function of a mode that is zero by `end`, a longest step at most: (which, -1 for none, when, whether doubtful).
 
     Of a second one at the same time, within rounding, `w.both` takes note. `grown` is what rounding at the start of the flight
     has grown to, in units of rounding.
     """
-    which, when, doubtful = NO_FUNCTION, 1.0, False
+    which, when, doubtful = NO_FUNCTION, end, False
     w.both[0] = NO_FUNCTION
     for f in range(p.watched[mode], p.watched[mode + 1]):
         near = 0.0 if which == NO_FUNCTION else 4.0 * ROUNDING * when
@@ -209,15 +209,16 @@ def within_turn(phi):
 
 
 @inlined
-def fly(p, mode, phi, w):
-    """To the next event: (its function, -1 for none within the horizon; time; phase; whole turns; whether it is doubtful).
+def fly(p, mode, phi, until, w):
+    """To the next event: (its function, -1 for none until a time or within the horizon; time; phase; whole turns; doubtful).
 
     The features are those of the phase.
     """
     n, directions, flight, turns, doubtful = p.first.shape[1] - 1, w.dz.shape[1], 0.0, 0, False
     for _ in range(MOST_PIECES):
         grown = math.expm1(min(p.abscissa[mode] * flight, 700.0)) if p.abscissa[mode] > 0.0 else 0.0
-        which, tau, unsure = next_event(p, mode, grown, w)
+        left = (until - flight) / p.steps[mode]
+        which, tau, unsure = next_event(p, mode, grown, min(left, 1.0), w)
         doubtful, step = doubtful or unsure, tau * p.steps[mode]
         if not math.isnan(w.near[0]):
             look_around(p, mode, tau, w)
@@ -232,7 +233,7 @@ def fly(p, mode, phi, w):
         phi, more = within_turn(phi + p.rate * step)
         turns += more
         features(phi, w.z, n)
-        if which != NO_FUNCTION or flight >= p.horizon:
+        if which != NO_FUNCTION or left <= 1.0 or flight >= p.horizon:
             return which, flight, phi, turns, doubtful
         for f in range(p.watched[mode], p.watched[mode + 1]):
             w.on[f] = 0

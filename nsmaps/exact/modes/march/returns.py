@@ -4,10 +4,21 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, RETURNED, SIMULTANEOUS, STUCK, UNDECIDED, spell
+from nsmaps.exact.engine.returns import (
+    ENDLESS,
+    INVALID,
+    LOST,
+    REPELLING,
+    RESTS,
+    RETURNED,
+    SIMULTANEOUS,
+    STUCK,
+    UNDECIDED,
+    spell,
+)
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.march.resting import entered, in_a_row, marked
-from nsmaps.exact.modes.march.section import picked, starting
+from nsmaps.exact.modes.march.section import picked, repelled, starting
 from nsmaps.exact.modes.march.together import due, order_matters
 from nsmaps.exact.modes.tables.taylor import features
 
@@ -131,7 +142,7 @@ def happens(p, mode, which, phi, code, power, image, tangent, w):
     if returned:
         arrived(p, phi, image, tangent, w)
         return outcome, mode, code, power, doubtful, k
-    return GOES_ON, mode, code, power, doubtful, k
+    return REPELLING if repelled(p, mode, w) else GOES_ON, mode, code, power, doubtful, k
 
 
 @inlined
@@ -139,15 +150,17 @@ def settled(outcome, code, time, turns, doubtful):
     """A return that has ended, in the form of `first_return`."""
     if outcome in (RETURNED, STUCK, LOST):
         return UNDECIDED if doubtful else outcome, code, time, turns if outcome != LOST else 0
-    return outcome, code, time if outcome == SIMULTANEOUS else math.nan, 0
+    return outcome, code, time if outcome in (SIMULTANEOUS, REPELLING) else math.nan, 0
 
 
 @inner
 def onward(p, mode, phi, code, power, image, tangent, w):
     """From a state in a mode to the section: (outcome, code of its word, time, whole turns of the phase)."""
     time, turns, doubtful = 0.0, 0, False
+    if repelled(p, mode, w):
+        return settled(REPELLING, code, time, turns, doubtful)
     for _ in range(MOST_EVENTS):
-        which, flight, phi, more, unsure = fly(p, mode, phi, w)
+        which, flight, phi, more, unsure = fly(p, mode, phi, math.inf, w)
         time, turns, doubtful = time + flight, turns + more, doubtful or unsure
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):

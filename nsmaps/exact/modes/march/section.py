@@ -88,6 +88,19 @@ def curved(p, k, w):
 
 
 @inlined
+def repelled(p, mode, w):
+    """Whether a state lies on a surface beside its mode, but for rounding, from which both fields lead away."""
+    for s in range(len(p.surfaces)):
+        if p.beside[s, mode]:
+            value, size = dot(p.surfaces[s, 0], w.z)
+            up, one = dot(p.surfaces[s, 1], w.z)
+            down, other = dot(p.surfaces[s, 2], w.z)
+            if abs(value) <= ROUNDING * size and up > ROUNDING * one and down > ROUNDING * other:
+                return True
+    return False
+
+
+@inlined
 def enter(p, k, with_reset, phi, w):
     """Take the state through a transition, whose reset may lie behind it: the mode that follows."""
     if with_reset:

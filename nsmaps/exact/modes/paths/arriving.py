@@ -3,18 +3,22 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import StateError, near_match
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.events import Arrivals
-from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.definition import Definition, Numbers, filled
 from nsmaps.exact.modes.march.returns import arrivals
 from nsmaps.exact.modes.tables.memory import memory, record
 from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.modes.tables.taylor import ROUNDING
+from nsmaps.exact.outcome import Outcome
 
 NOWHERE = -1
+ON = 1e-9  #: of the sizes of its terms: how near a function is to zero on a surface
 
 
 def arrivals_of(
@@ -31,10 +35,13 @@ def arrivals_of(
     for name in set(given) - {*known, ""}:
         raise StateError(f"{name!r} is not a mode; expected: one of {', '.join(known)}{near_match(name, known)}")
     phase = start[:, n] if table.rate > 0 else np.zeros(len(start))
-    chosen = modes_of(definition, table, start[:, :n], phase, given)
+    features = features_of(table, start[:, :n], phase)
+    check_surfaces(definition, table, features, np.array(given, str))
+    chosen = modes_of(definition, table, features, phase, given)
     found = record(np.full((len(start), m), np.nan), 1, start.shape[1] if derivative else 0)
     arrivals(table, chosen, np.ascontiguousarray(start[:, :n]), phase, found, memory(table, found.tangents.shape[-1]))
-    names_of_modes = np.array([*definition.modes, ""])[chosen]
+    unclear = (found.outcome[0] == Outcome.repelling) & (found.time[0] == 0)
+    names_of_modes = np.array([*definition.modes, ""])[np.where(unclear, NOWHERE, chosen)]
     slopes = found.tangents[0] if derivative else None
     rows = found.states[1], found.turns[0], found.codes[0], found.outcome[0], found.time[0]
     return Arrivals(definition.coordinates, names, definition.letters, start, names_of_modes, *rows, slopes)
@@ -46,19 +53,48 @@ def start_names(definition: Definition, forced: bool) -> Coordinates:
     return Coordinates((*definition.states, *angles[:forced]), angles=angles[:forced])
 
 
-def modes_of(definition: Definition, table: Tables, states: Floats, phase: Floats, given: Sequence[str]) -> Ints:
-    """The mode of each state, -1 for none: that given, or the first whose guards are positive, but for sliding and contact."""
+def features_of(table: Tables, states: Floats, phase: Floats) -> Floats:
+    """The features of states, shape (M, N)."""
     waves = [
         wave
         for m in range(1, (table.functions.shape[1] - states.shape[1] + 1) // 2)
         for wave in (np.cos(m * phase), np.sin(m * phase))
     ]
-    features = np.column_stack([states, np.ones(len(states)), *waves])
-    values, named, found = features @ table.functions.T, np.array(given, str), np.full(len(states), NOWHERE)
+    return np.column_stack([states, np.ones(len(states)), *waves])
+
+
+def check_surfaces(definition: Definition, table: Tables, features: Floats, named: NDArray[np.str_]) -> None:
+    """Refuse states that are given in sliding or in lasting contact and do not lie on its surface."""
+    n = len(definition.states)
+    for mode, held in {definition.modes[one.mode]: one.held for one in definition.transitions if one.held}.items():
+        if (own := features[named == mode]).size:
+            numbers = Numbers(list(held), definition.symbols).at(table.parameters.tolist())
+            rows = np.array([filled(row, (features.shape[1] - n - 1) // 2) for row in numbers])
+            values, sizes = own @ rows.T, abs(own) @ abs(rows).T
+            if (off := (abs(values) > ON * sizes).any(axis=1)).any():
+                far, where = abs(values[off][0]).max(), ", ".join(f"{x:.10g}" for x in own[off][0, :n])
+                raise StateError(
+                    f"the state ({where}) is given in the mode {mode!r}, and its surface is {far:.3g} away; expected: states of "
+                    "sliding and of contact that lasts on their surface, or no mode"
+                )
+
+
+def modes_of(definition: Definition, table: Tables, features: Floats, phase: Floats, given: Sequence[str]) -> Ints:
+    """The mode of each state, -1 for none: that given, or the first whose guards are positive, but for sliding and contact.
+
+    On a surface that repels it is one of the two beside it, from which the motion is not unique.
+    """
+    values, named, found = features @ table.functions.T, np.array(given, str), np.full(len(features), NOWHERE)
+    on = np.einsum("mj,qkj->mqk", features, table.surfaces)
+    near = abs(on[..., 0]) <= ROUNDING * (abs(features) @ abs(table.surfaces[:, 0]).T)
+    away = near & (on[..., 1:] > 0).all(axis=-1)
+    slack = ROUNDING * (abs(features) @ abs(table.functions).T)
     derived = {one.mode for one in definition.transitions if one.held}
     for mode, name in reversed(list(enumerate(definition.modes))):
-        own = values[:, table.watched[mode] : table.watched[mode + 1]]
+        watched = slice(table.watched[mode], table.watched[mode + 1])
+        own = values[:, watched]
         obeyed: Bools = (named == name) & (own >= 0).all(axis=1)
+        obeyed |= away[:, table.beside[:, mode]].any(axis=1) & (own >= -slack[:, watched]).all(axis=1)
         if mode not in derived:
             obeyed |= (named == "") & (own > 0).all(axis=1)
         found[obeyed & np.isfinite(features).all(axis=1) & (np.abs(phase) <= MOST_PHASE)] = mode

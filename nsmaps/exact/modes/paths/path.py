@@ -1,13 +1,22 @@
 """The motion of a system with modes to its next event, and its states between events: compiled."""
 
-from nsmaps.exact.engine.jit import entry
+import math
+
+from nsmaps.exact.engine.jit import entry, inlined
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import bounded
-from nsmaps.exact.modes.march.section import picked, starting
+from nsmaps.exact.modes.march.section import picked, repelled, starting
 from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 
 NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
+
+
+@inlined
+def followed_by(p, k, with_reset, phi, w):
+    """As `entered`; no mode where the motion that follows is not unique."""
+    mode = entered(p, k, with_reset, phi, w)
+    return LEFT if repelled(p, mode, w) else mode
 
 
 @entry
@@ -18,13 +27,13 @@ def begin(p, row, before, w):
         return NONE, LEFT, 0.0
     for i in range(len(before)):
         before[i] = w.z[i]
-    return k, entered(p, k, not p.after, phi, w), phi
+    return k, followed_by(p, k, not p.after, phi, w), phi
 
 
 @entry
 def follow(p, mode, phi, before, w):
     """To the next event: (its transition, -1 for none; the mode that follows; time of the flight; phase; whether doubtful)."""
-    which, flight, phi, _, doubtful = fly(p, mode, phi, w)
+    which, flight, phi, _, doubtful = fly(p, mode, phi, math.inf, w)
     doubtful = doubtful or w.both[0] != NO_FUNCTION
     for i in range(len(before)):
         before[i] = w.z[i]
@@ -33,7 +42,7 @@ def follow(p, mode, phi, before, w):
     k, unsure = picked(p, which, w.z)
     if k < 0 or p.target[k] < 0:
         return k, LEFT, flight, phi, doubtful or unsure
-    return k, entered(p, k, True, phi, w), flight, phi, doubtful or unsure
+    return k, followed_by(p, k, True, phi, w), flight, phi, doubtful or unsure
 
 
 @entry

@@ -4,6 +4,7 @@ A flow is y' = Y z, where z holds the states y, 1, and cosine and sine of the mu
 its longest step.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,10 +16,9 @@ from nsmaps.exact.modes.definitions.definition import Definition, filled, harmon
 from nsmaps.exact.modes.definitions.resets import reset_address
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.polynomials import polynomials_of
+from nsmaps.exact.modes.tables.vanishing import vanishing
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
-SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
-FLAT = 3  #: terms of a function that are looked at just after an event
 TINY = 1e-18  #: of a series: what is left out of it
 
 
@@ -69,6 +69,8 @@ class Tables(NamedTuple):
     begins: Any  #: shape (T, 2, N), speed away from the surface and pressure towards it, where contact begins
     releases: Any  #: shape (T,), whether contact ends
     resting: Any  #: shape (M,), whether the mode is one of lasting contact
+    surfaces: Any  #: shape (Q, 3, N), function of each surface of sliding, its rate above, and below with the other sign
+    beside: Any  #: shape (Q, M), whether the mode lies above or below the surface
     is_section: Any  #: shape (T,)
     after: bool  #: whether start and image are just after the reset
     starts: Any  #: shape (number of starts,), the transition of each
@@ -86,6 +88,7 @@ class Rows:
     where: list[Floats]  #: of each transition
     begins: Floats  #: shape (T, 2, N), zero but where contact begins
     starts: Floats  #: shape (number of starts, n, N)
+    surfaces: Floats  #: shape (Q, 3, N)
 
 
 def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Rows:
@@ -100,16 +103,17 @@ def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Row
         where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
         begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
     starts = np.array([[next(waiting) for _ in range(n)] for _ in definition.starts])
-    return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), starts)
+    surfaces = np.array([[next(waiting) for _ in one.rows] for one in definition.surfaces]).reshape(-1, 3, width)
+    return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), starts, surfaces)
 
 
-def tables_of(definition: Definition, values: Sequence[float]) -> Tables:
-    """The table of a system at values of its parameters."""
+def tables_of(definition: Definition, values: Sequence[float], max_step: float = math.inf) -> Tables:
+    """The table of a system at values of its parameters, with steps of at most `max_step`."""
     given = definition.expansions.at(values)
     rows = rows_of(definition, given, harmonics_of(given))
     rate, horizon = (float(x) for x in definition.scalars.at(values)[0][0])
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
-    flows = flows_of(rows, rate, horizon)
+    flows = flows_of(rows, rate, min(horizon, max_step))
     functions = functions_of(definition, rows, rate, flows)
     return Tables(
         rate=rate,
@@ -164,7 +168,7 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which.get(k, 0) for k in range(len(definition.transitions))]),
-        "on": vanishing(definition, rows, functions, modes, matrices),
+        "on": vanishing(definition, rows.resets, rows.functions, functions, modes, matrices),
     }
 
 
@@ -196,6 +200,10 @@ def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
         "releases": np.array([one.releases for one in transitions]),
         "resting": np.isin(range(len(definition.modes)), [one.mode for one in transitions if one.releases]),
         "is_section": np.array([one.name in names for one in transitions]),
+        "surfaces": rows.surfaces,
+        "beside": np.array([[mode in one.modes for mode in definition.modes] for one in definition.surfaces], bool).reshape(
+            len(definition.surfaces), len(definition.modes)
+        ),
     }
 
 
@@ -263,36 +271,3 @@ def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
             else:
                 same.append(k)
     return groups
-
-
-def vanishing(definition: Definition, rows: Rows, functions: Floats, modes: Ints, flows: Floats) -> Ints:
-    """How many of the first terms of each function are zero just after each event, whatever the state, shape (T, S).
-
-    They are then in proportion to the function of the event, as seen through the reset. Terms that a reset by another formula
-    changes are not.
-    """
-    n, width = rows.resets.shape[1:]
-    result = np.zeros((len(rows.functions), len(functions)), np.int64)
-    for k, one in enumerate(definition.transitions):
-        through, given = np.vstack([rows.resets[k], np.eye(width)[n:]]), [state for state, _ in one.curved]
-        for i, (function, mode) in enumerate(zip(functions, modes, strict=True)):
-            if mode == one.target:
-                result[k, i] = flat_terms(function, flows[mode], through, given, rows.functions[k])
-    return result
-
-
-def flat_terms(function: Floats, flow: Floats, through: Floats, given: list[int], zero: Floats) -> int:
-    """How many of the first terms of a function's series are zero where another is, seen through a reset."""
-    term = function
-    for k in range(FLAT):
-        if term[given].any() or not in_proportion(term @ through, zero, np.abs(term) @ np.abs(through)):
-            return k
-        term = term @ flow
-    return FLAT
-
-
-def in_proportion(row: Floats, other: Floats, size: Floats) -> bool:
-    """Whether a row is another times a number, but for rounding of the terms of this size that add up to it."""
-    lead = int(np.argmax(np.abs(other)))
-    multiple = other * (row[lead] / other[lead])
-    return bool((np.abs(row - multiple) <= SAME * (size + np.abs(multiple))).all())
