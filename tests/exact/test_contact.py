@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 import nsmaps
 from nsmaps import Axis, Grid, Guard, HybridSystem, ImpactSystem, Section
-from nsmaps.errors import SystemDefinitionError
+from nsmaps.errors import ProofError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
 
@@ -189,3 +189,39 @@ def test_a_released_pair_goes_on() -> None:
     assert (returns.outcome == Outcome.stuck).any()
     assert (returns.time > 0).all()
     assert [attractor.label for attractor in nsmaps.basins(pair, grid, returns=600).attractors] == ["1:1/T"]
+
+
+class Strobe(Ball):
+    """The ball once a period, on the table or in flight."""
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {**super().guards(t, y), "s": Guard(("flight", "table"), -sp.sin(t))}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("s", ("x", "v"))
+
+
+def test_a_flight_after_a_release_has_no_minimum_at_its_start() -> None:
+    """Place, speed and acceleration are zero there, whatever their rounding."""
+    rng = np.random.default_rng(0)
+    starts = np.column_stack([10 ** rng.uniform(-3, 0, 600), rng.uniform(-1, 1, 600)])
+    found = Strobe(Gamma=1.1, r=0.3).itineraries(starts)
+    released = [str(word) for word in found.words if "~" in str(word)]
+    assert len(released) > 50
+    assert not any("~v" in word for word in released)
+    assert not (np.abs(found.clearance) < 1e-20).any()
+
+
+def test_boxes_of_systems_with_contact_are_refused_and_those_that_accumulate_are_not_bounded() -> None:
+    with pytest.raises(ProofError, match=r"Ball.guards: 'B' has contact that lasts, and chatter cannot be enclosed"):
+        Ball(Gamma=1.2, r=0.4).image_boxes([[[-0.5, -0.4], [1, 1.1]]])
+    found = Endless(Gamma=0.3, r=0.4).image_boxes([[[0.1, 0.11], [0.0, 0.01]], [[8.0, 8.01], [9.0, 9.01]]])
+    assert found.bounded.tolist() == [False, True]
+    assert Endless(Gamma=0.3, r=0.4).first_return([[0.1, 0.0]]).outcome.tolist() == [Outcome.endless]
+
+
+class Endless(Strobe):
+    """The same without lasting contact."""
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}), "s": Guard("flight", -sp.sin(t))}

@@ -90,3 +90,13 @@ def test_noise_meets_it_too():
 def test_states_in_sliding_lie_on_its_surface():
     with pytest.raises(StateError, match=r"\(0, 0.25\) is given in the mode 'side', and its surface is 0.25 away"):
         Pushed().arrivals([[0.0, 0.25, 1.0]], "side")
+
+
+@pytest.mark.parametrize("system", [Pushed(), Half()], ids=["start", "event"])
+def test_boxes_of_states_know_that_some_have_no_image(system):
+    boxes = np.array([[[0.2, 0.21], [phi, phi + 0.01]] for phi in PHASES])
+    found = system.image_boxes(boxes)
+    corners = np.array([system.first_return([[u, phi] for u in box[0] for phi in box[1]]).valid for box in boxes])
+    assert found.empty[~corners.all(axis=1)].all()
+    assert not found.empty[corners.all(axis=1)].all()
+    assert 5 < corners.all(axis=1).sum() < 59

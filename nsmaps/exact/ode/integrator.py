@@ -14,12 +14,15 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
+from sympy.core.relational import Relational
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.formulas import S, W, Z
 
 TIME, PLACE, PLACE_RATE, VALUES = range(4)  #: parameters of the integrator: of the lane, then those of the system and their rates
+
+KINKS = sp.Abs, sp.Max, sp.Min, sp.sign, sp.Heaviside, sp.Piecewise, Relational  #: functions of two smooth pieces
 
 
 def heyoka() -> Any:
@@ -123,7 +126,10 @@ def expression(formula: sp.Expr, known: Mapping[sp.Symbol, Any]) -> Any:
     try:
         return hy.from_sympy(formula.func(*arguments), dict(zip(arguments, parts, strict=True)))
     except (TypeError, ValueError) as error:
+        kink = isinstance(formula, KINKS)
+        modes = "; a force that is linear on either side of a kink is two modes of a `HybridSystem`" if kink else ""
+        name = "Piecewise" if isinstance(formula, Relational) else formula.func.__name__
         raise SystemDefinitionError(
-            f"{formula.func.__name__}(...) has no Taylor series that can be followed; expected: powers, roots, exp, log, "
-            "sin, cos, tan, sinh, cosh, tanh, their inverses and erf"
+            f"{name}(...) has no Taylor series that can be followed; expected: powers, roots, exp, log, sin, cos, tan, sinh, "
+            f"cosh, tanh, their inverses and erf{modes}"
         ) from error

@@ -121,6 +121,21 @@ def after_reset(p, k, a_set, w):
 
 
 @inner
+def may_repel(p, mode, a_set, w):
+    """Whether some state of a set in a mode may lie on a surface from which both fields lead away: it has no image."""
+    features(a_set, w.z, p.resets.shape[1])
+    for s in range(len(p.surfaces)):
+        apply_row(p.surfaces[s, 0], w.z, w.late)
+        may = p.beside[s, mode] and least(w.late) <= 0.0 and greatest(w.late) >= 0.0
+        for side in range(1, 3):
+            apply_row(p.surfaces[s, side], w.z, w.late)
+            may = may and greatest(w.late) > 0.0
+        if may:
+            return True
+    return False
+
+
+@inner
 def happened(p, hit, waiting, code, power, m, w):
     """Follow an event through the transitions that may take place: (sets that wait, images, whether some state may have no image,
     whether all take one way; `waiting` is negative where there is no room).

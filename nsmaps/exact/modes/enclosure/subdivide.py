@@ -7,7 +7,7 @@ from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.modes.enclosure.events import GONE, LANDED, copied, first_events
 from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, least, radius
 from nsmaps.exact.modes.enclosure.landing import FALLING, STARTED
-from nsmaps.exact.modes.enclosure.passage import SMALL, after_reset, begun, happened, valid
+from nsmaps.exact.modes.enclosure.passage import SMALL, after_reset, begun, happened, may_repel, valid
 from nsmaps.exact.modes.march.returns import lengthened
 
 MOST_CELLS = 16  # cells of a box and their halves, to tighten its images
@@ -68,6 +68,7 @@ def followed(p, b, m, w):
         copied(w.parts[waiting], w.parts[here])
         for c in range(3):
             w.kind[here, c] = w.kind[waiting, c]
+        empty = empty or may_repel(p, w.kind[here, 0], w.parts[here], w)
         code, power = w.names[waiting, 0], w.names[waiting, 1]
         ended, number = first_events(p, w.kind[here, 0], here, w)
         lost = ended == LANDED and number == 0 and w.kind[here, 2] & STARTED != 0

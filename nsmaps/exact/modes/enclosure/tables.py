@@ -49,6 +49,8 @@ class BallTables(NamedTuple):
     base: int  #: of the numbers of words
     on: Any  #: shape (T, S), whether the function is zero just after the event
     rises: Any  #: shape (T, S), whether its rate is then not negative, as that of the function of the event is not positive
+    surfaces: Any  #: shape (Q, 3, N), function of each surface of sliding, its rate above, and below with the other sign
+    beside: Any  #: shape (Q, M), whether the mode lies above or below the surface
     is_section: Any  #: shape (T,)
     after: bool  #: whether start and image are just after the reset
     starts: Any  #: shape (B,), the transition of each

@@ -196,6 +196,8 @@ def look_around(p, mode, tau, w):
     """Take note of the minima of the functions that are watched."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
         weighed(p.series[f], w.z, w.a)
+        for k in range(w.on[f]):
+            w.a[k] = 0.0
         least, number = minima(w.a, tau, w.b)
         w.near[0] = min(w.near[0], least)
         w.minima[f] += number
