@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from nsmaps.coordinates import is_angle
@@ -42,7 +43,7 @@ _GREEK = re.compile(
 _UNITS: ContextVar[tuple[bool, Mapping[str, str]]] = ContextVar("units", default=(False, {}))
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
-_TICKS = 2  #: an inch of a horizontal axis, so that their names of up to six digits stand beside each other
+_LETTER = 0.085  #: inches of an axis that a digit takes
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
 STYLE: dict[str, Any] = {
@@ -81,6 +82,9 @@ STYLE: dict[str, Any] = {
     "figure.constrained_layout.h_pad": 0.04,
 }
 """The settings of every drawn file; for `matplotlib.rc_context`, never written to matplotlib's own."""
+
+
+HALO = (withStroke(linewidth=1.8, foreground="white"),)  #: around lines and names over areas
 
 
 def tint(colour: str, amount: float = 0.65) -> tuple[float, float, float]:
@@ -211,7 +215,18 @@ def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
         if is_angle(coordinate):
             angle_ticks(axis, span)
         if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
-            most = min(6, int(_TICKS * ax.bbox.width / ax.figure.dpi)) if axis is ax.xaxis else 6
-            axis.set_major_locator(MaxNLocator(max(most, 2), steps=[1, 2, 5, 10]))  # few, for the many digits of a small domain
-            axis.get_major_formatter().set_useOffset(False)  # type: ignore[attr-defined]
+            _decimal_ticks(ax, axis)
     return ax
+
+
+def _decimal_ticks(ax: Axes, axis: Axis) -> None:
+    """At most six ticks; on a horizontal axis only as many as have room for their digits, which are many of a small domain."""
+    room = ax.bbox.width / ax.figure.dpi / _LETTER if axis is ax.xaxis else np.inf
+    formatter = axis.get_major_formatter()
+    formatter.set_useOffset(False)  # type: ignore[attr-defined]
+    for most in (6, 4, 3, 2):
+        axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
+        low, high = axis.get_view_interval()
+        names = formatter.format_ticks([tick for tick in axis.get_majorticklocs() if low <= tick <= high])
+        if sum(len(name) + 1 for name in names) <= room:
+            break

@@ -11,14 +11,14 @@ from matplotlib.collections import PolyCollection, TriMesh
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.exact.words import encode
 from nsmaps.figures.composite.areas import colours_of
-from nsmaps.figures.composite.cobweb import cobweb
+from nsmaps.figures.composite.cobweb import cobweb, draw_pieces
 from nsmaps.figures.composite.cobweb import sheets as cobweb_sheets
 from nsmaps.figures.composite.partition import partition
 from nsmaps.figures.composite.regions import regions
 from nsmaps.figures.data import SURFACES
 from nsmaps.figures.returns.words import pieces, words
 from nsmaps.figures.returns.words import sheets as word_sheets
-from nsmaps.figures.style import GREY, PIECES, REST, family_colours, tint
+from nsmaps.figures.style import GREY, PIECES, REST, family_colours, piece_label, tint
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
 
@@ -74,12 +74,21 @@ def test_eight_pieces_have_a_colour_first_those_in_which_orbits_end(many):
     assert max(share[grey]) <= min(share[k] for k in range(STRIPS - 1) if told[k] != REST)
 
 
-def test_a_cobweb_of_many_pieces_names_eight_and_counts_the_rest(many, ax):
-    cobweb(many, ax, "v")
-    texts = legend_texts(ax)
+def test_pieces_are_named_up_to_eight_and_the_rest_counted(many, ax):
+    draw_pieces(many, ax, 0)
+    texts = [str(each.get_label()) for each in (*ax.lines, *ax.collections)]
     drawn = len(np.unique(many.composite.piece_of(GRID.states())))
     assert [text for text in texts if "more" in text] == [f"{drawn - 8} more pieces"]
     assert len([text for text in texts if "mathcal" in text]) == 8
+
+
+def test_a_cobweb_names_the_pieces_that_its_orbit_visits(many, ax):
+    cobweb(many, ax, "v")
+    states = many.orbits[0].composite.states
+    visited = {many.composite.pieces[k].name for k in many.composite.piece_of(states[:-1])}
+    named = [text for text in legend_texts(ax) if "mathcal" in text]
+    assert set(named) <= {piece_label(name) for name in visited}
+    assert "other pieces" in legend_texts(ax)
 
 
 def test_small_areas_are_drawn_over_large_ones(result, ax):
@@ -90,7 +99,7 @@ def test_small_areas_are_drawn_over_large_ones(result, ax):
         WALLS,
         tuple(Piece(n, b, linear((0.3, 0.1, 0.1), (0.5, 0.1, 0.05)), "BB") for n, b in zip("ab", (inner, outer), strict=True)),
     )
-    cobweb(replace(result, composite=made), ax, "v")
+    draw_pieces(replace(result, composite=made), ax, 0)
     height = {area.get_label(): area.get_zorder() for area in ax.collections if isinstance(area, PolyCollection)}
     assert height["a"] > height["b"]
 

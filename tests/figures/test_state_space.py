@@ -218,7 +218,7 @@ def test_projections_show_every_family_in_every_coordinate(result):
 def test_orbits_lie_over_each_other(result, ax):
     orbits(result, ax, 1)
     lines = {line.get_label(): line for line in ax.lines}
-    thin = [line.get_xydata() for line in ax.lines if line.get_linewidth() == 0.7]
+    thin = [line.get_xydata() for line in ax.lines if line.get_linewidth() == 0.4]
     for whole, (name, colour, dashes) in zip(thin, (("exact map", ORANGE, "-"), ("composite map", GREEN, "--")), strict=True):
         states = getattr(result.orbits[1], name.split()[0]).states
         kept = [corner for corner in whole if (corner == states).all(axis=1).any()]
@@ -327,7 +327,7 @@ def test_states_of_other_words_are_told(result, ax):
 
 def test_the_last_tenths_are_in_the_legend_of_the_orbits(result, ax):
     orbits(result, ax)
-    assert legend_texts(ax) == ["exact map", "exact, last 10 %", "composite map", "composite, last 10 %", "start"]
+    assert legend_texts(ax) == ["exact map", "composite map", "exact, last 10 %", "composite, last 10 %", "start"]
     (line,) = [line for line in ax.lines if line.get_label() == "composite, last 10 %"]
     assert np.array_equal(line.get_xydata(), result.orbits[0].composite.states[-5:])
 
@@ -352,7 +352,7 @@ def test_an_orbit_that_ends_has_a_cross_and_no_last_tenth(result, ax):
         stopped = replace(pair, composite=replace(pair.composite, states=states))
         other = ax.figure.add_subplot()
         orbits(replace(result, orbits=(stopped,)), other)
-        assert legend_texts(other) == ["exact map", "exact, last 10 %", "composite map", text, "start"]
+        assert legend_texts(other) == ["exact map", "composite map", "exact, last 10 %", text, "start"]
         (cross,) = [line for line in other.lines if line.get_label() == text]
         assert cross.get_xydata().tolist() == [whole[last - beyond].tolist()]
 

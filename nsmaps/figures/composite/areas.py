@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
-from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt, minimum_filter
@@ -18,7 +17,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.data import COMPOSITE, SURFACES
 from nsmaps.figures.lines import finite_states, last_tenth
-from nsmaps.figures.style import MOST, PIECES, REST, SIZE, fill_of, piece_colours, piece_label
+from nsmaps.figures.style import HALO, MOST, PIECES, REST, SIZE, fill_of, piece_colours, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
@@ -49,14 +48,22 @@ def colours_of(result: "StudyResult", figure: str) -> list[str]:
     return [PIECES[first.index(k)] if k in first else REST if piece.word else "#FFFFFF" for k, piece in enumerate(pieces)]
 
 
-def paint_pieces(ax: Axes, result: "StudyResult", figure: str, grid: Grid, beside: Floats | None = None) -> None:
+def paint_pieces(
+    ax: Axes,
+    result: "StudyResult",
+    figure: str,
+    grid: Grid,
+    beside: Floats | None = None,
+    only: Ints | None = None,
+) -> None:
     """The pieces over the window of a grid, with straight edges, named where there is room beside the given points (N, 2).
 
-    Uncovered states are hatched.
+    Only some have a colour if their numbers are given. Uncovered states are hatched.
     """
     composite, fine = COMPOSITE.of(result, figure), finer(grid)
     number, colours = pieces_on(composite, fine), colours_of(result, figure)
-    paint(ax, fine, number, [fill_of(colour) for colour in colours])
+    fills = [fill_of(colour if only is None or k in only else "#FFFFFF") for k, colour in enumerate(colours)]
+    paint(ax, fine, number, fills)
     draw_borders(ax, piece_borders(composite, fine))
     taken = np.zeros(fine.shape, bool) if beside is None else _near(fine, beside)
     for k, piece in enumerate(composite.pieces):
@@ -150,8 +157,7 @@ def name_area(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str, sizes: t
         middles = minimum_filter(area, size=tuple(cells), mode="constant", cval=False)
         if middles.any():
             x, y = grid.states()[inmost(middles)]
-            halo = [withStroke(linewidth=1.6, foreground="white")]
-            ax.text(x, y, name, ha="center", va="center", fontsize=size, color="black", zorder=8, path_effects=halo)
+            ax.text(x, y, name, ha="center", va="center", fontsize=size, color="black", zorder=8, path_effects=HALO)
             return True
     return False
 

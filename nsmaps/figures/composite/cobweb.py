@@ -14,11 +14,12 @@ from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.composite.areas import colours_of, pieces_on
+from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.data import COMPOSITE, ORBITS, SURFACES
 from nsmaps.figures.data import position as place
 from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import MAGENTA, REST, dress, piece_label, tint
+from nsmaps.figures.style import HALO, MAGENTA, REST, dress, fill_of, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 
 if TYPE_CHECKING:
@@ -35,30 +36,48 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     coordinates = COMPOSITE.of(result, "cobweb").coordinates
     count = len(ORBITS.of(result, "cobweb"))
     panels = tuple(partial(cobweb, result, coordinate=c, number=k) for k in range(count) for c in coordinates)
-    return (Sheet("cobweb", panels, len(coordinates), 0.91),)
+    return (Sheet("cobweb", panels, min(len(coordinates), 2), 0.85, legend=True),)
 
 
 def cobweb(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
     """The cobweb of one coordinate of a composite orbit, with its last tenth in magenta; of one that ends, a cross at its end.
 
     A piece whose map is separable in this coordinate is a curve; of any other the area of its images is shaded.
-    The picture holds the grid, the orbit and the curves as far as they stay near; what lies farther out is cut off.
+    Pieces that the orbit does not visit are pale. An attractor that is small is enlarged in an inset. The picture holds the grid,
+    the orbit and the curves as far as they stay near; what lies farther out is cut off.
     """
     composite = COMPOSITE.of(result, "cobweb")
     i = place(composite.coordinates, coordinate or composite.coordinates[0])
     values = composite_states(result, number)[:, i]
-    draw_pieces(result, ax, i)
-    ax.plot(*staircase(values), color="0.2", lw=0.5, zorder=4, label="composite orbit")
+    visited = np.unique(composite.piece_of(composite_states(result, number)[:-1]))
+    draw_pieces(result, ax, i, visited)
+    ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, path_effects=HALO, label="composite orbit")
     dots: dict[str, Any] = {"mfc": MAGENTA, "mec": "black", "mew": 0.5, "zorder": 6}
     low, high = ax.get_xlim()
-    if not ended(_orbit(result, number)):
-        ends = last_tenth(values)
-        ax.plot(*staircase(ends), "-", color=MAGENTA, lw=0.8, zorder=5)
-        ax.plot(ends[:-1], ends[1:], "o", ms=3.3, label="last 10 %", **dots)
+    lasts = not ended(_orbit(result, number))
+    if lasts:
+        _ends(ax, values)
     elif low <= values[-1] <= high:
         ax.plot(values[-1:], values[-1:], "X", ms=5.4, label="end", **dots)
     ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=0.8, ms=4.2, zorder=6, label="start")
-    return look(ax, values, composite.coordinates[i])
+    look(ax, values, composite.coordinates[i])
+    ends = last_tenth(values)
+    corners = np.column_stack(staircase(values))
+    inner = inset(ax, np.column_stack([ends[:-1], ends[1:]]), corners) if lasts else None
+    if inner is not None:
+        limits = inner.get_xlim(), inner.get_ylim()
+        draw_pieces(result, inner, i, visited)
+        inner.set(xlim=limits[0], ylim=limits[1])
+        diagonal(inner, *ax.get_xlim())
+        _ends(inner, values)
+    return ax
+
+
+def _ends(ax: Axes, values: Floats) -> None:
+    """The last tenth of a cobweb."""
+    ends = last_tenth(values)
+    ax.plot(*staircase(ends), "-", color=MAGENTA, lw=0.8, zorder=5)
+    ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=3.3, zorder=6, label="last 10 %")
 
 
 def composite_states(result: "StudyResult", number: int = 0) -> Floats:
@@ -92,16 +111,20 @@ def look(ax: Axes, values: Floats, name: str) -> Axes:
     whole = angle and interval[1] - interval[0] >= TWO_PI * (1 - 1e-9)
     margin = 0.0 if whole else 0.03 * (top - bottom)
     ax.set(xlim=(low, high), ylim=interval if whole else (bottom - margin, top + margin))
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    ax.legend()
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def draw_pieces(result: "StudyResult", ax: Axes, i: int) -> dict[int, list[Line2D | PolyCollection]]:
+def draw_pieces(result: "StudyResult", ax: Axes, i: int, visited: Ints | None = None) -> dict[int, list[Line2D | PolyCollection]]:
     """The images of every piece over the grid of the surfaces, against coordinate i; what was drawn, by the piece's number.
+
+    With the numbers of those that are `visited` all others are pale.
 
     An angle is not wrapped, so that an area across the seam is not the whole circle: it is drawn on each turn.
     """
     composite, colours = COMPOSITE.of(result, "cobweb"), colours_of(result, "cobweb")
+    if visited is not None:
+        colours = [colour if k in visited else REST for k, colour in enumerate(colours)]
     axes = tuple(next(iter(SURFACES.of(result, "cobweb").values())).grid.axes.values())
     x = axes[i].values()
     ax.set_xlim(x[0], x[-1])
@@ -111,14 +134,15 @@ def draw_pieces(result: "StudyResult", ax: Axes, i: int) -> dict[int, list[Line2
         piece = composite.pieces[k]
         middle = TWO_PI * np.round((np.nanmedian(low + high) - x[0] - x[-1]) / 2 / TWO_PI) if angle else 0.0
         text = "_" if colours[k] == REST else piece_label(piece.name)
-        flat, above = _separable(piece, i), 2 - share  # a small area on top of a large one hides it not
+        # what is small, or visited, lies on top of what is large, or is not
+        flat, above = _separable(piece, i), 2 - share - (colours[k] == REST)
         drawn[k] = [_draw(ax, x, low - middle, high - middle, flat, colours[k], text, above)]
         if angle:
             drawn[k] += [
                 _draw(ax, x, low - middle + t, high - middle + t, flat, colours[k], "_", above) for t in (-TWO_PI, TWO_PI)
             ]
     if others := [k for k in drawn if colours[k] == REST]:
-        ax.fill_between([], [], color=REST, lw=0, label=f"{len(others)} more pieces")
+        ax.fill_between([], [], color=REST, lw=0, label="other pieces" if visited is not None else f"{len(others)} more pieces")
     return drawn
 
 
@@ -127,8 +151,8 @@ def _draw(
 ) -> Line2D | PolyCollection:
     """The images of one piece: a line if they are those of one coordinate, else the area between them."""
     if flat:
-        return ax.plot(x, low, color=colour, lw=1.3, label=text, zorder=3)[0]
-    return ax.fill_between(x, low, high, color=tint(colour, 0.0 if colour == REST else 0.55), lw=0, label=text, zorder=above)
+        return ax.plot(x, low, color=colour, lw=1.3, label=text, zorder=1 + above)[0]
+    return ax.fill_between(x, low, high, color=fill_of(colour), lw=0, label=text, zorder=above)
 
 
 @lru_cache(maxsize=8)  # the panels of all orbits show the same

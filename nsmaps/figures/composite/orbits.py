@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,14 +11,17 @@ from matplotlib.axes import Axes
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
 from nsmaps.figures.composite.areas import paint_pieces
+from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.data import ORBITS
 from nsmaps.figures.lines import ended, finite_states, last_tenth, window
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import GREEN, ORANGE, dress
+from nsmaps.figures.style import GREEN, HALO, ORANGE, dress
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.orbit import Orbit
     from nsmaps.study.result import StudyResult
 
+Run = tuple["Orbit", str, str, tuple[str, str, str, float], str]  #: an orbit, colour, dashes, marker of its last tenth, name
 _NEAR = 0.04  #: of the orbit's extent, within which it has come to the attractor, and its line is thin not to hide it
 
 
@@ -26,40 +29,52 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with a panel for every start."""
     pairs = ORBITS.of(result, "orbits")
     panels = tuple(partial(orbits, result, number=number) for number in range(len(pairs)))
-    return (Sheet("orbits", panels, min(len(pairs), 2)),)
+    return (Sheet("orbits", panels, min(len(pairs), 2), 0.8, legend=True),)
 
 
 def orbits(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     """The two orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths.
 
-    An orbit that ends before has none: a cross marks its last state, or the last one in the picture, if it leaves that.
+    Only pieces that an orbit visits have a colour, and an attractor that is small is enlarged. An orbit that ends before has no
+    last tenth: a cross marks its last state, or the last one in the picture, if it leaves that.
     A step across the seam of a phase, where it is wrapped, is not a line across the figure: the line leaves at one edge and
     comes in at the other.
     """
     pair = ORBITS.of(result, "orbits")[number]
     coordinates = pair.exact.coordinates
-    runs = [(pair.exact, ORANGE, "-", ("D", "none", ORANGE, 8.0), result.system.map_name)]
+    runs: list[Run] = [(pair.exact, ORANGE, "-", ("D", "white", ORANGE, 6.0), result.system.map_name)]
     if pair.composite is not None:
-        runs.append((pair.composite, GREEN, "--", ("o", GREEN, "white", 5.5), "composite map"))
+        runs.append((pair.composite, GREEN, "--", ("o", GREEN, "white", 4.0), "composite map"))
     every = [finite_states(orbit) for orbit, *_ in runs]
     if result.composite is not None and result.surfaces:
         points = np.concatenate([_between(states) for states in every])
-        paint_pieces(ax, result, "orbits", next(iter(result.surfaces.values())).grid, beside=points)
-    for states, (orbit, colour, dashes, (marker, fill, edge, size), name) in zip(every, runs, strict=True):
+        visited = np.unique(result.composite.piece_of(np.concatenate(every)))
+        paint_pieces(ax, result, "orbits", next(iter(result.surfaces.values())).grid, beside=points, only=visited)
+    for states, (orbit, colour, dashes, _, name) in zip(every, runs, strict=True):
         first = states if ended(orbit) else states[: _arrival(states) + 1]
         ax.plot(*around(states, coordinates).T, color=colour, lw=0.4, alpha=0.6, zorder=4)
-        ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.1, label=name, zorder=4)
-        ends = f"{name.split()[0]}, last 10 %"
-        if not ended(orbit):
-            ax.plot(*last_tenth(states).T, marker, mfc=fill, mec=edge, mew=0.7, ms=size, zorder=5, label=ends)
+        ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.1, label=name, zorder=4, path_effects=HALO)
+    _last(ax, runs, every)
     _look(ax, result, coordinates, np.concatenate(every))
     for states, (orbit, colour, *_, name) in zip(every, runs, strict=True):
         if ended(orbit):
             _end(ax, states, colour, name)
     start = every[0][:1]
     ax.plot(*start.T, "o", mfc="white", mec="black", mew=0.8, ms=4.8, zorder=6, clip_on=False, label="start")
-    ax.legend(loc="lower right", bbox_to_anchor=(1, 1.06), ncols=len(runs) + 1, frameon=False, columnspacing=1, handlelength=1.8)
+    ax.legend()
+    lasting = [last_tenth(states) for states, (orbit, *_) in zip(every, runs, strict=True) if not ended(orbit)]
+    inner = inset(ax, np.concatenate(lasting), np.concatenate([_between(states) for states in every])) if lasting else None
+    if inner is not None:
+        _last(inner, runs, every)
     return dress(ax, (coordinates[0], "k"), (coordinates[1], "k"))
+
+
+def _last(ax: Axes, runs: Sequence[Run], every: Sequence[Floats]) -> None:
+    """The last tenths of the orbits that do not end before."""
+    for states, (orbit, _, _, (marker, fill, edge, size), name) in zip(every, runs, strict=True):
+        if not ended(orbit):
+            look: dict[str, Any] = {"mfc": fill, "mec": edge, "mew": 0.7, "ms": size, "zorder": 5, "clip_on": False}
+            ax.plot(*last_tenth(states).T, marker, label=f"{name.split()[0]}, last 10 %", **look)
 
 
 def _end(ax: Axes, states: Floats, colour: str, name: str) -> None:

@@ -1,0 +1,48 @@
+"""Orbits over the pieces: what has a colour, and what is enlarged."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_hex
+
+from nsmaps.figures.composite.inset import inset
+from nsmaps.figures.composite.orbits import orbits
+
+
+def along(result, states):
+    """The result with one start, whose two orbits are the states (m, 2)."""
+    pair = result.orbits[0]
+    both = {name: replace(getattr(pair, name), states=states) for name in ("exact", "composite")}
+    return replace(result, orbits=(replace(pair, **both),))
+
+
+def test_only_pieces_that_an_orbit_visits_have_a_colour(result, ax):
+    orbits(along(result, np.tile([0.7, 0.5], (41, 1))), ax)
+    mesh = next(each for each in ax.collections if isinstance(each, QuadMesh))
+    white = [to_hex(colour) == "#ffffff" for colour in mesh.get_cmap().colors]
+    assert white == [True, False, True], "the reset, R1, R2"
+
+
+@pytest.mark.parametrize(("extent", "enlarged"), [(0.05, True), (0.0, False), (0.3, False)])
+def test_an_attractor_that_is_small_and_no_point_is_enlarged(result, ax, extent, enlarged):
+    states = np.random.default_rng(3).uniform([0.6, 0.5], [0.6 + extent, 0.5 + extent * 10], (400, 2))
+    orbits(along(result, states), ax)
+    assert len(ax.child_axes) == enlarged
+    for inner in ax.child_axes:
+        held = zip(states[-40:].T, (inner.get_xlim(), inner.get_ylim()), strict=True)
+        assert all(low < values.min() <= values.max() < high for values, (low, high) in held)
+
+
+@pytest.mark.parametrize("corner", [[0, 0], [0, 1], [1, 0], [1, 1]])
+def test_an_inset_lies_where_nothing_else_is(ax, corner):
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    name = ax.text(*np.clip(corner, 0.2, 0.8), "R")
+    taken = np.random.default_rng(0).uniform(0, 1, (300, 2))
+    taken = taken[(np.abs(taken - corner) > 0.5).any(axis=1)]
+    inner = inset(ax, np.array([[0.45, 0.5], [0.55, 0.6]]), taken)
+    place = ax.transAxes.inverted().transform(inner.get_window_extent().get_points())
+    assert np.abs(place.mean(axis=0) - np.clip(corner, 0.23, 0.77)).max() < 0.01
+    assert not ((taken > place[0]) & (taken < place[1])).all(axis=1).any()
+    assert name not in ax.texts
