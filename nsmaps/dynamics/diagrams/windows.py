@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -21,7 +22,10 @@ FEWEST = 4  #: values in a window; beside a doubling, motions that have not conv
 LOCATED, CHANGED = 1e-8, 1e-6  #: shares of the range to which the end of a cycle and a change of motion are bisected
 HALVED = 1e-6  #: the same where a cycle comes so near to one of half its period that Newton's method leads to this
 BESIDE = 3  #: values by which the cycle of a window may reach into the window before it
-MOVED, APART = 0.1, 1e-5  #: of the scale of a cycle: its largest change within a step; the least difference of its states
+MOVED, APART = (
+    0.1,
+    1e-5,
+)  #: of the coordinates' magnitudes: a cycle's largest change in a step, its states' least difference
 AT_ONE = 0.01  #: largest distance from 1 or -1 of a multiplier of the last cycle before a fold or a doubling
 LABEL, WORDS, RANGE = "change of motion", "change of words", "end of the range"
 
@@ -74,7 +78,7 @@ def windows(
     return tuple(sorted(found, key=lambda window: window.low.value))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Search:
     """A diagram whose values are taken in the order in which they are followed; a place is a position in this order."""
 
@@ -142,11 +146,23 @@ class _Search:
     def _cycle(self, value: float, states: Floats, like: PeriodicOrbit | None) -> PeriodicOrbit | None:
         """The stable cycle of least period at a value near such states, with the words of another; None where there is none."""
         found = self._newton(value, states)
-        if found is None or not found.stable or _least_shift(found) <= APART or (like is not None and found.words != like.words):
+        if found is None or not found.stable or self._apart(found) <= APART or (like is not None and found.words != like.words):
             return None
-        coordinates = found.returns.coordinates
-        moved = np.abs(coordinates.difference(found.states, states) / coordinates.magnitudes(states)).max()
+        moved = np.abs(found.returns.coordinates.difference(found.states, states) / self.scale).max()
         return found if moved <= MOVED else None
+
+    @cached_property
+    def scale(self) -> Floats:
+        """The magnitude of each coordinate in the diagram, shape (n,)."""
+        states = self.diagram.states.reshape(-1, self.diagram.states.shape[-1])
+        return self.diagram.coordinates.magnitudes(states[np.isfinite(states).all(axis=1)])
+
+    def _apart(self, cycle: PeriodicOrbit) -> float:
+        """The least difference of a cycle from itself shifted by a part of its period, in the scale; inf for period 1."""
+        states, coordinates = cycle.states, cycle.returns.coordinates
+        shifts = [q for q in range(1, len(states) // 2 + 1) if len(states) % q == 0]
+        gaps = [np.abs(coordinates.difference(np.roll(states, q, axis=0), states) / self.scale).max() for q in shifts]
+        return float(min(gaps, default=np.inf))
 
     def _newton(self, value: float, states: Floats) -> PeriodicOrbit | None:
         """The cycle to which Newton's method leads from such states; None without one, or without a map or its derivative."""
@@ -169,7 +185,7 @@ class _Search:
                 last.append(found)
                 return np.array([True])
             other = self._newton(float(values[0]), last[-1].states)
-            part = other is not None and _least_shift(other) <= APART
+            part = other is not None and self._apart(other) <= APART
             halved.extend(values if part else [])
             return np.array([part and other is not None and other.stable is False])
 
@@ -204,15 +220,6 @@ def _as_doubled(one: Border, other: Border, near: float) -> tuple[Border, Border
         return one, other
     sharp = one if one.kind == DOUBLING else other
     return replace(sharp, kind=one.kind), replace(sharp, kind=other.kind)
-
-
-def _least_shift(cycle: PeriodicOrbit) -> float:
-    """The least difference of a cycle from itself shifted by a part of its period, in its scale; inf for period 1."""
-    states, coordinates = cycle.states, cycle.returns.coordinates
-    shifts = [q for q in range(1, len(states) // 2 + 1) if len(states) % q == 0]
-    scale = coordinates.magnitudes(states)
-    gaps = [np.abs(coordinates.difference(np.roll(states, q, axis=0), states) / scale).max() for q in shifts]
-    return float(min(gaps, default=np.inf))
 
 
 def _kind(cycle: PeriodicOrbit) -> str:

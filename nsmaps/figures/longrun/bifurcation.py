@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from math import ceil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,8 @@ MOST = 4096  #: columns of a raster, where values are not equidistant
 _LETTER, _LINE = 0.065, 0.15  #: inches that a letter and a line of the name of a motion need
 _REACH = 1  #: rows on either side to which a state belongs: lines of half a point
 _FAINTEST = 0.3  #: opacity of a place that one state of an orbit visits
+_TICK = 0.2  #: inches from one tick to the next at least
+_UPRIGHT = 8  #: letters of the longest name that is written upwards
 _MARGIN = 0.04  #: of the height of the states that is left free above and below them
 
 
@@ -55,15 +58,27 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
         image, beside = raster(diagram, coordinate, ends, colours)
         ax.imshow(image, extent=(*beside, *ends), origin="lower", aspect="auto", interpolation="antialiased", zorder=0)
         ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
-        names = {window.by_returns: window.label for window in result.windows.get("exact", ())}
-        named = [(names.get(window.by_returns, window.label), window) for window in result.windows.get(of, ())]
-        ax.set_ylim(ends[0], ends[1] + _name_motions(ax, named) * (ends[1] - ends[0]))
+        ax.set_ylim(ends)
         _legend(ax, colours)
     for low, high in _gaps(diagram):
         ax.axvspan(low, high, color="0.92", lw=0)
     parameter = section(result.study.bifurcation, "bifurcation").parameter
     ax.set_title(map_name(result.system, of), loc="right")
-    return dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
+    dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
+    if ends is not None:
+        tall = _name_motions(ax, _named(result, of))
+        ticks = [tick for tick in ax.get_yticks() if ends[0] <= tick <= ends[1]]  # none beside the names
+        many = len(ticks) * _TICK * (1 + tall) * ax.figure.dpi / ax.bbox.height
+        ax.set_yticks(ticks[:: max(ceil(many), 1)])
+        ax.set_ylim(ends[0], ends[1] + tall * (ends[1] - ends[0]))
+    return ax
+
+
+def _named(result: "StudyResult", of: str) -> "list[tuple[str, Window]]":
+    """The windows of a map with their names."""
+    own, exact = result.windows.get(of, ()), result.windows.get("exact", ())
+    names = {} if of == "exact" else {window.by_returns: window.label for window in exact}
+    return [(names.get(window.by_returns, window.label), window) for window in own]
 
 
 def raster(
@@ -159,6 +174,8 @@ def _name_motions(ax: Axes, named: "Sequence[tuple[str, Window]]") -> float:
         if not name or share < _LINE:
             continue
         upright = share < _LETTER * (len(name) + 1)
+        if upright and len(name) > _UPRIGHT:
+            continue
         tall = max(tall, ((len(name) + 1) * _LETTER if upright else _LINE) / height)
         look: dict[str, Any] = {"ha": "center", "va": "top", "rotation": 90 * upright}
         middle = (each.low.value + each.high.value) / 2
