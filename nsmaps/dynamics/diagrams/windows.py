@@ -146,7 +146,7 @@ class _Search:
     def _cycle(self, value: float, states: Floats, like: PeriodicOrbit | None) -> PeriodicOrbit | None:
         """The stable cycle of least period at a value near such states, with the words of another; None where there is none."""
         found = self._newton(value, states)
-        if found is None or not found.stable or self._apart(found) <= APART or (like is not None and found.words != like.words):
+        if found is None or not found.stable or self._separation(found) <= APART or (like is not None and found.words != like.words):
             return None
         moved = np.abs(found.returns.coordinates.difference(found.states, states) / self.scale).max()
         return found if moved <= MOVED else None
@@ -157,7 +157,7 @@ class _Search:
         states = self.diagram.states.reshape(-1, self.diagram.states.shape[-1])
         return self.diagram.coordinates.magnitudes(states[np.isfinite(states).all(axis=1)])
 
-    def _apart(self, cycle: PeriodicOrbit) -> float:
+    def _separation(self, cycle: PeriodicOrbit) -> float:
         """The least difference of a cycle from itself shifted by a part of its period, in the scale; inf for period 1."""
         states, coordinates = cycle.states, cycle.returns.coordinates
         shifts = [q for q in range(1, len(states) // 2 + 1) if len(states) % q == 0]
@@ -185,7 +185,7 @@ class _Search:
                 last.append(found)
                 return np.array([True])
             other = self._newton(float(values[0]), last[-1].states)
-            part = other is not None and self._apart(other) <= APART
+            part = other is not None and self._separation(other) <= APART
             halved.extend(values if part else [])
             return np.array([part and other is not None and other.stable is False])
 
