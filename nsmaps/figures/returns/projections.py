@@ -42,8 +42,8 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     views: list[dict[str, Any]] = [{"part": half, "coordinate": name, "bar": name == last} for half in halves for name in names]
     panels = {family: tuple(partial(projections, result, family=family, **view) for view in views) for family in named}
     if len(halves) == 1:
-        return (Sheet("projections", sum(panels.values(), ()), 2, 0.78, legend=True),)
-    return tuple(Sheet(file_of("projections", family), each, 2, 0.78, legend=True) for family, each in panels.items())
+        return (Sheet("projections", sum(panels.values(), ()), 2, 0.84, legend=True),)
+    return tuple(Sheet(file_of("projections", family), each, 2, 0.84, legend=True) for family, each in panels.items())
 
 
 def _halves(name: str, axis: Axis) -> list[Part]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Part = tuple[Floats, Ints, str]  #: places and heights (P, 3), triangles (T, 3), and their colour
 
-_TICKS = 5  #: of an axis, about
+_WIDE = 1.5  #: inches of a panel, in which there is room for all ticks
 TINT = 0.2  #: share of white in the colour of a surface
 ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
@@ -79,14 +79,15 @@ def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], im
         set_limits(starts.min(), starts.max())
     space.set_zlim(bottom=min(0.0, float(shown[:, 2].min())))
     space.view_init(elev=ELEVATION, azim=AZIMUTH)
-    space.set_box_aspect((1, 1, 0.95), zoom=1.02)
+    wide = ax.bbox.width > _WIDE * cast(Any, ax.figure).dpi
+    space.set_box_aspect((1, 1, 0.95), zoom=0.95 if wide else 0.8)
     dress(ax, (over[0], "k"), (over[1], "k"))
     for axis, name, step in zip((space.xaxis, space.yaxis, space.zaxis), (*over, image), ("k", "k", "k+1"), strict=True):
         axis.set_rotate_label(False)
         axis.set_label_text(symbol(name, step))
         axis.set_tick_params(pad=-1.5)
-        axis.labelpad = -2 if axis is space.zaxis else -5
-        if not is_angle(name):
-            axis.set_major_locator(MaxNLocator(_TICKS, steps=[1, 2, 5, 10]))
-    if is_angle(image):
-        angle_ticks(space.zaxis, float(np.ptp(space.get_zlim())))
+        axis.labelpad = -1.5 if axis is space.zaxis else -5
+        if is_angle(name):
+            angle_ticks(axis, float(np.ptp(axis.get_view_interval())) * (1 if wide else 2))
+        else:
+            axis.set_major_locator(MaxNLocator(5 if wide else 2, steps=[1, 2, 5, 10]))
