@@ -1,7 +1,8 @@
 """All pictures made anew: `python docs/gallery/make.py` runs the studies of the list `figures.yaml`, draws, and writes index.md.
 
-Only pictures that are missing or stale are made, all of them with `--all`; with names of files of the list these. Runs that are
-in `--runs DIR` and whose studies have not changed are not run again; without it they go to a folder that is removed in the end.
+Only pictures that are missing or stale are made, all of them with `--all`; with names of files of the list these. Runs in
+`--runs DIR` that the same code made from the same studies are not run again, with `--accept` those of any code; without a
+folder they go to one that is removed in the end.
 Studies, drawings and animations are independent programs, as many at a time as there are cores.
 """
 
@@ -16,9 +17,10 @@ from itertools import groupby
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from pictures import COMPUTED, DPI, FORMATS, HERE, KEY, Picture, asked, digest, listed, loaded, pictures, study_of
+from pictures import COMPUTED, DPI, FORMATS, HERE, KEY, Picture, asked, computing, digest, listed, loaded, pictures, study_of
 from PIL import Image, PngImagePlugin
 
+CODE = "code.txt"  #: in the folder of a run, the hash of the code that computed it
 HEAD = """# Gallery
 
 Every figure of the paper, drawn by `nsmaps figures` from the runs of studies that are shipped: nothing here was drawn by
@@ -43,25 +45,28 @@ def place(runs: Path, study: str) -> Path:
     return runs / study
 
 
-def is_current(folder: Path, study: str) -> bool:
-    """Whether a run of a study is there, and was of what the study asks for now."""
+def is_current(folder: Path, study: str, accept: bool = False) -> bool:
+    """Whether a run of a study is there, of what the study asks for now, and by the code that there is now, or by any."""
     from nsmaps import load_study
 
-    if not (folder / "result.json").is_file():
+    code = folder / CODE
+    by = code.read_text(encoding="utf-8") if code.is_file() else ""
+    if not (folder / "result.json").is_file() or not (accept or by == computing(study)):
         return False
     return study == COMPUTED or asked(load_study(folder / "study.yaml")) == asked(loaded(study))
 
 
-def run(runs: Path, study: str) -> None:
+def run(runs: Path, study: str, accept: bool) -> None:
     """Run a study, unless its run is there."""
     folder = place(runs, study)
-    if is_current(folder, study):
+    if is_current(folder, study, accept):
         return
     shutil.rmtree(folder, ignore_errors=True)
     if study == COMPUTED:
         subprocess.run([sys.executable, "-c", f"from computed import *; compute(Path({str(folder)!r}))"], cwd=HERE, check=True)
     else:
         nsmaps("run", study_of(study), "--out", folder, "--quiet", "--no-figures", "--no-report")
+    (folder / CODE).write_text(computing(study), encoding="utf-8")
 
 
 def draw(runs: Path, scratch: Path, study: str, wanted: Sequence[Picture]) -> None:
@@ -104,14 +109,14 @@ def tabled(scratch: Path, each: Picture) -> None:
     keep(each)
 
 
-def make(runs: Path, scratch: Path, wanted: Sequence[Picture]) -> None:
+def make(runs: Path, scratch: Path, wanted: Sequence[Picture], accept: bool = False) -> None:
     """Make pictures: runs first, then what is drawn of them."""
     of: dict[str, list[Picture]] = {}
     for each in wanted:
         of.setdefault(each.study, []).append(each)
     tables = of.pop("", [])
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(lambda study: run(runs, study), of))
+        list(pool.map(lambda study: run(runs, study, accept), of))
         still = [(study, [each for each in every if not each.is_animated]) for study, every in of.items()]
         waits = [pool.submit(animate, runs, scratch, each) for each in wanted if each.is_animated]
         waits += [pool.submit(draw, runs, scratch, study, every) for study, every in still if every]
@@ -148,6 +153,7 @@ if __name__ == "__main__":
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=Path, help="where runs are kept, and taken from")
     parser.add_argument("--all", action="store_true", help="also those that are not stale")
+    parser.add_argument("--accept", action="store_true", help="take the runs that are there, by whatever code they were made")
     parser.add_argument("--stale", action="store_true", help="name those that are stale, and make none")
     parser.add_argument("files", nargs="*", metavar="FILE", help="a file of the list, without its suffix")
     given = parser.parse_args()
@@ -159,5 +165,5 @@ if __name__ == "__main__":
         print("\n".join(each.file.as_posix() for each in wanted))
         raise SystemExit(bool(wanted))
     with TemporaryDirectory() as scratch:
-        make((given.runs or Path(scratch, "runs")).resolve(), Path(scratch, "drawn"), wanted)
+        make((given.runs or Path(scratch, "runs")).resolve(), Path(scratch, "drawn"), wanted, given.accept)
     (HERE / "index.md").write_text("\n".join(page()).rstrip() + "\n", encoding="utf-8")

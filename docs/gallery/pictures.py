@@ -25,6 +25,7 @@ FORMATS = ("png", "svg", "pdf")  #: of a figure of the gallery; others are PNG a
 DPI = 220
 KEY = "nsmaps"  #: of the digest in a PNG
 UNSEEN = ("figures", "expected_failures", "require", "title", "name")  #: of a study, in no picture
+SHOWING = ("figures", "report", "cli", "bench", "exports", "explore", "live", "testing", "newplugin.py", "__main__.py")
 COMPUTED = "exit_times"  #: the run that is no study's
 
 
@@ -125,6 +126,16 @@ def sources(picture: Picture) -> list[Path]:
     if picture.figure == "sketch":
         own.append(Path(inspect.getsourcefile(sketch_of(system))))
     return [*imported([*first, "nsmaps.figures.page"]), *own, *([HERE / "computed.py"] if picture.study == COMPUTED else [])]
+
+
+@cache
+def computing(name: str) -> str:
+    """A hash of the code by which a study is computed: of the package, apart from rooms that show, and of the system."""
+    from nsmaps.plugins import system_class
+
+    package, system = Path(find_spec("nsmaps").origin).parent, Path(inspect.getsourcefile(system_class(loaded(name).system)))
+    files = [path for path in sorted(package.rglob("*.py")) if path.relative_to(package).parts[0] not in SHOWING]
+    return sha256(b"\0".join(path.read_bytes() for path in [*files, system, HERE / "computed.py"])).hexdigest()
 
 
 def imported(modules: Iterable[str]) -> list[Path]:
