@@ -75,7 +75,7 @@ _ROWS = (
     ),
     Row(
         "system.algorithm",
-        "A flow chart of the general algorithm in three rows: initialize, iterate, finalize.",
+        "A flow chart of the general algorithm, from top to bottom: initialize, iterate, finalize.",
         "The general algorithm, steps 0 to vii. Each box names what is done, the section of a study, and the function.",
     ),
     Row(

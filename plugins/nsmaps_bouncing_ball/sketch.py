@@ -18,10 +18,10 @@ def sketch(ax: "Axes") -> "Axes":
     ax.add_patch(Circle((3.0, 3.2), 0.55, fc=RED, ec="0.2", lw=0.7))
     arrows = ((3.0, 0.5, 2.62, "<|-|>"), (6.5, -0.55, 0.85, "<|-|>"), (0.6, 3.6, 2.4, "-|>"))
     for x, low, high, style in arrows:
-        look = {"arrowstyle": style, "color": "0.2", "lw": 1.5, "mutation_scale": 15, "shrinkA": 0, "shrinkB": 0}
+        look = {"arrowstyle": style, "color": "0.2", "lw": 1.0, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", (x, high), (x, low), arrowprops=look)
     for x, y, text in ((3.3, 1.5, "$x$"), (0.95, 3.0, "$g$"), (7.45, 0.15, r"$A\,\sin\,\omega t$"), (0.4, 0.95, "$B$")):
-        ax.text(x, y, text, ha="center", va="center", fontsize=10, color=GREEN if text == "$B$" else "black")
+        ax.text(x, y, text, ha="center", va="center", color=GREEN if text == "$B$" else "black")
     ax.set(xlim=(-0.7, 8.3), ylim=(-1.2, 4.0), aspect="equal")
     ax.set_axis_off()
     return ax

@@ -27,7 +27,7 @@ def sketch(ax: "Axes") -> "Axes":
         ax.add_patch(Circle((wheel, 0.02), 0.11, fc="white", ec="0.2", lw=0.7))
     arrows = ((5.3, 7.5, 0.9, "<|-|>"), (3.8, 5.1, 3.1, "<|-|>"), (4.45, 5.6, -0.6, "-|>"))
     for left, right, y, style in arrows:
-        look = {"arrowstyle": style, "color": "0.2", "lw": 1.5, "mutation_scale": 15, "shrinkA": 0, "shrinkB": 0}
+        look = {"arrowstyle": style, "color": "0.2", "lw": 1.0, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", (right, y), (left, y), arrowprops=look)
     for x, y, text in (
         (1.7, 2.6, "$1$"),
@@ -39,7 +39,7 @@ def sketch(ax: "Axes") -> "Axes":
         (7.25, 2.9, "$B$"),
     ):
         colour = {"$B$": GREEN}.get(text, "white" if (x, y) == (4.45, 1.4) else "black")
-        ax.text(x, y, text, ha="center", va="center", fontsize=10, color=colour)
+        ax.text(x, y, text, ha="center", va="center", color=colour)
     ax.set(xlim=(-0.6, 8.2), ylim=(-1.0, 3.9), aspect="equal")
     ax.set_axis_off()
     return ax

@@ -19,7 +19,7 @@ def sketch(ax: "Axes") -> "Axes":
     ax.plot([-0.3, 9.3], [0, 0], color="0.4", lw=0.6, ls=(0, (5, 3)))
     ax.plot([0, 9.6], [0, 0], color="0.35", lw=1, **look)
     ax.add_patch(Arc((0, 0), 4.4, 4.4, theta2=TILT, color="0.25", lw=0.8))
-    ax.text(2.55, 0.66, r"$\beta$", fontsize=10, ha="center", va="center")
+    ax.text(2.55, 0.66, r"$\beta$", ha="center", va="center")
     frame = ((1.32, 4.2, 7.76, 0.28), (1.32, 0.92, 7.76, 0.28), (1.32, 0.92, 0.28, 3.56), (8.8, 0.92, 0.28, 3.56))
     for edge, grow in (("0.3", 0.02), (STEEL, 0.0)):  # the outline of the whole first, so that no seam shows
         for x, y, wide, high in frame:
@@ -31,7 +31,7 @@ def sketch(ax: "Axes") -> "Axes":
     ax.add_patch(Circle((4.6, 2.7), 0.62, fc=RED, ec="0.2", lw=0.7, **look))
     _letters(ax, look["transform"])
     _arrows(ax, turned)
-    ax.set(xlim=(-1.5, 10.2), ylim=(-0.4, 8.7), aspect="equal")
+    ax.set(xlim=(-1.5, 10.8), ylim=(-0.4, 8.7), aspect="equal")
     ax.set_axis_off()
     return ax
 
@@ -45,11 +45,11 @@ def _letters(ax: "Axes", turned: Any) -> None:
         (7.9, 3.75, r"$\partial T$", BLUE),
         (5.2, 5.4, "$s$", "black"),
         (6.0, 3.2, "$x$", RED),
-        (10.75, 1.8, r"$\hat{F}(\omega\tau + \psi)$", "black"),
+        (10.9, 1.45, r"$\hat{F}(\omega\tau + \psi)$", "black"),
         (5.6, 0.45, "$X$", "black"),
     ):
-        ax.text(x, y, text, color=colour, transform=turned, ha="center", va="center", fontsize=10)
-    ax.text(9.15, 1.9, "$g$", ha="left", va="center", fontsize=10)
+        ax.text(x, y, text, color=colour, transform=turned, ha="center", va="center")
+    ax.text(9.15, 1.9, "$g$", ha="left", va="center")
 
 
 def _arrows(ax: "Axes", turned: Any) -> None:
@@ -62,7 +62,7 @@ def _arrows(ax: "Axes", turned: Any) -> None:
         (*along([(3.7, 0.45), (5.2, 0.45)]), "-|>", "0.2"),
         ((8.9, 2.5), (8.9, 1.3), "-|>", "0.2"),
     ):
-        look = {"arrowstyle": style, "color": colour, "lw": 1.5, "mutation_scale": 15, "shrinkA": 0, "shrinkB": 0}
+        look = {"arrowstyle": style, "color": colour, "lw": 1.0, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", tip, tail, arrowprops=look)
     for end in (2.0, 8.4):
         ax.plot(*along([(end, 4.58), (end, 5.2)]).T, color="0.4", lw=0.5)

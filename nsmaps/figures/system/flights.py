@@ -81,6 +81,11 @@ def _colours(track: ModeTrack) -> dict[str, str]:
     return dict(zip(dict.fromkeys(track.modes.tolist()), cycle(MODES), strict=False))
 
 
+def in_lines(text: str) -> str:
+    """A label with its unit in a second line."""
+    return text.replace(" (", "\n(")
+
+
 def legend(ax: Axes, handles: list[Line2D]) -> None:
     """A line of names above the axes."""
     look: dict[str, Any] = {"ncols": 4, "frameon": False, "columnspacing": 1.1, "handletextpad": 0.4}

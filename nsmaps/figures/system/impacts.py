@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with a panel for every tracked orbit."""
     count = len(TRACKS.of(result, "impacts"))
-    return (Sheet("impacts", tuple(partial(impacts, result, number=k) for k in range(count)), min(count, 2), 0.66),)
+    return (Sheet("impacts", tuple(partial(impacts, result, number=k) for k in range(count)), min(count, 2), 0.6, legend=True),)
 
 
 def impacts(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:

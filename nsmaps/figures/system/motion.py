@@ -13,7 +13,7 @@ from nsmaps.exact.trajectory import Track
 from nsmaps.figures.data import TRACKS
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED, with_unit
-from nsmaps.figures.system.flights import legend, over_time, plane
+from nsmaps.figures.system.flights import in_lines, legend, over_time, plane
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -32,7 +32,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
             panels += [more] * (len(track.names) > 1)
         else:
             panels += [partial(motion, result, number=number), more]
-    return (Sheet("motion", tuple(panels), 2, 0.68),)
+    return (Sheet("motion", tuple(panels), 2, 0.85, legend=True),)
 
 
 def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> Axes:
@@ -55,7 +55,7 @@ def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> 
     handles = [Line2D([], [], color="black", ls=(0, (4, 2)), label="walls"), Line2D([], [], color=RED, label="ball")]
     legend(ax, [*handles, *marks_of(track)])
     ax.set_xlabel(with_unit("time $t$", "time"))
-    ax.set_ylabel(with_unit(f"{'absolute' if track.moving else 'relative'} displacement", "displacement"))
+    ax.set_ylabel(in_lines(with_unit(f"{'absolute' if track.moving else 'relative'} displacement", "displacement")))
     return ax
 
 
@@ -79,9 +79,9 @@ def phase_plane(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     mark_impacts(ax, track, track.at[track.impacts.wall], track.rates)
     ax.plot(track.at[track.impacts.wall[:1]], track.rates[:1], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
     start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1, ms=6.6, label="start")
-    legend(ax, [Line2D([], [], color="0.87", lw=3.6, label="walls"), *marks_of(track), start])
-    ax.set_xlabel(with_unit("relative displacement $Z$", "displacement"))
-    ax.set_ylabel(with_unit(r"relative velocity $\dot{Z}$", "velocity"))
+    legend(ax, [Line2D([], [], color="0.87", lw=3.6, label="places of walls"), *marks_of(track), start])
+    ax.set_xlabel(in_lines(with_unit("relative displacement $Z$", "displacement")))
+    ax.set_ylabel(in_lines(with_unit(r"relative velocity $\dot{Z}$", "velocity")))
     return ax
 
 

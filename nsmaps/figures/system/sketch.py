@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("sketch", (partial(sketch, result),), 1, 0.78),)
+    return (Sheet("sketch", (partial(sketch, result),), 1, 0.78, share=0.6),)
 
 
 def sketch(result: "StudyResult", ax: Axes) -> Axes:
