@@ -146,7 +146,12 @@ class _Search:
     def _cycle(self, value: float, states: Floats, like: PeriodicOrbit | None) -> PeriodicOrbit | None:
         """The stable cycle of least period at a value near such states, with the words of another; None where there is none."""
         found = self._newton(value, states)
-        if found is None or not found.stable or self._separation(found) <= APART or (like is not None and found.words != like.words):
+        if (
+            found is None
+            or not found.stable
+            or self._separation(found) <= APART
+            or (like is not None and found.words != like.words)
+        ):
             return None
         moved = np.abs(found.returns.coordinates.difference(found.states, states) / self.scale).max()
         return found if moved <= MOVED else None
