@@ -11,7 +11,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.words import encode
 from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.estimates import COPIES, NOISY, STORED, Size
+from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, Range
 from nsmaps.study.sections.base import Section
 from nsmaps.study.texts import each_text, plain, returns_text
@@ -134,9 +134,11 @@ def _describe(spec: NoiseSection, study: "Study") -> str:
 
 def _size(spec: NoiseSection, study: "Study", system: "ImpactSystem") -> Size:
     from nsmaps.dynamics.noise.orbits import usual_step
+    from nsmaps.exact.hybrid import HybridSystem
 
     usual = usual_step(system, spec.tau)
-    one = Size(NOISY * max(1.0, usual / (spec.step or usual)), COPIES * STORED)
+    each = NOISY_MODES if isinstance(system, HybridSystem) else NOISY
+    one = Size(each * max(1.0, usual / (spec.step or usual)), COPIES * STORED)
     found = one.times(float(spec.returns) * spec.realisations * len(spec.sigma))
     if (along := spec.impacts) is not None:
         kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.returns)
