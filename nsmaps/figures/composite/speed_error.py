@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("speed_error", (partial(speed_error, result),), 1, 0.66),)
+    return (Sheet("speed_error", (partial(speed_error, result),), 1, 0.6, legend=True),)
 
 
 def speed_error(result: "StudyResult", ax: Axes) -> Axes:
@@ -40,7 +40,7 @@ def speed_error(result: "StudyResult", ax: Axes) -> Axes:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter("{x:g}")
     ax.grid(color="0.9", zorder=0)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, ncols=2)
+    ax.legend()
     ax.set(xlabel="processor time per state (ns)", ylabel="largest error (of a speed, or rad)")
     return ax
 
