@@ -80,21 +80,21 @@ def awkward():
     return CompositeMap(names, ("B",), (Piece('*/ """ "$x" \\ % 1 & #_{^~', region, polymap),))
 
 
-def shadowing():
+def shadowing(own="left"):
     """A map whose names are those of variables and functions that programs use, and whose pieces differ in case only."""
-    names = ("left", Angle("pow"))
+    names = (own, Angle("pow"))
     first = "left**1.5 < 0.5 and left**left > 0.9 and pow > 1"
     last = "sqrt(left) < 0.8 and 1 < pow < 2 or 1/pow < -9 or 6.28 < pow and left > 0.1"
-    regions = [Where(text=text, coordinates=names) for text in (first, last)]
-    maps = [random_map([[0.0, 1.0], [0.0, 1.0]], names=names, seed=seed) for seed in (1, 2)]
-    pieces = [Piece(*each) for each in zip(("R1", "r1"), regions, maps, strict=True)]
+    regions = [Where(text=text, coordinates=names) for text in (t.replace("left", own) for t in (first, last, "left > 0.9"))]
+    maps = [random_map([[0.0, 1.0], [0.0, 1.0]], names=names, seed=seed) for seed in (1, 2, 3)]
+    pieces = [Piece(*each) for each in zip(("R1", "r1", "of"), regions, maps, strict=True)]
     return CompositeMap(names, ("B",), tuple(pieces))
 
 
 def cases():
     """What is exported, by name: the thing, the box of its states, and its images (and pieces) at states by nsmaps itself."""
     plane, whole, over_d = random_map([[0.5, 1.0], [0.1, 0.9]], absolute=("v",)), composite(), parametric()
-    smooth, shadows = random_map([[0.5, 1.0], [0.1, 0.9]]), shadowing()
+    smooth, shadows, script = random_map([[0.5, 1.0], [0.1, 0.9]]), shadowing(), shadowing("Number")
     second, second_d = second_iterate(smooth, 0.2, 0.7), second_iterate(over_d, 0.2, 0.4, "min_first", piece="P0")
     third, power = held_iterate(smooth, [0.2, 0.3, 0.8], variable="v"), iterate(line(), 4)
     return {
@@ -103,6 +103,7 @@ def cases():
         "space": (space(), space().domain, space()),
         "composite": (whole, [[-0.2, 1.5], [-7.0, 14.0]], lambda x: (whole.first_return(x).image, whole.piece_of(x))),
         "shadowing": (shadows, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (shadows.first_return(x).image, shadows.piece_of(x))),
+        "shadowing a script": (script, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (script.first_return(x).image, script.piece_of(x))),
         "parametric": (over_d, [[0.0, 1.0], [0.0, 1.0], [0.25, 0.36]], lambda x: each_value(over_d, x)),
         "second": (second, [[0.5, 1.0]], lambda x: chain(smooth, x, [0.7, 0.2])),
         "second in d": (second_d, [[0.6, 0.9], [0.26, 0.35]], lambda x: chain_of_parametric(over_d, x)),

@@ -208,10 +208,11 @@ SPELT = {"+": "plus", "*": "star", "'": "prime"}  #: signs by which names of reg
 #: words of one of the languages, and names that the programs use themselves
 RESERVED = """
     abs and any arguments array as assert async auto await baremodule begin bool break case catch char class const continue
-    cos debugger def default del delete do double e elif else elseif end endif enum eval except exp export extern false
-    finally float for from function global goto holds i if image images implements import in inf inline instanceof int
-    interface is isfinite j k lambda left let local log long macro math module n nan near new none nonlocal not np null number
-    or otherwise package parfor pass persistent pi piece pieces pow private protected public quote raise register restrict
-    return rows s series short signed sin sizeof spmd sqrt start state states static struct super switch this throw true try
-    typedef typeof undefined union unsigned using var void volatile while with work wrap x yield
+    cos debugger def default del delete do document double e elif else elseif end endif enum eval except exp export exports
+    extern false finally float float64array for from function global goto holds i if image images implements import in inf
+    infinity inline instanceof int interface is isfinite j k lambda left let local location log long macro math module n nan
+    near new none nonlocal not np null number or otherwise package parfor pass persistent pi piece piece_of pieces pow private
+    protected public quote raise register require restrict return rows s series short signed sin sizeof spmd sqrt start state
+    states static struct super switch this throw top true try typedef typeof undefined union unsigned using var void volatile
+    while window with work wrap x yield
 """

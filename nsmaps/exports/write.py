@@ -35,7 +35,8 @@ def export(
     Args:
         result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap or StudyResult; for latex also an
             ImpactSystem or a HybridSystem.
-        format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too) or "json".
+        format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too), "javascript"
+            (for a page or node) or "json".
         path: a folder to write the files into, which is made if it is not there.
         name: of the file and of the function in it, in letters, digits and _; else by its kind, such as closed_map. The files
             of a study's result are called after what they hold.

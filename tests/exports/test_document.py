@@ -127,7 +127,7 @@ class Half(Region):
         return sp.Symbol("v", real=True) > sp.Float(0.5)
 
 
-@pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "json"])
+@pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "javascript", "json"])
 def test_a_region_of_ones_own_is_refused_where_its_python_is_needed(format):
     whole = exported.composite()
     first = type(whole.pieces[0])("own", Half(coordinates=exported.NAMES), whole.pieces[0].map)

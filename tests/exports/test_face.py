@@ -83,7 +83,7 @@ def test_names_become_identifiers():
     assert identifiers(["R1", "R1+", "R1'", "R1*", "R+1"]) == ["R1", "R1_plus", "R1_prime", "R1_star", "R_plus_1"]
 
 
-@pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "latex", "json"])
+@pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "javascript", "latex", "json"])
 def test_awkward_names_do_no_harm(format, tmp_path):
     nsmaps.export(exported.awkward(), format, tmp_path)
     if format == "python":
@@ -161,7 +161,7 @@ def test_the_command_writes_beside_the_run(run):
     assert nsmaps.read_map(run / "export" / "second_iterate.json").alpha == kept.second_iterate.alpha
 
 
-@pytest.mark.parametrize("format", ["latex", "python", "c", "julia", "matlab"])
+@pytest.mark.parametrize("format", ["latex", "python", "c", "julia", "matlab", "javascript"])
 def test_the_command_knows_every_format_and_a_folder(run, format, tmp_path):
     answer = CliRunner().invoke(app, ["export", str(run), "--to", format, "--out", str(tmp_path / "out")])
     assert answer.exit_code == 0, answer.output
@@ -196,7 +196,7 @@ def test_the_command_writes_the_iterate_of_a_piece(run, tmp_path):
         assert why in answer.stderr
 
 
-FORMATS = ["latex", "python", "c", "julia", "matlab", "json"]
+FORMATS = ["latex", "python", "c", "julia", "matlab", "javascript", "json"]
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -254,7 +254,7 @@ def test_a_name_is_that_of_file_and_function(format, tmp_path):
 
 
 def test_a_name_that_is_none_is_refused():
-    for name in ("two words", "2nd", "while", ""):
+    for name in ("two words", "2nd", "while", "require", ""):
         with pytest.raises(NsmapsError, match=r"the name .*; expected: letters, digits and _, but no word of a language"):
             nsmaps.export(exported.line(), "c", name=name)
     with pytest.raises(NsmapsError, match="for all that a result holds; expected: none"):
