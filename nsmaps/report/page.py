@@ -116,7 +116,8 @@ def _numbers(result: StudyResult) -> list[Element]:
     for map_name, diagram in result.bifurcation.items():
         for rows in data["bifurcation"][map_name].values():
             for row in rows if isinstance(rows, list) else ():
-                row["from"], row["to"] = digits([row["from"], row["to"]], diagram)
+                if "from" in row:
+                    row["from"], row["to"] = digits([row["from"], row["to"]], diagram)
     note = "Those of result.json, by section. Angles are in radians, times of the section Speed in nanoseconds per state."
     return [
         tag("p", note, class_="soft"),

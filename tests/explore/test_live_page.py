@@ -1,5 +1,6 @@
 """The page of a live exploration in a browser: what is dragged, clicked and typed is computed and shown."""
 
+import os
 import re
 import subprocess
 import sys
@@ -10,13 +11,7 @@ import pytest
 import nsmaps
 
 pytest.importorskip("bokeh", reason="the package bokeh is not installed")
-SERVE = """
-import sys
-from pathlib import Path
-import nsmaps
-from nsmaps.explore.live.serve import serve
-serve(nsmaps.load_study("vi_pair/bifurcation"), Path(sys.argv[1]), browser=False, said=lambda text: print(text, flush=True))
-"""
+SERVE = ["-m", "nsmaps", "explore", "vi_pair/bifurcation", "--live", "--no-browser", "--out"]
 FIGURE = """name => {
     const all = [...Bokeh.documents[0]._all_models.values()], one = all.find(each => each.name === name)
     const image = one.renderers.find(each => each.glyph.type === 'Image').data_source.data
@@ -32,7 +27,9 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def address(chromium, folder):
-    process = subprocess.Popen([sys.executable, "-c", SERVE, str(folder)], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, *SERVE, str(folder)], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+    )
     yield re.search(r"http://\S+", process.stdout.readline())[0]
     process.terminate()
     process.wait()

@@ -1,0 +1,1 @@
+"""Exploration by hand in a browser: an offline page of a run (`page`), and a live one of a system (`live`)."""

@@ -1,0 +1,152 @@
+"""What the page of a run is given: its map as JavaScript, diagrams, events, exact flights, surfaces, as plain data."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.events import ModeTrack
+from nsmaps.exact.trajectory import track
+from nsmaps.exports.write import export
+from nsmaps.figures.composite.areas import colours_of
+from nsmaps.figures.style import family_colours
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.study.result import StudyResult
+
+POINTS = 40_000  #: of a diagram, at most
+FLIGHTS = 61  #: values of the parameter at which the exact motion is computed
+_SETTLED = 400  #: returns before that motion begins, so that it is on an attractor
+_EVENTS, _SAMPLES = 13, 24  #: impacts or events of a motion, and instants between two of them
+_DIGITS = 7  #: of numbers that are drawn only
+
+
+def data_of(result: "StudyResult") -> dict[str, Any]:
+    """What the page shows of a result.
+
+    Raises:
+        NsmapsError: the result has no composite map of two coordinates.
+    """
+    composite = result.composite
+    if composite is None or len(composite.coordinates) != 2:
+        raise NsmapsError(
+            "the page shows a composite map of two coordinates; expected: a study with 'composite' and, to move its parameter, "
+            "'parametric'"
+        )
+    moved, reduced = result.parametric, result.parametric or composite
+    starts = [pair.start.tolist() for pair in result.orbits] or [composite.coordinates.wrap(_middle(result)).tolist()]
+    return {
+        "title": result.study.title or result.study.name,
+        "system": type(result.system).__name__,
+        "parameters": dict(result.system.parameters),
+        "coordinates": list(composite.coordinates),
+        "angles": composite.coordinates.angles.tolist(),
+        "window": _window(result),
+        "pieces": [{"name": piece.name, "word": piece.word} for piece in composite.pieces],
+        "colours": colours_of(result, "explore"),
+        "parameter": None if moved is None else {"name": moved.parameter, "low": moved.low, "high": moved.high},
+        "start": starts[0],
+        "diagrams": {of: _points(diagram) for of, diagram in result.bifurcation.items()},
+        "swept": result.study.bifurcation.parameter if result.study.bifurcation else None,
+        "events": _events(result),
+        "motion": _motions(result, np.array(starts[0])),
+        "surfaces": _surfaces(result),
+        "script": _script(reduced),
+    }
+
+
+def _script(reduced: Any) -> str:
+    """The map as JavaScript, called `map`."""
+    text = export(reduced, "javascript", name="nsmaps_map")
+    assert isinstance(text, str)
+    return text
+
+
+def _window(result: "StudyResult") -> list[list[float]]:
+    """The ranges of the grid."""
+    if not result.study.grid:
+        raise NsmapsError("the page shows the pieces over a grid, which the study lacks; expected: 'grid'")
+    return [[float(side.low), float(side.high)] for side in result.study.grid.values()]
+
+
+def _middle(result: "StudyResult") -> Floats:
+    return np.mean(_window(result), axis=1)
+
+
+def _points(diagram: "Bifurcation") -> dict[str, Any]:
+    """The states of a diagram, every so many of them, each with its value."""
+    states = diagram.states.reshape(len(diagram.values), -1, diagram.states.shape[-1])
+    step = max(1, -(-states.shape[0] * states.shape[1] // POINTS))
+    values = np.repeat(diagram.values[:, None], states.shape[1], axis=1)
+    own = np.isfinite(states).all(axis=2)
+    return {"values": _short(values[own][::step]), "states": _short(states[own][::step].T)}
+
+
+def _events(result: "StudyResult") -> list[dict[str, Any]]:
+    """The events of all branches, each once, in ascending order of the parameter."""
+    branches = [branch for found in result.branches.values() for branch in found]
+    seen = {(event.kind, float(event.parameter)) for branch in branches for event in branch.events}
+    return [{"kind": kind, "value": value} for kind, value in sorted(seen, key=lambda pair: pair[1])]
+
+
+def _motions(result: "StudyResult", start: Floats) -> list[dict[str, Any]]:
+    """The exact motion on the attractor of a start, at values of the parameter of the map or at that of the study alone."""
+    moved = result.parametric
+    if moved is None:
+        return [_motion(result.system, start, None)]
+    values = np.linspace(moved.low, moved.high, FLIGHTS).tolist()
+    return [_motion(result.system.at(**{moved.parameter: value}), start, value) for value in values]
+
+
+def _motion(system: "ImpactSystem", start: Floats, value: float | None) -> dict[str, Any]:
+    """The exact motion through some impacts or events, its word, and where its walls are."""
+    last = orbit(system, start, _SETTLED).final
+    found = track(system, last if np.isfinite(last).all() else start, _EVENTS, _SAMPLES)
+    if isinstance(found, ModeTrack):
+        bodies = dict(zip(found.names, np.moveaxis(found.states, -1, 0), strict=True))
+        letters, times, walls = found.events.letter.tolist(), found.events.time, list[str]()
+    else:
+        walls = list(system.walls())
+        bodies = {"ball": found.ball, **dict(zip(walls, found.walls, strict=True))}
+        letters, times = [found.impacts.walls[k] for k in found.impacts.wall], found.impacts.time
+    lines = {name: _short(line.ravel()) for name, line in bodies.items()}
+    return {
+        "value": value,
+        "time": _short(found.time.ravel()),
+        "bodies": lines,
+        "walls": walls,
+        "letters": letters,
+        "at": _short(np.asarray(times)),
+    }
+
+
+def _surfaces(result: "StudyResult") -> list[dict[str, Any]]:
+    """The sheets of every family over a plane, as triangles, with the word of each vertex."""
+    colours = family_colours(list(result.surfaces))
+    found = []
+    for name, surface in result.surfaces.items():
+        if len(surface.grid.varying) == 2 and len(surface.start):
+            sheets = result.mesh(name)
+            found.append(
+                {
+                    "name": name,
+                    "colour": colours[name],
+                    "states": _short(sheets.returns.start.T),
+                    "images": _short(sheets.returns.image.T),
+                    "words": sheets.returns.words.tolist(),
+                    "triangles": sheets.triangles.T.tolist(),
+                }
+            )
+    return found
+
+
+def _short(values: NDArray[Any]) -> list[Any]:
+    """Numbers with the digits that a picture needs; null for those that are not finite."""
+    if values.ndim > 1:
+        return [_short(row) for row in values]
+    return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values.tolist()]

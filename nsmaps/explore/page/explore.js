@@ -1,0 +1,168 @@
+"use strict"
+const RETURNS = 400, FINE = 90, COARSE = 45, byId = id => document.getElementById(id)
+const names = DATA.coordinates, moved = DATA.parameter, window_ = DATA.window
+const state = {value: moved ? clipped(DATA.parameters[moved.name], [moved.low, moved.high]) : null, start: [...DATA.start]}
+const withValue = point => state.value === null ? point : [...point, state.value]
+const image = point => nsmaps_map.image_of(withValue(point))
+
+/* The orbit of the composite map from the start: states and pieces, until it leaves the domain of the map. */
+function orbit(count = RETURNS) {
+    const states = [state.start], pieces = []
+    for (let k = 0; k < count; ++k) {
+        const [next, piece] = image(states[k])
+        pieces.push(piece)
+        if (piece < 0) break
+        states.push(next)
+    }
+    return {states, pieces, ended: states.length <= count}
+}
+
+/* The least number of returns after which the last states repeat, at most 32; 0 where there is none. */
+function period(states) {
+    const last = states.slice(-65), close = (a, b) => names.every((_, c) => {
+        const gap = Math.abs(a[c] - b[c])
+        return (DATA.angles[c] ? Math.min(gap, 2 * Math.PI - gap) : gap) < 1e-6 * Math.max(1, Math.abs(a[c]))
+    })
+    for (let q = 1; q <= 32 && last.length === 65; ++q)
+        if (last.every((each, k) => k < q || close(each, last[k - q]))) return q
+    return 0
+}
+
+/* Images over the window: rows [x, y, images ..., piece]. */
+function sampled(points) {
+    const rows = []
+    for (let j = 0; j < points; ++j)
+        for (let i = 0; i < points; ++i) {
+            const at = [i, j].map((k, c) => window_[c][0] + (k + 0.5) / points * (window_[c][1] - window_[c][0]))
+            const [next, piece] = image(at)
+            rows.push([...at, ...next, piece])
+        }
+    return rows
+}
+
+const tinted = colour => {
+    const part = k => Math.round(0.6 * parseInt(colour.slice(k, k + 2), 16) + 0.4 * 255)
+    return `rgb(${part(1)}, ${part(3)}, ${part(5)})`
+}
+const fills = DATA.colours.map(tinted)
+const plane = new Frame(byId("plane"), ...window_, names)
+const cobwebs = names.map((name, c) => new Frame(byId("cobweb" + c), window_[c], window_[c], [name + "(k)", name + "(k+1)"]))
+const motion = new Motion(byId("motion"), byId("word"), DATA.motion)
+
+function drawPlane(rows, points, path) {
+    plane.begin()
+    plane.inside(pen => {
+        const [wide, high] = [0, 1].map(c => (window_[c][1] - window_[c][0]) / points)
+        for (const row of rows) {
+            const [x0, y0] = plane.at(row[0] - wide / 2, row[1] + high / 2), [x1, y1] = plane.at(row[0] + wide / 2, row[1] - high / 2)
+            pen.fillStyle = row[row.length - 1] < 0 ? "#fff" : fills[row[row.length - 1]]
+            pen.fillRect(x0, y0, x1 - x0 + 0.6, y1 - y0 + 0.6)
+        }
+        plane.dots(path.states, "#333", 1.6)
+        if (!path.ended) plane.dots(path.states.slice(-40), "#CC79A7", 3.5, "#000")
+        plane.dots([state.start], "#fff", 5, "#000")
+    })
+    plane.axes()
+}
+
+function drawCobweb(c, rows, path) {
+    const frame = cobwebs[c]
+    frame.begin()
+    frame.inside(pen => {
+        pen.globalAlpha = 0.5
+        for (const row of rows)
+            if (row[row.length - 1] >= 0) frame.dots([[row[c], row[2 + c]]], fills[row[row.length - 1]], 1.3)
+        pen.globalAlpha = 1
+        frame.line([[frame.x[0], frame.x[0]], [frame.x[1], frame.x[1]]], "#888")
+        const steps = states => states.slice(1).flatMap((next, k) => [[states[k][c], next[c]], [next[c], next[c]]])
+        const draw = (states, colour, width) => frame.line([[states[0][c], states[0][c]], ...steps(states)], colour, width)
+        if (path.states.length > 1) draw(path.states.slice(0, 60), "#333", 0.8)
+        if (!path.ended) draw(path.states.slice(-40), "#CC79A7", 1.8)
+        frame.dots([[state.start[c], state.start[c]]], "#fff", 4.5, "#000")
+    })
+    frame.axes()
+}
+
+let asked = false, refined = 0
+/* Draw all that depends on parameter and start: coarsely while something is dragged, finely when it rests. */
+function refresh() {
+    if (asked) return
+    asked = true
+    requestAnimationFrame(() => {
+        asked = false
+        draw(COARSE)
+        clearTimeout(refined)
+        refined = setTimeout(() => draw(FINE, true), 180)
+    })
+}
+
+function draw(points, all = false) {
+    const rows = sampled(points), path = orbit()
+    drawPlane(rows, points, path)
+    names.forEach((_, c) => drawCobweb(c, rows, path))
+    const q = path.ended ? 0 : period(path.states)
+    const found = path.ended ? `the orbit leaves the domain of the map after ${path.states.length - 1} returns`
+        : q ? `period ${q} of the composite map` : "no period up to 32 of the composite map"
+    byId("motion-name").textContent = found
+    byId("motion-name").dataset.period = path.ended ? -1 : q
+    if (moved) byId("shown").textContent = `${moved.name} = ${state.value.toFixed(5)}`
+    motion.choose(state.value)
+    const near = motion.now.value
+    byId("exact").textContent = near === null ? "The exact flight, computed with this page." :
+        `The exact flight on the attractor at ${moved.name} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
+    moveCursor()
+    if (all && DATA.surfaces.length) drawSurfaces(byId("surfaces"), Number(byId("image").value), rows.filter(row => row[4] >= 0), begin)
+}
+
+function begin(at) {
+    state.start = at.map((value, c) => clipped(value, window_[c]))
+    refresh()
+}
+
+function set(value) {
+    state.value = clipped(value, [moved.low, moved.high])
+    byId("value").value = state.value
+    refresh()
+}
+
+const swept = moved && DATA.swept === moved.name && Object.keys(DATA.diagrams).length
+byId("diagram-part").hidden = !swept
+byId("maps").textContent = Object.keys(DATA.diagrams).map(of => `${of} map ${of === "exact" ? "black" : "orange"}`).join(", ")
+const listed = events => {
+    byId("events").innerHTML = events.map(event => `<span>${event.kind} at ${event.value.toFixed(8)}</span>`).join(" ")
+}
+const diagram = swept ? new Diagram(byId("diagram"), DATA.diagrams, DATA.events, moved.name, names[0], {set, ranged: listed}) : null
+if (!swept) listed(DATA.events)
+
+function moveCursor() {
+    if (!diagram) return
+    diagram.cursor = state.value
+    diagram.draw()
+}
+
+const given = Object.entries(DATA.parameters).map(([name, value]) => `${name} = ${short(value)}`).join(", ")
+byId("about").textContent = `${DATA.system}, ${given}. The map of this page is the composite map of the study, in JavaScript.`
+byId("control").hidden = !moved
+if (moved) {
+    byId("name").textContent = moved.name
+    Object.assign(byId("value"), {min: moved.low, max: moved.high, step: (moved.high - moved.low) / 2000, value: state.value})
+    byId("value").addEventListener("input", event => set(Number(event.target.value)))
+}
+byId("legend").innerHTML = DATA.pieces.map((piece, k) =>
+    `<span><i style="background:${fills[k]}"></i>${piece.name}${piece.word ? " (" + piece.word + ")" : ""}</span>`).join("")
+byId("plane").addEventListener("click", event => begin(plane.of(event)))
+byId("plane").addEventListener("keydown", event => {
+    const way = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[event.key]
+    if (!way) return
+    event.preventDefault()
+    begin(state.start.map((value, c) => value + way[c] * (window_[c][1] - window_[c][0]) / 200))
+})
+byId("play").addEventListener("click", () => {
+    motion.playing = !motion.playing
+    byId("play").textContent = motion.playing ? "Pause" : "Play"
+})
+byId("surfaces-part").hidden = !DATA.surfaces.length
+byId("image").innerHTML = names.map((name, c) => `<option value="${c}">${name}'</option>`).join("")
+byId("image").addEventListener("change", () => draw(FINE, true))
+window.addEventListener("resize", refresh)
+draw(FINE, true)

@@ -1,0 +1,180 @@
+"""The offline page of a run: written from its result, and used in a browser without a network."""
+
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.errors import NsmapsError
+from nsmaps.explore.page.data import data_of
+
+pytest.importorskip("plotly", reason="the package plotly is not installed")
+DOUBLINGS = ["0.26833282", "0.27649856", "0.32418854"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "explore"
+    for command in (["run", "vi_pair/explore", "--out", str(folder), "--no-figures"], ["explore", str(folder)]):
+        subprocess.run([sys.executable, "-m", "nsmaps", *command, "--quiet"], check=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return nsmaps.read_result(folder)
+
+
+@pytest.fixture
+def opened(page, folder):
+    page.goto((folder / "explore.html").as_uri())
+    page.locator("#motion-name[data-period]").wait_for()
+    yield page
+    assert page.problems == []
+
+
+def test_the_report_has_a_link_to_the_page(folder):
+    assert 'href="explore.html"' in (folder / "report.html").read_text()
+    assert (folder / "explore.html").stat().st_size < 15e6
+
+
+def test_orbits_of_the_page_are_those_of_the_map(opened, result):
+    moved = result.parametric
+    rng = np.random.default_rng(3)
+    compared = 0
+    for value in rng.uniform(moved.low, moved.high, 12):
+        start = rng.uniform([0.05, 0.05], [0.95, 3.0])
+        opened.evaluate("([value, start]) => { set(value); begin(start) }", [value, start.tolist()])
+        found = opened.evaluate("() => { const path = orbit(12); return {states: path.states, value: state.value} }")
+        assert found["value"] == value
+        own = nsmaps.orbit(moved.at(value), start, 12).states
+        states = np.array(found["states"])
+        growth = np.cumprod(
+            [1, *(1 + np.abs(moved.at(value).first_return(own[:-1], derivative=True).derivative).sum(axis=(1, 2)))]
+        )
+        gap = np.abs(states - own[: len(states)])
+        gap[:, 1] = np.minimum(gap[:, 1], 2 * np.pi - gap[:, 1])
+        assert (gap.max(axis=1) <= 1e-14 * growth[: len(states)] + 1e-12).all()
+        compared += len(states)
+    assert compared > 60
+
+
+@pytest.mark.parametrize(("value", "period"), [(0.35, 1), (0.30, 2), (0.27, 4)])
+def test_the_period_is_that_of_the_cascade(opened, value, period):
+    opened.evaluate("value => set(value)", value)
+    opened.locator(f"#motion-name[data-period='{period}']").wait_for()
+
+
+def test_a_rectangle_dragged_on_the_diagram_lists_the_events_in_it(opened):
+    box = opened.locator("#diagram").bounding_box()
+    for doubling in DOUBLINGS:
+        assert doubling in opened.inner_text("#events")
+
+    def across(value):
+        return box["x"] + opened.evaluate("value => diagram.frame.at(value, 0)[0]", value)
+
+    opened.mouse.move(across(0.266), box["y"] + 20)
+    opened.mouse.down()
+    opened.mouse.move(across(0.277), box["y"] + 220, steps=5)
+    opened.mouse.up()
+    shown = opened.evaluate("() => diagram.frame.x")
+    np.testing.assert_allclose(shown, [0.266, 0.277], atol=2e-4)
+    assert "0.27649856" in opened.inner_text("#events")
+    assert "0.32418854" not in opened.inner_text("#events")
+    opened.locator("#diagram").dblclick()
+    assert "0.32418854" in opened.inner_text("#events")
+
+
+def test_a_click_on_the_diagram_sets_the_parameter_and_keys_move_it(opened):
+    box = opened.locator("#diagram").bounding_box()
+    opened.mouse.click(box["x"] + opened.evaluate("() => diagram.frame.at(0.3, 0)[0]"), box["y"] + 50)
+    before = opened.evaluate("() => state.value")
+    assert abs(before - 0.3) < 2e-4
+    opened.locator("#diagram").focus()
+    opened.keyboard.press("ArrowRight")
+    assert opened.evaluate("() => state.value") > before
+    opened.locator("#value").focus()
+    opened.keyboard.press("ArrowLeft")
+    assert opened.evaluate("() => document.activeElement.matches(':focus-visible')")
+    opened.locator("#plane").focus()
+    start = opened.evaluate("() => [...state.start]")
+    opened.keyboard.press("ArrowUp")
+    assert opened.evaluate("() => state.start[1]") > start[1]
+
+
+def test_a_click_on_the_plane_starts_there(opened):
+    box = opened.locator("#plane").bounding_box()
+    at = opened.evaluate("() => plane.at(0.5, 2)")
+    opened.mouse.click(box["x"] + at[0], box["y"] + at[1])
+    np.testing.assert_allclose(opened.evaluate("() => state.start"), [0.5, 2], atol=0.02)
+
+
+def test_exact_flights_are_those_of_the_system(opened, result):
+    opened.evaluate("() => set(0.35)")
+    opened.get_by_text("The exact flight on the attractor at d = 0.35").wait_for()
+    motion = opened.evaluate("() => motion.now")
+    assert "".join(motion["letters"]).startswith("BTBTB")
+    pair = result.system.at(d=motion["value"])
+    impacts = pair.impacts(nsmaps.orbit(pair, result.orbits[0].start, 400).final, 13)
+    np.testing.assert_allclose(motion["at"], impacts.time, rtol=1e-6)
+    opened.locator("#word .met").nth(3).wait_for()
+
+
+def test_surfaces_are_drawn_and_name_word_and_image(opened):
+    opened.locator("#surfaces canvas").first.wait_for()
+    shown = opened.evaluate("() => document.getElementById('surfaces').data.map(each => [each.type, each.name])")
+    assert shown == [["mesh3d", "BB"], ["mesh3d", "BTB"], ["scatter3d", "composite map"]]
+    text = opened.evaluate("() => document.getElementById('surfaces').data[1].text[0]")
+    assert re.search(r"v = .*phi = .*BTB: v' = .*phi' = ", text)
+
+
+def test_a_narrow_page_has_no_overflow(opened):
+    opened.set_viewport_size({"width": 390, "height": 800})
+    opened.wait_for_timeout(300)
+    assert opened.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_data_are_plain_and_finite(result):
+    text = json.dumps(data_of(result), allow_nan=False)
+    data = json.loads(text)
+    assert [event["kind"] for event in data["events"]] == ["period doubling"] * len(data["events"])
+    assert data["parameter"] == {"name": "d", "low": 0.26, "high": 0.35}
+
+
+OTHER = """\
+system: bouncing_ball
+parameters: {Gamma: 1.2}
+grid:
+  v: {from: 1, to: 5, points: 60}
+  phi: {from: 0, to: 6.2, points: 60}
+families: {BB: [BB]}
+composite:
+  - {name: all, box: {v: [1, 5], phi: [0, 6.2]}, family: BB, fit: {full: {v: 4, phi: 4}}}
+orbits: [{start: {v: 4, phi: 0.5}, returns: 20}]
+"""
+
+
+def test_a_run_of_another_system_without_a_parameter_to_move(page, tmp_path):
+    from nsmaps.explore.page.write import write_page
+
+    (tmp_path / "ball.yaml").write_text(OTHER)
+    page.goto(write_page(nsmaps.run(tmp_path / "ball.yaml"), tmp_path).as_uri())
+    page.locator("#motion-name[data-period]").wait_for()
+    assert not page.locator("#control").is_visible()
+    assert not page.locator("#diagram-part").is_visible()
+    assert page.evaluate("() => DATA.motion[0].walls") == ["B"]
+    assert page.problems == []
+
+
+def test_a_run_without_a_map_is_refused(tmp_path):
+    (tmp_path / "bare.yaml").write_text(
+        "system: bouncing_ball\nparameters: {Gamma: 1.2}\norbits: [{start: {v: 4, phi: 0.5}, returns: 20}]\n"
+    )
+    with pytest.raises(
+        NsmapsError, match="the page shows a composite map of two coordinates; expected: a study with 'composite'"
+    ):
+        data_of(nsmaps.run(tmp_path / "bare.yaml"))
