@@ -43,7 +43,7 @@ _GREEK = re.compile(
 _UNITS: ContextVar[tuple[bool, Mapping[str, str]]] = ContextVar("units", default=(False, {}))
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
-_DIGITS = 8  #: of a tick, beyond which what all have in common stands at the end of the axis
+_DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
 _LETTER = 0.085  #: inches of an axis that a digit takes
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
@@ -231,6 +231,9 @@ def _decimal_ticks(ax: Axes, axis: Axis) -> None:
         names = formatter.format_ticks([tick for tick in axis.get_majorticklocs() if low <= tick <= high])
         if max(map(len, names), default=0) > _DIGITS:
             formatter.set_useOffset(True)  # type: ignore[attr-defined]
-            names = formatter.format_ticks(axis.get_majorticklocs())
+            names = formatter.format_ticks(list(axis.get_majorticklocs()))
         if sum(len(name) + 1 for name in names) <= room:
             break
+    if common := formatter.get_offset():
+        axis.set_label_text(f"{axis.get_label_text()}\nticks: {common}")
+        axis.get_offset_text().set_visible(False)

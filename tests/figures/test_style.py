@@ -123,3 +123,13 @@ def test_a_long_title_is_broken_so_that_it_leaves_room_for_the_letter():
     figure.draw_without_rendering()
     for ax in figure.axes:
         assert not ax.title.get_window_extent().overlaps(ax._left_title.get_window_extent())
+
+
+def test_what_the_ticks_of_a_very_small_interval_share_is_in_the_label_of_its_axis(ax):
+    ax.set(xlim=(5.440521, 5.440522), ylim=(0.1, 0.2))
+    style.dress(ax, ("v", "k"), ("w", "k"))
+    ax.figure.draw_without_rendering()
+    assert float(ax.get_xlabel().rpartition("+")[2]) == pytest.approx(5.440521, abs=1e-5)
+    assert not ax.xaxis.get_offset_text().get_visible()
+    assert max(len(text.get_text()) for text in ax.get_xticklabels()) <= 4
+    assert "ticks" not in ax.get_ylabel()
