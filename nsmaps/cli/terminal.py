@@ -92,7 +92,7 @@ def console(stderr: bool = False) -> "Console":
 
 
 def say(text: str, err: bool = False) -> None:
-    """Print text; on a terminal its lines are broken between words, and go on where they began."""
+    """Print text; on a terminal its lines are broken between words, and continue where they began."""
     if (sys.stderr if err else sys.stdout).isatty():
         width = console(err).width
         text = "\n".join(part for line in text.split("\n") for part in _broken(line, width))

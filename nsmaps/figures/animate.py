@@ -117,7 +117,7 @@ def _write(film: Film, writer: Writer, path: Path, dpi: float, early: int) -> No
 
 
 def _turning(result: "StudyResult", frames: int | None, orbit: int) -> Film:
-    """The sheet of surfaces, seen from all sides, over a grid that is no finer than the pictures."""
+    """The sheet of surfaces, seen from all sides, over a grid not finer than the pictures."""
     named = PLANES.of(result, "surfaces")
     grid = next(iter(named.values())).grid
     coarse = {name: axis.model_copy(update={"points": min(axis.points, _FINE)}) for name, axis in grid.axes.items()}

@@ -1,4 +1,4 @@
-"""The style of figures: colours that colour-blind readers tell apart, one typeface, uniform labels.
+"""The style of figures: colours that colour-blind readers distinguish, one typeface, uniform labels.
 
 Lines have the colours of Okabe and Ito. Fills of pieces are at least 25 apart in CIELAB, and those of families, at any tint up to
 0.4, at least 26, both with normal sight and in simulated deuteranopia and protanopia; lines of `LOOKS` are 17 apart
@@ -225,8 +225,8 @@ def _decimal_ticks(ax: Axes, axis: Axis) -> None:
     room = ax.bbox.width / ax.figure.dpi / _LETTER if axis is ax.xaxis else np.inf
     formatter = axis.get_major_formatter()
     formatter.set_useOffset(False)  # type: ignore[attr-defined]
-    for most in (6, 4, 3, 2):
-        axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
+    for count in (6, 4, 3, 2):
+        axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
         low, high = axis.get_view_interval()
         names = formatter.format_ticks([tick for tick in axis.get_majorticklocs() if low <= tick <= high])
         if max(map(len, names), default=0) > _DIGITS:

@@ -22,9 +22,9 @@ def branches(result: StudyResult, part: str) -> str:
     lines = []
     for spec in result.study.branches:
         events = [event for branch in result.branches.get(spec.name, ()) for event in branch.events]
-        told = list(dict.fromkeys(f"{event.kind} at {spec.parameter} = {event.parameter:.6g}" for event in events))
-        more = f" and {len(told) - MOST} more events" if len(told) > MOST else ""
-        lines.append(f"{spec.name}, {', '.join(told[:MOST]) or 'no event'}{more}")
+        names = list(dict.fromkeys(f"{event.kind} at {spec.parameter} = {event.parameter:.6g}" for event in events))
+        more = f" and {len(names) - MOST} more events" if len(names) > MOST else ""
+        lines.append(f"{spec.name}, {', '.join(names[:MOST]) or 'no event'}{more}")
     return f"{at(result, varied)}{'; '.join(lines)}." if lines else ""
 
 
@@ -44,8 +44,8 @@ def lyapunov(result: StudyResult, part: str) -> str:
         return ""
     with np.errstate(invalid="ignore"):
         positive = int((found.at.exponents[:, 0] > 2 * found.at.error[:, 0]).sum())
-    told = f"the largest exponent exceeds two standard errors at {positive} of them"
-    return f"{at(result, (spec.parameter,))}{range_text(spec)}; {told}."
+    text = f"the largest exponent exceeds two standard errors at {positive} of them"
+    return f"{at(result, (spec.parameter,))}{range_text(spec)}; {text}."
 
 
 def basins(result: StudyResult, part: str) -> str:
@@ -72,10 +72,10 @@ def morse(result: StudyResult, part: str) -> str:
     if cover is None:
         return ""
     shape, trap = " x ".join(map(str, cover.cells.shape)), result.trap
-    told = f"{at(result)}{len(cover.numbers):,} of {shape} cells kept, recurrent components: {len(cover.hulls)}"
+    text = f"{at(result)}{len(cover.numbers):,} of {shape} cells kept, recurrent components: {len(cover.hulls)}"
     held = trap is not None and trap.forward_invariant
     stays = f"; every orbit of the {trap.of} from {len(trap.numbers):,} of the cells stays in them" if trap and held else ""
-    return f"{told}{stays}."
+    return f"{text}{stays}."
 
 
 def exit_times(result: StudyResult, part: str) -> str:

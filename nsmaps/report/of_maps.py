@@ -99,10 +99,10 @@ def domain(result: StudyResult, part: str) -> str:
     if domain is None:
         return ""
     start = intervals(domain.coordinates, domain.boxes[0], inward=True)
-    told = f"{at(result)}domain {name}, {domain.claim}. From {start}"
+    text = f"{at(result)}domain {name}, {domain.claim}. From {start}"
     if not domain.forward_invariant:
-        return f"{told}; no domain: {domain.reason.rstrip('.')}."
-    return f"{told} to {intervals(domain.coordinates, domain.box)} after {len(domain.updates)} updates."
+        return f"{text}; no domain: {domain.reason.rstrip('.')}."
+    return f"{text} to {intervals(domain.coordinates, domain.box)} after {len(domain.updates)} updates."
 
 
 def sizes(result: StudyResult, part: str) -> str:

@@ -29,8 +29,8 @@ def at(result: StudyResult, without: Iterable[str] = ()) -> str:
 def listed(parts: Mapping[str, float]) -> str:
     """Shares by name, the largest first, the rest as one."""
     ranked = sorted(((name, share) for name, share in parts.items() if share > 0), key=lambda pair: -pair[1])
-    rest = sum(share for _, share in ranked[MOST:])
-    more = [f"all others {100 * rest:.2g} %"] if rest else []
+    others = sum(share for _, share in ranked[MOST:])
+    more = [f"all others {100 * others:.2g} %"] if others else []
     return ", ".join([*(f"{name} {100 * share:.3g} %" for name, share in ranked[:MOST]), *more])
 
 

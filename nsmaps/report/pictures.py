@@ -33,7 +33,7 @@ class Picture:
 
 
 def figures_of(result: StudyResult, folder: Path) -> tuple[list[Element], list[Element]]:
-    """The key figure, which is the first of the study that is there, and all others with what is to be said of figures."""
+    """The key figure, which is the first of the study that is there, and all others with the notes on figures."""
     pictures = _found(result, folder)
     whole = [picture for picture in pictures if picture.is_whole]
     open_, failed = [each for each in whole if _bounds(result, each)], [each for each in whole if not _bounds(result, each)]

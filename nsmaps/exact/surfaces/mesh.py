@@ -94,7 +94,7 @@ def mesh(system: "ImpactSystem", surface: Surface, family: "ReturnFamily", part:
 
 @dataclass(frozen=True, slots=True)
 class _Pieces:
-    """The smooth pieces of a family's returns, told apart by keys."""
+    """The smooth pieces of a family's returns, distinguished by keys."""
 
     system: "ImpactSystem"
     family: "ReturnFamily"

@@ -28,12 +28,12 @@ def partition(result: "StudyResult", ax: Axes) -> Axes:
     """
     found = PARTITION.of(result, "partition")
     grid = finer(next(iter(SURFACES.of(result, "partition").values())).grid)
-    made, pieces = found.composite, found.composite.pieces
-    number = pieces_on(made, grid)
+    composite, pieces = found.composite, found.composite.pieces
+    number = pieces_on(composite, grid)
     paint(ax, grid, number, [fill_of(colour) for colour in colours_of(result, "partition")])
-    draw_borders(ax, piece_borders(made, grid))
+    draw_borders(ax, piece_borders(composite, grid))
     attracts = np.array([*(piece.name in found.attracting for piece in pieces), False])
-    draw_borders(ax, borders(grid, attracts[number], lambda states: attracts[made.piece_once(states)]), BLACK, 1.4)
+    draw_borders(ax, borders(grid, attracts[number], lambda states: attracts[composite.piece_once(states)]), BLACK, 1.4)
     words = list(dict.fromkeys(piece.word for piece in pieces if piece.word))
     for k, piece in enumerate(pieces):
         area, name = (number == k).reshape(grid.shape), piece_label(piece.name)
@@ -42,4 +42,4 @@ def partition(result: "StudyResult", ax: Axes) -> Axes:
     frame = Patch(fc="none", ec=BLACK, lw=1.4, label="attracting")
     word = [Patch(fc="none", ec="none", label=f"every word is {words[0]}")] if len(words) == 1 else []
     ax.legend(handles=[frame] * bool(attracts[number].any()) + word)
-    return dress(ax, (made.coordinates[0], "k"), (made.coordinates[1], "k"))
+    return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))

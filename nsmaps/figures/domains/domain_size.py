@@ -31,7 +31,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
     """The width of every forward invariant domain in one coordinate after each update; the box it started from is update 0.
 
-    Where no domain is forward invariant, it is that of the first, whose last width is no bound and hollow.
+    Where no domain is forward invariant, it is that of the first, whose last width, a hollow mark, bounds nothing.
     """
     named = held(DOMAINS.of(result, "domain_size"))
     first = next(iter(named.values()))
@@ -52,8 +52,8 @@ def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
         ax.set_yscale("log")
     else:
         ax.set_ylim(0, 1.1 * max(positive, default=1.0))
-    most = max(1, *(len(domain.sizes) - 1 for domain in named.values()))
-    ax.set_xlim(-_MARGIN * most, (1 + _MARGIN) * most)
+    last = max(1, *(len(domain.sizes) - 1 for domain in named.values()))
+    ax.set_xlim(-_MARGIN * last, (1 + _MARGIN) * last)
     ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     ax.grid(axis="y", color="0.9")
     ax.legend()

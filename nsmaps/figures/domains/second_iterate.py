@@ -33,7 +33,7 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
     The lower map of the upper one has the fixed point p, the upper of the lower one q; where part 2 of the Statement
     applies, the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). At the last
     update, where the coordinate's maps are closed forms, the polynomial of eq. seconditerativev is dashed over them; its share
-    beyond the box is told.
+    beyond the box is stated.
     """
     polynomial, domain = SECOND_ITERATE.of(result, "second_iterate"), _domain(result)[1]
     i = position(domain.coordinates, coordinate or domain.coordinates[0])
