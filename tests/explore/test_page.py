@@ -89,6 +89,26 @@ def test_a_rectangle_dragged_on_the_diagram_lists_the_events_in_it(opened):
     assert "0.32418854" in opened.inner_text("#events")
 
 
+def test_a_rectangle_without_height_enlarges_the_parameter_alone(opened):
+    """And a button that is released over the diagram, but was pressed elsewhere, does nothing."""
+    box, (before, heights) = (
+        opened.locator("#diagram").bounding_box(),
+        opened.evaluate("() => [diagram.frame.x, diagram.frame.y]"),
+    )
+    left, top = box["x"] + 100, box["y"] + 100
+    opened.locator("#about").hover()
+    opened.mouse.down()
+    opened.mouse.move(left, top, steps=3)
+    opened.mouse.up()
+    assert opened.evaluate("() => diagram.frame.x") == before
+    opened.mouse.down()
+    opened.mouse.move(left + 200, top, steps=3)
+    opened.mouse.up()
+    low, high = opened.evaluate("() => diagram.frame.x")
+    assert before[0] < low < high < before[1]
+    assert opened.evaluate("() => diagram.frame.y") == heights
+
+
 def test_a_click_on_the_diagram_sets_the_parameter_and_keys_move_it(opened):
     box = opened.locator("#diagram").bounding_box()
     opened.mouse.click(box["x"] + opened.evaluate("() => diagram.frame.at(0.3, 0)[0]"), box["y"] + 50)
@@ -153,7 +173,7 @@ grid:
   phi: {from: 0, to: 6.2, points: 60}
 families: {BB: [BB]}
 composite:
-  - {name: all, box: {v: [1, 5], phi: [0, 6.2]}, family: BB, fit: {full: {v: 4, phi: 4}}}
+  - {name: "<b>all</b> <!-- <script>", box: {v: [1, 5], phi: [0, 6.2]}, family: BB, fit: {full: {v: 4, phi: 4}}}
 orbits: [{start: {v: 4, phi: 0.5}, returns: 20}]
 """
 
@@ -167,6 +187,7 @@ def test_a_run_of_another_system_without_a_parameter_to_move(page, tmp_path):
     assert not page.locator("#control").is_visible()
     assert not page.locator("#diagram-part").is_visible()
     assert page.evaluate("() => DATA.motion[0].walls") == ["B"]
+    assert "<b>all</b> <!-- <script>" in page.inner_text("#legend")
     assert page.problems == []
 
 

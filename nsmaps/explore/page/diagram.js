@@ -18,11 +18,14 @@ class Diagram {
             this.draw()
         })
         canvas.addEventListener("pointerup", event => {
-            const {from, x, y} = this.corner, to = this.frame.of(event)
+            if (!this.corner) return
+            const {from, x, y} = this.corner, to = this.frame.of(event), moved = [event.clientX - x, event.clientY - y]
             this.corner = null
-            if (Math.abs(event.clientX - x) + Math.abs(event.clientY - y) < 6) set(from[0])
-            else this.show([0, 1].map(c => [Math.min(from[c], to[c]), Math.max(from[c], to[c])]))
+            if (Math.abs(moved[0]) + Math.abs(moved[1]) < 6) set(from[0])
+            else this.show([this.frame.x, this.frame.y].map((range, c) =>  // a side that was hardly dragged stays
+                Math.abs(moved[c]) < 6 ? range : [Math.min(from[c], to[c]), Math.max(from[c], to[c])]))
         })
+        canvas.addEventListener("pointercancel", () => { this.corner = null })
         canvas.addEventListener("dblclick", () => this.show(this.whole))
         canvas.addEventListener("keydown", event => {
             const way = {ArrowLeft: -1, ArrowRight: 1}[event.key]

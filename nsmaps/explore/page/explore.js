@@ -148,8 +148,11 @@ if (moved) {
     Object.assign(byId("value"), {min: moved.low, max: moved.high, step: (moved.high - moved.low) / 2000, value: state.value})
     byId("value").addEventListener("input", event => set(Number(event.target.value)))
 }
-byId("legend").innerHTML = DATA.pieces.map((piece, k) =>
-    `<span><i style="background:${fills[k]}"></i>${piece.name}${piece.word ? " (" + piece.word + ")" : ""}</span>`).join("")
+DATA.pieces.forEach((piece, k) => {
+    const entry = byId("legend").appendChild(document.createElement("span"))
+    entry.appendChild(document.createElement("i")).style.background = fills[k]
+    entry.append(piece.name + (piece.word ? ` (${piece.word})` : ""))
+})
 byId("plane").addEventListener("click", event => begin(plane.of(event)))
 byId("plane").addEventListener("keydown", event => {
     const way = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[event.key]

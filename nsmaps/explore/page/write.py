@@ -37,8 +37,8 @@ def write_page(result: "StudyResult", folder: Path) -> Path:
         "title": escape(data["title"]),
         "style": room.joinpath("page.css").read_text(encoding="utf-8"),
         "plotly": get_plotlyjs(),
-        "map": data.pop("script").replace("</", "<\\/"),
-        "data": json.dumps(data, allow_nan=False).replace("</", "<\\/"),
+        "map": data.pop("script").replace("</", "<\\/").replace("<!--", "<\\!--"),
+        "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
         "scripts": "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
     }
     text = Template(room.joinpath("page.html").read_text(encoding="utf-8")).substitute(parts)
