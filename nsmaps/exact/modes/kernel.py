@@ -94,7 +94,11 @@ class ModeKernel:
 
         in_chunks(len(start), run, CHUNK)
         ordered = [parts[begin] for begin in sorted(parts)] or [record(start, 1, directions)]
-        return Record(*(np.concatenate(arrays, axis=1) for arrays in zip(*ordered, strict=True)))
+        return (
+            ordered[0]
+            if len(ordered) == 1
+            else Record(*(np.concatenate(arrays, axis=1) for arrays in zip(*ordered, strict=True)))
+        )
 
     def _computed(self, found: Record, memory: Memory) -> None:
         """Compute a record; many returns in blocks, where no more than the image is asked for."""

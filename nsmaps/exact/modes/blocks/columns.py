@@ -51,9 +51,17 @@ def combined(rows, order, used, at, z, n, t):
     """
     for m in range(ORDER + 1):
         of, width, j = at + m * PITCH, used[m], 0
-        for k in range(n):
-            t[of + k] = 0.0
-        for _ in range(width // 6):
+        i0, i1 = order[0], order[1]
+        c, d = rows[i0, m] if width > 0 else 0.0, rows[i1, m]
+        if width % 2 == 1 or width == 0:
+            j = width % 2
+            for k in range(n):
+                t[of + k] = c * z[i0, k]
+        else:
+            j = 2
+            for k in range(n):
+                t[of + k] = c * z[i0, k] + d * z[i1, k]
+        for _ in range((width - j) // 6):
             i0, i1, i2, i3, i4, i5 = order[j], order[j + 1], order[j + 2], order[j + 3], order[j + 4], order[j + 5]
             c, d, e, f, g, h = rows[i0, m], rows[i1, m], rows[i2, m], rows[i3, m], rows[i4, m], rows[i5, m]
             for k in range(n):
@@ -66,11 +74,6 @@ def combined(rows, order, used, at, z, n, t):
             for k in range(n):
                 t[of + k] += c * z[i0, k] + d * z[i1, k]
             j += 2
-        for i in range(j, width):
-            i0 = order[i]
-            c = rows[i0, m]
-            for k in range(n):
-                t[of + k] += c * z[i0, k]
 
 
 @fused
@@ -108,7 +111,7 @@ def signs_of(sign, n, t):
 
 @inner
 def screened(p, f, n, b, w):
-    """Write which columns have no zero of a function (0), one (1) or an unknown number (2), and about where that one is.
+    """Write which columns have no zero of a function (0), one (1) or an unknown number (2).
 
     A function that differs from one before by its sign and a constant has the same coefficients, which are in B already if
     it follows that.
@@ -124,32 +127,47 @@ def screened(p, f, n, b, w):
             t[Y + k] += size * abs(b.z[j, k])
             t[U + k] += left * abs(b.z[j, k])
     for k in range(n):
-        on = h[START + k] >= 0 and p.on[h[START + k], f] > 0
-        t[ON + k] = 1.0 if on else 0.0
+        t[ON + k] = p.on[h[START + k], f] if h[START + k] >= 0 else 0.0
+    for k in range(n):
+        start = -sign * t[B + k]
         t[ERROR + k] = ROUNDING * t[Y + k] * (1.0 + t[GROWN + k]) + t[U + k]
-        t[SHIFT + k] = -sign * t[B + k] if on else constant
+        t[SHIFT + k] = start if t[ON + k] > 0.0 else constant
     signs_of(sign, n, t)
     for k in range(n):
-        h[KIND + k] = 2
-        if not t[LEAST + k] > t[ERROR + k] or (h[START + k] >= 0 and p.on[h[START + k], f] > 1):
-            continue
-        if t[UPS + k] == ORDER + 1.0:
-            h[KIND + k] = 0
-        elif t[CHANGES + k] == 1.0 and t[U + k] == 0.0 and t[UPS + k] > 1.0:
-            m = int(t[UPS + k])
-            high = sign * t[B + (m - 1) * PITCH + k] + t[SHIFT + k]
-            low = sign * t[B + m * PITCH + k] + t[SHIFT + k]
-            h[KIND + k], t[GUESS + k] = 1, (m - 1 + high / (high - low)) / ORDER
+        ups, sure = t[UPS + k], (t[LEAST + k] > t[ERROR + k]) & (t[ON + k] <= 1.0)
+        one = (t[CHANGES + k] == 1.0) & (t[U + k] == 0.0) & (ups > 1.0)
+        h[KIND + k] = (0 if ups == ORDER + 1.0 else 1 if one else 2) if sure else 2
+
+
+@inlined
+def improved(n, t):
+    """A step of Newton's method, or of bisection, in columns that have not arrived: how many then have not."""
+    left = 0
+    for i in range(n):
+        x, y, u, low, high, bend, rate, done = (
+            t[X + i], t[Y + i], t[U + i], t[LOW + i], t[HIGH + i], t[BEND + i], t[RATE + i], t[THERE + i] > 0.0,
+        )  # fmt: skip
+        low, high = x if y > 0.0 else low, high if y > 0.0 else x
+        step = -y / u
+        new, middle = x + step, 0.5 * (low + high)
+        inside = (u < 0.0) & (low <= new) & (new <= high)
+        there = done | (inside & (step * step * bend <= -CLOSE * new * u))
+        t[LOW + i], t[HIGH + i], t[RATE + i], t[THERE + i] = low, high, rate if done else u, 1.0 if there else 0.0
+        t[X + i] = x if done else new if inside else middle
+        left += 0 if there else 1
+    return left
 
 
 @inner
 def approached(p, f, n, b, w):
     """Follow the columns of one zero to it by Newton's method; those that do not arrive are of an unknown number."""
-    t, h = b.t, b.h
-    count = 0
+    t, h, sign, count = b.t, b.h, p.signs[f], 0
     for k in range(n):
         if h[KIND + k] == 1:
-            h[COLUMN + count], t[X + count] = k, t[GUESS + k]
+            m = int(t[UPS + k])
+            high = sign * t[B + (m - 1) * PITCH + k] + t[SHIFT + k]
+            low = sign * t[B + m * PITCH + k] + t[SHIFT + k]
+            h[COLUMN + count], t[X + count] = k, (m - 1 + high / (high - low)) / ORDER
             for j in range(len(w.z)):
                 b.c[j, count] = b.z[j, k]
             count += 1
@@ -164,19 +182,7 @@ def approached(p, f, n, b, w):
             t[BEND + i] += p.bends[f, j] * abs(b.c[j, i])
     for _ in range(ROUNDS):
         evaluated(count, t)
-        left = 0.0
-        for i in range(count):
-            x, y, u = t[X + i], t[Y + i], t[U + i]
-            t[LOW + i], t[HIGH + i] = x if y > 0.0 else t[LOW + i], t[HIGH + i] if y > 0.0 else x
-            step = -y / u
-            new = x + step
-            inside = u < 0.0 and t[LOW + i] <= new and new <= t[HIGH + i]
-            done = t[THERE + i] > 0.0
-            t[X + i] = x if done else new if inside else 0.5 * (t[LOW + i] + t[HIGH + i])
-            t[RATE + i] = t[RATE + i] if done else u
-            t[THERE + i] = 1.0 if done or (inside and step * step * t[BEND + i] <= -CLOSE * new * u) else 0.0
-            left += 1.0 - t[THERE + i]
-        if left == 0.0:
+        if improved(count, t) == 0:
             break
     for i in range(count):
         k = h[COLUMN + i]

@@ -15,7 +15,7 @@ Y, LOW, HIGH, BEND, THERE, RATE, GUESS, WHEN, PHI, A = range(9 * PITCH, 19 * PIT
 B = A + TERMS * PITCH
 KIND, START, COLUMN, WHICH, DOUBTFUL, MORE, MOTION, WHOLE = range(0, 8 * PITCH, PITCH)
 PHASE, TIME, FLIGHT = range(3)
-TURNS, CODE, POWER, DOUBT, STARTED, STEPS = range(6)
+TURNS, CODE, POWER, DOUBT, STARTED, STEPS, ROW = range(7)
 
 
 class Motions(NamedTuple):
@@ -23,16 +23,18 @@ class Motions(NamedTuple):
 
     z: Any  #: shape (BATCH, N), features
     scalars: Any  #: shape (BATCH, 3), phase, time of the return, time since the last event
-    numbers: Any  #: shape (BATCH, 6), whole turns, code of the word, place of its next letter, doubtful, last transition, steps
-    queue: Any  #: shape (M, BATCH), motions that wait in each mode
-    length: Any  #: shape (M,), how many
+    numbers: (
+        Any  #: shape (BATCH, 7), whole turns, word, place of its next letter, doubtful, last transition, steps, row of the record
+    )
+    queue: Any  #: shape (M + 1, BATCH), motions that wait in each mode, and last the places that are free
+    length: Any  #: shape (M + 1,), how many
 
 
 def motions(p: Any, some: bool) -> Motions:
     """Room for motions under way, or none."""
-    modes, width = len(p.growth) if some else 0, p.growth.shape[1]
-    queue, length = np.zeros((modes, BATCH), np.int64), np.zeros(modes, np.int64)
-    return Motions(np.zeros((BATCH, width)), np.zeros((BATCH, 3)), np.zeros((BATCH, 6), np.int64), queue, length)
+    queues, width = len(p.growth) + 1 if some else 0, p.growth.shape[1]
+    queue, length = np.zeros((queues, BATCH), np.int64), np.zeros(queues, np.int64)
+    return Motions(np.zeros((BATCH, width)), np.zeros((BATCH, 3)), np.zeros((BATCH, 7), np.int64), queue, length)
 
 
 class Block(NamedTuple):

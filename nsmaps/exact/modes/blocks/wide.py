@@ -1,7 +1,7 @@
 """Many first returns of a system with modes in parallel: motions wait in a queue for each mode, and advance in blocks.
 
-A block is taken through one longest step, or to its events. All decisions at an event are those of `happens`; returns of many
-events, and of two at once, are left to `first_return`.
+A block is taken through one longest step, or to its events; a motion that ends makes room for the next, so that blocks are full.
+All decisions at an event are those of `happens`; returns of many events, and of two at once, are left to `first_return`.
 """
 
 import math
@@ -21,6 +21,7 @@ from nsmaps.exact.modes.blocks.lanes import (
     PHASE,
     PHI,
     POWER,
+    ROW,
     START,
     STARTED,
     STEPS,
@@ -53,7 +54,7 @@ def gathered(p, mode, n, o, b):
 
 @inlined
 def waits(o, mode, i):
-    """Put a motion into the queue of a mode."""
+    """Put a motion into the queue of a mode, or its place among those that are free."""
     o.queue[mode, o.length[mode]] = i
     o.length[mode] += 1
 
@@ -101,7 +102,7 @@ def launched(p, found, r, row, i, o, w):
     mode = entered(p, k, not p.after, phi, w)
     if repelled(p, mode, w):
         return True
-    o.numbers[i, TURNS], o.numbers[i, DOUBT], o.numbers[i, STARTED], o.numbers[i, STEPS] = 0, 0, k, 0
+    o.numbers[i, TURNS], o.numbers[i, DOUBT], o.numbers[i, STARTED], o.numbers[i, STEPS], o.numbers[i, ROW] = 0, 0, k, 0, row
     o.scalars[i, PHASE], o.scalars[i, TIME], o.scalars[i, FLIGHT] = phi, 0.0, 0.0
     for j in range(len(w.z)):
         o.z[i, j] = w.z[j]
@@ -110,7 +111,7 @@ def launched(p, found, r, row, i, o, w):
 
 
 @inner
-def block(p, mode, found, r, begin, o, b, w):
+def block(p, mode, found, r, o, b, w):
     """Take a block of motions that wait in a mode one step on; returns that end are written."""
     n = min(BLOCK, o.length[mode])
     gathered(p, mode, n, o, b)
@@ -119,13 +120,12 @@ def block(p, mode, found, r, begin, o, b, w):
     turned(p, mode, n, b, w)
     for k in range(n):
         i = b.h[MOTION + k]
-        row = begin + i
+        row = o.numbers[i, ROW]
         outcome, after = goes_on(p, mode, k, found.states[r + 1, row], found.tangents[r, row], o, b, w)
-        if outcome == GOES_ON:
-            waits(o, after, i)
-        elif outcome == LEFT:
+        waits(o, after if outcome == GOES_ON else len(p.growth), i)
+        if outcome == LEFT:
             alone(p, found, r, row, w)
-        else:
+        elif outcome != GOES_ON:
             turns = o.numbers[i, TURNS]
             ended = settled(outcome, o.numbers[i, CODE], o.scalars[i, TIME], turns, o.numbers[i, DOUBT] > 0)
             put(p, found, r, row, ended, w)
@@ -133,18 +133,24 @@ def block(p, mode, found, r, begin, o, b, w):
 
 @inner
 def side_by_side(p, found, r, o, b, w):
-    """Return number r of all motions of a record, batch by batch."""
-    for begin in range(0, found.states.shape[1], BATCH):
-        for i in range(min(BATCH, found.states.shape[1] - begin)):
-            if launched(p, found, r, begin + i, i, o, w):
-                alone(p, found, r, begin + i, w)
-        while True:
-            mode = 0
-            for other in range(len(o.length)):
-                mode = other if o.length[other] > o.length[mode] else mode
-            if o.length[mode] == 0:
-                break
-            block(p, mode, found, r, begin, o, b, w)
+    """Return number r of all motions of a record."""
+    free, row = len(p.growth), 0
+    for i in range(BATCH):
+        o.queue[free, i] = i
+    o.length[free] = BATCH
+    while True:
+        while o.length[free] > 0 and row < found.states.shape[1]:
+            if launched(p, found, r, row, o.queue[free, o.length[free] - 1], o, w):
+                alone(p, found, r, row, w)
+            else:
+                o.length[free] -= 1
+            row += 1
+        mode = 0
+        for other in range(free):
+            mode = other if o.length[other] > o.length[mode] else mode
+        if o.length[mode] == 0:
+            break
+        block(p, mode, found, r, o, b, w)
 
 
 @entry
