@@ -18,8 +18,8 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
-from nsmaps.figures.catalogue import file_part
 from nsmaps.figures.png import write_png
+from nsmaps.figures.row import file_part
 from nsmaps.figures.style import STYLE
 
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it

@@ -13,6 +13,8 @@ from matplotlib.patches import FancyBboxPatch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import encode
+from nsmaps.figures.page import lay_out
+from nsmaps.figures.returns.slices import sheets as slice_sheets
 from nsmaps.figures.returns.slices import slices
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, STYLE
 from nsmaps.figures.system.algorithm import STEPS, algorithm
@@ -114,15 +116,18 @@ def test_a_system_without_a_sketch_says_so(result, ax):
         sketch(replace(result, study=study_of(system="mine.py:Mine")), ax)
 
 
-def test_slices_of_many_words_count_those_beyond_eight_beside_the_picture(result, ax):
+def test_slices_of_many_words_count_those_beyond_eight_below_the_panels(result, ax):
     words = [f"B{'T' * k}B" for k in range(11)]
     start, image = np.column_stack([np.linspace(0.1, 1, 22), np.ones(22)]), np.full((22, 2), 0.5)
     codes = np.repeat([encode(word, WALLS) for word in words], 2)
     zeros = np.zeros(22)
     returns = Returns(COORDINATES, WALLS, start, image, np.zeros((22, 2), np.int32), codes, zeros.astype(np.int8), zeros)
     many = replace(result.slices[0], returns=returns, jump=np.zeros(21, bool))
-    slices(replace(result, slices=(many,)), ax)
-    legend = ax.get_legend()
-    assert [text.get_text() for text in legend.get_texts()] == [*words[:8], "3 more words"]
-    ax.figure.canvas.draw()
-    assert legend.get_window_extent().x0 >= ax.get_window_extent().x1
+    shown = replace(result, slices=(many,))
+    slices(shown, ax)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [*words[:8], "3 more words"]
+    (sheet,) = slice_sheets(shown)
+    figure = sheet.figure(50)
+    lay_out(figure)
+    (legend,) = figure.legends
+    assert legend.get_window_extent().y1 <= min(panel.get_tightbbox().y0 for panel in figure.axes)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _POINTS = 72.0  #: an inch
 _PADDING = 1.25  #: of a name's width and height, which must be free
-POINTS = 601  #: per axis, so that the cells of a picture are smaller than its lines
+POINTS = 401  #: per axis, so that the cells of a picture are smaller than its lines
 _HALVINGS = 12  #: of a cell, after which the edge is known to a thousandth of the line that shows it
 
 

@@ -1,0 +1,64 @@
+"""A row of the catalogue of figures: what a figure shows, and what it needs of a result."""
+
+import re
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.data import Need
+
+if TYPE_CHECKING:
+    from nsmaps.figures.page import Sheet
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.study import Study
+
+
+def file_part(part: str) -> str:
+    """The name of a part of a result, such as a domain, as file names have it.
+
+    >>> file_part("exact from R1+")
+    'exact-from-R1+'
+    """
+    return re.sub(r"[^\w.+]+", "-", part)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One figure: where it is drawn, what it shows in words, and what it needs of a result."""
+
+    module: str  #: below `nsmaps.figures`, such as `composite.cobweb`; its function `sheets(result)` gives what is drawn
+    alt: str  #: a sentence in place of the picture
+    caption: str  #: sentences below the picture
+    needs: tuple[Need[Any], ...] = ()
+    animated: bool = False  #: whether `nsmaps animate` has it, too
+    by_domain: bool = False  #: whether it has a sheet for every domain
+
+    @property
+    def name(self) -> str:
+        """The name of the figure, which is that of its module."""
+        return self.module.rpartition(".")[2]
+
+    @property
+    def sections(self) -> tuple[str, ...]:
+        """The sections that a study must name for its result to have what the figure shows."""
+        return tuple(dict.fromkeys(section for need in self.needs for section in need.sections))
+
+    def sheets(self, result: "StudyResult", first: bool = False) -> "tuple[Sheet, ...]":
+        """The sheets of the figure, or that of the first domain; NsmapsError if the result lacks what it shows."""
+        for need in self.needs:
+            need.of(result, self.name)
+        drawn: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(result)
+        return drawn[:1] if first and self.by_domain else drawn
+
+    def has_data(self, result: "StudyResult") -> bool:
+        """Whether a result has what the figure shows."""
+        try:
+            return all(need.of(result, self.name) is not None for need in self.needs)
+        except NsmapsError:
+            return False
+
+    def check(self, study: "Study") -> None:
+        """NsmapsError if a study names the sections of the figure and yet does not ask for what it shows."""
+        for need in self.needs:
+            need.check(study, self.name)
