@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps.cli import commands, exploring
-from nsmaps.cli.commands import InstalledOnly, MaxHours, MaxMemory, draw_listed, say_undrawn
+from nsmaps.cli.drawing import draw_listed, say_undrawn
+from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory
 from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
 from nsmaps.figures.catalogue import drawable, named_by

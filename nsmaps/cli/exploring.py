@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from nsmaps.cli.commands import InstalledOnly
+from nsmaps.cli.options import InstalledOnly
 from nsmaps.cli.terminal import examples, progress_line, reported_errors
 from nsmaps.errors import NsmapsError
 

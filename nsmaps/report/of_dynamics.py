@@ -9,6 +9,7 @@ from nsmaps.study.texts import range_text
 
 
 def bifurcation(result: StudyResult, part: str) -> str:
+    """The range of the parameter, and the motions of the exact map."""
     spec, exact = result.study.bifurcation, result.bifurcation.get("exact")
     if spec is None:
         return ""
@@ -29,6 +30,7 @@ def branches(result: StudyResult, part: str) -> str:
 
 
 def stability(result: StudyResult, part: str) -> str:
+    """The ranges of both parameters, and the share of each motion."""
     spec, found = result.study.stability, result.stability
     if spec is None or found is None:
         return ""
@@ -39,6 +41,7 @@ def stability(result: StudyResult, part: str) -> str:
 
 
 def lyapunov(result: StudyResult, part: str) -> str:
+    """The range of the parameter, and at how many values an exponent is positive."""
     spec, found = result.study.lyapunov, result.lyapunov
     if spec is None or found is None:
         return ""
@@ -49,6 +52,7 @@ def lyapunov(result: StudyResult, part: str) -> str:
 
 
 def basins(result: StudyResult, part: str) -> str:
+    """The share of each basin."""
     found = result.basins
     if found is None:
         return ""
@@ -58,6 +62,7 @@ def basins(result: StudyResult, part: str) -> str:
 
 
 def noise(result: StudyResult, part: str) -> str:
+    """The sizes of the noise, and the motions."""
     spec = result.study.noise
     if spec is None:
         return ""
@@ -68,6 +73,7 @@ def noise(result: StudyResult, part: str) -> str:
 
 
 def morse(result: StudyResult, part: str) -> str:
+    """The number of cells, and of recurrent components."""
     cover = result.morse
     if cover is None:
         return ""
@@ -79,6 +85,7 @@ def morse(result: StudyResult, part: str) -> str:
 
 
 def exit_times(result: StudyResult, part: str) -> str:
+    """The number of cells, and after how many returns they have been left."""
     found = result.exit_times
     if found is None or not (found.region >= 0).any():
         return ""

@@ -52,6 +52,7 @@ def family(result: StudyResult, part: str) -> str:
 
 
 def pieces(result: StudyResult, part: str) -> str:
+    """The share of the grid of each piece."""
     if result.coverage is None:
         return ""
     shares = dict(zip(result.coverage.names, result.coverage.fractions.tolist(), strict=True))
@@ -119,6 +120,7 @@ def _sides(domain: "AttractingDomain", update: int) -> str:
 
 
 def second(result: StudyResult, part: str) -> str:
+    """The domain of the second iterate, and the ends p and q of its box."""
     spec = result.study.second_iterate
     domain = result.domains.get(spec.domain) if spec else None
     if domain is None or not domain.forward_invariant:
@@ -128,6 +130,7 @@ def second(result: StudyResult, part: str) -> str:
 
 
 def partition(result: StudyResult, part: str) -> str:
+    """The tolerance, the number of pieces, and those that attract."""
     found = result.partition
     if found is None:
         return ""
@@ -137,6 +140,7 @@ def partition(result: StudyResult, part: str) -> str:
 
 
 def strips(result: StudyResult, part: str) -> str:
+    """The number of cells and of coefficients, and the largest error."""
     if result.accurate is None:
         return ""
     report, error = result.accurate.strips.report, max(result.accurate.uniform.largest, result.accurate.beside.largest)
@@ -144,15 +148,18 @@ def strips(result: StudyResult, part: str) -> str:
 
 
 def speed(result: StudyResult, part: str) -> str:
+    """The time of the reduced map beside that of the exact one."""
     return f"{at(result)}{result.speed.text}." if result.speed else ""
 
 
 def motion(result: StudyResult, part: str) -> str:
+    """The starts of the motions."""
     starts = [point(result.system.coordinates, pair.start) for pair in result.orbits if pair.track is not None]
     return f"{at(result)}from {'; '.join(starts[:MOST])}." if starts else ""
 
 
 def slices(result: StudyResult, part: str) -> str:
+    """The values at which coordinates are held."""
     lines = [f"{len(each.returns):,} states along {each.along} with {_held(each.at)}" for each in result.slices]
     return f"{at(result)}{'; '.join(lines)}." if lines else ""
 

@@ -69,9 +69,8 @@ def check_system(
         check_hybrid(system, states)
         return
     if not isinstance(system, ImpactSystem):
-        hint = ", with its parameters" if isinstance(system, type) else ""
-        expected = f"an object of a class that inherits from nsmaps.ImpactSystem{hint}"
-        raise CheckError(f"{system!r} is not a system; expected: {expected}")
+        expected = "an object of a class that inherits from nsmaps.ImpactSystem"
+        raise CheckError(f"{system!r} is not a system; expected: {expected}{', with its parameters' * isinstance(system, type)}")
     check_description(system)
     check_units(system)
     with mp.workdps(DIGITS):

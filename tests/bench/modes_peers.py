@@ -54,7 +54,7 @@ class Written:
 
     @cached_property
     def states(self):
-        return list(vars(Plain(self.system).states).values())
+        return Plain(self.system).symbols
 
     @cached_property
     def rates(self):

@@ -30,10 +30,15 @@ class Plain:
 
     @cached_property
     def states(self):
-        return SimpleNamespace(**{name: sp.Symbol(name, real=True) for name in self.system.states})
+        noise = {self.system.noise: 0} if self.system.noise else {}
+        return SimpleNamespace(**noise, **{name: sp.Symbol(name, real=True) for name in self.system.states})
+
+    @cached_property
+    def symbols(self):
+        return [getattr(self.states, name) for name in self.system.states]
 
     def function(self, expr):
-        made = sp.lambdify((T, *vars(self.states).values()), expr, "numpy")
+        made = sp.lambdify((T, *self.symbols), expr, "numpy")
         return lambda t, y: np.broadcast_to(made(t, *y), t.shape)
 
     @cached_property
@@ -45,7 +50,7 @@ class Plain:
     def guards(self):
         rows = []
         for name, guard in self.system.guards(T, self.states).items():
-            reset = [self.function(guard.reset.get(state, y)) for state, y in vars(self.states).items()]
+            reset = [self.function(guard.reset.get(state, y)) for state, y in zip(self.system.states, self.symbols, strict=True)]
             letter = name[0] if guard.letter is None else guard.letter
             where = [self.function(one) for one in guard.where]
             rows.append((name, guard.watched, self.function(guard.function), where, reset, guard.to, letter, guard.ends))
@@ -191,7 +196,7 @@ def begun(plain, made, starts):
     chosen = {name: starts[:, k] for k, name in enumerate(made.coordinates)}
     y = np.full((len(made.states), len(starts)), np.nan)
     guards = made.guards(T, plain.states)
-    symbols = vars(plain.states)
+    symbols = dict(zip(plain.system.states, plain.symbols, strict=True))
     for k, state in enumerate(made.states):
         if state in chosen:
             y[k] = chosen[state]

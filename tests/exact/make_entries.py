@@ -33,6 +33,7 @@ def call_all() -> None:
     for call in CALLS.values():
         call(pair)
     CALLS["boxes"](capsule)
+    CALLS["noise"](capsule)
     nsmaps.load_study("duffing/diagram").system_object().first_return([[1.5, 0.5]])
 
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from nsmaps.cli.commands import _settled
+from nsmaps.cli.drawing import _settled
 from nsmaps.figures import draw
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite import cobweb

@@ -1,0 +1,45 @@
+"""Arguments and options that several commands have."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nsmaps.cli.terminal import reported_errors
+from nsmaps.errors import NsmapsError
+
+InstalledOnly = Annotated[
+    bool, typer.Option("--installed-only", help="Refuse a study whose system is a class in a file, which would be run.")
+]
+MaxMemory = Annotated[
+    float | None,
+    typer.Option(
+        metavar="GB",
+        help="Gigabytes that a run may need, as estimated; if omitted NSMAPS_MAX_MEMORY, or those of the machine.",
+        show_default=False,
+    ),
+]
+MaxHours = Annotated[
+    float | None,
+    typer.Option(
+        metavar="HOURS",
+        help="Hours on one core that a run may need, as estimated; if omitted NSMAPS_MAX_HOURS, or 24.",
+        show_default=False,
+    ),
+]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `nsmaps run` wrote.")]
+
+
+@contextmanager
+def of_run(folder: Path) -> Iterator[None]:
+    """As `reported_errors`; any other error, from a record that no run wrote, is reported on one line as well."""
+    with reported_errors():
+        try:
+            yield
+        except (NsmapsError, OSError, typer.Exit):
+            raise
+        except Exception as error:
+            why = " ".join(f"{type(error).__name__}: {error}".split())
+            raise NsmapsError(f"{folder} is not as `nsmaps run` writes it ({why}); run the study again") from error
