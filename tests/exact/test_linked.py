@@ -1,0 +1,101 @@
+"""The linked forms of entries that are shipped: of the code that there is, complete, and the same results without them."""
+
+import lzma
+import os
+import pickle
+import pkgutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numba
+import pytest
+from numba.core.registry import CPUDispatcher, cpu_target
+
+import nsmaps
+from nsmaps.exact.compiling import linked
+from nsmaps.exact.compiling.compiled import _Kept
+from nsmaps.exact.compiling.libraries import EntryCompiler
+
+CODEGEN = cpu_target.target_context.codegen()
+MADE = linked.FOLDER / "versions.txt"
+OTHER = "entries were shipped for other versions or another platform"
+same_versions = pytest.mark.skipif(MADE.read_text().split() != [*linked.versions(CODEGEN)], reason=OTHER)
+
+
+def entries():
+    """Every compiled function of the package that is an entry, by module and name."""
+    found = {}
+    for module in pkgutil.walk_packages(nsmaps.__path__, "nsmaps."):
+        if module.name.startswith(("nsmaps.exact.", "nsmaps.reduced.", "nsmaps.dynamics.")) and ".ode" not in module.name:
+            for value in vars(import_module(module.name)).values():
+                if isinstance(value, CPUDispatcher) and value._compiler.pipeline_class is EntryCompiler:
+                    found[value.py_func.__module__, value.py_func.__name__] = value
+    return found
+
+
+def shipped():
+    """The files with the module, the name and the signature of each."""
+    for path in sorted(linked.FOLDER.glob("*.xz")):
+        _, _, (description, _, signature, *_) = pickle.loads(lzma.decompress(path.read_bytes()))
+        yield path, description.modname, description.qualname, signature
+
+
+@same_versions
+def test_shipped_entries_are_those_of_the_code():
+    """Otherwise `python tests/exact/make_entries.py` makes them anew; until then they are not used."""
+    known = entries()
+    for path, module, name, signature in shipped():
+        if module.startswith("nsmaps.exact.ode"):
+            continue  # without heyoka there is none
+        kept = known[module, name]._cache
+        assert isinstance(kept, _Kept)
+        assert kept._name(signature.args, CODEGEN, shipped=True) == path.name, f"{name} has been changed since it was made"
+
+
+@same_versions
+def test_every_entry_is_shipped():
+    names = {(module, name) for _, module, name, _ in shipped()}
+    assert not set(entries()) - names
+
+
+def test_the_name_tells_versions_but_not_the_processor(monkeypatch):
+    kept = next(iter(entries().values()))._cache
+    name = kept._name((), CODEGEN, shipped=True)
+    monkeypatch.setattr(CODEGEN, "_tm_features", "+other")
+    assert kept._name((), CODEGEN, shipped=True) == name
+    monkeypatch.setattr(numba, "__version__", "0.0")
+    assert kept._name((), CODEGEN, shipped=True) != name
+
+
+RUN = """
+import sys
+from pathlib import Path
+from nsmaps.exact.compiling import compiled, linked
+linked.FOLDER = Path(sys.argv[1])
+compiled.missing.append(lambda: print("compiles"))
+from nsmaps_vi_pair import VIPair
+pair = VIPair(d=0.3, r=0.5, g_bar=0.2)
+print(pair.sensitivity([[0.5, 1.0], [0.9, 3.0]], {"d": 1.0}).tobytes().hex())
+"""
+
+
+def printed(folder: Path, cache: Path) -> list[str]:
+    """What the program prints with the entries of a folder and an empty cache."""
+    environment = {**os.environ, "NSMAPS_CACHE_DIR": str(cache)}
+    done = subprocess.run([sys.executable, "-c", RUN, str(folder)], env=environment, capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+@same_versions
+def test_results_are_the_same_with_and_without(tmp_path):
+    """Compiled here, from the shipped form, and where that is damaged."""
+    damaged = tmp_path / "damaged"
+    damaged.mkdir()
+    for path in linked.FOLDER.glob("sensitivities-*.xz"):
+        (damaged / path.name).write_bytes(path.read_bytes()[:-100])
+    without = printed(tmp_path / "none", tmp_path / "one")
+    assert printed(linked.FOLDER, tmp_path / "two") == without[1:]
+    assert printed(damaged, tmp_path / "three") == without
+    assert without[0] == "compiles"
