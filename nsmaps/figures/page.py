@@ -24,6 +24,7 @@ from nsmaps.figures.style import STYLE
 
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 _TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend
+_NARROW = 2.2  #: inches, the least width of a panel on a page that is narrower
 COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
 _TITLE = 13  #: letters of the title of a sheet in an inch of its width
 _LETTERS = 9  #: letters of a title in an inch of its panel's width, after its own letter
@@ -46,14 +47,15 @@ class Sheet:
     def figure(self, dpi: float | None = None, width: float = COLUMN) -> Figure:
         """The figure with every panel drawn and lettered (a), (b), ... where there are several; `width` in inches.
 
-        Type has the same size at every width, and panels take what it leaves.
+        Type has the same size at every width, and panels take what it leaves; on a narrow page they stand one below the other.
         """
-        rows, each = -(-len(self.panels) // self.columns), self.share * width / self.columns
-        figure = Figure(figsize=(self.columns * each, rows * self.ratio * each), dpi=dpi, layout="constrained")
+        columns = self.columns if width >= COLUMN else max(1, min(self.columns, int(width / _NARROW)))
+        rows, each = -(-len(self.panels) // columns), self.share * width / columns
+        figure = Figure(figsize=(columns * each, rows * self.ratio * each), dpi=dpi, layout="constrained")
         FigureCanvasAgg(figure)
         for number, panel in enumerate(self.panels):
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
-            ax = figure.add_subplot(rows, self.columns, number + 1, projection=projection)
+            ax = figure.add_subplot(rows, columns, number + 1, projection=projection)
             panel(ax)
             ax.set_title(fill(ax.get_title(), int(_LETTERS * each)))
             if len(self.panels) > 1:

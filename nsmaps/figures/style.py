@@ -44,7 +44,7 @@ _UNITS: ContextVar[tuple[bool, Mapping[str, str]]] = ContextVar("units", default
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
 _DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
-_LETTER = 0.085  #: inches of an axis that a digit takes
+_LETTER = 0.07  #: inches of an axis that a digit takes
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
 STYLE: dict[str, Any] = {
@@ -225,7 +225,7 @@ def _decimal_ticks(ax: Axes, axis: Axis) -> None:
     room = ax.bbox.width / ax.figure.dpi / _LETTER if axis is ax.xaxis else np.inf
     formatter = axis.get_major_formatter()
     formatter.set_useOffset(False)  # type: ignore[attr-defined]
-    for count in (6, 4, 3, 2):
+    for count in (6, 5, 4, 3, 2):
         axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
         low, high = axis.get_view_interval()
         names = formatter.format_ticks([tick for tick in axis.get_majorticklocs() if low <= tick <= high])

@@ -12,7 +12,7 @@ from nsmaps_vi_pair import VIPair
 from nsmaps import load_system
 from nsmaps.coordinates import Angle
 from nsmaps.figures import draw, lines, style
-from nsmaps.figures.page import Sheet, _letter
+from nsmaps.figures.page import Sheet, _letter, lay_out
 
 
 class Metric(VIPair):
@@ -133,3 +133,13 @@ def test_what_the_ticks_of_a_very_small_interval_share_is_in_the_label_of_its_ax
     assert not ax.xaxis.get_offset_text().get_visible()
     assert max(len(text.get_text()) for text in ax.get_xticklabels()) <= 4
     assert "ticks" not in ax.get_ylabel()
+
+
+def test_panels_of_a_narrow_page_stand_one_below_the_other():
+    sheet = Sheet("two", (lambda ax: ax, lambda ax: ax), 2, 0.8)
+    wide, narrow = (sheet.figure(50, width=width) for width in (5.1, 3.4))
+    for figure in (wide, narrow):
+        lay_out(figure)
+    assert wide.axes[0].get_position().y0 == pytest.approx(wide.axes[1].get_position().y0)
+    assert narrow.axes[0].get_position().y0 > narrow.axes[1].get_position().y1
+    assert narrow.get_size_inches().tolist() == pytest.approx([3.4, 2 * 0.8 * 3.4])

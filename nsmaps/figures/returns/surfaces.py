@@ -90,4 +90,5 @@ def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], im
         if is_angle(name):
             angle_ticks(axis, float(np.ptp(axis.get_view_interval())) * (1 if wide else 2))
         else:
-            axis.set_major_locator(MaxNLocator(5 if wide else 2, steps=[1, 2, 5, 10]))
+            count = (5 if axis is space.zaxis else 3) if wide else 2
+            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
