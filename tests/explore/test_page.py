@@ -152,6 +152,20 @@ def test_surfaces_are_drawn_and_name_word_and_image(opened):
     assert re.search(r"v = .*phi = .*BTB: v' = .*phi' = ", text)
 
 
+def test_a_point_of_a_surface_shows_its_exact_flight(opened, result):
+    opened.locator("#surfaces canvas").first.wait_for()
+    opened.wait_for_function("() => document.getElementById('surfaces').listens")
+    opened.evaluate("() => document.getElementById('surfaces').emit('plotly_click', {points: [{x: 0.5, y: 1.5}]})")
+    opened.get_by_text("The exact flight from v = 0.5").wait_for()
+    flight = opened.evaluate("() => motion.now")
+    impacts = result.system.impacts(flight["state"], 4)
+    np.testing.assert_allclose(flight["state"], [0.5, 1.5], atol=0.1)
+    np.testing.assert_allclose(flight["at"], impacts.time, rtol=1e-6)
+    assert flight["letters"] == [impacts.walls[k] for k in impacts.wall]
+    opened.evaluate("() => set(0.31)")
+    opened.get_by_text("The exact flight on the attractor").wait_for()
+
+
 def test_a_narrow_page_has_no_overflow(opened):
     opened.set_viewport_size({"width": 390, "height": 800})
     opened.wait_for_timeout(300)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 POINTS = 40_000  #: of a diagram, at most
 FLIGHTS = 61  #: values of the parameter at which the exact motion is computed
+STATES = 19  #: along either side of the grid, of the states from which first flights are computed
+_FIRST = 4  #: impacts or events of these
 _SETTLED = 400  #: returns before that motion begins, so that it is on an attractor
 _EVENTS, _SAMPLES = 13, 24  #: impacts or events of a motion, and instants between two of them
 _DIGITS = 7  #: of numbers that are drawn only
@@ -56,6 +58,7 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
         "events": _events(result),
         "motion": _motions(result, np.array(starts[0])),
         "surfaces": _surfaces(result),
+        "flights": _flights(result) if len(result.surfaces) else [],
         "script": _script(reduced),
     }
 
@@ -104,9 +107,22 @@ def _motions(result: "StudyResult", start: Floats) -> list[dict[str, Any]]:
 
 
 def _motion(system: "ImpactSystem", start: Floats, value: float | None) -> dict[str, Any]:
-    """The exact motion through some impacts or events, its word, and where its walls are."""
+    """The exact motion on the attractor of a start, at a value of the parameter of the map."""
     last = orbit(system, start, _SETTLED).final
-    found = track(system, last if np.isfinite(last).all() else start, _EVENTS, _SAMPLES)
+    return {"value": value, **_bodies(system, last if np.isfinite(last).all() else start, _EVENTS)}
+
+
+def _flights(result: "StudyResult") -> list[dict[str, Any]]:
+    """The exact motion from the states of a coarse grid through the first impacts or events, for the surfaces."""
+    edges = [np.linspace(low, high, STATES + 2)[1:-1] for low, high in _window(result)]
+    states = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1).reshape(-1, 2)
+    own = states[result.system.first_return(states).valid]
+    return [{"state": state.tolist(), **_bodies(result.system, state, _FIRST)} for state in own]
+
+
+def _bodies(system: "ImpactSystem", start: Floats, count: int) -> dict[str, Any]:
+    """The exact motion through so many impacts or events: places over time, letters, and which bodies are walls."""
+    found = track(system, start, count, _SAMPLES)
     if isinstance(found, ModeTrack):
         bodies = dict(zip(found.names, np.moveaxis(found.states, -1, 0), strict=True))
         letters, times, walls = found.events.letter.tolist(), found.events.time, list[str]()
@@ -116,7 +132,6 @@ def _motion(system: "ImpactSystem", start: Floats, value: float | None) -> dict[
         letters, times = [found.impacts.walls[k] for k in found.impacts.wall], found.impacts.time
     lines = {name: _short(line.ravel()) for name, line in bodies.items()}
     return {
-        "value": value,
         "time": _short(found.time.ravel()),
         "bodies": lines,
         "walls": walls,

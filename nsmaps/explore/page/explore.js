@@ -1,5 +1,5 @@
 "use strict"
-const RETURNS = 400, FINE = 90, COARSE = 45, byId = id => document.getElementById(id)
+const RETURNS = 2000, FINE = 90, COARSE = 45, byId = id => document.getElementById(id)
 const names = DATA.coordinates, moved = DATA.parameter, window_ = DATA.window
 const state = {value: moved ? clipped(DATA.parameters[moved.name], [moved.low, moved.high]) : null, start: [...DATA.start]}
 const withValue = point => state.value === null ? point : [...point, state.value]
@@ -83,7 +83,7 @@ function drawCobweb(c, rows, path) {
     frame.axes()
 }
 
-let asked = false, refined = 0
+let asked = false, refined = 0, flown = false
 /* Draw all that depends on parameter and start: coarsely while something is dragged, finely when it rests. */
 function refresh() {
     if (asked) return
@@ -106,20 +106,33 @@ function draw(points, all = false) {
     byId("motion-name").textContent = found
     byId("motion-name").dataset.period = path.ended ? -1 : q
     if (moved) byId("shown").textContent = `${moved.name} = ${state.value.toFixed(5)}`
-    motion.choose(state.value)
-    const near = motion.now.value
-    byId("exact").textContent = near === null ? "The exact flight, computed with this page." :
+    if (!flown) motion.choose(state.value)
+    const near = motion.now.value, from = motion.now.state
+    byId("exact").textContent = flown ?
+        `The exact flight from ${names.map((name, c) => `${name} = ${short(from[c])}`).join(", ")}${moved ? ` at ${moved.name} = `
+            + short(DATA.parameters[moved.name]) : ""}, the nearest of ${DATA.flights.length} computed with this page.` : near === null ? "The exact flight, computed with this page." :
         `The exact flight on the attractor at ${moved.name} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
     moveCursor()
-    if (all && DATA.surfaces.length) drawSurfaces(byId("surfaces"), Number(byId("image").value), rows.filter(row => row[4] >= 0), begin)
+    if (all && DATA.surfaces.length) drawSurfaces(byId("surfaces"), Number(byId("image").value), rows.filter(row => row[4] >= 0), fly)
+}
+
+/* The exact flight from the state that is nearest to one, where the sides of the window count alike. */
+function fly(at) {
+    const far = flight => Math.hypot(...flight.state.map((value, c) => (value - at[c]) / (window_[c][1] - window_[c][0])))
+    flown = true
+    motion.show(DATA.flights.reduce((best, each) => far(each) < far(best) ? each : best))
+    state.start = at.map((value, c) => clipped(value, window_[c]))
+    refresh()
 }
 
 function begin(at) {
+    flown = false
     state.start = at.map((value, c) => clipped(value, window_[c]))
     refresh()
 }
 
 function set(value) {
+    flown = false
     state.value = clipped(value, [moved.low, moved.high])
     byId("value").value = state.value
     refresh()

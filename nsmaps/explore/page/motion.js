@@ -9,7 +9,12 @@ class Motion {
 
     choose(value) {
         const far = each => value === null ? 0 : Math.abs(each.value - value)
-        this.now = this.motions.reduce((best, each) => far(each) < far(best) ? each : best)
+        this.show(this.motions.reduce((best, each) => far(each) < far(best) ? each : best))
+    }
+
+    show(motion) {
+        if (motion !== this.now && motion.state) this.clock = 0
+        this.now = motion
         const seen = Object.values(this.now.bodies).flat().filter(Number.isFinite)
         const low = Math.min(...seen), high = Math.max(...seen), room = 0.08 * (high - low || 1)
         this.range = [low - room, high + room]
