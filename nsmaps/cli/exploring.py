@@ -15,8 +15,8 @@ EXAMPLES = examples("nsmaps run vi_pair/explore", "nsmaps explore runs/vi_pair/e
 def explore(
     what: Annotated[str, typer.Argument(metavar="DIR|STUDY", help="A folder that `nsmaps run` wrote; with --live a study too.")],
     live: Annotated[bool, typer.Option("--live", help="Serve a page that computes while it is used, until Ctrl-C.")] = False,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of --live: the port, 0 for any that is free.")] = 0,
-    browser: Annotated[bool, typer.Option(help="Of --live: open the page in a browser.")] = True,
+    port: Annotated[int, typer.Option(help="Of --live: the port, 0 for any that is free.")] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Of --live: do not open a browser.")] = False,
     out: Annotated[Path, typer.Option(help="Of --live: the folder to which studies are saved.", file_okay=False)] = Path(),
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,
@@ -30,7 +30,7 @@ def explore(
         folder = Path(what)
         is_run = (folder / "result.json").is_file()
         if live:
-            _serve(str(folder / "study.yaml") if is_run else what, out, port, browser, installed_only)
+            _serve(str(folder / "study.yaml") if is_run else what, out, port, not no_browser, installed_only)
             return
         if not is_run:
             raise NsmapsError(f"{what} is not a folder that `nsmaps run` wrote; expected: one, or --live for a study")

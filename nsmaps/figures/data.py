@@ -180,6 +180,12 @@ def _enveloped(result: "StudyResult") -> "Mapping[str, AttractingDomain]":
     return found
 
 
+def held(domains: "Mapping[str, AttractingDomain]") -> "dict[str, AttractingDomain]":
+    """The domains whose boxes are forward invariant; where none is, the first alone."""
+    kept = {name: domain for name, domain in domains.items() if domain.forward_invariant}
+    return kept or dict([*domains.items()][:1])
+
+
 def _has_values(domain: "AttractingDomain") -> bool:
     """Whether both auxiliary maps of a coordinate are finite somewhere."""
     curves = [(each.lower, each.upper) for update in domain.updates for each in update.envelopes]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.figures.data import held
 from nsmaps.report.phrases import MOST, at, listed, part_of
 from nsmaps.study.headline import cycle_of
 from nsmaps.study.result import StudyResult
@@ -96,7 +97,7 @@ def _end(result: StudyResult, end: "LimitSet | None") -> str:
 
 def domain(result: StudyResult, part: str) -> str:
     """The start box and the last box of a domain, and whether they bound."""
-    domain = result.domains.get(name := part_of(result.domains, part))
+    domain = result.domains.get(name := part_of(result.domains if part else held(result.domains), part))
     if domain is None:
         return ""
     start = intervals(domain.coordinates, domain.boxes[0], inward=True)
@@ -108,9 +109,9 @@ def domain(result: StudyResult, part: str) -> str:
 
 def sizes(result: StudyResult, part: str) -> str:
     """The sides of every domain that is forward invariant, and the names of the others."""
-    held = {name: domain for name, domain in result.domains.items() if domain.forward_invariant}
-    others = [name for name in result.domains if name not in held]
-    lines = [f"{name} from {_sides(domain, 0)} to {_sides(domain, -1)}" for name, domain in held.items()]
+    bounded = {name: domain for name, domain in result.domains.items() if domain.forward_invariant}
+    others = [name for name in result.domains if name not in bounded]
+    lines = [f"{name} from {_sides(domain, 0)} to {_sides(domain, -1)}" for name, domain in bounded.items()]
     lines += [f"not forward invariant: {', '.join(others)}"] if others else []
     return f"{at(result)}{'; '.join(lines)}." if lines else ""
 

@@ -42,7 +42,7 @@ def states(system, noise, h, n, count, seed):
         first, normals = rng.standard_normal(), rng.standard_normal((numbers, 3))
         other = (normals.reshape(-1, 6) @ reflect).reshape(-1, 3)
         for i, (path, parts) in enumerate([(normals, 2), (normals, 1), (other, 1)]):
-            tables = _blank(n, 1, 0)
+            tables = _blank(n, 1, 0, 2)
             tables["states"][:, 0] = START
             rows = tuple(table[0] for table in tables.values())
             kernel.noisy_orbit((*law, h / 2 * parts, noise.sigma), step, parts, 1e-6, Given(first, path), rows)

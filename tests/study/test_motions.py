@@ -82,7 +82,7 @@ def test_one_orbit_tells_of_no_coexistence() -> None:
     Path("s.yaml").write_text(PAIR.replace("direction: both", "direction: up"))
     result = nsmaps.run("s.yaml")
     assert conclusion(result) == "The study requires no verdict."
-    assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions"}
+    assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions", "windows"}
 
 
 def test_the_table_keeps_the_widest_intervals_and_counts_the_rest() -> None:

@@ -288,14 +288,28 @@ def test_warnings_stand_below_their_table_and_nothing_is_told_as_such() -> None:
     assert ">uncovered</h4><p>none</p>" in text
 
 
-def test_the_first_domain_s_figure_comes_first(good: str) -> None:
-    more = "domains:\n  - {name: a, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}\n"
-    folder = ran(good.replace("domains:\n", more) + "figures: [envelopes]\n")
+HELD = """\
+system: vi_pair
+parameters: {d: 0.35, r: 0.5, g_bar: 0.21132751903147873}
+domains:
+  - {name: low, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
+  - {name: held, map: exact, box: {v: [0.7, 1], phi: [0.2, 1.14]}, updates: 1}
+  - {name: inner, map: exact, box: {v: [0.72, 1], phi: [0.2, 1.14]}, updates: 1}
+figures: [envelopes]
+"""
+
+
+def test_the_first_domain_s_figure_comes_first() -> None:
+    folder = ran(HELD)
+    result = nsmaps.read_result(folder)
+    assert [domain.forward_invariant for domain in result.domains.values()] == [False, True, True]
     assert "Of envelopes one domain is shown; nsmaps figures DIR --only NAME draws all." in page_of(folder).text
     assert CliRunner().invoke(app, ["figures", "out", "--only", "envelopes"]).exit_code == 0
     assert "one domain is shown" not in page_of(folder).text
-    captions = re.findall(r"<b>(envelopes[^<]*?)\. </b>", (folder / "report.html").read_text(encoding="utf-8"))
-    assert captions == ["envelopes", "envelopes (exact)"]
+    captions = re.findall(r"<b>(envelopes[^<]*?)\. </b>([^<]*)", (folder / "report.html").read_text(encoding="utf-8"))
+    assert [name for name, _ in captions] == ["envelopes", "envelopes (inner)"]
+    assert "domain held, " in captions[0][1]
+    assert "domain inner, " in captions[1][1]
 
 
 NOWHERE = """\

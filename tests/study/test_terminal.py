@@ -59,7 +59,7 @@ def on_terminal(*arguments: str, stop_at: str = "\0", **more: str) -> tuple[int,
 @pytest.fixture
 def slow(good: str) -> str:
     """A study whose orbits take a while, as a file."""
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 1000000"))
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 4000000"))
     return "s.yaml"
 
 
@@ -122,7 +122,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(slow: str) -> None:
     from nsmaps import read_result
 
     text = Path(slow).read_text()
-    Path(slow).write_text(text.replace("returns: 1000000", "returns: 8000000"))
+    Path(slow).write_text(text.replace("returns: 4000000", "returns: 8000000"))
     code, written = on_terminal("run", slow, "--out", "out", stop_at="left of orbits")
     assert code == 130
     assert "to resume: nsmaps run s.yaml --out out --resume" in written

@@ -32,6 +32,8 @@ def server_of(study: "Study", folder: Path, port: int = 0) -> Any:
         ) from error
     from nsmaps.explore.live.app import App
 
+    if not 0 <= port < 65536:
+        raise NsmapsError(f"the port is {port}; expected: a number from 1 to 65535, or 0 for any that is free")
     scene = scene_of(study)
     application = Application(FunctionHandler(lambda doc: App(scene, folder).show(doc)))
     try:

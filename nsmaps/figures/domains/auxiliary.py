@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.figures.data import ENVELOPED, position
+from nsmaps.figures.data import ENVELOPED, held, position
 from nsmaps.figures.domains.envelopes import bounding, frame, headline, outer, worst_case, worst_steps
-from nsmaps.figures.domains.looks import heading, held
+from nsmaps.figures.domains.looks import heading
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, tint
 

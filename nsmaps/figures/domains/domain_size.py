@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from nsmaps.figures.data import DOMAINS, position
-from nsmaps.figures.domains.looks import failed, heading, held, look_of
+from nsmaps.figures.data import DOMAINS, held, position
+from nsmaps.figures.domains.looks import failed, heading, look_of
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import symbol, with_unit
 

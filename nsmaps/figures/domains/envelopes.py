@@ -10,8 +10,8 @@ from scipy.ndimage import grey_closing, grey_opening, maximum_filter1d, uniform_
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import ENVELOPED, position
-from nsmaps.figures.domains.looks import heading, held
+from nsmaps.figures.data import ENVELOPED, held, position
+from nsmaps.figures.domains.looks import heading
 from nsmaps.figures.lines import diagonal, last_tenth, staircase
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, dress, tint

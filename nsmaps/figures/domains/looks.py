@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from nsmaps.figures.data import held
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED
 
 if TYPE_CHECKING:
@@ -27,12 +28,6 @@ def heading(name: str, domain: "AttractingDomain") -> str:
     kind = _KINDS[domain.status][1] if domain.status in _KINDS else domain.status
     beside = kind if name in domain.of else f"{domain.of}, {kind}"
     return f"{domain.of if name in domain.of else name}: {beside}"
-
-
-def held(domains: "Mapping[str, AttractingDomain]") -> "dict[str, AttractingDomain]":
-    """The domains whose boxes are forward invariant; where none is, the first alone."""
-    kept = {name: domain for name, domain in domains.items() if domain.forward_invariant}
-    return kept or dict([next(iter(domains.items()))])
 
 
 def failed(domains: "Mapping[str, AttractingDomain]") -> str:
