@@ -55,10 +55,6 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
     from nsmaps.enclosures.box_images import box_map as box_map
     from nsmaps.errors import NsmapsError as NsmapsError
-    from nsmaps.exact.hybrid import Guard as Guard
-    from nsmaps.exact.hybrid import HybridSystem as HybridSystem
-    from nsmaps.exact.hybrid import Section as Section
-    from nsmaps.exact.hybrid import Sliding as Sliding
     from nsmaps.exact.outcome import Outcome as Outcome
     from nsmaps.exact.returns import Returns as Returns
     from nsmaps.exact.surfaces.along import Along as Along
@@ -67,8 +63,12 @@ if TYPE_CHECKING:
     from nsmaps.exact.surfaces.surface import Axis as Axis
     from nsmaps.exact.surfaces.surface import Grid as Grid
     from nsmaps.exact.surfaces.surface import Surface as Surface
-    from nsmaps.exact.system import ImpactSystem as ImpactSystem
-    from nsmaps.exact.walls import Wall as Wall
+    from nsmaps.exact.systems.hybrid import Guard as Guard
+    from nsmaps.exact.systems.hybrid import HybridSystem as HybridSystem
+    from nsmaps.exact.systems.hybrid import Section as Section
+    from nsmaps.exact.systems.hybrid import Sliding as Sliding
+    from nsmaps.exact.systems.system import ImpactSystem as ImpactSystem
+    from nsmaps.exact.systems.walls import Wall as Wall
     from nsmaps.exports.document import read_map as read_map
     from nsmaps.exports.write import export as export
     from nsmaps.interrupts import Interrupted as Interrupted
@@ -144,9 +144,9 @@ _PUBLIC = {
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),
     "exact.surfaces.surface": ("Axis", "Grid", "Surface"),
-    "exact.hybrid": ("Guard", "HybridSystem", "Section", "Sliding"),
-    "exact.system": ("ImpactSystem",),
-    "exact.walls": ("Wall",),
+    "exact.systems.hybrid": ("Guard", "HybridSystem", "Section", "Sliding"),
+    "exact.systems.system": ("ImpactSystem",),
+    "exact.systems.walls": ("Wall",),
     "exports.document": ("read_map",),
     "exports.write": ("export",),
     "interrupts": ("Interrupted",),

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
+from nsmaps.files.storage import replace_file, sweep
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress, beat, portion, silent, working
-from nsmaps.storage import replace_file, sweep
 
 P = ParamSpec("P")
 R = TypeVar("R")

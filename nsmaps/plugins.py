@@ -15,15 +15,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError, near_match
-from nsmaps.exact.files import REFUSED, run_file
+from nsmaps.exact.systems.files import REFUSED, run_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from matplotlib.axes import Axes
 
-    from nsmaps.exact.hybrid import HybridSystem
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
     AnySystem = ImpactSystem | HybridSystem
 
@@ -66,7 +66,7 @@ def load_system(name: str, **parameters: Any) -> "AnySystem":
 
     Errors as `system_class`, and ParameterError for a parameter that is unknown, missing or not accepted.
     """
-    from nsmaps.exact.parameters import with_parameters
+    from nsmaps.exact.systems.parameters import with_parameters
 
     return with_parameters(system_class(name), parameters)
 
@@ -145,8 +145,8 @@ def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: f
 
 
 def _checked(found: object, where: str) -> "type[AnySystem]":
-    from nsmaps.exact.hybrid import HybridSystem
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
     if isinstance(found, type) and issubclass(found, ImpactSystem | HybridSystem):
         return found

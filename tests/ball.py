@@ -3,8 +3,8 @@
 BALL = '''
 from pydantic import Field
 import sympy as sp
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 class Ball(ImpactSystem):
     """Ball on a table that moves as a sin t. The gap is the displacement."""

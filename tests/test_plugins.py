@@ -13,8 +13,8 @@ from nsmaps import plugins
 from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError
 
 SYSTEM = """
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 class {name}(ImpactSystem):
     \"\"\"A ball.\"\"\"

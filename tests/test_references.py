@@ -32,5 +32,5 @@ def test_a_row_names_the_author_of_its_entry_and_modules_that_are_there(key, wor
     author = re.search(r"author = \{([^,]*),", ENTRIES[key])[1]
     plain = author.replace(r"M{\"u}ller", "Müller")
     assert work.startswith(plain)
-    for module in re.findall(r"`([a-z]+(?:\.[a-z_]+)?)`", where):
+    for module in re.findall(r"`([a-z]+(?:\.[a-z_]+)*)`", where):
         assert find_spec(f"nsmaps.{module}"), f"{key}: there is no nsmaps.{module}"

@@ -7,8 +7,8 @@ from typing import Any, Literal
 import sympy as sp
 from pydantic import Field
 
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 
 class BouncingBall(ImpactSystem):

@@ -9,8 +9,8 @@ import numpy as np
 import sympy as sp
 from pydantic import Field
 
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 
 class Ball(ImpactSystem):

@@ -17,8 +17,8 @@ IMPORTS = "import numba, sympy, scipy.optimize, matplotlib.pyplot, pydantic, ric
 STUDIES = ("fp", "pd", "cd", "auto")  #: of vi_pair
 TURNS = 3  #: of which the median counts; of an empty cache one
 FORMULA = '''
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 
 class Ball(ImpactSystem):

@@ -128,12 +128,12 @@ def check(
     Each error is reported on one line with file, line, column, what is expected and a near match; the exit code is then 2.
     Formulas of the system that are inconsistent, such as a displacement that does not start at its impact, are errors too.
     """
-    from nsmaps.exact.checks import check_formulas
+    from nsmaps.exact.systems.checks import check_formulas
     from nsmaps.plugins import is_file
+    from nsmaps.study.conclusions.summary import about
     from nsmaps.study.limits import check_sizes, total
     from nsmaps.study.reading.overrides import assignments
     from nsmaps.study.reading.reader import found_study, made_ready
-    from nsmaps.study.summary import about
 
     with _reported_errors():
         read = found_study(study, installed_only)

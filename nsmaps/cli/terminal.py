@@ -108,9 +108,9 @@ def _broken(line: str, width: int) -> list[str]:
 
 def summary(result: "StudyResult") -> None:
     """Print the results of a run: a sentence, the tables of its sections, its verdicts, and their summary."""
-    from nsmaps.study.headline import headline
-    from nsmaps.study.summary import tables
-    from nsmaps.study.verdict import conclusion
+    from nsmaps.study.conclusions.headline import headline
+    from nsmaps.study.conclusions.summary import tables
+    from nsmaps.study.conclusions.verdict import conclusion
 
     say(f"{result.study.title or result.study.name}\n")
     if sentence := headline(result):

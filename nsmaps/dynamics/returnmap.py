@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.complaints import explained
 from nsmaps.coordinates import StateLike, as_numbers, as_starts
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.files.complaints import explained
 from nsmaps.progress import beat
 
 

@@ -13,9 +13,9 @@ from nsmaps.enclosures.first_match import Winners, turns_of
 from nsmaps.enclosures.intervals import ROUNDING
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
-from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.polymap import PolyMap

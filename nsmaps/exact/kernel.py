@@ -13,9 +13,9 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.compiling.compiled import code_of, compilers
-from nsmaps.exact.engine import layout
 from nsmaps.exact.engine.batch import orbits
-from nsmaps.exact.engine.flow import Flow
+from nsmaps.exact.engine.flight import layout
+from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.itinerary import all_itineraries
 from nsmaps.exact.engine.returns import sampled, trajectory
 from nsmaps.exact.engine.sensitivity import sensitivities
@@ -26,7 +26,7 @@ from nsmaps.exact.words import CHATTER, REST
 
 if TYPE_CHECKING:
     from nsmaps.exact.ode.kernel import IntegratedKernel
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 STEPS = 2000  # of a realisation under noise, whose random numbers are drawn together
 CHUNK = 25_000  # returns that a thread takes at a time: enough to hide its cost, few enough for Ctrl-C
@@ -38,7 +38,7 @@ class Kernel:
 
     system: "ImpactSystem"
     formulas: Formulas
-    table: Floats  #: see `nsmaps.exact.engine.layout`
+    table: Floats  #: see `nsmaps.exact.engine.flight.layout`
 
     @property
     def name(self) -> str:

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.exact.events import ModeTrack, check_samples
-from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.returns import Impacts
+from nsmaps.exact.systems.hybrid import HybridSystem
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

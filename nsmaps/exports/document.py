@@ -23,7 +23,7 @@ from nsmaps.exports.closed_forms import (
 )
 from nsmaps.exports.plain_data import Document, coordinates_of, floats, name_of, names_of, number_of, numbers, powers_of
 from nsmaps.exports.program import Exportable
-from nsmaps.reading import json_of, text_of
+from nsmaps.files.reading import json_of, text_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport
 from nsmaps.reduced.conditions.region import Box, Region, Where

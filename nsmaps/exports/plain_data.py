@@ -8,7 +8,7 @@ import numpy as np
 
 from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError
-from nsmaps.reading import odd_character
+from nsmaps.files.reading import odd_character
 
 DENSEST = 10_000_000  #: products of powers of all coordinates up to those that occur
 

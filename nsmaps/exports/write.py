@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.exact.hybrid import HybridSystem
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exports.document import KINDS, kind_of
+from nsmaps.exports.equations.modes import mode_files
+from nsmaps.exports.equations.system import system_files
 from nsmaps.exports.exportables import held_by, is_finished
 from nsmaps.exports.headers import of_study
 from nsmaps.exports.languages import LANGUAGES
-from nsmaps.exports.modes import mode_files
 from nsmaps.exports.program import Exportable, identifiers
-from nsmaps.exports.system import system_files
 from nsmaps.symbolic.map_iterates import iterate
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _writer(format: str) -> Callable[[Exportable, str, Sequence[str]], dict[str,
     """The function that writes a language."""
     if format not in LANGUAGES:
         raise NsmapsError(f"the format {format!r}{near_match(str(format), LANGUAGES)}; expected: {', '.join(LANGUAGES)}")
-    return import_module(f"nsmaps.exports.{format}").files
+    return import_module(f"nsmaps.exports.languages.{format}").files
 
 
 def _files(result: Any, format: str, name: str | None) -> dict[str, str]:

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from nsmaps.reduced.partition.result import PartitionResult
     from nsmaps.reduced.validation.speed import Speed
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.sections.composite import PieceSection
-    from nsmaps.study.sections.noise import NoiseResult
-    from nsmaps.study.sections.orbits import OrbitPair
+    from nsmaps.study.sections.longrun.noise import NoiseResult
+    from nsmaps.study.sections.longrun.orbits import OrbitPair
+    from nsmaps.study.sections.maps.composite import PieceSection
     from nsmaps.study.study import Study
     from nsmaps.symbolic.curve_iterates import SecondIterate
 

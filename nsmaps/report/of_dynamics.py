@@ -3,9 +3,9 @@
 import numpy as np
 
 from nsmaps.report.phrases import MOST, at, listed
-from nsmaps.study.headline import motions_of
+from nsmaps.study.conclusions.headline import motions_of
+from nsmaps.study.conclusions.texts import range_text
 from nsmaps.study.result import StudyResult
-from nsmaps.study.texts import range_text
 
 
 def bifurcation(result: StudyResult, part: str) -> str:

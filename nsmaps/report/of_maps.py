@@ -9,16 +9,16 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.figures.data import held
 from nsmaps.report.phrases import MOST, at, listed, part_of
-from nsmaps.study.headline import cycle_of
+from nsmaps.study.conclusions.headline import cycle_of
+from nsmaps.study.conclusions.texts import intervals, point, range_text
 from nsmaps.study.result import StudyResult
-from nsmaps.study.texts import intervals, point, range_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.dynamics.attractors.limit_set import LimitSet
-    from nsmaps.study.sections.orbits import OrbitPair
+    from nsmaps.study.sections.longrun.orbits import OrbitPair
 
 
 def returns(result: StudyResult, part: str) -> str:

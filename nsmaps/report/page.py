@@ -4,18 +4,18 @@ from importlib.resources import files
 from pathlib import Path
 from xml.etree.ElementTree import Element, tostring
 
+from nsmaps.files.storage import replace_file
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.glossary import legend
 from nsmaps.report.html import folded, table, tables, tag
 from nsmaps.report.phrases import parameters
 from nsmaps.report.pictures import figures_of, spoken
-from nsmaps.storage import replace_file
-from nsmaps.study.headline import headline
+from nsmaps.study.conclusions.headline import headline
+from nsmaps.study.conclusions.summary import numbers
+from nsmaps.study.conclusions.verdict import conclusion
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.base import Verdict
-from nsmaps.study.sections.motions import digits
-from nsmaps.study.summary import numbers
-from nsmaps.study.verdict import conclusion
+from nsmaps.study.sections.parameters.motions import digits
 
 FILE = "report.html"
 EXPLORE = "explore.html"  #: a page beside the report, named in it where it is there

@@ -21,7 +21,7 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.sections import SECTIONS
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.study.binding import Plan
     from nsmaps.study.study import Study
 

@@ -23,7 +23,7 @@ from nsmaps.study.sections import SECTIONS
 from nsmaps.study.study import Study
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 Value = TypeVar("Value")
 

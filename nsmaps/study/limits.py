@@ -15,7 +15,7 @@ from nsmaps.study.steps import SECTION, steps_of
 from nsmaps.study.study import Study
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 HOURS = 24.0  #: default limit
 MEMORY = 8.0  #: gigabytes, the default limit where the memory of the machine is unknown

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.surfaces.family import WordFamily
     from nsmaps.exact.surfaces.mesh import Mesh, Part
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.study.sections import Kept
     from nsmaps.study.study import Study
 else:

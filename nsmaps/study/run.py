@@ -10,13 +10,14 @@ from pathlib import Path
 from time import perf_counter
 
 from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.files.storage import missing_of, remove_empty
 from nsmaps.interrupts import Interrupted, heard
 from nsmaps.parallel import Jobs
 from nsmaps.plugins import is_file
 from nsmaps.progress import Progress, Work, working
-from nsmaps.storage import missing_of, remove_empty
 from nsmaps.study.ahead import compiling_ahead
 from nsmaps.study.binding import Plan, prepare
+from nsmaps.study.conclusions.verdict import verdicts
 from nsmaps.study.limits import check_sizes
 from nsmaps.study.reading.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
@@ -25,7 +26,6 @@ from nsmaps.study.store.archive import BrokenRun, read_result, versions_of, writ
 from nsmaps.study.store.checkpoint import PARTS, keep_step, with_steps
 from nsmaps.study.store.run_folder import check_folder, writable
 from nsmaps.study.study import Study
-from nsmaps.study.verdict import verdicts
 
 
 def run(

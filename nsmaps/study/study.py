@@ -16,7 +16,7 @@ from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections import SECTIONS
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 
 def scalar(value: object) -> object:

@@ -12,9 +12,9 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import CheckError, near_match
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
-from nsmaps.exact.hybrid import HybridSystem
-from nsmaps.exact.parameters import ParametricSystem
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import ParametricSystem
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.testing.integrated import integrated_flight
 
 System = TypeVar("System", bound=ParametricSystem)

@@ -7,9 +7,9 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
-from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.testing.formulas import check_description, check_units, neighbours
 from nsmaps.testing.mode_formulas import Formulas, followed
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.system import ImpactSystem
 
 EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
 

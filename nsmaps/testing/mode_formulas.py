@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.exact.guards import Guard, Sliding
-from nsmaps.exact.hybrid import HybridSystem
+from nsmaps.exact.systems.guards import Guard, Sliding
+from nsmaps.exact.systems.hybrid import HybridSystem
 
 EVENTS = 120  #: of one return, those of chatter included
 LOOKS, SHORTEST = 2_000, 1e-7  #: times at which guards are looked at on a path, and the share of it of the first after its start

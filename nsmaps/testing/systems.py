@@ -8,9 +8,9 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
-from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.testing.formulas import (
     DIGITS,
     Acceleration,

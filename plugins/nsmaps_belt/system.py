@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from nsmaps.exact.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
 
 
 class Belt(HybridSystem):

@@ -10,7 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.bench.programs.ours import OneCore, cores, pair_system, read
 from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
-from nsmaps.exact.engine.layout import WIDE
+from nsmaps.exact.engine.flight.layout import WIDE
 from nsmaps.exact.kernel import Kernel
 from nsmaps.exact.returns import Returns
 

@@ -12,8 +12,8 @@ from numba import njit
 from pynamicalsys import DiscreteDynamicalSystem
 
 import nsmaps
-from nsmaps.exact.engine.flow import Flow
-from nsmaps.exact.engine.layout import AT_PARAMETERS, BOTTOM, FLIGHT_SIZE, TOP
+from nsmaps.exact.engine.flight.flow import Flow
+from nsmaps.exact.engine.flight.layout import AT_PARAMETERS, BOTTOM, FLIGHT_SIZE, TOP
 from nsmaps.exact.engine.returns import first_return
 from nsmaps.exact.kernel import kernel_of
 

@@ -14,8 +14,8 @@ from nsmaps.dynamics.noise.orbits import Noise, exact_step, linear_law, noisy_or
 from nsmaps.dynamics.noise.residence import residence
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 QUIET = Noise(sigma=0, tau=1)
 

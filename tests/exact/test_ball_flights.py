@@ -9,8 +9,9 @@ import sympy as sp
 from numba import njit
 from toys import DraggedBall, Oscillator, Textbook
 
-from nsmaps.exact.enclosure import elementary, flow
-from nsmaps.exact.enclosure.tables import ball_flow, enclosed_table
+from nsmaps.exact.enclosure.arithmetic import elementary
+from nsmaps.exact.enclosure.flight import flow
+from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
 
 SYSTEMS = {
     "dragged": DraggedBall(a=3.0, r=0.8),

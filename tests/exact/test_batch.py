@@ -10,7 +10,8 @@ from conftest import TILT
 from toys import BouncingBall, Oscillator, Table
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine import batch, layout
+from nsmaps.exact.engine import batch
+from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.kernel import flow_of
 from nsmaps.exact.outcome import Outcome
 

@@ -10,7 +10,7 @@ from numba import njit
 from toys import BouncingBall, Dragged, Oscillator, Saddle, Table, Textbook
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine import bounds, flow
+from nsmaps.exact.engine.flight import bounds, flow
 
 SYSTEMS = {
     "ball": BouncingBall(a=1.3),

@@ -12,9 +12,9 @@ from toys import BouncingBall, DraggedBall, Oscillator, Table
 
 from nsmaps.errors import ProofError, StateError
 from nsmaps.exact.compiling.compiled import njit
-from nsmaps.exact.enclosure import balls, elementary
-from nsmaps.exact.enclosure.formulas import ball_code
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.enclosure.arithmetic import balls, elementary
+from nsmaps.exact.enclosure.arithmetic.formulas import ball_code
+from nsmaps.exact.systems.system import ImpactSystem
 
 #: What the VI pair has not: one wall, terms that decay, a law of rebound that is not linear; then what has them one by one.
 ONE_BY_ONE: list[ImpactSystem] = [BouncingBall(a=3.0), Table(height=1.0), Oscillator(zeta=1, w=0.8, gap=0.3, damping="critical")]

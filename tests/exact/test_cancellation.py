@@ -12,7 +12,7 @@ from toys import Dragged, Saddle, Table, Textbook
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact import kernel
-from nsmaps.exact.engine import layout
+from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.outcome import Outcome
 
 

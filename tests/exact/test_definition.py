@@ -21,8 +21,8 @@ from toys import Oscillator, Table
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.compiling import compiled, kept
 from nsmaps.exact.flows import exponentials
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 from nsmaps.testing import check_system
 
 
@@ -346,7 +346,7 @@ def test_a_class_without_a_file_and_with_annotations_that_are_text():
 
 def test_where_sympy_is_not_loaded_nothing_loads_it():
     lazy = (
-        "from nsmaps.exact.system import ImpactSystem, Wall\n"
+        "from nsmaps.exact.systems.system import ImpactSystem, Wall\n"
         "class Lazy(ImpactSystem):\n    r: float = 0.5\n    def walls(self):\n        return {'F': Wall(at=0, side=-1)}\n"
         "    def period(self):\n        return 1\n    def displacement(self, t, hit):\n        from sympy import sqrt\n"
         "        return hit.z + hit.w * sqrt(t - hit.t)\n"
@@ -363,7 +363,7 @@ def test_the_systems_of_the_tests_are_defined():
 
 
 def test_formulas_of_many_terms_can_be_read_by_python() -> None:
-    from nsmaps.exact.enclosure.formulas import ball_code
+    from nsmaps.exact.enclosure.arithmetic.formulas import ball_code
 
     many = sp.symbols("a0:900")
     for whole in (sp.Add(*many), sp.Mul(*many), sp.Add(*(x * y for x, y in pairwise(many)))):

@@ -12,8 +12,8 @@ import pytest
 from numba import njit
 from running import Running, Series, running
 
-from nsmaps.exact.enclosure import elementary
-from nsmaps.exact.engine import remainders
+from nsmaps.exact.enclosure.arithmetic import elementary
+from nsmaps.exact.engine.flight import remainders
 
 NEAREST = Fraction(7853982, 10**7)  #: more than pi/4, and than any |y| that `wave` comes to, as is checked below
 ORDER = 30  #: of Taylor polynomials in the place of functions; what they leave out is added

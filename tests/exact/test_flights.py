@@ -19,8 +19,8 @@ from toys import BouncingBall, Oscillator, Table
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import NsmapsError, ParameterError, StateError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 from nsmaps.exact.words import decode, encode
 
 SYSTEMS = {

@@ -7,7 +7,7 @@ import sys
 import warnings
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import llvmlite
 import numba
@@ -18,10 +18,11 @@ import sympy as sp
 from nsmaps.exact import kernel
 from nsmaps.exact.compiling import compiled, kept, libraries
 from nsmaps.exact.compiling.compiled import code_of, njit
-from nsmaps.exact.engine import flow, layout, march, returns
+from nsmaps.exact.engine import march, returns
 from nsmaps.exact.engine.batch import orbits
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.engine.flight import flow, layout
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 ONE, TABLE = 1.0, np.array([1.0, 2.0])
 
@@ -308,3 +309,13 @@ def test_a_compilation_that_failed_can_be_repeated_and_holds_nobody_up() -> None
         with pytest.raises(numba.TypingError):
             function(1.0)
         assert not kept.CLAIMED
+
+
+def test_a_named_tuple_of_another_module_has_another_key() -> None:
+    """A stored function is read back with the class of its arguments, which must be found where it was."""
+    fields = [("a", float)]
+    here, there = (NamedTuple("Pair", fields) for _ in range(2))
+    there.__module__ = "somewhere.else"
+    one, other = (compiled._type_text(numba.typeof((kind(1.0), 2))) for kind in (here, there))
+    assert one != other
+    assert "somewhere.else" in other

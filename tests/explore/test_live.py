@@ -136,8 +136,8 @@ def test_what_cannot_be_explored_is_refused(tmp_path):
 
 
 ONE = '''
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 
 
 class Ticks(ImpactSystem):

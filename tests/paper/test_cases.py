@@ -14,7 +14,7 @@ from nsmaps.exact.surfaces.surface import Axis, Grid, sweep
 from nsmaps.reduced.conditions.region import Where
 from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
 from nsmaps.reduced.fit.polyfit import Full
-from nsmaps.study.verdict import conclusion
+from nsmaps.study.conclusions.verdict import conclusion
 
 BTB = WordFamily(name="BTB", words=("BTB",))
 GRID = Grid(axes={"v": Axis(low=0.0033, high=1, points=300), "phi": Axis(low=0, high=np.pi, points=300)})

@@ -18,7 +18,7 @@ from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.walls import Wall
 from nsmaps.figures import draw
 
 pytest.importorskip("heyoka")

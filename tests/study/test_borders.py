@@ -6,7 +6,7 @@ import numpy as np
 
 import nsmaps
 from nsmaps.study.binding import prepare
-from nsmaps.study.sections import composite
+from nsmaps.study.sections.maps import composite
 
 STUDY = """
 title: Two windows

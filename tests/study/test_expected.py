@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import nsmaps
-from nsmaps.study.verdict import conclusion
+from nsmaps.study.conclusions.verdict import conclusion
 
 STUDY = """\
 system: vi_pair

@@ -14,8 +14,8 @@ import pytest
 from pydantic import BaseModel, ValidationError
 
 import nsmaps
-from nsmaps.complaints import accepted_keys, bare, inside, refused
 from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.files.complaints import accepted_keys, bare, inside, refused
 from nsmaps.reduced.fit.filter import Diagonal
 from nsmaps.reduced.fit.polyfit import Separable
 from nsmaps.study.store.renewed import renewed

@@ -10,7 +10,7 @@ import pytest
 import nsmaps
 from nsmaps.auxiliary.bounds import ErrorBound
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.headline import cycle_of, headline
+from nsmaps.study.conclusions.headline import cycle_of, headline
 from nsmaps.study.result import StudyResult
 
 PAIR = "system: vi_pair\nparameters: {d: 0.35, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}\n"

@@ -9,10 +9,10 @@ import pytest
 import nsmaps
 from nsmaps.auxiliary.bounds import ErrorBound
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.diagnostics import no_image
+from nsmaps.study.conclusions.diagnostics import no_image
+from nsmaps.study.conclusions.texts import intervals
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.domains import DomainSection, trapped_text
-from nsmaps.study.texts import intervals
+from nsmaps.study.sections.sets.domains import DomainSection, trapped_text
 
 SECTION = {"name": "half", "map": "half", "box": "diagonal"}
 HEAD = """\

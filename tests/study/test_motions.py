@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 import nsmaps
 from nsmaps.cli.cli import app
-from nsmaps.study.sections.motions import digits, motions, widest
-from nsmaps.study.summary import numbers
-from nsmaps.study.verdict import conclusion
+from nsmaps.study.conclusions.summary import numbers
+from nsmaps.study.conclusions.verdict import conclusion
+from nsmaps.study.sections.parameters.motions import digits, motions, widest
 
 FOLD, CRISIS = 0.227713761, 0.22505  #: of 2:1/T and of the chaos beside it; see test_branch.py and docs/dynamics.md
 PAIR = """\

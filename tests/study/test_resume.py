@@ -16,12 +16,12 @@ from nsmaps import read_result, run
 from nsmaps.dynamics.diagrams import bifurcation
 from nsmaps.dynamics.noise import orbits as noise
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import outermost
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study import steps
-from nsmaps.study.sections import bifurcation as section
+from nsmaps.study.sections.parameters import bifurcation as section
 from nsmaps.study.store import run_folder as folders
 
 

@@ -23,7 +23,7 @@ from pydantic import BaseModel
 from nsmaps.study.estimates import RETURN, Size, states
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.texts import yes
+from nsmaps.study.conclusions.texts import yes
 
 
 class FastestSection(BaseModel):

@@ -14,7 +14,7 @@ from nsmaps import read_result
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
 from nsmaps.exact.returns import Returns
-from nsmaps.study.sections.lyapunov import exponent_rows
+from nsmaps.study.sections.parameters.lyapunov import exponent_rows
 
 STUDY = """\
 system: vi_pair

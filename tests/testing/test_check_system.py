@@ -11,8 +11,8 @@ from nsmaps_vi_pair import VIPair
 from toys import Table
 
 from nsmaps.errors import CheckError, SystemDefinitionError
-from nsmaps.exact.system import ImpactSystem
-from nsmaps.exact.walls import Wall
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import Wall
 from nsmaps.testing import check_system
 
 BALL = {"Gamma": 1.3, "r": 0.5}

@@ -15,7 +15,7 @@ from nsmaps.bench.task import Answer, Pair
 
 if TYPE_CHECKING:
     from nsmaps.exact.returns import Returns
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 
 @lru_cache(maxsize=16)

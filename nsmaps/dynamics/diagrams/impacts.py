@@ -14,8 +14,8 @@ from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
 if TYPE_CHECKING:
-    from nsmaps.exact.hybrid import HybridSystem
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 KEPT = 3  #: impacts that are kept for each return
 

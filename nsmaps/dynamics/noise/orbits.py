@@ -13,16 +13,16 @@ from pydantic import BaseModel, ConfigDict, Field
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.errors import NsmapsError, StateError, check_class
-from nsmaps.exact.hybrid import HybridSystem
 from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.words import decoded
 from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 
 if TYPE_CHECKING:
     from nsmaps.exact.kernel import Kernel
     from nsmaps.exact.noise.driven import DrivenKernel
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 CHUNK = 8  #: realisations of a task of an executor
 SUBSTEPS = 1  #: exact steps in each step: with 2 and `step=2*h` the path is every second point of that of `step=h`
@@ -110,7 +110,7 @@ def noisy_orbits(
         StateError: the start has another shape.
         NsmapsError: a count is negative, the step is not in (0, tau], chatter is negative, or a class with modes has no noise.
     """
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
     check_class(system, (ImpactSystem, HybridSystem), "noise is added to formulas")
     starts, dim = as_starts(state, system.coordinates), len(system.coordinates)

@@ -236,8 +236,14 @@ class _Kept(_Cache):  # type: ignore[misc]
     def _name(self, sig: Any, codegen: Any, shipped: bool = False) -> str:
         """The name of the file with the compiled function, or with the linked one, which does not depend on the processor."""
         function = self._function.py_func
-        about = function.__module__, function.__name__, code_of(self._function), str(sig)
+        about = function.__module__, function.__name__, code_of(self._function), " ".join(map(_type_text, sig))
         return _linked_name(*about, versions(codegen)) if shipped else _file_name(*about, codegen.magic_tuple())
+
+
+def _type_text(kind: Any) -> str:
+    """A numba type with the modules of the named tuples in it, from which a stored function is read back."""
+    inner = " ".join(map(_type_text, getattr(kind, "types", ())))
+    return f"{kind} {getattr(getattr(kind, 'instance_class', None), '__module__', '')} {inner}"
 
 
 def _file_name(module: str, name: str, code: str, sig: str, processor: Iterable[str]) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import BinaryIO
 
-from nsmaps.storage import replace_file, sweep
+from nsmaps.files.storage import replace_file, sweep
 
 if sys.platform != "win32":
     import fcntl

@@ -8,11 +8,11 @@ time, and the set continues as if the wall were absent, until no state of it can
 
 import math
 
-from nsmaps.exact.enclosure.balls import NOTHING, badd, between, bplus, bsub, high, low, size
-from nsmaps.exact.enclosure.flow import at_time, ball_motion, ball_places, ball_rate
+from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, badd, between, bplus, bsub, high, low, size
+from nsmaps.exact.enclosure.flight.flow import at_time, ball_motion, ball_places, ball_rate
 from nsmaps.exact.enclosure.landing import bent, gap_to, landed
 from nsmaps.exact.enclosure.taylor_set import box_of, box_set, launched, put_set, radii, view
-from nsmaps.exact.engine.flow import Flow, evaluate, horizon, walls_of
+from nsmaps.exact.engine.flight.flow import Flow, evaluate, horizon, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import (
     FAR,

@@ -13,8 +13,8 @@ from nsmaps.errors import StateError
 from nsmaps.exact.words import decoded
 
 if TYPE_CHECKING:
-    from nsmaps.exact.hybrid import HybridSystem
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 CHUNK = 1_000  #: boxes that a thread takes at a time
 MOST_PHASE = 1e10  #: radians; larger phases have lost too many digits
@@ -86,8 +86,8 @@ def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
 
 def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
     """The images of boxes as described in `ImpactSystem.image_boxes`."""
+    from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
     from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, all_box_images
-    from nsmaps.exact.enclosure.tables import ball_flow, enclosed_table
 
     start, table = as_boxes(boxes, system.coordinates).copy(), enclosed_table(system)
     below, none = start[:, 0].T < 0

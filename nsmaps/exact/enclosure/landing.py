@@ -2,8 +2,22 @@
 
 import math
 
-from nsmaps.exact.enclosure.balls import GROW, badd, between, binv, bmeet, bmul, bneg, bplus, bsub, high, low, met, size
-from nsmaps.exact.enclosure.flow import at_time, ball_bends, ball_motion, ball_rate, ball_tangent
+from nsmaps.exact.enclosure.arithmetic.balls import (
+    GROW,
+    badd,
+    between,
+    binv,
+    bmeet,
+    bmul,
+    bneg,
+    bplus,
+    bsub,
+    high,
+    low,
+    met,
+    size,
+)
+from nsmaps.exact.enclosure.flight.flow import at_time, ball_bends, ball_motion, ball_rate, ball_tangent
 from nsmaps.exact.enclosure.taylor_set import by_start, get_set, launch_of, put_set, slopes, spread, view, widened
 from nsmaps.exact.engine.jit import inlined, inner
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from nsmaps.exact.enclosure.balls import badd, between, high, low, reduced, size
+from nsmaps.exact.enclosure.arithmetic.balls import badd, between, high, low, reduced, size
 from nsmaps.exact.enclosure.encounters import GONE, LANDED, first_impacts
 from nsmaps.exact.enclosure.taylor_set import ROW, SMOOTH, UPPER, box_of, box_set, get_set, put_set
-from nsmaps.exact.engine.flow import walls_of
+from nsmaps.exact.engine.flight.flow import walls_of
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.returns import spell
 

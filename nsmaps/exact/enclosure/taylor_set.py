@@ -7,10 +7,10 @@ power of 1/rate, D as the first, and the box does not grow; elsewhere H makes th
 that of the box and, by the mean value theorem, that of the centre plus its derivative over the set times x.
 """
 
-from nsmaps.exact.enclosure.balls import GROW, NOTHING, ONE, bmeet, bmul, bneg, met, size
-from nsmaps.exact.enclosure.bounds import ball_bounds
-from nsmaps.exact.enclosure.elementary import bangle
-from nsmaps.exact.enclosure.flow import (
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, NOTHING, ONE, bmeet, bmul, bneg, met, size
+from nsmaps.exact.enclosure.arithmetic.elementary import bangle
+from nsmaps.exact.enclosure.flight.bounds import ball_bounds
+from nsmaps.exact.enclosure.flight.flow import (
     at_time,
     ball_begin,
     ball_motion,

@@ -65,9 +65,9 @@ from nsmaps.exact.engine.block import (
     to_front,
     write_gap,
 )
-from nsmaps.exact.engine.flow import horizon, phase_rate, walls_of
+from nsmaps.exact.engine.flight.flow import horizon, phase_rate, walls_of
+from nsmaps.exact.engine.flight.layout import HARMONICS, WIDE
 from nsmaps.exact.engine.jit import allocating, entry, inner
-from nsmaps.exact.engine.layout import HARMONICS, WIDE
 from nsmaps.exact.engine.march import (
     INWARD,
     ROUNDING,

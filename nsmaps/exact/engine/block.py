@@ -5,11 +5,11 @@ All arithmetic is that of `flow.py`, and no compiler may fuse or reorder it: the
 
 import math
 
-from nsmaps.exact.engine.flow import of_rate, of_wave, rebound
+from nsmaps.exact.engine.flight.flow import of_rate, of_wave, rebound
+from nsmaps.exact.engine.flight.layout import AT_POWERS, AT_RATES, AT_START, AT_TERMS, HARMONICS, LAW, POWERS, RESTITUTION, SIMPLE
+from nsmaps.exact.engine.flight.remainders import remainders, wave
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.layout import AT_POWERS, AT_RATES, AT_START, AT_TERMS, HARMONICS, LAW, POWERS, RESTITUTION, SIMPLE
 from nsmaps.exact.engine.march import OUTWARD
-from nsmaps.exact.engine.remainders import remainders, wave
 from nsmaps.exact.engine.returns import is_state, turned
 
 BLOCK = 512  # returns in parallel: few enough to stay in the processor's cache

@@ -2,8 +2,8 @@
 
 import math
 
-from nsmaps.exact.engine.bounds import limits
-from nsmaps.exact.engine.flow import angle, begin, evaluate, rebound, start, tangent_at, wall_places, walls_of
+from nsmaps.exact.engine.flight.bounds import limits
+from nsmaps.exact.engine.flight.flow import angle, begin, evaluate, rebound, start, tangent_at, wall_places, walls_of
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.march import MOST_STEPS, ROUNDING, approach, first_step
 from nsmaps.exact.engine.returns import (

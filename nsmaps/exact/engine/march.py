@@ -2,10 +2,10 @@
 
 import math
 
-from nsmaps.exact.engine.bounds import grown, limits
-from nsmaps.exact.engine.flow import evaluate, horizon, start, wall_places, walls_of
+from nsmaps.exact.engine.flight.bounds import grown, limits
+from nsmaps.exact.engine.flight.flow import evaluate, horizon, start, wall_places, walls_of
+from nsmaps.exact.engine.flight.layout import LOCAL
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.layout import LOCAL
 
 MOST_STEPS = 100_000  # of one flight; reached only by flights that stay close to a wall indefinitely
 FAR = 1e300  # a step longer than any horizon

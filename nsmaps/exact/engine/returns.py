@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from nsmaps.exact.engine.bounds import limits
-from nsmaps.exact.engine.flow import (
+from nsmaps.exact.engine.flight.bounds import limits
+from nsmaps.exact.engine.flight.flow import (
     angle,
     begin,
     evaluate,

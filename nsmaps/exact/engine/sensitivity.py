@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.flow import angle, evaluate, moves_at, phase_rate, rebound, tangent_at, wall_places, walls_of
+from nsmaps.exact.engine.flight.flow import angle, evaluate, moves_at, phase_rate, rebound, tangent_at, wall_places, walls_of
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.returns import IMPACT, MOST_IMPACTS, is_state, next_impact, onward
 

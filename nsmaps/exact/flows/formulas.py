@@ -9,7 +9,7 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, walls_of
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 S = sp.Symbol("_s", real=True)  #: the time since the impact
 PHI = sp.Symbol("_phi", real=True)  #: the phase, place and velocity of the impact

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
-from nsmaps.exact.files import place_of
+from nsmaps.exact.systems.files import place_of
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
-    from nsmaps.exact.walls import Wall
+    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.walls import Wall
 
 NOT_NUMBERS = "use sympy's functions (from sympy import cos), not those of math or numpy, and no float() or int()"
 ADVICE = {  #: by the message of Python's error in a formula
@@ -126,7 +126,7 @@ def _refused(system: "ImpactSystem", formula: str) -> Iterator[None]:
 
 def _check_table(table: Any) -> None:
     """Refuse walls that are invalid, more than one on a side, or have letters that words cannot distinguish."""
-    from nsmaps.exact.walls import Wall
+    from nsmaps.exact.systems.walls import Wall
 
     if not isinstance(table, Mapping) or not all(isinstance(wall, Wall) for wall in table.values()):
         raise SystemDefinitionError(f"is {table!r:.60}; expected: walls by their letters, such as {{'B': Wall(at=0, side=-1)}}")

@@ -13,8 +13,7 @@ import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.engine import layout as at
-from nsmaps.exact.files import place_of
+from nsmaps.exact.engine.flight import layout as at
 from nsmaps.exact.flows.exponentials import DIGITS, Expansion, Sum, functional, rates_of
 from nsmaps.exact.flows.formulas import (
     V,
@@ -28,9 +27,10 @@ from nsmaps.exact.flows.formulas import (
 )
 from nsmaps.exact.flows.laws import law_address
 from nsmaps.exact.flows.source import period_of, walls_of
+from nsmaps.exact.systems.files import place_of
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 CANCELS = mp.mpf("0.1")  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
 NEAR = mp.mpf("0.1")  #: and if their rates differ by less than this share

@@ -20,7 +20,7 @@ from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.words import HIGHEST, LOWEST
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 BESIDE = 1e-11  # distance from a curve at which its two sides are examined, as a share of the highest speed and in radians
 HALVINGS = 36  # as a share of the distance of two neighbours of the scan

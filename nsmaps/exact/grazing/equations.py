@@ -10,7 +10,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Control, correct, follow, passes, tangent
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.flow import Flow
+from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.itinerary import touch
 
 SHORTEST = 1e-9  # flight to a touch, in periods: in shorter ones the ball has not left the wall

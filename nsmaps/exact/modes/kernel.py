@@ -11,7 +11,6 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.events import Arrivals, ModeTrack
-from nsmaps.exact.files import place_of
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
 from nsmaps.exact.modes.blocks.wide import FEW, returns
@@ -23,9 +22,10 @@ from nsmaps.exact.modes.paths.tracks import mode_track
 from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.systems.files import place_of
 
 if TYPE_CHECKING:
-    from nsmaps.exact.hybrid import HybridSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
 
 CHUNK = 5_000  #: returns a thread takes at a time
 

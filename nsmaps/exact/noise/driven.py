@@ -15,7 +15,7 @@ from nsmaps.exact.modes.tables.tables import Tables, tables_of
 from nsmaps.exact.noise import modes
 
 if TYPE_CHECKING:
-    from nsmaps.exact.hybrid import HybridSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ The exact steps and the impacts are in `orbit.py`.
 
 import math
 
-from nsmaps.exact.engine.flow import evaluate, start
+from nsmaps.exact.engine.flight.flow import evaluate, start
 from nsmaps.exact.engine.jit import inner
 
 

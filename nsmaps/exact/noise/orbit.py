@@ -8,8 +8,8 @@ continues.
 
 import math
 
-from nsmaps.exact.engine.bounds import limits
-from nsmaps.exact.engine.flow import angle, begin, horizon, phase_rate, rebound, start, wall_places, walls_of
+from nsmaps.exact.engine.flight.bounds import limits
+from nsmaps.exact.engine.flight.flow import angle, begin, horizon, phase_rate, rebound, start, wall_places, walls_of
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.returns import (
     INVALID,

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.flow import wall_places, walls_of
+from nsmaps.exact.engine.flight.flow import wall_places, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.modes.march.zeros import first_zero, limits
 from nsmaps.exact.modes.tables.taylor import ORDER

@@ -2,9 +2,9 @@
 
 import math
 
-from nsmaps.exact.engine.flow import phase_rate, rebound, wall_places
+from nsmaps.exact.engine.flight.flow import phase_rate, rebound, wall_places
+from nsmaps.exact.engine.flight.layout import BASE_UP
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.layout import BASE_UP
 from nsmaps.exact.engine.returns import CHATTER, FOREVER, IMPACT, NO_SPEED, REST, TWO_PI
 from nsmaps.exact.modes.march.zeros import limits
 from nsmaps.exact.ode.flight import series_of

@@ -11,8 +11,8 @@ import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.compiling.compiled import code_of, compilers
-from nsmaps.exact.engine import layout as at
-from nsmaps.exact.engine.flow import Flow
+from nsmaps.exact.engine.flight import layout as at
+from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.flows.formulas import S, W, Z
 from nsmaps.exact.flows.tables import Formulas
 from nsmaps.exact.modes.tables.taylor import ORDER
@@ -25,7 +25,7 @@ from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 MARKS = np.array(["", CHATTER, REST, REST, ""])
 
@@ -36,7 +36,7 @@ class IntegratedKernel:
 
     system: "ImpactSystem"
     formulas: Formulas
-    table: Floats  #: see `nsmaps.exact.engine.layout`; without flights
+    table: Floats  #: see `nsmaps.exact.engine.flight.layout`; without flights
     pressing: tuple[Floats, Floats]  #: phases between which the lower wall and the upper press on a ball at rest, (K, 2) each
 
     @property

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from nsmaps.exact.engine.flow import Flow
+from nsmaps.exact.engine.flight.flow import Flow
 
 
 class Memory(NamedTuple):

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.flow import walls_of
+from nsmaps.exact.engine.flight.flow import walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.returns import CHATTER, INVALID, RESTS, is_state, onward, spell
 from nsmaps.exact.ode.impact import place_at, take_off

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.flow import horizon, phase_rate, walls_of
+from nsmaps.exact.engine.flight.flow import horizon, phase_rate, walls_of
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import (
     ESCAPED,

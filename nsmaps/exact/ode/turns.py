@@ -1,6 +1,6 @@
 """The turning points of a step: zeros of the velocity, as letters of itineraries, and how near they come to a wall."""
 
-from nsmaps.exact.engine.flow import walls_of
+from nsmaps.exact.engine.flight.flow import walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.returns import spell
 from nsmaps.exact.modes.march.zeros import first_zero

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.system import ImpactSystem
 
 
 @dataclass(frozen=True, slots=True)

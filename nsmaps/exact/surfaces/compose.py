@@ -12,7 +12,7 @@ from nsmaps.exact.words import CHATTER, LONGER, REST, decode, encode
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 
 def joined(first: Returns, second: Returns) -> Returns:

@@ -16,7 +16,7 @@ from nsmaps.exact.surfaces.surface import Grid, Surface, surfaces
 from nsmaps.exact.words import decode, encode
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 OPERATORS = re.compile(r"[+*?|()]")
 LONG = 16  #: consecutive returns that a pattern may contain

@@ -18,7 +18,7 @@ from nsmaps.exact.words import decode
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 Part = Callable[[Returns], NDArray[np.integer]]  #: a number for each of N returns, shape (N,), negative to leave one out
 FINER = 2  #: parts of each side of a divided cell

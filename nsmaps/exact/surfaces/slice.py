@@ -14,7 +14,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 HALVINGS = 60  #: share of the interval in which the itinerary changes: to rounding
 APART = 1e-2  #: share of the largest speed, or radians: images on the sides of a jump differ by more, of a graze by less

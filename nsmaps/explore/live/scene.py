@@ -13,7 +13,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis, Grid
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.study.study import Study
 
 Range = tuple[float, float]

@@ -16,7 +16,7 @@ from nsmaps.figures.style import family_colours
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.study.result import StudyResult
 
 POINTS = 40_000  #: of a diagram, at most

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError
 from nsmaps.explore.page.data import data_of
+from nsmaps.files.storage import replace_file
 from nsmaps.report.page import EXPLORE
-from nsmaps.storage import replace_file
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult

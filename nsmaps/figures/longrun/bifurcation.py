@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.parameters import map_name
+from nsmaps.exact.systems.parameters import map_name
 from nsmaps.exact.words import CHATTER, LONGER, REST, decoded
 from nsmaps.figures.data import BIFURCATION, section
 from nsmaps.figures.lines import window

@@ -9,7 +9,7 @@ from nsmaps.reduced.adaptive.surrogate import StripMap, Strips, strip_map
 from nsmaps.reduced.adaptive.validate import HeldOut, held_out
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 
 @dataclass(frozen=True, slots=True, eq=False)

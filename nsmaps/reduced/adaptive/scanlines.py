@@ -16,7 +16,7 @@ from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.exact.words import longer_than
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 LONGEST = 12  #: impacts and turning points of a return: longer ones, as of long chatter, are not distinguished
 MANY_IMPACTS = -1  #: in place of the code of a longer word

@@ -18,7 +18,7 @@ from nsmaps.progress import Work, beat
 from nsmaps.reduced.adaptive.scanlines import Line, lines
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 LINES = 60  #: lines of constant speed in the first comparison
 NODES = 33  #: lines from which the curves of a band are computed

@@ -20,7 +20,7 @@ from nsmaps.reduced.adaptive.slabs import Slab, clear_phase, slabs
 from nsmaps.reduced.adaptive.tree import Node, cell_area, grow, roots_of, terms
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.reduced.adaptive.kernel import Tables
 
 #: total degrees that are tried, by the tolerance down to which they are the best choice

@@ -16,7 +16,7 @@ from nsmaps.reduced.adaptive.scanlines import MANY_IMPACTS
 from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT, Slab
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 ALONG_S, ALONG_X, UNDIVIDED = range(3)  #: direction in which a node is divided
 HALF = np.sqrt(0.5)

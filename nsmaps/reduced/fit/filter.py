@@ -18,7 +18,7 @@ from nsmaps.reduced.conditions.region import Region
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
 
 
 class Diagonal(BaseModel):

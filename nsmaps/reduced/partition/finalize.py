@@ -18,7 +18,7 @@ from nsmaps.reduced.partition.orders import errors
 from nsmaps.reduced.partition.result import LogRow, PartitionResult
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.reduced.partition.refine import Leaf, Refinement
     from nsmaps.reduced.partition.spec import Partition
 

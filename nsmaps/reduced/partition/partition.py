@@ -9,7 +9,7 @@ from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.reduced.adaptive.accurate import AccurateResult
 
 

@@ -25,7 +25,7 @@ from nsmaps.reduced.partition.resets import resets
 from nsmaps.reduced.partition.separators import best_separator, bound, sheets
 
 if TYPE_CHECKING:
-    from nsmaps.exact.system import ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.reduced.partition.spec import Partition, Role
 
 LOOSE = 0.1  #: error demanded of transient pieces, as a share of the grid's side

@@ -9,8 +9,8 @@ from pydantic import BaseModel, ValidationError
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString, ScalarString, SingleQuotedScalarString
 
-from nsmaps.complaints import MOST, explained
 from nsmaps.errors import ConditionError, NsmapsError, StudyError, near_match
+from nsmaps.files.complaints import MOST, explained
 
 Loc = tuple[str | int, ...]
 

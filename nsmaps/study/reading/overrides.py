@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from nsmaps.complaints import accepted_keys
 from nsmaps.errors import StudyError, near_match
-from nsmaps.exact.parameters import with_parameters
+from nsmaps.exact.systems.parameters import with_parameters
+from nsmaps.files.complaints import accepted_keys
 from nsmaps.plugins import system_class
 from nsmaps.study.study import Study, scalar
 

@@ -13,7 +13,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, NodeEvent, ScalarEvent
 
 from nsmaps.errors import NsmapsError, StudyError
-from nsmaps.reading import odd_character, text_of
+from nsmaps.files.reading import odd_character, text_of
 
 LARGEST, MAX_VALUES, DEEPEST = 500_000, 100_000, 40  #: bytes of a file, values with aliases expanded, levels of nesting
 LONG = re.compile(r"[-+]?([0-9_]{100,}|0[xob][0-9a-fA-F_]{100,})")  #: a number with too many digits

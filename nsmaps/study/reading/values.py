@@ -5,7 +5,7 @@ from typing import Annotated, Protocol, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from nsmaps.reading import odd_character
+from nsmaps.files.reading import odd_character
 from nsmaps.reduced.conditions.condition import Number
 
 DIAGONAL = "diagonal"  #: the states near the diagonals as data of a fit, or their hull as a box

@@ -6,23 +6,23 @@ To add one, write its module and name it here: in SECTIONS and, for type checker
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.study.sections.base import Section
-from nsmaps.study.sections.basins import BASINS
-from nsmaps.study.sections.bifurcation import BIFURCATION
-from nsmaps.study.sections.branches import BRANCHES
-from nsmaps.study.sections.composite import COMPOSITE
-from nsmaps.study.sections.diagonal import DIAGONAL
-from nsmaps.study.sections.domains import DOMAINS
-from nsmaps.study.sections.exit_times import EXIT_TIMES
-from nsmaps.study.sections.lyapunov import LYAPUNOV
-from nsmaps.study.sections.morse import MORSE
-from nsmaps.study.sections.noise import NOISE
-from nsmaps.study.sections.orbits import ORBITS
-from nsmaps.study.sections.parametric import PARAMETRIC
-from nsmaps.study.sections.partition import PARTITION
-from nsmaps.study.sections.second_iterate import SECOND_ITERATE
-from nsmaps.study.sections.slices import SLICES
-from nsmaps.study.sections.stability import STABILITY
-from nsmaps.study.sections.surfaces import FAMILIES, GRID
+from nsmaps.study.sections.longrun.basins import BASINS
+from nsmaps.study.sections.longrun.noise import NOISE
+from nsmaps.study.sections.longrun.orbits import ORBITS
+from nsmaps.study.sections.maps.composite import COMPOSITE
+from nsmaps.study.sections.maps.diagonal import DIAGONAL
+from nsmaps.study.sections.maps.parametric import PARAMETRIC
+from nsmaps.study.sections.maps.partition import PARTITION
+from nsmaps.study.sections.maps.second_iterate import SECOND_ITERATE
+from nsmaps.study.sections.maps.slices import SLICES
+from nsmaps.study.sections.maps.surfaces import FAMILIES, GRID
+from nsmaps.study.sections.parameters.bifurcation import BIFURCATION
+from nsmaps.study.sections.parameters.branches import BRANCHES
+from nsmaps.study.sections.parameters.lyapunov import LYAPUNOV
+from nsmaps.study.sections.parameters.stability import STABILITY
+from nsmaps.study.sections.sets.domains import DOMAINS
+from nsmaps.study.sections.sets.exit_times import EXIT_TIMES
+from nsmaps.study.sections.sets.morse import MORSE
 
 SECTIONS: tuple[Section[Any], ...] = (
     GRID,
@@ -46,25 +46,28 @@ SECTIONS: tuple[Section[Any], ...] = (
 )
 
 if TYPE_CHECKING:
-    from nsmaps.study import sections as of
+    from nsmaps.study.sections.longrun import basins, noise, orbits
+    from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
+    from nsmaps.study.sections.parameters import bifurcation, branches, lyapunov, stability
+    from nsmaps.study.sections.sets import domains, exit_times, morse
 
     class Kept(
-        of.surfaces.Stored,
-        of.slices.Stored,
-        of.diagonal.Stored,
-        of.composite.Stored,
-        of.partition.Stored,
-        of.parametric.Stored,
-        of.orbits.Stored,
-        of.bifurcation.Stored,
-        of.branches.Stored,
-        of.stability.Stored,
-        of.lyapunov.Stored,
-        of.basins.Stored,
-        of.noise.Stored,
-        of.domains.Stored,
-        of.exit_times.Stored,
-        of.morse.Stored,
-        of.second_iterate.Again,
+        surfaces.Stored,
+        slices.Stored,
+        diagonal.Stored,
+        composite.Stored,
+        partition.Stored,
+        parametric.Stored,
+        orbits.Stored,
+        bifurcation.Stored,
+        branches.Stored,
+        stability.Stored,
+        lyapunov.Stored,
+        basins.Stored,
+        noise.Stored,
+        domains.Stored,
+        exit_times.Stored,
+        morse.Stored,
+        second_iterate.Again,
     ):
         """The fields that sections add to a result."""

@@ -8,7 +8,7 @@ from nsmaps.study.estimates import Size
 from nsmaps.study.reading.locations import Loc
 
 if TYPE_CHECKING:  #: also for the modules of sections
-    from nsmaps.exact.system import ImpactSystem as ImpactSystem
+    from nsmaps.exact.systems.system import ImpactSystem as ImpactSystem
     from nsmaps.study.binding import Binding as Binding
     from nsmaps.study.binding import Plan as Plan
     from nsmaps.study.result import StudyResult as StudyResult

@@ -23,10 +23,11 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.files.reading import json_of, text_of
+from nsmaps.files.storage import replace_file
 from nsmaps.parallel import packed
 from nsmaps.plugins import entry_of, is_file, owner_of
-from nsmaps.reading import json_of, text_of
-from nsmaps.storage import replace_file
+from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.estimates import GIGABYTE
 from nsmaps.study.limits import memory_limit
 from nsmaps.study.reading.reader import read_study
@@ -37,7 +38,6 @@ from nsmaps.study.store.renewed import renewed
 from nsmaps.study.store.run_folder import RECORD, move_ready, replace_results
 from nsmaps.study.store.serialize import Arrays, decode, encode
 from nsmaps.study.study import Study
-from nsmaps.study.summary import numbers
 
 FORMAT = 3
 LARGEST = 2**30  #: largest number of bytes of a record

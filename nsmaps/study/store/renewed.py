@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from nsmaps.complaints import bare, inside
+from nsmaps.files.complaints import bare, inside
 
 
 def renewed(data: Any, model: Any) -> Any:

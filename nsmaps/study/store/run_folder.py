@@ -7,8 +7,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nsmaps.errors import NsmapsError
-from nsmaps.reading import odd_character
-from nsmaps.storage import replace_file, unfinished
+from nsmaps.files.reading import odd_character
+from nsmaps.files.storage import replace_file, unfinished
 
 RECORD = "result.json"
 RESULTS = ("study.yaml", "arrays.npz", RECORD)

@@ -4,8 +4,8 @@ Functions watched are looked at in the basis of Bernstein; those that have one z
 Newton's method, and every other one by `sought` of `flight.py`, a column by itself.
 """
 
+from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import fused, inlined, inner
-from nsmaps.exact.engine.remainders import wave
 from nsmaps.exact.modes.blocks.lanes import (
     BEND,
     CHANGES,

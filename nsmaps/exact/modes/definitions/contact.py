@@ -11,10 +11,10 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import trials
-from nsmaps.exact.guards import Guard
 from nsmaps.exact.modes.definitions.definition import Row, Transition
 from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names
 from nsmaps.exact.modes.definitions.sliding import Rates, on_surface
+from nsmaps.exact.systems.guards import Guard
 
 
 @dataclass(frozen=True)

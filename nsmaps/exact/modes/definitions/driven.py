@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.guards import Section
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.systems.guards import Section
 
 STEP = sp.Symbol("_h", positive=True)  #: of the grid in time, the last of the symbols
 DEGREE = 3  #: of the noise over a step

@@ -9,16 +9,16 @@ import sympy as sp
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
-from nsmaps.exact.guards import Guard, Section, Sliding
 from nsmaps.exact.modes.definitions.contact import Contact, contact_of, contact_transitions
 from nsmaps.exact.modes.definitions.crossings import crosses, divided
 from nsmaps.exact.modes.definitions.definition import Definition, Row, Start, Transition
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
 from nsmaps.exact.modes.definitions.formulas import CLOCK, NEAR, Reader, check_names, check_periodic
 from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions, surface_of
+from nsmaps.exact.systems.guards import Guard, Section, Sliding
 
 if TYPE_CHECKING:
-    from nsmaps.exact.hybrid import HybridSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
 
 
 def definition_of(system: "HybridSystem", driven: bool = False) -> Definition:

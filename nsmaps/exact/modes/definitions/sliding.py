@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.guards import Sliding
 from nsmaps.exact.modes.definitions.definition import Row, Surface, Transition
 from nsmaps.exact.modes.definitions.formulas import Reader, check_names, shown
+from nsmaps.exact.systems.guards import Sliding
 
 Rates = tuple[Row, ...]  #: of all states in a mode
 

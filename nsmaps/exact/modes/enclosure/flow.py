@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.enclosure.balls import GROW, UNIT
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, UNIT
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import INWARD, OUTWARD, first_step, safe_step
 from nsmaps.exact.modes.enclosure.forms import apply_matrix, apply_row, greatest, largest, least

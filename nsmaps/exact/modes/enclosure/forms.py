@@ -8,8 +8,8 @@ as in `balls`.
 
 import math
 
-from nsmaps.exact.enclosure.balls import GROW, TINY, UNIT, high, low
-from nsmaps.exact.enclosure.elementary import bwave
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, TINY, UNIT, high, low
+from nsmaps.exact.enclosure.arithmetic.elementary import bwave
 from nsmaps.exact.engine.jit import inlined, inner
 
 

@@ -12,7 +12,7 @@ from nsmaps.exact.modes.enclosure.tables import BallTables, ball_tables
 from nsmaps.exact.modes.kernel import kernel_of
 
 if TYPE_CHECKING:
-    from nsmaps.exact.hybrid import HybridSystem
+    from nsmaps.exact.systems.hybrid import HybridSystem
 
 
 @lru_cache(maxsize=64)

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.enclosure.balls import GROW, UNIT, badd, between, bmul, high, low
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, UNIT, badd, between, bmul, high, low
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.modes.enclosure.flow import flow_to, measure
 from nsmaps.exact.modes.enclosure.forms import apply_row, fill, greatest, largest, least, radius, same

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.enclosure.balls import GROW
+from nsmaps.exact.enclosure.arithmetic.balls import GROW
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.modes.enclosure.events import copied
 from nsmaps.exact.modes.enclosure.forms import (

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.enclosure.balls import badd, high, low, reduced
+from nsmaps.exact.enclosure.arithmetic.balls import badd, high, low, reduced
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.modes.enclosure.events import GONE, LANDED, copied, first_events
 from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, least, radius

@@ -1,0 +1,1 @@
+"""Ball arithmetic with outward rounding, elementary functions, and formulas in it."""

@@ -1,0 +1,96 @@
+"""Impact laws in balls: from a formula to a compiled function that encloses it and its derivatives."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import count
+from typing import Any
+
+import sympy as sp
+
+from nsmaps.errors import ProofError
+from nsmaps.exact.enclosure.arithmetic import balls, elementary
+from nsmaps.exact.engine.jit import ball_law_of
+
+WAVES = {
+    sp.sin: "bwave({0})[1]",
+    sp.cos: "badd((1.0, 0.0), bwave({0})[0])",
+    sp.exp: "bexp({0})",
+    sp.log: "blog({0})",
+    sp.Abs: "babs({0})",
+}
+LONG = 16  #: operations of a sum or product, which are nested
+CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin"}
+
+
+def ball_code(expr: sp.Expr) -> str:
+    """Python code that encloses an expression, whose symbols are names of balls.
+
+    Raises:
+        ProofError: the expression has a part for which no enclosure is known.
+    """
+    if expr.is_Symbol:
+        return str(expr)
+    if expr.is_number:
+        return _number(expr)
+    if isinstance(expr, sp.Mul) and expr.args[0] is sp.S.NegativeOne:
+        return f"bneg({ball_code(sp.Mul(*expr.args[1:]))})"
+    if type(expr) in CHAINS:
+        return _chain(CHAINS[type(expr)], [ball_code(part) for part in expr.args])
+    if isinstance(expr, sp.Pow):
+        return _power(*expr.args)
+    if type(expr) in WAVES:
+        return WAVES[type(expr)].format(ball_code(expr.args[0]))
+    if isinstance(expr, (sp.tan, sp.sinh, sp.cosh, sp.tanh)):
+        return ball_code(expr.rewrite(sp.cos) if isinstance(expr, sp.tan) else expr.rewrite(sp.exp))
+    raise ProofError(
+        f"{sp.sstr(expr)} cannot be enclosed over a set of states; expected: sums, products, powers, sin, cos, tan, exp, log, "
+        "sinh, cosh, tanh, abs, max and min"
+    )
+
+
+def _chain(name: str, parts: Sequence[str]) -> str:
+    if len(parts) > LONG:  # Python reads at most 200 nested parentheses
+        return f"{name}({_chain(name, parts[: len(parts) // 2])}, {_chain(name, parts[len(parts) // 2 :])})"
+    code = parts[0]
+    for part in parts[1:]:
+        code = f"{name}({code}, {part})"
+    return code
+
+
+def _number(expr: sp.Expr) -> str:
+    if expr.is_Rational and sp.Rational(float(expr)) == expr:
+        return f"({float(expr)!r}, 0.0)"
+    value = sp.N(expr, 40)
+    if not value.is_real:
+        raise ProofError(f"{sp.sstr(expr)} is not a real number; only real numbers can be enclosed")
+    return f"({float(value)!r}, {abs(float(value)) * 2.0**-52!r})"
+
+
+def _power(base: sp.Expr, power: sp.Expr) -> str:
+    code = ball_code(base)
+    if power.is_Integer:
+        product = _chain("bmul", [code] * abs(int(power)))
+        return product if power > 0 else f"binv({product})"
+    if power in (sp.S.Half, -sp.S.Half):
+        return f"bsqrt({code})" if power > 0 else f"binv(bsqrt({code}))"
+    return f"bexp(bmul({ball_code(power)}, blog({code})))"
+
+
+@lru_cache(maxsize=256)
+def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol, ...]) -> int:
+    """The address of a compiled function that encloses an impact law and its two derivatives: see `engine.law.written`.
+
+    Raises:
+        ProofError: the law has a part for which no enclosure is known.
+    """
+    exprs = [law, sp.diff(law, speed), sp.diff(law, speed, 2)]
+    shared, results = sp.cse(exprs, symbols=(sp.Symbol(f"_x{i}") for i in count()), order="none")
+    lines = [f"    {speed} = (centre, radius)", *(f"    {symbol} = (p[{i}], 0.0)" for i, symbol in enumerate(parameters))]
+    lines += [f"    {name} = {ball_code(value)}" for name, value in shared]
+    lines += [f"    out[{2 * i}], out[{2 * i + 1}] = {ball_code(result)}" for i, result in enumerate(results)]
+    return _compiled("\n".join(["def law(centre, radius, p, out):", *lines])).address
+
+
+@lru_cache(maxsize=256)
+def _compiled(text: str) -> Any:
+    return ball_law_of(text, {name: found for name, found in {**vars(balls), **vars(elementary)}.items() if name.startswith("b")})

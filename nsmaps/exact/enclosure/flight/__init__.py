@@ -1,0 +1,1 @@
+"""The flight of a table in ball arithmetic, over sets of states and of times."""

@@ -1,0 +1,72 @@
+"""Equal or nearly equal rates: powers times exponentials, and divided differences of two exponentials; see `layout`."""
+
+from nsmaps.exact.engine.flight.layout import (
+    AT_CHAINS,
+    AT_RATES,
+    CHAIN,
+    CHAINED,
+    POLYNOMIAL,
+    POWERS,
+    SIMPLE,
+)
+from nsmaps.exact.engine.flight.remainders import remainders
+from nsmaps.exact.engine.jit import inner
+
+
+@inner
+def chain_at(p, i, s):
+    """The function of a chained rate at s, the same without its value at zero, and without its tangent there."""
+    t = p.table
+    rates, at = int(t[AT_RATES]) + 2 * (int(t[SIMPLE]) + i), int(t[AT_CHAINS]) + CHAIN * i
+    power, difference = int(t[at]), complex(t[at + 1], t[at + 2])
+    rate = complex(t[rates], t[rates + 1]) - difference
+    remainder, other, real, imaginary = remainders(rate.real, rate.imag, s)
+    if power == 0:
+        return complex(1.0 + real, imaginary), complex(real, imaginary), complex(remainder, other)
+    y, growing = s, complex(real, imaginary)
+    if power == 1:
+        excess = mean_excess(difference * s)
+        y, remainder = s * (1.0 + growing) * (1.0 + excess), s * (growing * (1.0 + excess) + excess)
+        return y, y, remainder
+    for m in range(2, power + 1):
+        y *= s / m
+    return y * (1.0 + growing), y * (1.0 + growing), y * (1.0 + growing)
+
+
+@inner
+def mean_excess(x):
+    """(exp x - 1)/x - 1 for a complex number x."""
+    if abs(x) < 1e-100:
+        return 0.5 * x
+    remainder, other, _, _ = remainders(x.real, x.imag, 1.0)
+    return complex(remainder, other) / x
+
+
+@inner
+def chains(p, s):
+    """The contribution to `evaluate` of the chained rates: the derivative of each function is the rate times it, plus the
+    previous function.
+    """
+    t, c = p.table, p.flight
+    plain, n = int(t[SIMPLE]), int(t[CHAINED])
+    row, rates = POLYNOMIAL + int(t[POWERS]) + 2 * plain, int(t[AT_RATES]) + 2 * plain
+    d, v, a, j, k, q = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    zero = complex(0.0, 0.0)
+    y0, y1, y2, y3, y4, less = zero, zero, zero, zero, zero, zero
+    for i in range(n):
+        rate, factor = complex(t[rates + 2 * i], t[rates + 2 * i + 1]), complex(c[row + 2 * i], -c[row + 2 * i + 1])
+        if t[int(t[AT_CHAINS]) + CHAIN * i] == 0.0:
+            y0, y1, y2, y3, y4, less = zero, zero, zero, zero, zero, zero
+        value, from_zero, remainder = chain_at(p, i, s)
+        first = rate * value + y0
+        second = rate * first + y1
+        third = rate * second + y2
+        fourth = rate * third + y3
+        d += (factor * remainder).real
+        v += (factor * (rate * from_zero + less)).real
+        a += (factor * second).real
+        j += (factor * third).real
+        k += (factor * fourth).real
+        q += (factor * (rate * fourth + y4)).real
+        y0, y1, y2, y3, y4, less = value, first, second, third, fourth, from_zero
+    return d, v, a, j, k, q

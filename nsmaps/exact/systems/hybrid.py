@@ -1,0 +1,165 @@
+"""A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import TWO_PI, Coordinates, as_states
+from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.systems.guards import Guard as Guard
+from nsmaps.exact.systems.guards import Section as Section
+from nsmaps.exact.systems.guards import Sliding as Sliding
+from nsmaps.exact.systems.parameters import ParametricSystem
+
+if TYPE_CHECKING:
+    from nsmaps.exact.enclosure.images import BoxImages
+    from nsmaps.exact.events import Arrivals
+    from nsmaps.exact.modes.kernel import ModeKernel
+
+
+class HybridSystem(ParametricSystem):
+    """A system whose state follows linear differential equations that change at events.
+
+    Subclass it: the fields are the parameters, `states` the names of the states, and `modes`, `guards` and `section` are formulas
+    in `self`, in the time t and in the states y.x, y.v, ..., which sympy symbols stand for. The rates of a mode are affine in the
+    states, with harmonics of the forcing. A state of the return map is a row of the section's coordinates.
+    """
+
+    states: ClassVar[tuple[str, ...]] = ()
+    noise: ClassVar[str] = ""  #: name of the noise in formulas, as y.eta for "eta", zero where none is added; "" without noise
+    horizon: ClassVar[float] = 1000.0  #: longest flight between two events, in periods of the forcing or units of time
+
+    def period(self) -> Any:
+        """Period of the forcing, in the system's time; None where there is no forcing."""
+        return None
+
+    @abstractmethod
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        """The rates of all states in each mode, by the names of modes and states."""
+
+    @abstractmethod
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        """The events by their names, and surfaces by the names of the modes that slide along them."""
+
+    @abstractmethod
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        """Where the return map is taken."""
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """The names of the coordinates of the return map, the phase of the forcing an `Angle`."""
+        return self._kernel().coordinates
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """The letters of events, of which words consist."""
+        return self._kernel().letters
+
+    @property
+    def section_letters(self) -> tuple[str, ...]:
+        """The letters with which words begin, those of the section's events; "" for an event without one."""
+        definition = self._kernel().definition
+        return tuple(dict.fromkeys(definition.transitions[start.transition].letter for start in definition.starts))
+
+    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+        """The first returns to the section of a batch of states.
+
+        Args:
+            states: shape (N, n), rows of the section's coordinates in the system's units, phases in radians on any turn.
+            derivative: also the derivative of the image, shape (N, n, n), through every event (saltation matrices).
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n).
+        """
+        return self._kernel().first_returns(as_states(states, self.coordinates), derivative)
+
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
+        """The first n returns of each of M states: n M rows, the first return of every state first.
+
+        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
+        Other arguments and errors as `first_return`.
+        """
+        return self._kernel().orbits(as_states(states, self.coordinates), n, derivative)
+
+    def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None = None, derivative: bool = False) -> "Arrivals":
+        """Where motions from states anywhere in a mode first come to the section.
+
+        Args:
+            states: shape (N, k), all states in their order and, with forcing, the phase in radians on any turn as the last.
+            modes: the mode of all of them, or of each. Without, each starts in the first mode, in the order of the class, whose
+                guards are positive there; sliding and contact that lasts must be given, of a state on their surface.
+            derivative: also the derivative of the images by `states`, shape (N, m, k), through every event.
+
+        A state that violates a guard of its mode, or that belongs to none, has no image: outcome `invalid`. On a surface from
+        which both modes lead away the motion is not unique: outcome `repelling`.
+
+        Raises:
+            StateError: `states` is not a batch of this shape, there are not as many modes, one is unknown, or a state in sliding
+                or in contact that lasts does not lie on its surface.
+        """
+        return self._kernel().arrivals(states, modes, derivative)
+
+    def itineraries(self, states: ArrayLike) -> Itineraries:
+        """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
+
+        `clearance` is the least value of a guard's function at such a minimum, `slowest` the least rate of one at its event.
+        Two returns with the same itinerary lie on one smooth piece of the map. Arguments and errors as `first_return`.
+        """
+        return self._kernel().itineraries(as_states(states, self.coordinates))
+
+    def reasons(self, states: ArrayLike) -> tuple[str, ...]:
+        """Why each first return ended, a sentence each: of guards that are met at once both names, mode, time and states.
+
+        Arguments and errors as `first_return`.
+        """
+        return self._kernel().reasons(as_states(states, self.coordinates))
+
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
+        """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
+
+        Through every event; NaN where there is no return. Other arguments and errors as `first_return`.
+        """
+        way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
+        return self._kernel().sensitivities(as_states(states, self.coordinates), way)
+
+    def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
+        """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
+
+        Args:
+            boxes: shape (N, n, 2), lower and upper end of each of the section's coordinates (phases in radians, any turn).
+
+        Raises:
+            StateError: `boxes` is not a batch of finite boxes.
+            ProofError: a reset is not affine, or contact lasts (`rests`).
+        """
+        from nsmaps.exact.modes.enclosure.images import image_boxes
+
+        return image_boxes(self, boxes)
+
+    def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Floats, Floats]:
+        """Times and states along the flights between the first n events from `state`, with `samples` points per flight.
+
+        Arrays of shape (T,) and (T, number of states) in the system's units, through sliding and lasting contact too. For modes
+        and events see `nsmaps.exact.trajectory.track`, which also states what is a start and which errors are raised.
+        """
+        track = self._kernel().track(np.asarray(state, float), n, samples)
+        return track.time.ravel(), track.states.reshape(-1, len(self.states))
+
+    def phase_rate(self) -> float:
+        """Radians of phase a unit of the system's time; zero without forcing."""
+        period = self.period()
+        return 0.0 if period is None else TWO_PI / float(period)
+
+    @classmethod
+    def _arguments(cls, states: Mapping[str, Any]) -> SimpleNamespace:
+        """What formulas take as y: states by name, and the noise, zero unless it is among them."""
+        return SimpleNamespace(**{**({cls.noise: 0} if cls.noise else {}), **states})
+
+    def _kernel(self) -> "ModeKernel":
+        from nsmaps.exact.modes.kernel import kernel_of
+
+        return kernel_of(self)

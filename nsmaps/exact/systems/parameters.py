@@ -1,0 +1,65 @@
+"""A system of equations with parameters as a frozen model: the common base of impact systems and systems with modes."""
+
+import sys
+from abc import ABC
+from collections.abc import Mapping
+from pickle import PicklingError
+from typing import Any, ClassVar, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from nsmaps.errors import ParameterError
+from nsmaps.exact.systems.files import received
+from nsmaps.files.complaints import refused
+
+Model = TypeVar("Model", bound="ParametricSystem")
+
+
+class ParametricSystem(BaseModel, ABC):
+    """Equations whose float fields are parameters; other fields (a choice, a switch) are part of the formulas."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    dimensionless: ClassVar[bool] = False  #: True if states, times and parameters have no unit, which figures then state
+    units: ClassVar[Mapping[str, str]] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`
+    map_name: ClassVar[str] = "exact map"  #: what its return map is called; "integrated map" where flights have no closed form
+    instead: ClassVar[Mapping[str, str]] = {}  #: alternatives to parameters that a validator accepts: names and descriptions
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """The names of the numerical parameters, in the order of their fields."""
+        return tuple(name for name, field in cls.model_fields.items() if field.annotation is float)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The values of the numerical parameters."""
+        return {name: getattr(self, name) for name in self.parameter_names()}
+
+    def __str__(self) -> str:
+        """The class with all of its fields, as pydantic's `repr`."""
+        return repr(self)
+
+    def at(self, **changes: Any) -> Self:
+        """The same system with some parameters changed, validated. ParameterError for an invalid one."""
+        return with_parameters(type(self), {**self.model_dump(), **changes})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """The representation of a system for other processes: its class, with the class's file, and its values."""
+        cls = type(self)
+        if "<locals>" in cls.__qualname__:
+            raise PicklingError(f"{cls.__qualname__} is defined in a function; only classes of modules reach other processes")
+        file = getattr(sys.modules.get(cls.__module__), "__file__", None)
+        return received, (cls.__module__, file, cls.__qualname__, self.model_dump())
+
+
+def map_name(system: ParametricSystem, of: str = "exact") -> str:
+    """What a system's own map, `exact` in studies, is called, or another map, such as `composite`."""
+    return system.map_name if of == "exact" else f"{of} map"
+
+
+def with_parameters(cls: type[Model], parameters: Mapping[str, Any]) -> Model:
+    """The system of a class with these parameters, or a ParameterError in place of pydantic's ValidationError."""
+    try:
+        return cls(**parameters)
+    except ValidationError as error:
+        raise ParameterError(refused(error, cls)) from error

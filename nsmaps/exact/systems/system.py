@@ -1,0 +1,255 @@
+"""An impact system, defined once by walls, flight and impact law in sympy, from which the exact map is derived."""
+
+import sys
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import replace
+from inspect import isabstract
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import ArrayLike
+from nsmaps.coordinates import TWO_PI, Angle, BoxLike, Coordinates, StateLike, as_starts, as_states
+from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.exact.returns import Impacts, Itineraries, Returns
+from nsmaps.exact.systems.files import REFUSED, defined_at
+from nsmaps.exact.systems.parameters import ParametricSystem
+from nsmaps.exact.systems.walls import Wall
+from nsmaps.parallel import fingerprint
+
+if TYPE_CHECKING:
+    from nsmaps.exact.enclosure.images import BoxImages
+    from nsmaps.exact.grazing.curves import GrazingCurve
+    from nsmaps.exact.kernel import Kernel
+    from nsmaps.exact.ode.kernel import IntegratedKernel
+
+
+class ImpactSystem(ParametricSystem):
+    """A ball that flies between impacts with one or two walls under periodic forcing.
+
+    Subclass it: the fields are the parameters; `walls`, `period` and `displacement` are formulas in `self` and its fields,
+    written once and used both in numbers and, with sympy symbols in place of the parameters, to derive the compiled map.
+    Where the flight has no closed form, `acceleration` takes the place of `displacement`: flights are then integrated by
+    heyoka (extra `ode`), and no return is `certified`.
+    A state is (v, phi): impact speed on the base wall (the first of `walls`) just before the impact, at least zero, and the phase
+    of the forcing in radians. Fields that are not float (a choice, a switch) are part of the formula rather than symbols in it.
+    """
+
+    coordinates: ClassVar[Coordinates] = Coordinates(("v", Angle("phi")))
+    horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
+
+    @abstractmethod
+    def walls(self) -> Mapping[str, Wall]:
+        """The walls by their letter in impact words; the first is the base wall. There is at most one on each side."""
+
+    @abstractmethod
+    def period(self) -> Any:
+        """Period of the forcing, in the system's time."""
+
+    @abstractmethod
+    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
+        """Displacement at time t after the impact `hit`, whose time, place and velocity just after are hit.t, hit.z, hit.w."""
+
+    def acceleration(self, t: Any, place: Any, velocity: Any) -> Any:
+        """The right-hand side of the equation of motion between impacts, in place of a `displacement` that is not known.
+
+        A class that has both is followed by its displacement.
+        """
+        raise SystemDefinitionError(f"{type(self).__name__} is given by its displacement and has no acceleration")
+
+    @classmethod
+    def flight(cls) -> str:
+        """The formula that gives the flights: "displacement", or "acceleration" where they are integrated."""
+        return "acceleration" if cls.displacement is _no_closed_form else "displacement"
+
+    def rebound(self, speed: Any, wall: str) -> Any:
+        """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
+        return self.r * speed  # type: ignore[attr-defined]
+
+    def absolute(self, t: Any, displacement: Any) -> Any:
+        """Place relative to an observer at rest, for figures of the motion, at this displacement and time t of the forcing, in
+        arrays.
+
+        It equals the displacement unless a system defines the motion of its walls.
+        """
+        return displacement
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """The names of the walls, of which words consist, the base wall first."""
+        return tuple(self.walls())
+
+    @property
+    def section_letters(self) -> tuple[str, ...]:
+        """The letters with which words begin: the base wall."""
+        return self.letters[:1]
+
+    def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
+        """The first returns to the base wall, eq. exactmap, of a batch of states.
+
+        Args:
+            states: shape (N, 2), impact speeds (the system's units, >= 0) and phases (radians, any turn).
+            derivative: also the derivative of the image, shape (N, 2, 2), by the implicit function theorem.
+            chatter: impact speed, as a share of that gained in a radian of the forcing by the acceleration into the wall, at
+                or below which chatter on the base wall is summed in one return that ends with the release (word `B~`) once that
+                sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
+            margin: also compute the distance of each return from a graze, by a second pass.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, 2), or `chatter` is below zero.
+        """
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        returns = self._kernel().first_returns(start, derivative, chatter)
+        return replace(returns, margin=self._kernel().itineraries(start, chatter).margin) if margin else returns
+
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = 1e-12) -> Returns:
+        """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
+
+        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
+        Other arguments and errors as `first_return`.
+        """
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        return self._kernel().orbits(start, n, derivative, chatter)
+
+    def itineraries(self, states: ArrayLike, chatter: float = 1e-12) -> Itineraries:
+        """The turning points that the flights of first returns pass, and their distance from a graze.
+
+        Two returns with the same itinerary lie on one smooth piece of the map; pieces end where `clearance` or `slowest` is zero.
+        Arguments and errors as `first_return`.
+        """
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        return self._kernel().itineraries(start, chatter)
+
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = 1e-12) -> NDArray[np.float64]:
+        """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, 2).
+
+        It is carried through every impact by the implicit function theorem, as `derivative` of `first_return`; NaN where a return
+        rests or chatters, or where there is none. Other arguments and errors as `first_return`.
+        """
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
+        return self._kernel().sensitivities(start, way, chatter)
+
+    def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> "tuple[GrazingCurve, ...]":
+        """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
+
+        Each curve is followed from a start point until it ends: at the `box`, at `rest` (its speed falls to zero), at another
+        `graze` that comes first from there on, at an `inflection` (the flight no longer turns at the wall but crosses it), or
+        where it is `lost` to rounding. Start points are changes of itinerary between neighbours of a scan: a curve is missed if
+        all of it passes between them, or if the itinerary changes back before the next, or lies behind more impacts and turning
+        points than the code of an itinerary holds (22 letters with two walls). Touches after a rest on a wall do not depend on
+        the state and do not form curves.
+
+        Args:
+            box: as of `as_box`, speeds >= 0; phases within one turn, of which a whole one is a circle.
+            lines: number of lines of the scan, in each direction.
+            spacing: largest distance between points of a curve, in sizes of the box and periods of the flight's time.
+
+        Raises:
+            StateError: the box is not one of finite states, or `lines` or `spacing` are too small.
+        """
+        from nsmaps.exact.grazing.curves import grazing_curves
+
+        return grazing_curves(self, box, lines, spacing)
+
+    def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
+        """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
+
+        Args:
+            boxes: shape (N, 2, 2), lower and upper end of speed and phase (radians, any turn). Speeds below zero are not states.
+
+        Raises:
+            StateError: `boxes` is not a batch of finite boxes.
+            ProofError: the system's formulas have a part for which no enclosure is known.
+        """
+        from nsmaps.exact.enclosure.images import image_boxes
+
+        return image_boxes(self, boxes)
+
+    def impacts(self, state: StateLike, n: int, chatter: float = 1e-12) -> Impacts:
+        """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
+        start = as_states(as_starts(state, self.coordinates)[None], self.coordinates)
+        if not (start[0, 0] >= 0 and np.isfinite(start).all()):
+            raise StateError(f"the state {start[0]} is not a start; expected: a finite impact speed >= 0 and a phase")
+        if n < 1:
+            raise StateError(f"n is {n}; expected: at least one impact")
+        return self._kernel().impacts(start[0], n, chatter)
+
+    def trajectory(self, state: StateLike, n: int, samples: int = 50) -> tuple[Any, Any]:
+        """Times and displacements along the flights between the first n impacts from `state`, with `samples` points per flight.
+
+        Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. For velocities,
+        walls and absolute places see `nsmaps.exact.trajectory.track`.
+        """
+        times, places, _ = self._kernel().trajectory(self.impacts(state, n), samples)
+        return times.ravel(), places.ravel()
+
+    def phase_rate(self) -> float:
+        """Radians of phase per unit of the system's time."""
+        return TWO_PI / float(self.period())
+
+    def _kernel(self) -> "Kernel | IntegratedKernel":
+        from nsmaps.exact.kernel import kernel_of
+
+        return kernel_of(self)
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Let a class that states an acceleration, but no displacement, have none in closed form."""
+        super().__init_subclass__(**kwargs)
+        if "acceleration" in vars(cls) and "displacement" not in vars(cls):
+            cls.displacement = _no_closed_form  # type: ignore[method-assign, assignment]
+        cls.map_name = "integrated map" if cls.flight() == "acceleration" else "exact map"
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Refuse a subclass without an impact law, or from whose formulas no bounds can be derived, when it is defined.
+
+        Formulas are checked only if sympy has been loaded by then, as by a file that imports it for them; it is not loaded for
+        this check.
+        """
+        cls.coordinates = Coordinates(cls.coordinates)
+        if isabstract(cls):
+            return
+        try:
+            _check_class(cls)
+        except SystemDefinitionError as error:
+            message = SystemDefinitionError(f"{error} (class {cls.__name__}, {defined_at(cls.__module__)})")
+            if cls.__module__ not in REFUSED:
+                raise message from None
+            REFUSED[cls.__module__][cls] = message  # reported when the system is loaded: other classes of the file may be used
+
+
+def _no_closed_form(system: ImpactSystem, t: Any, hit: SimpleNamespace) -> Any:
+    """The displacement of a system that is given by its acceleration."""
+    raise NsmapsError(f"{type(system).__name__} is given by its acceleration, and its displacement is not known in closed form")
+
+
+def _check_class(cls: type[ImpactSystem]) -> None:
+    if "rebound" not in vars(cls) and cls.rebound is ImpactSystem.rebound and "r" not in cls.model_fields:
+        raise SystemDefinitionError(
+            f"{cls.__name__} has no parameter r for Newton's restitution; declare `r: float` or write its `rebound`"
+        )
+    if "sympy" in sys.modules:
+        from nsmaps.exact.systems.checks import check_definition
+
+        check_definition(cls)
+
+
+def _check_chatter(chatter: float) -> None:
+    if not chatter >= 0:
+        raise StateError(f"chatter is {chatter}; expected: a share >= 0 (inf: always sum)")
+
+
+@fingerprint.register
+def _(system: ImpactSystem) -> str:
+    """The identity of a system includes its formulas, which its class may have changed."""
+    from nsmaps.exact.kernel import kernel_of
+
+    return f"{kernel_of(system).name}({system!r})"

@@ -1,0 +1,1 @@
+"""The equations of exact systems as LaTeX documents."""

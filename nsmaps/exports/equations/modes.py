@@ -1,0 +1,88 @@
+"""The equations of a system with modes as a LaTeX document: modes, sliding and contact among them, events, resets and section."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import sympy as sp
+
+from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.kernel import known_definition
+from nsmaps.exact.systems.guards import Guard, Section, Sliding
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exports.languages.latex import aligned, math, number, page, terms_of, text
+
+T = sp.Symbol("t", real=True)
+
+
+def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
+    """The document, by file name, from the formulas that the map itself is derived from."""
+    cls, definition = type(system), known_definition(system)
+    parameters = {name: sp.Symbol(name, real=True) for name in cls.parameter_names()}
+    y = {name: sp.Symbol(name, real=True) for name in cls.states}
+    others = {name: getattr(system, name) for name in cls.model_fields if name not in parameters}
+    symbolic, states = cls.model_construct(**parameters, **others), cls._arguments(y)
+    guards, section = symbolic.guards(T, states), symbolic.section(T, states)
+    values = ", ".join(f"${math(name)} = {number(getattr(system, name))}$" for name in parameters)
+    period = symbolic.period()
+    body = [
+        f"Parameters: {values}." if values else "",
+        f"The forcing has the period $P = {math(sp.sympify(period))}$." if period is not None else "",
+        "In each mode the states follow linear differential equations.",
+        *_modes(definition, [*parameters.values()], [*y.values()]),
+        "An event takes place where its function falls through zero; states just after it have a plus sign.",
+        *(row for name, guard in guards.items() for row in _event(name, guard)),
+        _section(section, cls.states),
+    ]
+    return {f"{name or cls.__name__.lower()}.tex": page(f"The equations of {text(cls.__name__)}", filter(None, body))}
+
+
+def _modes(definition: Definition, parameters: Sequence[sp.Symbol], states: Sequence[sp.Symbol]) -> Iterator[str]:
+    """The equations of every mode, those that are derived among them."""
+    plain = dict(zip((*definition.symbols, *definition.variables), (*parameters, *states), strict=True))
+    clock = {PHI: (definition.phase_rate * T).xreplace(plain)}
+    for mode, rates in dict(zip(definition.modes, definition.rates, strict=True)).items():
+        yield f"Mode {text(mode)}:"
+        for state, row in zip(states, rates, strict=True):
+            yield aligned(
+                rf"\dot {{{math(state)}}}", terms_of(sp.expand(row.of(definition.variables).xreplace(plain)).xreplace(clock))
+            )
+
+
+def _event(name: str, guard: Guard | Sliding) -> Iterator[str]:
+    """The function of an event, when it takes place, and what follows."""
+    function = sp.sympify(guard.function)
+    if isinstance(guard, Sliding):
+        above, below = text(guard.above), text(guard.below)
+        yield (
+            f"Between the modes {above}, where the following function is positive, and {below} the motion crosses its zero, or "
+            f"slides along it in the mode {text(name)} while both lead to it:"
+        )
+        yield aligned("g", terms_of(function))
+        return
+    yield f"Event {text(name)} in {' and '.join(map(text, guard.watched))}{_after(guard)}:"
+    yield aligned("g", terms_of(function))
+    for condition in guard.where:
+        yield f"It takes place where ${math(sp.sympify(condition))} \\geq 0$."
+    yield from _reset(guard.reset)
+
+
+def _after(guard: Guard) -> str:
+    """What follows an event."""
+    ends = ", which ends the motion" if guard.ends else f", to the mode {text(guard.to)}" if guard.to else ""
+    return ends + (f"; impacts that accumulate lead to the mode {text(guard.rests)}" if guard.rests else "")
+
+
+def _reset(reset: Mapping[str, Any]) -> Iterator[str]:
+    for state, given in reset.items():
+        yield aligned(rf"{math(state)}^+", terms_of(sp.sympify(given)))
+
+
+def _section(section: Section, states: Sequence[str]) -> str:
+    """The section of the return map."""
+    names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
+    known = "".join(f", ${math(name)} = {math(sp.sympify(given))}$" for name, given in section.states.items())
+    phase = "".join(f"; ${math(name)}$ is the phase of the forcing" for name in section.coordinates if name not in states)
+    coordinates = ", ".join(math(name) for name in section.coordinates)
+    events = " or ".join(map(text, names))
+    return f"The return map leads from one event {events} to the next, just {section.side} it: $({coordinates})${known}{phase}."

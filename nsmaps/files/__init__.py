@@ -1,0 +1,1 @@
+"""Files: replaced as a whole when written, and read as untrusted text."""

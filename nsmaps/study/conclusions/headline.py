@@ -1,0 +1,172 @@
+"""The result of a run in one or two sentences: attractors and attracting domains, the map, and the kind of evidence."""
+
+from collections.abc import Iterator, Sequence
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.auxiliary.bounds import ESTIMATED
+from nsmaps.study.conclusions.diagnostics import inside
+from nsmaps.study.conclusions.texts import EXACT, intervals
+from nsmaps.study.result import StudyResult
+from nsmaps.study.sections.parameters.motions import NONE
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.dynamics.attractors.basins import Basins
+    from nsmaps.dynamics.attractors.limit_set import LimitSet
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
+
+NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+SAME = 1e-5  #: relative to the extent of the orbits: largest distance of cycles that are taken as one
+STABLE = {True: "stable ", False: "unstable ", None: ""}
+MOTIONS = 6  #: of a diagram that are listed
+ALL = 0.99  #: smallest ratio of sides at which the last box is taken as the start box
+FAR = 2  #: standard errors beyond which an exponent is positive
+DOUBTS = {ESTIMATED: "by the held-out error of the fit, ", "sampled": "on a grid of states, "}
+
+
+def headline(result: StudyResult) -> str:
+    """The attractors, and the box in which orbits stay, with the map to which each statement applies; empty without either.
+
+    Attractors are those of the exact map that were found by basins, otherwise by orbits, otherwise by a diagram: there may be
+    others. The box is the smallest forward invariant one: of the exact map if that has one by bounds, otherwise of another map.
+    """
+    texts: dict[str, list[str]] = {}
+    for of, text in (*_attracts(result), *_stays(result)):
+        texts.setdefault(of, []).append(text)
+    return " ".join(f"{of[0].upper()}{of[1:]}: {'; '.join(parts)}." for of, parts in texts.items())
+
+
+def counted(number: int) -> str:
+    """A number in words below ten, in digits from ten."""
+    return NUMBERS[number] if number < len(NUMBERS) else str(number)
+
+
+def cycle_of(period: int) -> str:
+    """The name of a cycle with this period, such as two-cycle."""
+    return "fixed point" if period == 1 else f"{counted(period)}-cycle" if period < len(NUMBERS) else f"cycle of {period} returns"
+
+
+def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
+    if result.basins is not None and result.study.basins is not None:
+        yield result.system.map_name, _basins(result.basins, result.study.basins.max_period)
+    elif text := _orbits(result):
+        yield result.system.map_name, text
+    elif "exact" in result.bifurcation and result.study.bifurcation is not None:
+        yield result.system.map_name, _diagram(result.bifurcation["exact"], result.study.bifurcation)
+
+
+def _diagram(diagram: "Bifurcation", section: "BifurcationSection") -> str:
+    """The motions of the first orbit of a diagram, and the values."""
+    return f"for {section.parameter} from {section.low:g} to {section.high:g} {motions_of(diagram)}"
+
+
+def motions_of(diagram: "Bifurcation") -> str:
+    """The motions of the first orbit of a diagram, in the order of the values."""
+    names = [name or NONE for name in dict.fromkeys(diagram.labels[:, 0].tolist())]
+    more = f" and {len(names) - MOTIONS} more" if len(names) > MOTIONS else ""
+    note = " (C: no period was found)" if any(name.endswith("C") for name in names) else ""
+    return f"the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{note}"
+
+
+def _basins(found: "Basins", max_period: int) -> str:
+    """The number of attractors and of starts, and the percentage of the starts that reach each."""
+    none = f"motion without a period up to {max_period} returns"
+    shares = [f"{100 * share:.3g} %" for share in found.fractions]
+    listed = [
+        f"{share} to {'a ' + cycle_of(each.period) if each.period else none}{f' ({each.label})' if each.label else ''}"
+        for each, share in zip(found.attractors, shares, strict=False)
+    ]
+    more = zip(shares[-2:], found.fractions[-2:], ("to none", "ended"), strict=True)
+    others = [f"{percent} {what}" for percent, share, what in more if share > 0]
+    number = f"{counted(len(listed))} attractor{'' if len(listed) == 1 else 's'} found"
+    return f"{number} from {len(found.label)} states of the grid: {', '.join(listed + others)}"
+
+
+def _orbits(result: StudyResult) -> str:
+    """What the orbits of the exact map end on; empty where none completes all returns."""
+    ends, total = [pair.ends for pair in result.orbits if pair.ends is not None], len(result.orbits)
+    kinds = _kinds(result, ends)
+    if not kinds:
+        return ""
+    each = [_kind(kind[0]) for kind in kinds]
+    lost = f"; {counted(total - len(ends))} of the {total} orbits followed ends" if len(ends) < total else ""
+    if len(kinds) == 1:
+        which = {1: "the one orbit followed ends", 2: "both orbits followed end"}.get(total, f"all {total} orbits followed end")
+        which = f"{counted(len(ends))} of the {total} orbits followed end{'s' * (len(ends) == 1)}" if lost else which
+        return f"{each[0]}, on which {which}{lost}"
+    if len(ends) == len(kinds):
+        return f"{' and '.join(each)}, on each of which one of the {counted(total)} orbits followed ends{lost}"
+    shares = " and ".join(counted(len(kind)) for kind in kinds)
+    return f"{' and '.join(each)}, on which {shares} of the {total} orbits followed end{lost}"
+
+
+def _kinds(result: StudyResult, ends: "Sequence[LimitSet]") -> "list[list[LimitSet]]":
+    """Limit sets in groups: cycles with the same states, and all sets without a period, which need not be the same set."""
+    from nsmaps.dynamics.attractors.distance import hausdorff
+
+    kinds: list[list[LimitSet]] = []
+    states = np.concatenate([np.empty((0, len(result.system.coordinates))), *(pair.exact.states for pair in result.orbits)])
+    near = SAME * float(np.linalg.norm(np.ptp(states[np.isfinite(states).all(axis=1)], axis=0))) if ends else 0.0
+    for end in ends:
+        for kind in kinds:
+            first = kind[0]
+            if end.period == first.period and (
+                not end.period or hausdorff(end.states, first.states, result.system.coordinates) <= near
+            ):
+                kind.append(end)
+                break
+        else:
+            kinds.append([end])
+    return kinds
+
+
+def _kind(end: "LimitSet") -> str:
+    """The name of a cycle or of a motion without a period."""
+    name = f" ({end.name})" if end.name else ""
+    if end.period:
+        return f"one {STABLE[end.stable]}{cycle_of(end.period)}{name}"
+    exponent = f"largest Lyapunov exponent {end.exponent:.2g} +- {end.exponent_error:.1g}" if isfinite(end.exponent) else ""
+    chaos = exponent and end.exponent > FAR * end.exponent_error
+    return f"motion without a period up to {end.looked} returns{name}{f', chaotic by its {exponent}' if chaos else ''}"
+
+
+def _stays(result: StudyResult) -> Iterator[tuple[str, str]]:
+    """The set in which orbits stay: the smallest forward invariant box of the surest kind, or the cells of a closed set."""
+    invariant = [domain for domain in result.domains.values() if domain.forward_invariant]
+    exact = [domain for domain in invariant if domain.of == EXACT and domain.status not in DOUBTS]
+    if not exact and result.trap is not None and result.trap.forward_invariant:
+        cells, hull = result.trap.numbers, intervals(result.trap.cells.coordinates, result.trap.hull)
+        yield result.trap.of, f"every orbit from {len(cells)} cells within {hull} stays in them (by enclosure)"
+    elif invariant:
+        domain = min(invariant, key=_rank)
+        yield domain.of, _domain(result, domain)
+
+
+def _rank(domain: "AttractingDomain") -> tuple[bool, bool, float]:
+    """A key by which bounds precede estimates, the exact map precedes others, and small boxes precede large ones."""
+    return domain.status in DOUBTS, not domain.of.startswith(EXACT), float(np.prod(domain.sizes[-1] / domain.sizes[0]))
+
+
+def _domain(result: StudyResult, domain: "AttractingDomain") -> str:
+    """The statement that orbits from the start box enter the last box and stay, and whether that contains the attractors."""
+    start, end = intervals(domain.coordinates, domain.boxes[0], inward=True), intervals(domain.coordinates, domain.boxes[-1])
+    how = f" ({domain.status})" if domain.status not in DOUBTS else ""
+    goes = f"enters {end} and stays there" if (domain.sizes[-1] < ALL * domain.sizes[0]).any() else f"stays in {end}"
+    stays = f"every orbit from {start} {goes}{how}"
+    return f"{DOUBTS.get(domain.status, '')}{stays}{_holds(result, domain)}"
+
+
+def _holds(result: StudyResult, domain: "AttractingDomain") -> str:
+    """Whether a box of the exact map contains the limit sets of the orbits of that map."""
+    ends: list[Floats] = [pair.ends.states for pair in result.orbits if pair.ends is not None]
+    if not ends or domain.of != EXACT:
+        return ""
+    held = [bool(inside(domain, states).all()) for states in ends]
+    if all(held):
+        return ", which contains the attractors of the orbits"
+    return ", which contains no attractor of the orbits" if not any(held) else ""

@@ -1,0 +1,63 @@
+"""The verdicts of a result, those that are expected to fail, and the conclusion of a run."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from nsmaps.study.result import StudyResult
+from nsmaps.study.sections import SECTIONS
+from nsmaps.study.sections.base import Verdict
+from nsmaps.study.sections.parameters.motions import coexisting
+
+
+def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
+    """All verdicts of a result; the text of one that is expected to fail states this.
+
+    Expected failures apply to the study's own parameters, and to verdicts that are not required.
+    """
+    expected = {} if result.study.source.changed else result.study.expected_failures
+    return tuple(_as_expected(verdict, expected) for section in SECTIONS for verdict in section.verdicts(result))
+
+
+def unmet(result: StudyResult) -> list[str]:
+    """The names of expected failures that match no verdict of the run, or a required one."""
+    if result.study.source.changed or not result.finished:
+        return []
+    known = {name for verdict in result.verdicts if not verdict.required for name in _names(verdict)}
+    return [name for name in result.study.expected_failures if name not in known]
+
+
+def _names(verdict: Verdict) -> tuple[str, ...]:
+    """The names by which a study may refer to a verdict: with or without its claim, each with or without its map."""
+    names = verdict.name, verdict.name.rpartition(": ")[0] or verdict.name
+    return *names, *(f"{name} ({verdict.of})" for name in names)
+
+
+def _as_expected(verdict: Verdict, expected: Mapping[str, str]) -> Verdict:
+    meaning = next((text for name, text in expected.items() if name in _names(verdict)), "")
+    if not meaning or verdict.required:
+        return verdict
+    because = verdict.text.partition(": ")[2]
+    if verdict.holds:
+        return replace(verdict, text=f"yes: expected to fail, but confirmed; {because}")
+    return replace(verdict, shows=meaning, text=f"no: expected to fail: shows that {meaning}; {because}")
+
+
+def conclusion(result: StudyResult) -> str:
+    """The required verdicts that fail, or that none does; the number of other verdicts that hold; coexisting attractors."""
+    required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
+    failed = [f"{verdict.name} ({verdict.of})" for verdict in required if not verdict.holds]
+    if failed:
+        text = (
+            f"{len(failed)} of {len(required)} required verdicts {'fail' if len(failed) > 1 else 'fails'}: {'; '.join(failed)}."
+        )
+    elif required:
+        text = f"All {len(required)} required verdicts hold." if len(required) > 1 else "The one required verdict holds."
+    else:
+        text = "The study requires no verdict."
+    if others:
+        expected = sum(bool(verdict.shows) for verdict in others)
+        shown = f", {expected} fail{'s' * (expected == 1)} as expected" if expected else ""
+        text += f" Of {len(others)} that are not required, {sum(verdict.holds for verdict in others)} hold{shown}."
+    text += "".join(f" Expected to fail, but no verdict here that is not required: {name}." for name in unmet(result))
+    text = " ".join(filter(None, (text, coexisting(result))))
+    return text if result.finished else f"Unfinished: the run was stopped, and this is what it had computed. {text}"

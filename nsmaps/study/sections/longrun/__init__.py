@@ -1,0 +1,1 @@
+"""Sections of the motion after many returns, at fixed parameters."""

@@ -1,0 +1,137 @@
+"""The section `basins`: basins of attraction of the exact map over a grid."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
+from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
+from nsmaps.study.reading.values import SPEC, Side
+from nsmaps.study.sections.base import Need, Section, Table
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.attractors.basins import Basins, Boundary
+    from nsmaps.exact.surfaces.surface import Grid
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+LONG = 24  #: largest number of letters of the words in a row
+
+
+class BasinsSection(BaseModel):
+    """Basins of attraction of the exact map over a grid."""
+
+    model_config = SPEC
+    was: ClassVar = {"longest": "max_period"}
+    returns: int = Field(1000, ge=1)
+    tolerance: Number = Field(1e-6, gt=0)
+    max_period: int = Field(32, ge=1)
+    boundary: Number | None = Field(None, gt=0)  #: tolerance of the boundary points, which are not computed if omitted
+    grid: dict[str, Side] | None = None  #: that of the study if omitted
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for basins."""
+
+    basins: "Basins | None" = None  #: of the grid
+    boundary: "Boundary | None" = None  #: between them
+
+
+def _needs(spec: BasinsSection) -> Iterator[Need]:
+    if spec.grid is None:
+        yield ("basins",), "'basins' without a grid of its own", "grid"
+
+
+def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
+    return binding.grid(("grid",), binding.study.grid) if spec.grid is None else binding.grid(("basins", "grid"), spec.grid)
+
+
+def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The basins over the grid, and the points on their boundaries if the study requests them."""
+    from nsmaps.dynamics.attractors.basins import basins, boundary
+
+    with plan.study.source.located(("basins",)):
+        how = None, spec.returns, spec.tolerance, spec.max_period
+        found = basins(plan.system, plan.bound["basins"], *how, jobs=plan.jobs)
+        line = None if spec.boundary is None else boundary(plan.system, found, spec.boundary, spec.returns)
+    return {"basins": found, "boundary": line}
+
+
+def _describe(spec: BasinsSection, study: "Study") -> str:
+    grid = spec.grid or study.grid
+    total = returns_text(int(states(grid)) * spec.returns)
+    return f"{grid_text(grid)}, up to {spec.returns} returns each; at most {total}"
+
+
+def _size(spec: BasinsSection, study: "Study", system: "ImpactSystem") -> Size:
+    one = Size(RETURN * (spec.returns + 2.0 * spec.max_period), COPIES * STATE + STORED * spec.max_period)
+    return one.times(states(spec.grid or study.grid))
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """Each attractor with its fraction of the grid, the most returns to reach it, and its distance from the boundary."""
+    basins, line = result.basins, result.boundary
+    if basins is None:
+        return {}
+    rows = []
+    for k, attractor in enumerate(basins.attractors):
+        row = {"label": attractor.label, "period": attractor.period, "words": list(attractor.words)}
+        row |= {"fraction": float(basins.fractions[k]), "error": float(basins.fraction_error[k])}
+        arrival = basins.arrival[basins.label == k]
+        row |= {"most_returns": int(arrival.max()) if arrival.size else None}
+        rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))
+    kinds = dict(zip(("unresolved", "ended"), basins.fractions[-2:].tolist(), strict=True))
+    return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(basins.stuck.mean())}}
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The attractors, and the percentage of the states of the grid that reach each."""
+    basins, section = result.basins, result.study.basins
+    if basins is None or section is None:
+        return
+    far = "to boundary" if result.boundary is not None else ""
+    note = "within: returns after which all these states have reached it"
+    note += "; to boundary: the smallest distance of the attractor from it." if far else "."
+    heads = "attractor", "period", "words", "share", "within", far
+    title = f"Basins of the {result.system.map_name}, of {len(basins.label)} states of the grid"
+    yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
+
+
+def _rows(basins: "Basins", line: "Boundary | None", returns: int) -> list[tuple[str, ...]]:
+    """A row per attractor: motion, period, words, share of the starts, most returns to reach it, distance from the boundary.
+
+    Further rows are for starts that reached none in so many returns, and for those whose orbits ended.
+    """
+    rows: list[tuple[str, ...]] = []
+    for k, (attractor, share) in enumerate(zip(basins.attractors, basins.fractions, strict=False)):
+        words = " ".join(attractor.words)
+        arrival = basins.arrival[basins.label == k]
+        most_returns = str(arrival.max()) if arrival.size else ""
+        far = "" if line is None else f"{line.distance(k):.3g}"
+        period = str(attractor.period) if attractor.period else "none"
+        rows.append((attractor.label, period, words if len(words) <= LONG else "several", _percent(share), most_returns, far))
+    others = {f"none within {returns} returns": basins.fractions[-2], "the orbit ends": basins.fractions[-1]}
+    return rows + [(name, "", "", _percent(share), "", "") for name, share in others.items() if share > 0]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
+
+
+BASINS = Section[BasinsSection](
+    key="basins",
+    type=BasinsSection | None,
+    stored=Stored,
+    holds={"dynamics.attractors.basins": ("Basins", "Boundary")},
+    needs=_needs,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    tables=_tables,
+)

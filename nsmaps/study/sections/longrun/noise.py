@@ -1,0 +1,178 @@
+"""The section `noise`: the exact map under Ornstein-Uhlenbeck forcing."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.words import encode
+from nsmaps.parallel import Jobs
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.texts import each_text, plain, returns_text
+from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, STORED, Size
+from nsmaps.study.reading.values import SPEC, Name, Range
+from nsmaps.study.sections.base import Section
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.dynamics.noise.residence import Residence
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
+
+
+class ImpactsSection(Range):
+    """The impacts of the exact map over a parameter, down and up, without noise and with noise of amplitude `sigma`."""
+
+    was: ClassVar = {"transient": "discard"}
+    sigma: Number = Field(gt=0)
+    returns: int = Field(40, ge=1)
+    discard: int = Field(300, ge=0)
+
+
+class NoiseSection(BaseModel):
+    """Ornstein-Uhlenbeck forcing: residence in motions for each amplitude, and impacts over a parameter."""
+
+    model_config = SPEC
+    was: ClassVar = {"hold": "min_returns"}
+    sigma: tuple[Number, ...] = Field(min_length=1)
+    tau: Number = Field(gt=0)
+    start: dict[str, Number]
+    returns: int = Field(2000, ge=1)
+    realisations: int = Field(16, ge=1)
+    seed: int = Field(0, ge=0)
+    step: Number | None = Field(None, gt=0)
+    modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
+    min_returns: int = Field(12, ge=1)
+    impacts: ImpactsSection | None = None
+
+    @model_validator(mode="after")
+    def _in_bounds(self) -> Self:
+        if min(self.sigma) < 0:
+            raise ValueError(f"sigma is {min(self.sigma):g}; expected: zero or more")
+        if self.step is not None and self.step > self.tau:
+            raise ValueError(f"step is {self.step:g}; expected: at most tau = {self.tau:g}")
+        length = max(map(len, self.modes.values()))
+        if not all(self.modes.values()) or self.min_returns < length:
+            text = f"expected: motions of one or more words, and min_returns of at least their number, {length}"
+            raise ValueError(f"min_returns is {self.min_returns}; {text}")
+        return self
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoiseResult:
+    """Residence and impacts under noise of each amplitude."""
+
+    sigma: tuple[float, ...]
+    stays: "tuple[Residence, ...]"  #: one per amplitude
+    ended: tuple[dict[str, int], ...]  #: per amplitude: number of realisations that ended, by outcome
+    impacts: "tuple[ImpactDiagram, ...]" = ()  #: descending without and with noise, ascending without and with noise
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for noise."""
+
+    noise: NoiseResult | None = None
+
+
+def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
+    """The start, of shape (n,); raises StudyError for words that are not valid and an unknown parameter."""
+    for name, words in spec.modes.items():
+        with binding.study.source.located(("noise", "modes", name)):
+            for word in words:
+                encode(word, binding.system.letters)
+    if along := spec.impacts:
+        binding.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
+    return binding.start(("noise", "start"), spec.start)
+
+
+def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
+    from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+    from nsmaps.dynamics.noise.residence import residence
+
+    stays, ended, count = [], [], len(spec.sigma) + (spec.impacts is not None)
+    with plan.study.source.located(("noise",)):
+        for number, sigma in enumerate(spec.sigma):
+            noise = Noise(sigma=sigma, tau=spec.tau)
+            how = spec.returns, noise, spec.realisations, spec.seed, spec.step
+            orbits = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
+            stays.append(residence(orbits.words, orbits.time, spec.modes, spec.min_returns))
+            ended.append(orbits.ended())
+        impacts = _impacts(spec, spec.impacts, plan, plan.portion(count - 1, count, "impacts")) if spec.impacts else ()
+        return {"noise": NoiseResult(spec.sigma, tuple(stays), tuple(ended), impacts)}
+
+
+def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jobs) -> "tuple[ImpactDiagram, ...]":
+    """The diagrams in descending and ascending order, each without and with noise."""
+    from nsmaps.dynamics.diagrams.impacts import impact_diagram
+    from nsmaps.dynamics.noise.orbits import Noise
+
+    values = np.linspace(section.low, section.high, section.points)
+    sizes = Noise(sigma=0.0, tau=spec.tau), Noise(sigma=section.sigma, tau=spec.tau)
+    how = section.returns, section.discard, spec.seed, spec.step
+    along, start = Along(plan.system, section.parameter), plan.bound["noise"]
+    return tuple(
+        impact_diagram(along, values, start, size, way, *how, jobs=jobs.share(k / 4 + n / 8, (k + n + 1) / 4, way, str(n)))
+        for k, way in enumerate(DOWN_AND_UP)
+        for n, size in enumerate(sizes)
+    )
+
+
+def _describe(spec: NoiseSection, study: "Study") -> str:
+    sizes = f"{len(spec.sigma)} amplitudes, {spec.realisations} realisations of {spec.returns} returns each"
+    returns = len(spec.sigma) * spec.realisations * spec.returns
+    if (along := spec.impacts) is None:
+        return f"{sizes}; {returns_text(returns)}"
+    more = 4 * along.points * (along.discard + along.returns)
+    return f"{sizes}, and impacts at {each_text(along)}; {returns_text(returns + more)}"
+
+
+def _size(spec: NoiseSection, study: "Study", system: "ImpactSystem") -> Size:
+    from nsmaps.dynamics.noise.orbits import usual_step
+    from nsmaps.exact.systems.hybrid import HybridSystem
+
+    usual = usual_step(system, spec.tau)
+    each = NOISY_MODES if isinstance(system, HybridSystem) else NOISY
+    one = Size(each * max(1.0, usual / (spec.step or usual)), COPIES * STORED)
+    found = one.times(float(spec.returns) * spec.realisations * len(spec.sigma))
+    if (along := spec.impacts) is not None:
+        kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.returns)
+        found += kept + Size(one.seconds).times(4.0 * along.points * (along.discard + along.returns))
+    return found
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """The numbers for each amplitude of the noise."""
+    noise = result.noise
+    if noise is None:
+        return {}
+    rows: list[dict[str, Any]] = []
+    for sigma, stay, ended in zip(noise.sigma, noise.stays, noise.ended, strict=True):
+        row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
+        tables = {name: plain(getattr(stay, name)) for name in ("share", "mean", "rates", "rates_error")}
+        rows.append(row | tables | {"unknown": stay.unknown, "ended": ended})
+    return {"noise": rows}
+
+
+NOISE = Section[NoiseSection](
+    key="noise",
+    type=NoiseSection | None,
+    stored=Stored,
+    holds={
+        "dynamics.diagrams.impacts": ("ImpactDiagram",),
+        "dynamics.noise.orbits": ("Noise",),
+        "dynamics.noise.residence": ("Residence",),
+        "study.sections.longrun.noise": ("NoiseResult",),
+    },
+    bind=_bind,
+    calls=lambda spec: ("noise",),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+)

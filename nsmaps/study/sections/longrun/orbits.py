@@ -1,0 +1,226 @@
+"""The section `orbits`: orbits of starts under the exact and the reduced map, and their limit sets."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.trajectory import track
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.diagnostics import beyond, grid_ends, no_image
+from nsmaps.study.conclusions.texts import finite, point
+from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
+from nsmaps.study.reading.values import SPEC
+from nsmaps.study.sections.base import Section, Verdict
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.attractors.limit_set import LimitSet
+    from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.exact.events import ModeTrack
+    from nsmaps.exact.trajectory import Track
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
+
+
+class OrbitSection(BaseModel):
+    """A start, and the number of returns of its orbits under the exact map and the composite map."""
+
+    model_config = SPEC
+    start: dict[str, Number]
+    returns: int = Field(ge=1)
+    track: int | None = Field(
+        None, ge=2, le=10_000
+    )  #: number of impacts on all walls, or of events, that are stored with the motion between them
+
+
+Orbits = tuple[OrbitSection, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrbitPair:
+    """The orbits of one start: of the exact map and, if the study has one, of the composite map."""
+
+    start: Floats  #: shape (n,)
+    exact: "Orbit"
+    composite: "Orbit | None"
+    track: "Track | ModeTrack | None" = (
+        None  #: the exact motion at and between its first impacts or events, if the study requests it
+    )
+    ends: "LimitSet | None" = None  #: the limit set of the exact orbit; None if the orbit ended
+    composite_ends: "LimitSet | None" = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for orbits."""
+
+    orbits: tuple[OrbitPair, ...] = ()
+
+
+def _bind(spec: Orbits, binding: "Binding") -> tuple[Floats, ...]:
+    return tuple(binding.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(spec))
+
+
+def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The orbits of every start under the exact map and under the composite map, and their limit sets."""
+    from nsmaps.dynamics.attractors.limit_set import limit_set
+    from nsmaps.dynamics.orbit import orbit
+
+    pairs, count = [], 2 * len(spec)
+    for k, (section, start) in enumerate(zip(spec, plan.bound["orbits"], strict=True)):
+        first, then = (plan.portion(half, count).progress for half in (2 * k, 2 * k + 1))
+        reduced = orbit(result.reduced, start, section.returns, progress=first) if result.reduced else None
+        exact = orbit(plan.system, start, section.returns, progress=then)
+        reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
+        kept = track(plan.system, start, section.track) if section.track else None
+        pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends))
+    return {"orbits": tuple(pairs)}
+
+
+def _describe(spec: Orbits, study: "Study") -> str:
+    return ", ".join(f"{orbit.returns} returns" for orbit in spec)
+
+
+def _size(spec: Orbits, study: "Study", system: "ImpactSystem") -> Size:
+    return sum((Size(3 * RETURN, 2 * COPIES * STORED).times(orbit.returns) for orbit in spec), Size())
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    return {"orbits": [_pair(pair) for pair in result.orbits]} if result.orbits else {}
+
+
+def _pair(pair: OrbitPair) -> dict[str, Any]:
+    ends = {"start": finite(pair.start), "exact": finite(pair.exact.states[-1])}
+    found = {"exact": pair.ends, "composite": pair.composite_ends}
+    attractors = {of: _limit_set(limit_set) for of, limit_set in found.items() if limit_set is not None}
+    ends |= {"composite": finite(pair.composite.states[-1])} if pair.composite else {}
+    return ends | ({"attractor": attractors} if attractors else {})
+
+
+def _limit_set(limit_set: "LimitSet") -> dict[str, Any]:
+    """The numbers of a limit set: the states of a cycle, the hull of all states, stability."""
+    pairs = [[value.real, value.imag] for value in limit_set.multipliers.tolist()]
+    hull = np.stack([limit_set.states.min(axis=0), limit_set.states.max(axis=0)], axis=1)
+    where = {
+        "states": [finite(state) for state in limit_set.states] if limit_set.period else None,
+        "hull": [finite(side) for side in hull],
+    }
+    about = {
+        "period": limit_set.period,
+        "looked_to": limit_set.looked,
+        "label": limit_set.label,
+        "words": " ".join(limit_set.words),
+    }
+    exponent, error = finite([limit_set.exponent, limit_set.exponent_error])
+    return about | where | {"multipliers": pairs, "stable": limit_set.stable, "exponent": exponent, "exponent_error": error}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    """For every orbit, whether it completes all returns under each map, and whether both have the same attractor."""
+    coordinates = result.system.coordinates
+    for pair in result.orbits:
+        name = f"orbit from {point(coordinates, pair.start)}"
+        yield Verdict(f"{name}: completes all returns", result.system.map_name, *_returning(result, pair.exact, pair.ends))
+        if pair.composite is not None:
+            returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
+            yield Verdict(f"{name}: completes all returns", "composite map", *returning)
+            yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
+
+
+def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", fitted: bool = False) -> tuple[bool, bool, str]:
+    """Whether an orbit completes all returns: confirmed, not required, text with its limit set or its last state."""
+    coordinates = result.system.coordinates
+    alive = np.isfinite(orbit.states).all(axis=-1)
+    returns = len(orbit.states) - 1
+    if alive.all():
+        text = f"yes: after {returns} returns at {point(coordinates, orbit.states[-1])}"
+        return True, False, f"{text}; {ends.text}{beyond(result, ends)}" if ends else text
+    last = int(np.argmin(alive)) - 1
+    reason = no_image(result, orbit, last) if fitted else Outcome(int(orbit.outcome[last])).advice
+    return False, False, f"no: after {last} of {returns} returns at {point(coordinates, orbit.states[last])}. {reason}"
+
+
+def _same(result: "StudyResult", pair: OrbitPair) -> tuple[bool, bool, str]:
+    """Whether both orbits have the same attractor: confirmed, not required, text with the distance."""
+    from nsmaps.dynamics.attractors.distance import hausdorff
+
+    exact, other = pair.ends, pair.composite_ends
+    if exact is None or other is None:
+        which = "neither map's" if exact is other else "the exact map's" if exact is None else "the composite map's"
+        return False, False, f"no: {which} orbit {'completes' if exact is other else 'does not complete'} all returns"
+    scale = _scale(result, pair)
+    distance = hausdorff(exact.states, other.states, exact.coordinates, scale, np.inf)
+    text = f"{_short(exact)} of the exact map, {_short(other)} of the composite map"
+    text = f"{text}, at a distance of {distance:.2g} relative to the extents"
+    if _alike(exact, other, scale):
+        return True, False, f"yes: {text}"
+    return False, False, f"no: {text}; {_also(result, len(pair.exact.states) - 1, (exact, other), scale)}"
+
+
+def _alike(one: "LimitSet", other: "LimitSet", scale: Floats) -> bool:
+    """Whether two limit sets have the same period and close states, or samples that may be of the same set."""
+    from nsmaps.dynamics.attractors.attractor import kept, may_be_one
+
+    sets = (kept(end.coordinates, end.states, end.period, end.label, SAME, scale) for end in (one, other))
+    return one.period == other.period and may_be_one(*sets)
+
+
+def _also(result: "StudyResult", returns: int, ends: "tuple[LimitSet, LimitSet]", scale: Floats) -> str:
+    """A statement on which of two different attractors, exact first, is also one of the other map."""
+    reduced, (exact, other) = result.reduced, ends
+    also = reduced is not None and _stays(reduced, exact, returns, scale), _stays(result.system, other, returns, scale)
+    if all(also):
+        return "each map has both attractors"
+    if not any(also):
+        return "neither map stays on the other's attractor"
+    ours, theirs = ("exact", "composite") if also[0] else ("composite", "exact")
+    return f"the {ours} map's is also an attractor of the {theirs} map, the {theirs} map's is not one of the {ours} map"
+
+
+def _stays(map: "ReturnMap", ends: "LimitSet", returns: int, scale: Floats) -> bool:
+    """Whether an orbit of a map from the last state of an attractor stays on it for some returns."""
+    from nsmaps.dynamics.attractors.limit_set import limit_set
+    from nsmaps.dynamics.orbit import orbit
+
+    found = limit_set(map, orbit(map, ends.states[-1], returns))
+    return found is not None and _alike(ends, found, scale)
+
+
+def _short(ends: "LimitSet") -> str:
+    if not ends.period:
+        return f"no period up to {ends.looked} returns"
+    return f"period {ends.period}{f' ({ends.name})' if ends.name else ''}"
+
+
+def _scale(result: "StudyResult", pair: OrbitPair) -> Floats:
+    """The sides of the study's grid, or, of coordinates without one, the extents of the exact orbit, shape (n,)."""
+    from nsmaps.dynamics.attractors.distance import extents
+
+    sides = np.diff(grid_ends(result), axis=1)[:, 0]
+    return np.where(np.isnan(sides), extents(pair.exact.states, result.system.coordinates), sides)
+
+
+ORBITS = Section[Orbits](
+    key="orbits",
+    type=Orbits,
+    default=(),
+    stored=Stored,
+    holds={
+        "exact.events": ("Events", "ModeTrack"),
+        "exact.trajectory": ("Track",),
+        "reduced.validation.words": ("Misleads",),
+        "study.sections.longrun.orbits": ("OrbitPair",),
+    },
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)

@@ -1,0 +1,297 @@
+"""The section `composite`: the pieces of the composite map, fitted, printed or reset."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from pydantic import BaseModel, model_validator
+
+from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.surfaces.surface import Surface, surfaces, surfaces_among
+from nsmaps.progress import beat
+from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite, data_of
+from nsmaps.reduced.composite.printed import PrintedMap
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Region, Where
+from nsmaps.reduced.fit.polyfit import PolyFit
+from nsmaps.reduced.validation.words import misleads
+from nsmaps.study.conclusions.diagnostics import pieces_of_others
+from nsmaps.study.conclusions.texts import finite, intervals, yes
+from nsmaps.study.estimates import Size, states
+from nsmaps.study.reading.locations import Loc
+from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name, one_of
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
+from nsmaps.study.sections.maps.diagonal import near_diagonals
+from nsmaps.study.sections.maps.fits import FitSection, bind_fit, fit_size, report_numbers
+from nsmaps.study.sections.maps.surfaces import bind_family
+
+if TYPE_CHECKING:
+    from nsmaps.arrays import Floats, Ints
+    from nsmaps.reduced.composite.composite import Coverage
+    from nsmaps.reduced.validation.words import Misleads
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+MAP = "composite map"
+
+
+class PieceSection(BaseModel):
+    """One piece of the composite map: its region and its map."""
+
+    model_config = SPEC
+    name: Name
+    box: Bounds | None = None
+    where: str | None = None
+    family: str | None = None
+    fit: FitSection | None = None
+    data: str | None = None  #: a condition, or `diagonal`: the data of the fit, by default the piece's region
+    reset: dict[str, Number] | None = None
+    polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader replaces
+
+    @model_validator(mode="after")
+    def _one_region_one_map(self) -> Self:
+        one_of({"box": self.box, "where": self.where}, f"the piece {self.name!r}")
+        one_of({"fit": self.fit, "reset": self.reset, "polynomial": self.polynomial}, f"the piece {self.name!r}")
+        if (self.family is None and self.fit is not None) or (self.family is not None and self.reset is not None):
+            raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
+        if self.data is not None and self.fit is None:
+            raise ValueError(f"the piece {self.name!r}: 'data' defines the data of a fit; expected: beside 'fit' only")
+        return self
+
+
+Pieces = tuple[PieceSection, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for composite map."""
+
+    composite: "CompositeMap | None" = None
+    coverage: "Coverage | None" = None  #: of the study's grid
+    misleads: "Misleads | None" = None  #: words and images on the study's grid that differ from those of the exact map
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PiecePlan:
+    """The definition of one piece: its region, and the family and fit of its map, or its reset."""
+
+    name: str
+    region: Region
+    family: str | None
+    fit: PolyFit | None
+    data: Where | None  #: the data of the fit; None for the region or the states near the diagonals
+    near_diagonals: bool  #: True if the data of the fit are the states near the diagonals
+    reset: dict[str, float] | None
+    polynomial: PrintedMap | None
+
+
+def _needs(spec: Pieces) -> Iterator[Need]:
+    for number, piece in enumerate(spec):
+        if piece.fit:
+            yield ("composite", number), f"the fit of the piece {piece.name!r}", "families"
+        if piece.data == DIAGONAL:
+            yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
+
+
+def _check(spec: Pieces, study: "Study") -> None:
+    study.once("composite", [piece.name for piece in spec])
+    for number, piece in enumerate(spec):
+        if piece.name in ("exact", "composite"):
+            raise study.source.error(
+                ("composite", number, "name"), f"{piece.name!r} is the name of a map; expected: another name for the piece"
+            )
+        if piece.family is not None:
+            study.source.known(("composite", number, "family"), piece.family, study.families, "family")
+        if piece.data == DIAGONAL and study.diagonal and piece.family != study.diagonal.family:
+            text = f"'diagonal' has the family {study.diagonal.family!r}, the piece {piece.family!r}; expected: the same"
+            raise study.source.error(("composite", number, "data"), text)
+
+
+def _bind(spec: Pieces, binding: "Binding") -> tuple[PiecePlan, ...]:
+    return tuple(_bind_piece(("composite", number), piece, binding) for number, piece in enumerate(spec))
+
+
+def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
+    if piece.family is not None and piece.family in binding.study.families:
+        _single(loc, piece.family, binding)
+    region = _region(loc, piece, binding)
+    fit = bind_fit((*loc, "fit"), piece.fit, binding) if piece.fit else None
+    reset = None if piece.reset is None else binding.some_coordinates((*loc, "reset"), piece.reset)
+    near = piece.data == DIAGONAL
+    data = None if piece.data is None or near else binding.where((*loc, "data"), piece.data)
+    if piece.polynomial is not None:
+        with binding.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
+            piece.polynomial.of(binding.system)
+    return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial)
+
+
+def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
+    if piece.box is not None:
+        return binding.box((*loc, "box"), piece.box)
+    return binding.where((*loc, "where"), piece.where or "")
+
+
+def _single(loc: Loc, family: str, binding: "Binding") -> None:
+    if bind_family(family, binding.study.families[family], binding).max_returns > 1:
+        text = f"a piece of the composite map is one return, and {family!r} has several; expected: words of one return"
+        raise binding.study.source.error((*loc, "family"), text)
+
+
+def _compute(spec: Pieces, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Steps iv to vi: every piece fitted, printed or reset."""
+    composite = _composite(plan, plan.system, result.surfaces)
+    return {"composite": composite, **judged(plan, result, composite)}
+
+
+def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict[str, Any]:
+    """The part of the grid that the pieces of a composite map cover, and its comparison with the exact map."""
+    if plan.grid is None or result.returns is None:
+        return {}
+    return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, result.returns)}
+
+
+def _composite(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
+    """The composite map at the parameters of a system; an error names the line of its piece."""
+    pieces: list[Piece] = []
+    for number, piece in enumerate(plan.bound["composite"]):
+        with plan.study.source.located(("composite", number)):
+            pieces.append(_piece(plan, system, surfaces, piece))
+    return CompositeMap(system.coordinates, system.letters, tuple(pieces))
+
+
+def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
+    """One piece, fitted to its own data if the study defines them, otherwise to all states in its region."""
+    if piece.polynomial is not None:
+        word = plan.families[piece.family].words[0] if piece.family else ""
+        return Piece(piece.name, piece.region, piece.polynomial.of(system), word)
+    surfaces, spec = _data(plan, surfaces, piece)
+    piece_map = build_composite(system.coordinates, system.letters, surfaces, [spec]).pieces[0]
+    return replace(piece_map, region=piece.region)
+
+
+def _data(plan: "Plan", surfaces: dict[str, Surface], piece: PiecePlan) -> tuple[dict[str, Surface], PiecePlan]:
+    """The surfaces to which a piece is fitted, and the piece with the region of its data."""
+    data: Region = piece.data or piece.region
+    if piece.near_diagonals:
+        surfaces, data = near_diagonals(plan, surfaces[piece.family or ""])
+    return surfaces, replace(piece, region=data)
+
+
+def refits(plan: "Plan", parameter: str, values: "Floats", half: int) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
+    """The composite map at each value of a parameter, with the data of its fitted pieces: the first or second half of a step."""
+    found = []
+    for value in values.tolist():
+        try:
+            found.append((value, *refit(plan, plan.system.at(**{parameter: value}))))
+        except NsmapsError as error:
+            raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
+        beat(half / 2 + len(found) / len(values) / 2)
+    return found
+
+
+def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, dict[str, Surface]]:
+    """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
+    try:
+        found = _surfaces_in(plan, system, _used(plan))
+        composite = _composite(plan, system, found)
+    except FitError:  # whose message speaks of all of the grid
+        found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
+        composite = _composite(plan, system, found)
+    fitted = [(piece.name, *_data(plan, found, piece)) for piece in plan.bound["composite"] if piece.fit]
+    return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
+
+
+@lru_cache(maxsize=1)
+def _used(plan: "Plan") -> "Ints":
+    """The numbers of the grid's states to which a piece is fitted, whatever the parameters are."""
+    pieces = [piece for piece in plan.bound["composite"] if piece.fit]
+    if plan.grid is None or any(piece.near_diagonals for piece in pieces):
+        return np.arange(plan.grid.size if plan.grid else 0)
+    coordinates = plan.system.coordinates
+    states = coordinates.wrap(plan.grid.states())
+    regions = [(piece.data or piece.region).over(coordinates) for piece in pieces]
+    return np.flatnonzero(np.logical_or.reduce([region.contains(states) for region in regions], axis=0))
+
+
+def _surfaces_in(plan: "Plan", system: "ImpactSystem", numbers: "Ints") -> dict[str, Surface]:
+    """The surfaces of all families over some states of the grid, those with these numbers."""
+    if plan.grid is None:
+        return {}
+    returns = system.first_return(plan.grid.states()[numbers])
+    found = surfaces_among(system, returns, plan.grid, plan.families.values())
+    masks = {name: np.isin(np.arange(plan.grid.size), numbers[surface.member]) for name, surface in found.items()}
+    return {name: replace(surface, member=masks[name]) for name, surface in found.items()}
+
+
+def _describe(spec: Pieces, study: "Study") -> str:
+    return ", ".join(f"{piece.name} ({_map_of(piece)})" for piece in spec)
+
+
+def _map_of(piece: PieceSection) -> str:
+    """The kind of map of a piece."""
+    return f"fit of {piece.family}" if piece.fit else "printed" if piece.polynomial else "reset"
+
+
+def pieces_size(study: "Study") -> Size:
+    """The size of one fit of all pieces."""
+    count = states(study.grid)
+    return sum((fit_size(piece.fit, count) for piece in study.composite if piece.fit), Size())
+
+
+def _size(spec: Pieces, study: "Study", system: "ImpactSystem") -> Size:
+    return pieces_size(study)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    sections: dict[str, Any] = {}
+    if result.composite is not None:
+        fits = {piece.name: report_numbers(piece.map.report) for piece in result.composite.pieces if piece.map.report}
+        sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
+    if result.misleads is not None:
+        sections["misleads"] = dict(zip(*_columns(result.misleads), strict=True))
+    return sections
+
+
+def _columns(comparison: "Misleads") -> tuple[list[str], list[float | None]]:
+    from dataclasses import asdict
+
+    about = asdict(comparison)
+    return list(about), finite(about.values())
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    cover, words = result.coverage, result.misleads
+    if cover is not None:
+        holds = bool(cover.fraction == 1.0)
+        yield claimed(result.study, "covered", "covered", MAP, holds, _covered(result, cover))
+    if words is not None:
+        right = words.wrong_words == 0
+        yield Verdict("words agree with the exact map", MAP, right, False, f"{yes(right)}: {words.text}")
+
+
+def _covered(result: "StudyResult", cover: "Coverage") -> str:
+    if cover.fraction == 1.0:
+        return "yes: every state of the grid lies in a piece"
+    hull = " or ".join(intervals(result.system.coordinates, box) for box in cover.boxes)
+    why = pieces_of_others(result)
+    text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
+    return f"{text}; {why}" if why else text
+
+
+COMPOSITE = Section[Pieces](
+    key="composite",
+    type=Pieces,
+    default=(),
+    stored=Stored,
+    claims={"covered": ("composite", "grid")},
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    calls=lambda spec: ("composite",),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)

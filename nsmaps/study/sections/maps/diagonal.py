@@ -1,0 +1,167 @@
+"""The section `diagonal`: the states near their images, and a comparison of polynomial orders there."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.errors import FitError
+from nsmaps.exact.surfaces.surface import Grid, Surface, sweep
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
+from nsmaps.reduced.fit.filter_errors import compare_deltas
+from nsmaps.study.estimates import Size, states
+from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
+from nsmaps.study.sections.base import Need, Section
+from nsmaps.study.sections.maps.fits import FitSection, bind_fit, fit_size, report_numbers
+from nsmaps.study.sections.maps.surfaces import surfaces_size
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.fit.filter import DiagonalRegion
+    from nsmaps.reduced.fit.filter_errors import NearDiagonals
+    from nsmaps.reduced.fit.polyfit import PolyFit
+    from nsmaps.reduced.fit.polymap import FitReport
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+
+class DiagonalSection(BaseModel):
+    """The states near their images, united over a parameter (eq. r1uniond)."""
+
+    model_config = SPEC
+    was: ClassVar = {"within": "region"}
+    family: str
+    delta: Number = Field(gt=1)
+    slope: Number | None = Field(None, gt=0)
+    region: str | None = None
+    sweep: Sweep | None = None
+    orders: dict[Name, FitSection] = {}
+    deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
+    grid: dict[str, Side] | None = None
+
+    @model_validator(mode="after")
+    def _orders_at_deltas(self) -> Self:
+        if self.deltas and not self.orders:
+            raise ValueError("'deltas' without 'orders' to compare; expected: beside 'orders' only")
+        return self
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for states near the diagonals."""
+
+    diagonal: "DiagonalRegion | None" = None
+    orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
+    near: "tuple[NearDiagonals, ...]" = ()  #: at the study's own parameters, for `delta` and each of `deltas`
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Near:
+    """The filter, its grid, and the fits that are compared."""
+
+    filter: Diagonal
+    grid: Grid
+    own: bool  #: True if the section defines the grid
+    orders: "dict[str, PolyFit]"
+
+
+def _needs(spec: DiagonalSection) -> Iterator[Need]:
+    yield ("diagonal",), "'diagonal'", "families"
+
+
+def _check(spec: DiagonalSection, study: "Study") -> None:
+    study.source.known(("diagonal", "family"), spec.family, study.families, "family")
+
+
+def _bind(spec: DiagonalSection, binding: "Binding") -> Near:
+    study, source = binding.study, binding.study.source
+    if spec.grid is None and study.grid is None:
+        raise source.error(("diagonal",), "'diagonal' has no grid; expected: 'grid' in this section, or the section 'grid'")
+    if spec.sweep:
+        binding.swept_values(("diagonal", "sweep"), spec.sweep.parameter, (spec.sweep.low, spec.sweep.high))
+    region = None if spec.region is None else binding.where(("diagonal", "region"), spec.region)
+    with source.located(("diagonal",), Diagonal):
+        filter = Diagonal(delta=spec.delta, slope=spec.slope, region=region)
+    loc = ("grid",) if spec.grid is None else ("diagonal", "grid")
+    grid = binding.grid(loc, study.grid if spec.grid is None else spec.grid)
+    orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in spec.orders.items()}
+    return Near(filter, grid, spec.grid is not None, orders)
+
+
+def _compute(spec: DiagonalSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Step ii: the region near the diagonals, united over a parameter, and the orders of polynomials compared.
+
+    Orders are compared on the states near the diagonals at the study's own parameters (fig. comparert, table TableDeltaErr).
+    """
+    bound: Near = plan.bound["diagonal"]
+    with plan.study.source.located(("diagonal",)):
+        region = diagonal_region(bound.filter, _swept(spec, plan, bound.grid))
+    own = plan.families[spec.family].surface(plan.system, bound.grid) if bound.own else result.surfaces[spec.family]
+    with plan.study.source.located(("diagonal", "orders")):
+        near = compare_deltas(bound.filter, own, spec.deltas, bound.orders)
+    orders = tuple((name, fitted.report) for name, fitted in near[0].maps.items())
+    return {"diagonal": region, "near": near, "orders": orders}
+
+
+def _swept(spec: DiagonalSection, plan: "Plan", grid: Grid) -> list[tuple[float, Surface]]:
+    """The family's surface for each value of the swept parameter."""
+    family = plan.families[spec.family]
+    if spec.sweep is None:
+        return [(float("nan"), family.surface(plan.system, grid))]
+    values = np.linspace(spec.sweep.low, spec.sweep.high, spec.sweep.points)
+    swept = sweep(plan.system, spec.sweep.parameter, values, grid, [family], jobs=plan.jobs)
+    return [(value, found[spec.family]) for value, found in swept]
+
+
+def near_diagonals(plan: "Plan", surface: Surface) -> tuple[dict[str, Surface], Box]:
+    """The part of a surface that is near the diagonals at the study's own parameters, and its hull."""
+    near = surface.restricted(attracting(plan.bound["diagonal"].filter, surface))
+    if len(near.start) < 2:
+        raise FitError(
+            f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid; expected: 2 or more"
+        )
+    hull = np.stack([near.start.min(axis=0), near.start.max(axis=0)], axis=1)
+    return {surface.name: near}, Box.of(surface.coordinates, hull)
+
+
+def _describe(spec: DiagonalSection, study: "Study") -> str:
+    over = f" over {spec.sweep.points} values of {spec.sweep.parameter}" if spec.sweep else ""
+    return f"{spec.family} within a factor {spec.delta:g} of the diagonals{over}"
+
+
+def _size(spec: DiagonalSection, study: "Study", system: "ImpactSystem") -> Size:
+    values, count = spec.sweep.points if spec.sweep else 1, states(spec.grid or study.grid)
+    fits = sum((fit_size(fit, count) for fit in spec.orders.values()), Size())
+    return surfaces_size(study, count, 1).times(values) + fits.times(1 + len(spec.deltas))
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    region = result.diagonal
+    if region is None:
+        return {}
+    return {"diagonal": {"box": region.box.tolist(), "states": len(region.start), "orders": _orders(result)}}
+
+
+def _orders(result: "StudyResult") -> list[dict[str, Any]]:
+    """The fits near the diagonals by delta and order; by order for an earlier run with a single delta."""
+    if not result.near:
+        return [{"name": name} | report_numbers(report) for name, report in result.orders]
+    fits = [(near.delta, name, fitted.report) for near in result.near for name, fitted in near.maps.items()]
+    return [{"delta": delta, "name": name} | report_numbers(report) for delta, name, report in fits if report]
+
+
+DIAGONAL = Section[DiagonalSection](
+    key="diagonal",
+    type=DiagonalSection | None,
+    stored=Stored,
+    holds={"reduced.fit.filter_errors": ("NearDiagonals",), "reduced.fit.filter": ("DiagonalRegion",)},
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+)

@@ -1,0 +1,76 @@
+"""The polynomial of a piece: its keys in a study's file, and its errors."""
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+from pydantic import BaseModel, Discriminator, Tag, model_validator
+
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.fit.polyfit import Degree, Full, PolyFit, Separable
+from nsmaps.study.conclusions.texts import finite
+from nsmaps.study.estimates import COPIES, Size
+from nsmaps.study.reading.locations import Loc
+from nsmaps.study.reading.values import SPEC, one_of
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.fit.polymap import FitReport
+    from nsmaps.study.binding import Binding
+
+
+def _kind_of_degrees(value: object) -> str:
+    by_output = isinstance(value, dict) and any(isinstance(degree, dict) for degree in value.values())
+    return "[by output]" if by_output else "[same]"
+
+
+Degrees = Annotated[
+    Annotated[dict[str, Degree], Tag("[same]")] | Annotated[dict[str, dict[str, Degree]], Tag("[by output]")],
+    Discriminator(_kind_of_degrees),
+]  #: degree by coordinate, or that for each output; one form is chosen by its content, so that errors refer to it
+
+
+class FitSection(BaseModel):
+    """The polynomial of a piece: `full` (eq. cubic2dv) or `separable` (remark separable), degrees by coordinate."""
+
+    model_config = SPEC
+    was: ClassVar = {"along": "lines"}
+    full: Degrees | None = None
+    separable: dict[str, Degree] | None = None
+    lines: dict[str, Number] | None = None
+    absolute: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        one_of({"full": self.full, "separable": self.separable}, "a fit")
+        if self.lines is not None and self.separable is None:
+            raise ValueError("'lines' chooses the curves of a separable fit; expected: beside 'separable' only")
+        return self
+
+
+def bind_fit(loc: Loc, section: FitSection, binding: "Binding") -> PolyFit:
+    """The fit that a section describes, whose names must be coordinates of the system."""
+    source = binding.study.source
+    for key in ("separable", "lines"):
+        if getattr(section, key) is not None:
+            binding.every_coordinate((*loc, key), getattr(section, key))
+    for number, name in enumerate(section.absolute):
+        source.known((*loc, "absolute", number), name, binding.system.coordinates, "coordinate")
+    if section.full is not None:
+        by_output = any(isinstance(degree, dict) for degree in section.full.values())
+        (binding.every_coordinate if by_output else binding.some_coordinates)((*loc, "full"), section.full)
+        with source.located(loc, FitSection, degrees="full"):
+            return Full(degrees=section.full, absolute=section.absolute)
+    with source.located(loc, FitSection, degrees="separable"):
+        return Separable(degrees=section.separable or {}, lines=section.lines, absolute=section.absolute)
+
+
+def fit_size(fit: FitSection, states: float) -> Size:
+    """The size of a dense least-squares problem of so many states."""
+    degrees = [d for each in (fit.full or {}).values() for d in ([each] if isinstance(each, int) else each.values())]
+    terms = math.prod(float(degree + 1) for degree in degrees[:2]) if degrees else 50.0
+    return Size(1e-9 * states * terms * terms, 8.0 * COPIES * states * terms)
+
+
+def report_numbers(report: "FitReport") -> dict[str, Any]:
+    """The errors of a fit, one per output."""
+    kept = ("r2", "sse", "max_error", "condition", "points", "terms", "left_out", "loss")
+    return {name: finite(getattr(report, name)) for name in kept} | {"warnings": list(report.warnings)}

@@ -1,0 +1,176 @@
+"""The section `partition`: the reduced map from a tolerance, by the general algorithm."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.reduced.partition.partition import partition
+from nsmaps.reduced.partition.result import PartitionResult
+from nsmaps.reduced.partition.spec import Partition
+from nsmaps.reduced.validation.speed import speeds
+from nsmaps.study.conclusions.texts import finite, yes
+from nsmaps.study.reading.values import ATTRACTING
+from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
+from nsmaps.study.sections.maps.composite import MAP, judged
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.adaptive.accurate import AccurateResult
+    from nsmaps.reduced.fit.polymap import PolyMap
+    from nsmaps.reduced.validation.speed import Speed
+    from nsmaps.study.sections.base import Plan, Study, StudyResult
+
+MET = "partition: tolerance met"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for the partition, besides its composite map."""
+
+    partition: "PartitionResult | None" = None  #: the result of the general algorithm
+    accurate: "AccurateResult | None" = None  #: the result of the kind `accurate`, without a composite map
+    speed: "Speed | None" = None  #: of the reduced map, compared with the exact one
+
+
+def _stands_for(spec: Partition) -> tuple[str, ...]:
+    return ("families",) if spec.kind == "accurate" else ("families", "composite")
+
+
+def _needs(spec: Partition) -> Iterator[Need]:
+    yield ("partition",), "'partition'", "grid"
+
+
+def _check(spec: Partition, study: "Study") -> None:
+    if study.composite:
+        text = "'partition' determines the pieces of 'composite'; expected: one of the two"
+        raise study.source.error(("partition",), text)
+
+
+def is_of_partition(study: "Study", map: str) -> bool:
+    """Whether the map of a domain is named as the pieces of a partition are, such as R1; it may not exist."""
+    return study.partition is not None and (map == ATTRACTING or bool(re.fullmatch(r"R\d+", map)))
+
+
+def attracting_of(found: PartitionResult) -> "PolyMap | CompositeMap":
+    """The map of the attracting piece, or the composite map of several."""
+    attracting = found.attracting_map
+    return attracting.pieces[0].map if len(attracting.pieces) == 1 else attracting
+
+
+def _compute(spec: Partition, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Steps ii to vii of the general algorithm."""
+    grid = plan.bound["grid"]
+    with plan.study.source.located(("partition",)):
+        box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
+        found = partition(plan.system, grid, spec, progress=plan.jobs.progress)
+    if not isinstance(found, PartitionResult):
+        return {"accurate": found, "speed": speeds(plan.system, found.map(plan.system), box)}
+    speed = speeds(plan.system, found.composite, box)
+    return {"partition": found, "composite": found.composite, "speed": speed, **judged(plan, result, found.composite)}
+
+
+def _describe(spec: Partition, study: "Study") -> str:
+    return f"{spec.kind}, tolerance {spec.tolerance:g}"
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    sections: dict[str, Any] = {}
+    if result.partition is not None:
+        sections["partition"] = _reached(result.partition)
+    if (strips := result.accurate) is not None:
+        errors = {"uniform": asdict(strips.uniform), "beside": asdict(strips.beside)}
+        sections["partition"] = {"met": strips.met, **errors, "report": asdict(strips.strips.report)}
+    if result.speed is not None:
+        sections["speed"] = asdict(result.speed) | {"faster": result.speed.faster}
+    return sections
+
+
+def _reached(found: PartitionResult) -> dict[str, Any]:
+    """The numbers of the general algorithm, and its log as a table."""
+    rows = [asdict(row) | {key: finite(getattr(row, key)) for key in ("r2", "sse", "max_error")} for row in found.log]
+    error, right_next = finite([found.max_error, found.right_next])
+    return {
+        "tolerance": found.spec.tolerance,
+        "met": found.met,
+        "attracting": list(found.attracting),
+        "unmet": list(found.unmet),
+        "max_error": error,
+        "held_out": found.points,
+        "covered": found.covered,
+        "uncovered": found.uncovered,
+        "right_next": right_next,
+        "arrives": dict(zip(("exact", "composite"), found.arrives, strict=True)),
+        "log": rows,
+    }
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    tolerance = partial(claimed, result.study, "tolerance")
+    if (found := result.partition) is not None:
+        yield tolerance(f"{MET} in the attracting regions", MAP, found.met, f"{yes(found.met)}: {found.reason}")
+        yield Verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(found))
+    if (strips := result.accurate) is not None:
+        yield tolerance(f"{MET} everywhere (held out)", MAP, strips.met, _errors(strips))
+    if (speed := result.speed) is not None:
+        text = f"{yes(speed.faster)}: {speed.text}"
+        yield Verdict("partition: clearly faster than the exact map", MAP, speed.faster, False, text)
+
+
+def _arrive(found: PartitionResult) -> tuple[bool, bool, str]:
+    exact, composite = found.arrives
+    holds = bool(found.attracting) and composite >= exact
+    shares = f"{100 * composite:.3g} % of random starts arrive there, under the exact map {100 * exact:.3g} %"
+    return holds, False, f"{yes(holds)}: {shares}"
+
+
+def _errors(found: "AccurateResult") -> str:
+    where = zip(("over the box", "beside edges"), (found.uniform, found.beside), strict=True)
+    errors = [
+        f"{e.largest:.2g} at {e.points - e.by_exact_map} states {place} ({e.over or 'none'} over the tolerance)"
+        for place, e in where
+    ]
+    share = f"the exact map is used on {found.strips.report.exact_share:.2g} of the area"
+    return f"{yes(found.met)}: largest error {' and '.join(errors)}; {share}"
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The regions of the final partition."""
+    if result.partition is None:
+        return
+    error = "largest error of " + ", ".join(f"{name}'" for name in result.system.coordinates)
+    rows = []
+    for row in result.partition.table():
+        largest, share = " ".join(f"{value:.2g}" for value in row.max_error), f"{100 * row.share:.3g} %"
+        rows.append((row.name, row.role, row.word, share, row.order, str(row.terms), largest, row.became.partition(":")[0]))
+    yield Table("Partition", ("region", "role", "word", "share", "order", "terms", error, ""), tuple(rows))
+
+
+PARTITION = Section[Partition](
+    key="partition",
+    type=Partition | None,
+    stored=Stored,
+    holds={
+        "reduced.adaptive.accurate": ("AccurateResult",),
+        "reduced.adaptive.validate": ("HeldOut",),
+        "reduced.partition.result": ("LogRow", "PartitionResult"),
+        "reduced.partition.spec": ("Partition",),
+        "reduced.adaptive.slabs": ("Slab",),
+        "reduced.validation.speed": ("Speed",),
+        "reduced.adaptive.kernel": ("Tables",),
+        "reduced.adaptive.surrogate": ("StripReport", "Strips"),
+    },
+    stands_for=_stands_for,
+    claims={"tolerance": ("partition",)},
+    needs=_needs,
+    check=_check,
+    calls=lambda spec: ("composite",),
+    compute=_compute,
+    describe=_describe,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)

@@ -1,0 +1,87 @@
+"""The section `second_iterate`: the second iterate of the piece of one domain."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel
+
+from nsmaps.errors import NsmapsError
+from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.study.reading.values import ATTRACTING, SPEC
+from nsmaps.study.sections.base import Need, Section
+from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
+
+if TYPE_CHECKING:
+    from nsmaps.study.sections.base import Plan, Study, StudyResult
+    from nsmaps.symbolic.curve_iterates import SecondIterate
+
+
+class SecondIterateSection(BaseModel):
+    """The second iterate of the piece of one domain, between the bounds of its last auxiliary maps (eq. seconditerativev)."""
+
+    model_config = SPEC
+    domain: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Again:
+    """The fields of a result, recomputed from the coefficients of the piece when a run is read."""
+
+    second_iterate: "SecondIterate | None" = None
+
+
+def _needs(spec: SecondIterateSection) -> Iterator[Need]:
+    yield ("second_iterate",), "'second_iterate'", "domains"
+
+
+def _check(spec: SecondIterateSection, study: "Study") -> None:
+    fitted = [piece.name for piece in study.composite if piece.reset is None]
+    of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
+    study.source.known(("second_iterate", "domain"), spec.domain, of_pieces, "domain of a fitted piece")
+
+
+def _compute(spec: SecondIterateSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    with plan.study.source.located(("second_iterate",)):
+        return _again(result)
+
+
+def _again(result: "StudyResult") -> dict[str, Any]:
+    """The second iterate of the first coordinate, between the last bounds of the second (eq. seconditerativev)."""
+    from nsmaps.symbolic.curve_iterates import second_iterate
+
+    name = result.study.second_iterate.domain
+    piece = next(domain.map for domain in result.study.domains if domain.name == name)
+    polymap = attracting_of(result.partition) if result.partition and piece == ATTRACTING else None
+    if isinstance(polymap, CompositeMap):
+        count = len(polymap.pieces)
+        raise NsmapsError(f"the second iterate is of one piece, and {count} are attracting; expected: a domain of one of them")
+    if polymap is None:
+        assert result.composite is not None
+        polymap = result.composite.piece(piece).map
+    low, high = result.domains[name].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
+    return {"second_iterate": second_iterate(polymap, float(low), float(high))}
+
+
+def _describe(spec: SecondIterateSection, study: "Study") -> str:
+    return f"of the domain {spec.domain}"
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    iterate = result.second_iterate
+    if iterate is None:
+        return {}
+    return {"second_iterate": {"expr": str(iterate.expr), "alpha": [float(value) for value in iterate.alpha]}}
+
+
+SECOND_ITERATE = Section[SecondIterateSection](
+    key="second_iterate",
+    type=SecondIterateSection | None,
+    stored=Again,
+    again=_again,
+    needs=_needs,
+    check=_check,
+    compute=_compute,
+    describe=_describe,
+    numbers=_numbers,
+)

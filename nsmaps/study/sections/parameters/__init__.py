@@ -1,0 +1,1 @@
+"""Sections that vary parameters: diagrams, branches, stability and exponents."""

@@ -1,0 +1,205 @@
+"""The section `bifurcation`: attractors of maps over a parameter."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.parameters import map_name
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.texts import each_text, returns_text
+from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
+from nsmaps.study.reading.values import Range
+from nsmaps.study.sections.base import Need, Section, Table, Verdict
+from nsmaps.study.sections.maps.composite import pieces_size, refit
+from nsmaps.study.sections.maps.surfaces import grid_size
+from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, motions, widest
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.windows import Border, Window
+    from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.reduced.composite.composite import CompositeMap
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+ROWS = 12  #: largest number of intervals in a table, per map
+
+
+class BifurcationSection(Range):
+    """Attractors over a parameter, of the `exact` map and of the `composite` map refitted at each value."""
+
+    was: ClassVar = {"of": "map", "follow": "direction", "transient": "discard"}
+    start: dict[str, Number]
+    discard: int = Field(2000, ge=0)
+    returns: int = Field(60, ge=1)  #: stored, after those discarded
+    direction: Literal["up", "down", "both"] | None = None
+    map: tuple[Literal["exact", "composite"], ...] = ("exact",)
+
+    @model_validator(mode="after")
+    def _of_some(self) -> Self:
+        if not self.map:
+            raise ValueError("'map' names no map; expected: 'exact', 'composite' or both")
+        return self
+
+    @property
+    def ways(self) -> int:
+        """The number of passes through the values."""
+        return 2 if self.direction == "both" else 1
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for bifurcation diagrams."""
+
+    bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite
+    windows: "dict[str, tuple[Window, ...]]" = field(default_factory=dict)  #: the same: the widest intervals of one motion
+
+
+def _needs(spec: BifurcationSection) -> Iterator[Need]:
+    if "composite" in spec.map:
+        yield ("bifurcation", "map"), "the bifurcation of the composite map", "composite"
+
+
+def _check(spec: BifurcationSection, study: "Study") -> None:
+    if study.partition and "composite" in spec.map:
+        text = "a partition is of one value of the parameter; expected: 'exact', or 'composite' pieces, refitted at every value"
+        raise study.source.error(("bifurcation", "map"), text)
+
+
+def _bind(spec: BifurcationSection, binding: "Binding") -> Floats:
+    binding.some_values(("bifurcation",), spec)
+    return binding.start(("bifurcation", "start"), spec.start)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Refitted:
+    """The composite map over a parameter, refitted at each value, as a `map_of` that can be pickled."""
+
+    plan: "Plan"
+    system_at: Along
+
+    def __call__(self, value: float) -> "CompositeMap":
+        return refit(self.plan, self.system_at(value))[0]
+
+
+def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The attractors over a parameter, of the exact map and of the composite map, which is refitted at each value."""
+    from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+    from nsmaps.dynamics.diagrams.windows import windows
+
+    values, start = np.linspace(spec.low, spec.high, spec.points), plan.bound["bifurcation"]
+    how = spec.returns, spec.discard, spec.direction
+    system_at = Along(plan.system, spec.parameter)
+    maps: dict[str, tuple[Callable[[float], ReturnMap], int | None]] = {
+        "exact": (system_at, None),
+        "composite": (_Refitted(plan, system_at), 1),  # one value per part: the fit takes longer than the returns
+    }
+    with plan.study.source.located(("bifurcation",)):
+        diagrams, borders = {}, {}
+        for k, of in enumerate(spec.map):
+            map_of, part = maps[of]
+            jobs = replace(plan.portion(k, len(spec.map), of), part=part)
+            diagrams[of] = bifurcation(map_of, values, start, *how, jobs=jobs)
+            borders[of] = windows(diagrams[of], map_of, start, *how[1:])
+        return {"bifurcation": diagrams, "windows": borders}
+
+
+def _describe(spec: BifurcationSection, study: "Study") -> str:
+    returns = spec.points * spec.ways * (spec.discard + spec.returns) * len(spec.map)
+    return f"{each_text(spec)} of {' and '.join(spec.map)}; {returns_text(returns)}"
+
+
+def _size(spec: BifurcationSection, study: "Study", system: "ImpactSystem") -> Size:
+    values = float(spec.points * spec.ways)
+    one = Size(VALUE + RETURN * (spec.discard + 5 * spec.returns), COPIES * STORED * spec.returns)
+    refitted = Size(seconds=grid_size(study).seconds + pieces_size(study).seconds)
+    return one.times(values * len(spec.map)) + refitted.times(values if "composite" in spec.map else 0)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    found = {of: _diagram(diagram) | _borders(result.windows.get(of, ())) for of, diagram in result.bifurcation.items()}
+    return {"bifurcation": found} if found else {}
+
+
+def _borders(found: "tuple[Window, ...]") -> dict[str, Any]:
+    """The widest windows with their borders, with the precision and the kind of each."""
+    return {"windows": [{"label": each.label, "low": _border(each.low), "high": _border(each.high)} for each in found]}
+
+
+def _border(border: "Border") -> dict[str, Any]:
+    return {"value": border.value, "precision": border.precision, "kind": border.kind}
+
+
+def _diagram(diagram: "Bifurcation") -> dict[str, Any]:
+    """The intervals of each motion of the first orbit, the number of orbits that ended, and coexisting attractors."""
+    spans, beside = attractors(diagram)
+    found = {"attractors": spans, "coexisting": beside} if spans else {}
+    return {"ended": int((~diagram.held).sum()), "motions": motions(diagram)} | found
+
+
+def missing(name: str, of: str, count: int, all: str, reason: str) -> Verdict:
+    """The failed verdict on a sweep with values at which there is no map."""
+    return Verdict(f"{name}: a map at every value", of, False, False, f"no: none at {count} of {all}; {reason}")
+
+
+def missing_values(name: str, of: str, reasons: tuple[str, ...]) -> Iterator[Verdict]:
+    """The same from the reasons, one per value and empty where there is a map; no verdict if all are empty."""
+    given = [reason for reason in reasons if reason]
+    if given:
+        yield missing(name, of, len(given), f"{len(reasons)} values", given[0])
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    for of, diagram in result.bifurcation.items():
+        yield from missing_values(f"bifurcation {of}", map_name(result.system, of), diagram.reasons)
+    for of, diagram in result.bifurcation.items():
+        yield from _ended(of, map_name(result.system, of), diagram)
+
+
+def _ended(of: str, name: str, diagram: "Bifurcation") -> Iterator[Verdict]:
+    """The failed verdict on a sweep in which orbits ended, with the most frequent reason."""
+    lost = ~diagram.held & np.array([[not reason] for reason in diagram.reasons])
+    if lost.any():
+        outcome = Outcome(int(np.bincount(diagram.outcome[lost]).argmax()))
+        why = "A polynomial overflows." if of == "composite" and outcome == Outcome.escaped else outcome.advice
+        text = f"no: an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
+        yield Verdict(f"bifurcation {of}: orbit completes at every parameter value", name, False, False, text)
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The motions of each map and their intervals of the parameter, the widest ones."""
+    section = result.study.bifurcation
+    if section is None or not result.bifurcation:
+        return
+    every = {label for diagram in result.bifurcation.values() for label in diagram.labels.ravel().tolist()}
+    chaos = f"C: no period up to {section.returns // 2} returns: chaos, a longer period, or a transient that has not ended."
+    notes = [chaos] if any(label.endswith("C") for label in every) else []
+    listed: list[tuple[str, ...]] = []
+    for of, diagram in result.bifurcation.items():
+        rows, more, largest = widest(diagram, ROWS)
+        listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
+        each = f"{largest} values" if largest > 1 else "one value"
+        notes += [f"Of the {map_name(result.system, of)} there are {more} more intervals, of at most {each}."] if more else []
+    yield Table("Motions", ("map", "motion", f"{section.parameter} from", "to", "values"), tuple(listed), tuple(notes))
+
+
+BIFURCATION = Section[BifurcationSection](
+    key="bifurcation",
+    type=BifurcationSection | None,
+    stored=Stored,
+    holds={"dynamics.diagrams.bifurcation": ("Bifurcation",), "dynamics.diagrams.windows": ("Window", "Border")},
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)

@@ -1,0 +1,252 @@
+"""The section `branches`: periodic orbits of the exact map followed in a parameter, with their events."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import floor, log10
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.continuation.events import DOUBLING
+from nsmaps.dynamics.continuation.follow import CLOSED
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.progress import beat
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.texts import yes
+from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
+from nsmaps.study.reading.values import SPEC, Name, in_order
+from nsmaps.study.sections.base import Section, Table, Verdict
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.continuation.branch import Branch
+    from nsmaps.dynamics.continuation.events import Event
+    from nsmaps.dynamics.periodic import PeriodicOrbit
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
+Way = Literal["up", "down"]
+REACHED = ("the range ends", CLOSED)  #: first words of `ended` of a branch that reached the end of its range
+REPEATS = 1e-6  #: largest relative difference of states at which a cycle is one of a shorter period
+
+
+class BranchSection(BaseModel):
+    """A branch of periodic orbits of the exact map in one parameter, from the orbit near a state."""
+
+    model_config = SPEC
+    was: ClassVar = {"toward": "direction"}
+    name: Name
+    parameter: str
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    start: dict[str, Number]
+    at: Number | None = None  #: value of the parameter at the start; that of the study if omitted
+    period: int = Field(1, ge=1)  #: in returns
+    direction: Literal["up", "down", "both"] = "both"
+    doublings: int = Field(0, ge=0, le=12)
+    step: Number = Field(0.02, gt=1e-8, le=1)
+    events: tuple[Located, ...] = ("period doubling", "fold", "branch point", "Neimark-Sacker")
+    _in_order = model_validator(mode="after")(in_order)
+
+    @model_validator(mode="after")
+    def _located(self) -> Self:
+        if self.doublings and "period doubling" not in self.events:
+            raise ValueError("'doublings' requires the event 'period doubling'; expected: 'period doubling' among 'events'")
+        return self
+
+    def value(self, parameters: Mapping[str, float]) -> float:
+        """Start value of the parameter `parameter` in a system with the given parameters."""
+        return parameters[self.parameter] if self.at is None else self.at
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The range of the parameter."""
+        return self.low, self.high
+
+    @property
+    def ways(self) -> tuple[Way, ...]:
+        """The directions in which it is followed, one branch each."""
+        return ("up", "down") if self.direction == "both" else (self.direction,)
+
+
+Branches = tuple[BranchSection, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for branches."""
+
+    branches: "dict[str, tuple[Branch, ...]]" = field(default_factory=dict)  #: by name: one per direction, then doubled cycles
+
+
+def _check(spec: Branches, study: "Study") -> None:
+    study.once("branches", [branch.name for branch in spec])
+
+
+def _bind(spec: Branches, binding: "Binding") -> tuple[Floats, ...]:
+    """The starts, each of shape (n,)."""
+    return tuple(_start(number, section, binding) for number, section in enumerate(spec))
+
+
+def _start(number: int, section: BranchSection, binding: "Binding") -> Floats:
+    """The start of a branch; raises StudyError unless the parameter is in its range and valid."""
+    source, loc, name = binding.study.source, ("branches", number), section.parameter
+    source.known((*loc, "parameter"), name, binding.system.parameters, "parameter")
+    value = section.value(binding.system.parameters)
+    if not section.low <= value <= section.high:
+        text = f"{name} = {value:g} is not from {section.low:g} to {section.high:g}; expected: 'at' within the range"
+        raise source.error(loc if section.at is None else (*loc, "at"), text)
+    binding.check_value(loc, name, value, "at")
+    return binding.start((*loc, "start"), section.start)
+
+
+def _compute(spec: Branches, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The branches by name: one per direction, then those of doubled cycles."""
+    found = {}
+    for number, section in enumerate(spec):
+        with plan.study.source.located(("branches", number)):
+            found[section.name] = _followed(plan, section, cycle_of(plan, number))
+        beat((number + 1) / len(spec))
+    return {"branches": found}
+
+
+def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
+    """The cycle near the start of a branch, or the last iterate of Newton's method if it does not converge."""
+    from nsmaps.dynamics.periodic import periodic_orbit
+
+    section = plan.study.branches[number]
+    there = plan.system.at(**{section.parameter: section.value(plan.system.parameters)})
+    return periodic_orbit(there, plan.bound["branches"][number], section.period)
+
+
+def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "tuple[Branch, ...]":
+    """The branch of a cycle in each direction and those of its doublings; a branch without orbits if there is no cycle."""
+    from nsmaps.dynamics.continuation.branch import Branch
+    from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
+    from nsmaps.dynamics.motion import periods
+
+    value, map_of = section.value(plan.system.parameters), Along(plan.system, section.parameter)
+    about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
+    branches: list[Branch] = []
+    for way in section.ways:
+        branches.append(continue_branch(map_of, orbit, value, direction=way, **about))
+        if not len(branches[0].parameter):
+            return (branches[0],)
+        if branches[0].ended == CLOSED:  # the other direction has the same orbits
+            break
+    first = branches[0].orbits[0]
+    twice = np.tile(first.states, (2, 1)), np.tile(first.returns.codes, 2)
+    least = int(periods(*twice, plan.system.coordinates, REPEATS * plan.system.coordinates.magnitudes(first.states)))
+    if least < section.period:
+        reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
+        return (Branch.empty(orbit, reason),)
+    doubled = [doublings_of(map_of, branch, max_doublings=section.doublings - 1, **about) for branch in branches]
+    return tuple(branch for some in (branches, *doubled) for branch in some)
+
+
+def _describe(spec: Branches, study: "Study") -> str:
+    return ", ".join(f"{entry.name} ({entry.parameter} from {entry.low:g} to {entry.high:g})" for entry in spec)
+
+
+def _size(spec: Branches, study: "Study", system: "ImpactSystem") -> Size:
+    """Points per branch by its longest step; the cycles of a doubled one have twice the period."""
+    found = Size()
+    for section in spec:
+        points = len(section.ways) * 2 / section.step
+        for doubled in range(section.doublings + 1):
+            period = float(section.period) * 2**doubled
+            found += Size(POINT + 20 * DERIVED * period, COPIES * STORED * period).times(points)
+    return found
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    return {"branches": {name: _entry(entry) for name, entry in result.branches.items()}} if result.branches else {}
+
+
+def _entry(entry: "Sequence[Branch]") -> dict[str, Any]:
+    """The ends of each branch of an entry with their reasons, and the events on all of them."""
+    parts, events = [], []
+    for branch in entry:
+        low, high = branch.parameter[[0, -1]].tolist() if len(branch.parameter) else (None, None)
+        parts.append({"period": branch.period, "orbits": len(branch.parameter), "from": low, "to": high, "ended": branch.ended})
+        events += [_event(event) for event in branch.events]
+    return {"parts": parts, "events": events}
+
+
+def _event(event: "Event") -> dict[str, Any]:
+    about = {name: getattr(event, name) for name in ("kind", "parameter", "precision", "detail")}
+    return {"label": event.orbit.label, "value": _known(event)} | about
+
+
+def _known(event: "Event") -> str:
+    """The parameter of an event to the digits that are known."""
+    return f"{event.parameter:.{min(max(-floor(log10(event.precision)), 0), 15)}f}"
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    """Whether each branch reached the ends of its range, and all requested doublings were found."""
+    for section in result.study.branches:
+        entry = result.branches.get(section.name)
+        if entry is None:
+            continue
+        first = [branch for branch in entry if branch.period == section.period]
+        holds = all(branch.ended.startswith(REACHED) for branch in first)
+        ends = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
+        text = f"{yes(holds)}: {ends if len(first[0].parameter) else first[0].ended}"
+        name = f"branch {section.name}"
+        yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
+        if section.doublings:
+            yield Verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
+
+
+def _end(branch: "Branch") -> str:
+    """The reason why a branch ended, with its place if it is an event."""
+    last = branch.events[-1] if branch.events else None
+    if last is None or last.kind != branch.ended:
+        return branch.ended
+    return ", ".join(filter(None, (f"{last.kind} at {last.parameter:.9g}", _about(last))))
+
+
+def _about(event: "Event") -> str:
+    """What is known of an event beyond its kind."""
+    return ", ".join(filter(None, (event.detail, event.border)))
+
+
+def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[bool, bool, str]:
+    """Whether all requested successive doublings were found: confirmed, not required, text."""
+    found = {branch: branch.of_kind(DOUBLING)[0] for branch in branches if branch.of_kind(DOUBLING)}
+    asked = section.doublings * max(sum(branch.period == section.period for branch in found), 1)
+    at = ", ".join(f"{event.parameter:.8g}" for event in found.values())
+    if len(found) == asked:
+        return True, False, f"yes: at {at}"
+    return False, False, f"no: {len(found)} of {asked}{at and f', at {at}'}; then: {branches[-1].ended}"
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The events on the branches, to the known digits."""
+    names = {section.name: section.parameter for section in result.study.branches}
+    rows = [
+        (name, event.orbit.label, event.kind, f"{names[name]} = {_known(event)}", f"{event.precision:.1g}", _about(event))
+        for name, entry in result.branches.items()
+        for branch in entry
+        for event in branch.events
+    ]
+    yield Table("Events on branches", ("branch", "motion", "event", "parameter", "precision", ""), tuple(rows))
+
+
+BRANCHES = Section[Branches](
+    key="branches",
+    type=Branches,
+    default=(),
+    stored=Stored,
+    holds={"dynamics.continuation.events": ("Event",), "dynamics.continuation.branch": ("Branch",)},
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)

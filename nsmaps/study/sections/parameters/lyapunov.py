@@ -1,0 +1,144 @@
+"""The section `lyapunov`: Lyapunov exponents of the exact map over a parameter."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.texts import each_text, plain, returns_text
+from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
+from nsmaps.study.reading.values import Range
+from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.parameters.bifurcation import missing_values
+from nsmaps.study.sections.parameters.motions import Row
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.lyapunov import LyapunovSweep
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+ROWS = 12  #: largest number of intervals in a table
+SURE = 2.0  #: standard errors from zero, beyond which an exponent has a sign
+SIGNS = {1: "above zero", -1: "below zero", 0: "not distinguished from zero", None: "none: no map, or the orbit ends"}
+
+
+class LyapunovSection(Range):
+    """Lyapunov exponents of the exact map over a parameter."""
+
+    was: ClassVar = {"follow": "direction", "transient": "discard"}
+    start: dict[str, Number]
+    returns: int = Field(10_000, ge=32)  #: averaged over, after those discarded
+    discard: int = Field(1000, ge=0)
+    direction: Literal["up", "down"] | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for Lyapunov exponents."""
+
+    lyapunov: "LyapunovSweep | None" = None
+
+
+def _bind(spec: LyapunovSection, binding: "Binding") -> Floats:
+    binding.some_values(("lyapunov",), spec)
+    return binding.start(("lyapunov", "start"), spec.start)
+
+
+def _compute(spec: LyapunovSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    from nsmaps.dynamics.lyapunov import lyapunov_sweep
+
+    values = np.linspace(spec.low, spec.high, spec.points)
+    along, how = Along(plan.system, spec.parameter), (spec.returns, spec.discard, spec.direction)
+    with plan.study.source.located(("lyapunov",)):
+        return {"lyapunov": lyapunov_sweep(along, values, plan.bound["lyapunov"], *how, jobs=plan.jobs)}
+
+
+def _describe(spec: LyapunovSection, study: "Study") -> str:
+    return f"{each_text(spec)}; {returns_text(spec.points * (spec.discard + spec.returns))} with derivatives"
+
+
+def _size(spec: LyapunovSection, study: "Study", system: "ImpactSystem") -> Size:
+    return Size(VALUE + DERIVED * (spec.discard + spec.returns), COPIES * STATE).times(spec.points)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """Exponents and their errors at each value, per return and per unit of time."""
+    sweep = result.lyapunov
+    if sweep is None:
+        return {}
+    names = "exponents", "error", "per_time", "per_time_error"
+    defect = sweep.at.defect[np.isfinite(sweep.at.defect)]
+    worst = float(defect.max()) if defect.size else None
+    rows = {name: plain(getattr(sweep.at, name)) for name in names}
+    return {"lyapunov": {"values": sweep.values.tolist(), **rows, "largest_defect": worst}}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    if result.lyapunov is not None:
+        yield from missing_values("lyapunov", result.system.map_name, result.lyapunov.reasons)
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The intervals over which the largest exponent has one sign, those with most values."""
+    sweep, section = result.lyapunov, result.study.lyapunov
+    if sweep is None or section is None:
+        return
+    rows = exponent_rows(sweep)
+    widest = sorted(sorted(range(len(rows)), key=lambda k: -rows[k]["values"])[:ROWS])
+    listed = [
+        (row["sign"], f"{row['from']:.9g}", f"{row['to']:.9g}", str(row["values"]), row["exponent"])
+        for row in (rows[k] for k in widest)
+    ]
+    more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
+    note = f"Above zero: nearby orbits diverge, as in chaos. Decided at two standard errors, of {sweep.at.returns} returns.{more}"
+    heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
+    yield Table(f"Lyapunov exponents of the {result.system.map_name}", heads, tuple(listed), (note,))
+
+
+def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:
+    """The intervals over which the largest exponent has one sign, ascending: `sign`, `from`, `to`, `values`, `exponent`.
+
+    A sign is that of more than two standard errors; `exponent` is the range of the largest one, per return.
+    """
+    order = np.argsort(sweep.values, kind="stable")
+    values, largest, error = sweep.values[order], sweep.at.exponents[order, ..., 0].ravel(), sweep.at.error[order, ..., 0].ravel()
+    signs = [_sign(value, wide) for value, wide in zip(largest.tolist(), error.tolist(), strict=True)]
+    rows = list[Row]()
+    for sign, run in groupby(range(len(signs)), key=signs.__getitem__):
+        own = list(run)
+        about = {"sign": SIGNS[sign], "from": float(values[own[0]]), "to": float(values[own[-1]]), "values": len(own)}
+        rows.append(about | {"exponent": _range(largest[own])})
+    return rows
+
+
+def _sign(value: float, error: float) -> int | None:
+    if np.isnan(value):
+        return None
+    return 0 if abs(value) <= SURE * error else 1 if value > 0 else -1
+
+
+def _range(values: Floats) -> str:
+    if not len(values) or np.isnan(values).all():
+        return ""
+    ends = [f"{end:.3g}" for end in (values.min(), values.max())]
+    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
+
+
+LYAPUNOV = Section[LyapunovSection](
+    key="lyapunov",
+    type=LyapunovSection | None,
+    stored=Stored,
+    holds={"dynamics.lyapunov": ("Lyapunov", "LyapunovSweep")},
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)

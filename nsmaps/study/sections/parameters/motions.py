@@ -1,0 +1,106 @@
+"""Bifurcation diagrams in words: motions with their intervals of the parameter, and coexisting motions."""
+
+from collections.abc import Sequence
+from itertools import groupby
+from math import ceil, log10
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.exact.systems.parameters import map_name
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from nsmaps.dynamics.attractors.coexistence import Coexistence
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.study.result import StudyResult
+
+NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
+Row = dict[str, Any]
+
+
+def motions(diagram: "Bifurcation") -> list[Row]:
+    """The intervals of each motion of the first orbit, in the order of the values."""
+    pairs = zip(diagram.labels[:, 0].tolist(), diagram.values.tolist(), strict=True)
+    runs = [(label, [value for _, value in run]) for label, run in groupby(pairs, key=itemgetter(0))]
+    return [{"label": label, "from": held[0], "to": held[-1]} for label, held in runs]
+
+
+def attractors(diagram: "Bifurcation") -> tuple[list[Row], list[Row]]:
+    """The intervals of each attractor under each of its names, and of coexisting ones; both empty for a single orbit."""
+    from nsmaps.dynamics.attractors.coexistence import coexistence
+
+    if diagram.held.shape[1] < 2:
+        return [], []
+    found = coexistence([diagram])
+    spans = [{"attractor": span.attractor, "label": span.label, "from": span.low, "to": span.high} for span in found.spans]
+    return spans, _beside(found)
+
+
+def _beside(found: "Coexistence") -> list[Row]:
+    """The intervals of neighbouring values at which attractors of the same names coexist."""
+    rows = []
+    for names, run in groupby(zip(map(_names, found.attractor, found.labels), found.values.tolist(), strict=True), itemgetter(0)):
+        values = [value for _, value in run]
+        if len(names) > 1:
+            row = {"motion": names[0], "beside": " and ".join(names[1:]), "from": values[0], "to": values[-1]}
+            rows.append(row | {"values": len(values)})
+    return rows
+
+
+def _names(numbers: "NDArray[np.int64]", labels: "NDArray[np.str_]") -> list[str]:
+    """The sorted names of the attractors at one value, one for each attractor."""
+    named = dict(zip(numbers.tolist(), labels.tolist(), strict=True))
+    return sorted(label or NONE for number, label in named.items() if number >= 0)
+
+
+def widest(diagram: "Bifurcation", max_rows: int) -> tuple[list[Row], int, int]:
+    """The intervals with most values, with their number `values`; the number of omitted intervals.
+
+    The third result is the largest number of values of an omitted interval.
+    """
+    rows = attractors(diagram)[0] or motions(diagram)
+    counts = [
+        int(((diagram.values >= min(ends)) & (diagram.values <= max(ends))).sum()) for ends in map(itemgetter("from", "to"), rows)
+    ]
+    order = sorted(range(len(rows)), key=lambda k: -counts[k])
+    kept = [rows[k] | {"values": counts[k]} for k in sorted(order[:max_rows])]
+    return kept, len(rows) - len(kept), max((counts[k] for k in order[max_rows:]), default=0)
+
+
+def coexisting(result: "StudyResult") -> str:
+    """A sentence for each map on its coexisting motions and their intervals; empty if there are none."""
+    sentences = []
+    for of, diagram in result.bifurcation.items():
+        rows = sorted(attractors(diagram)[1], key=itemgetter("motion", "beside"))
+        found = [_places(result, diagram, list(alike)) for _, alike in groupby(rows, itemgetter("motion", "beside"))]
+        text = f"Attractors of the {map_name(result.system, of)} coexist: {'; '.join(found)}"
+        if any(name.endswith("C") for row in rows for name in (row["motion"], row["beside"])):
+            text += f" (C: no period up to {diagram.states.shape[2] // 2} returns, chaos or a long transient)"
+        sentences += [f"{text}."] if rows else []
+    return " ".join(sentences)
+
+
+def _places(result: "StudyResult", diagram: "Bifurcation", rows: list[Row]) -> str:
+    """The interval over which the same motions coexist, or the number of values and their range."""
+    ends = {"from": min(row["from"] for row in rows), "to": max(row["to"] for row in rows)}
+    where = interval(result, diagram, ends)
+    if len(rows) > 1:
+        where = f"at {sum(row['values'] for row in rows)} values {where}"
+    return f"{rows[0]['motion']} beside {rows[0]['beside']} {where}"
+
+
+def interval(result: "StudyResult", diagram: "Bifurcation", row: Row) -> str:
+    """The ends of an interval, to the digits by which neighbouring values differ: `for d from 0.225 to 0.2275`."""
+    name = result.study.bifurcation.parameter if result.study.bifurcation else ""
+    low, high = digits([row["from"], row["to"]], diagram)
+    return f"for {name} from {low} to {high}" if low != high else f"at {name} = {low}"
+
+
+def digits(values: Sequence[float], diagram: "Bifurcation") -> list[str]:
+    """Values of the parameter to one digit beyond that by which neighbouring ones differ."""
+    steps = np.diff(np.unique(diagram.values))
+    places = max(ceil(-log10(steps.min())) + 1, 0) if len(steps) else 15
+    return [f"{round(value, places):.12g}" for value in values]

@@ -1,0 +1,1 @@
+"""Sections of sets of states: attracting domains, Morse sets, exit times."""

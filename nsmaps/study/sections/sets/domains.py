@@ -1,0 +1,219 @@
+"""The section `domains`: attracting domains, each of one map from one start box."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from nsmaps.arrays import Floats
+from nsmaps.errors import NsmapsError
+from nsmaps.progress import Progress
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.reduced.fit.polyfit import unwrapped
+from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.study.conclusions.diagnostics import elsewhere, on_domain
+from nsmaps.study.conclusions.texts import finite, intervals
+from nsmaps.study.estimates import UPDATE, Size
+from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
+from nsmaps.study.sections.base import Need, Section, Verdict, claimed
+from nsmaps.study.sections.maps.diagonal import near_diagonals
+from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.auxiliary.worst_case_limits import TwoCycle
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+
+class DomainSection(BaseModel):
+    """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
+
+    model_config = SPEC
+    was: ClassVar = {"trapped": "forward_invariant", "settled": "converged"}
+    name: Name
+    map: str
+    box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
+    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
+    updates: int = Field(11, ge=1)
+    grow: bool = False  #: start from the smallest box around this one that the map maps into itself
+    require: tuple[Literal["forward_invariant", "converged"], ...] = ()
+
+
+Domains = tuple[DomainSection, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for domains."""
+
+    domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
+
+
+def _needs(spec: Domains) -> Iterator[Need]:
+    for number, domain in enumerate(spec):
+        if domain.box == DIAGONAL:
+            yield ("domains", number, "box"), f"the start box of the domain {domain.name!r}", "diagonal"
+
+
+def _check(spec: Domains, study: "Study") -> None:
+    study.once("domains", [domain.name for domain in spec])
+    fitted = [piece.name for piece in study.composite if piece.reset is None]
+    maps = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
+    for number, domain in enumerate(spec):
+        if not is_of_partition(study, domain.map):
+            study.source.known(("domains", number, "map"), domain.map, ["exact", *maps, *fitted], "map")
+
+
+def _bind(spec: Domains, binding: "Binding") -> dict[str, Box]:
+    """The given start boxes, by the name of the domain."""
+    given = ((k, domain.name, domain.box) for k, domain in enumerate(spec))
+    return {name: binding.box(("domains", k, "box"), box) for k, name, box in given if not isinstance(box, str)}
+
+
+def _compute(spec: Domains, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The attracting domains, each of the map that the study names for it."""
+    domains = {}
+    for number, section in enumerate(spec):
+        with plan.study.source.located(("domains", number)):
+            progress = plan.portion(number, len(spec)).progress
+            domains[section.name] = _domain_of(plan, result, section, progress)
+    return {"domains": domains}
+
+
+def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, progress: Progress | None) -> "AttractingDomain":
+    """The attracting domain of an entry, of the map that it names."""
+    pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
+    maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
+    if plan.study.partition is not None:
+        if result.partition is not None:
+            maps[ATTRACTING] = attracting_of(result.partition)
+        if section.map not in maps:
+            raise NsmapsError(f"the partition has no piece {section.map!r}; expected: {', '.join(maps)}")
+    printed = [piece.name for piece in plan.study.composite if piece.polynomial]
+    kind = "printed" if section.map in printed else "fitted"
+    of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
+    return _bounded(plan, section, maps[section.map], _start_box(plan, result, section), of, progress)
+
+
+def _start_box(plan: "Plan", result: "StudyResult", section: DomainSection) -> tuple[Floats, Floats | None]:
+    """The start box of a domain, shape (n, 2): given, or the hull of the states near the diagonals, with the nearest state."""
+    boxes: dict[str, Box] = plan.bound["domains"]
+    if section.name in boxes:
+        return boxes[section.name].array, None
+    near, box = near_diagonals(plan, result.surfaces[plan.study.diagonal.family])
+    (surface,) = near.values()
+    start, image = unwrapped(surface)
+    return box.array, start[np.argmin(np.abs((image - start) / np.ptp(box.array, axis=1)).max(axis=1))]
+
+
+def _bounded(
+    plan: "Plan",
+    section: DomainSection,
+    map: Any,
+    start: tuple[Floats, Floats | None],
+    of: str,
+    progress: Progress | None,
+) -> "AttractingDomain":
+    """The domain; one whose bounds are inflated by the held-out error of its map is an estimate for the exact map."""
+    from nsmaps.auxiliary.attracting_domain import attracting_domain
+    from nsmaps.auxiliary.bounds import held_out_error
+
+    box, around = start
+    how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around, "progress": progress}
+    if section.bounds == "inflated" and isinstance(map, PolyMap):
+        how |= {"error": held_out_error(map, plan.system, box), "of": f"exact map, by {of}"}
+    return attracting_domain(map, box, section.updates, **how)
+
+
+def _describe(spec: Domains, study: "Study") -> str:
+    return ", ".join(f"{each.name} (map {each.map}, {each.updates} updates)" for each in spec)
+
+
+def _size(spec: Domains, study: "Study", system: "ImpactSystem") -> Size:
+    """The size of all updates; most domains converge earlier."""
+    of_pieces = {piece.name for piece in study.composite}
+    each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.updates for d in spec]
+    return Size(sum(each), 1e5 * float(sum(d.updates for d in spec)))
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}} if result.domains else {}
+
+
+def _domain(domain: "AttractingDomain") -> dict[str, Any]:
+    return {
+        "of": domain.of,
+        "boxes": [[finite(side) for side in box] for box in domain.boxes],
+        "forward_invariant": bool(domain.forward_invariant),
+        "converged": bool(domain.converged),
+        "status": domain.status,
+        "reason": domain.reason,
+        "two_cycle": [finite(pair) for pair in domain.two_cycle],
+        "part": list(domain.part),
+        "envelopes": [[envelope.kind for envelope in update.envelopes] for update in domain.updates],
+        "cycles": [_cycle(cycle) for cycle in domain.cycles],
+    }
+
+
+def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
+    """p and q of one coordinate by both methods, their largest difference, and their accuracy."""
+    difference, accuracy = finite([np.abs(cycle.iterated - cycle.roots).max(), cycle.accuracy])
+    p_and_q = {"iterated": finite(cycle.iterated), "roots": finite(cycle.roots), "slope": finite([cycle.slope])[0]}
+    found = {"stable": cycle.stable, "agree": cycle.agree, "difference": difference, "accuracy": accuracy}
+    return {"coordinate": str(cycle.coordinate), **p_and_q, **found}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    for section in result.study.domains:
+        domain = result.domains.get(section.name)
+        if domain is not None:
+            yield _verdict(section, domain, "forward_invariant", domain.forward_invariant, trapped_text(result, section, domain))
+            yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
+
+
+def _verdict(section: DomainSection, domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
+    return claimed(section, claim, f"domain {section.name}: {claim.replace('_', ' ')}", domain.of, holds, text)
+
+
+def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:
+    """The reason why a box is forward invariant, or possible reasons why it is not."""
+    if domain.forward_invariant:
+        reason = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
+        return f"yes: {reason}{elsewhere(result, domain)}"
+    return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
+
+
+def _settled(domain: "AttractingDomain") -> str:
+    if not domain.forward_invariant:
+        return f"no: the box is not forward invariant ({domain.status})"
+    if not domain.converged:
+        return f"no: {domain.reason} ({domain.status})"
+    sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
+    box = intervals(domain.coordinates, domain.boxes[-1])
+    parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
+    return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
+
+
+DOMAINS = Section[Domains](
+    key="domains",
+    type=Domains,
+    default=(),
+    stored=Stored,
+    holds={
+        "auxiliary.attracting_domain": ("AttractingDomain",),
+        "auxiliary.envelope": ("Envelope",),
+        "auxiliary.worst_case_limits": ("TwoCycle",),
+        "auxiliary.worst_case": ("Update",),
+    },
+    needs=_needs,
+    check=_check,
+    bind=_bind,
+    calls=lambda spec: ("boxes",) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in spec) else (),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)

@@ -1,0 +1,95 @@
+"""The section `morse`: a cover of the invariant sets of the exact map in a window, by enclosure."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from pydantic import BaseModel, Field
+
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.conclusions.texts import intervals, yes
+from nsmaps.study.estimates import Size, cover_size
+from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.sections.base import Section, Verdict, claimed
+
+if TYPE_CHECKING:
+    from nsmaps.cells.morse_sets import MorseCover, Trap
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+
+class MorseSection(BaseModel):
+    """A cover of the invariant sets of the exact map in a window by cells, which are halved `depth` times."""
+
+    model_config = SPEC
+    was: ClassVar = {"trapped": "forward_invariant"}
+    box: Bounds
+    depth: int = Field(4, ge=0, le=12)
+    cells: int = Field(8, ge=1)  #: per axis, on the first level
+    require: tuple[Literal["forward_invariant"], ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for cover."""
+
+    morse: "MorseCover | None" = None  #: of the invariant sets in the window, by enclosure of the exact map
+    trap: "Trap | None" = None  #: the closed set around its first minimal component
+
+
+def _bind(spec: MorseSection, binding: "Binding") -> Box:
+    return binding.box(("morse", "box"), spec.box)
+
+
+def _compute(spec: MorseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
+    from nsmaps.cells.morse_sets import morse_sets, trap
+
+    with plan.study.source.located(("morse",)):
+        window = plan.bound["morse"].array
+        cover = morse_sets(plan.system, window, spec.depth, spec.cells, progress=plan.jobs.progress)
+    return {"morse": cover, "trap": trap(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
+
+
+def _describe(spec: MorseSection, study: "Study") -> str:
+    return f"{spec.cells} cells an axis, halved {spec.depth} times"
+
+
+def _size(spec: MorseSection, study: "Study", system: "ImpactSystem") -> Size:
+    return cover_size(spec.cells, len(system.coordinates), spec.depth)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """The hulls of the components, the graph of transitions between them, and the minimal components."""
+    cover = result.morse
+    if cover is None:
+        return {}
+    cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
+    edges, minimal = cover.edges.tolist(), list(cover.minimal)
+    return {"morse": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    section, cover, held = result.study.morse, result.morse, result.trap
+    if section is None or cover is None:
+        return
+    text = "no orbit stays in the window"
+    if held is not None:
+        hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
+        text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
+    holds = held is not None and held.forward_invariant
+    yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
+
+
+MORSE = Section[MorseSection](
+    key="morse",
+    type=MorseSection | None,
+    stored=Stored,
+    holds={"cells.morse_sets": ("Level", "MorseCover", "Trap")},
+    bind=_bind,
+    calls=lambda spec: ("boxes",),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+)
