@@ -53,10 +53,9 @@ def export(
     piece: Annotated[str | None, typer.Option(help="The piece of `--iterate`; needed if there are several.")] = None,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Write the maps and closed forms of a run in another language; maps without a closed form are reported."""
+    """Write the maps and closed forms of a run in another language, in c and julia the exact map too; others are reported."""
     import nsmaps
-    from nsmaps.exports.exportables import held_by
-    from nsmaps.exports.write import export_iterate
+    from nsmaps.exports.write import export_iterate, left_out
     from nsmaps.study.store.run_folder import listed
 
     place = out or folder / "export"
@@ -66,7 +65,7 @@ def export(
         result = nsmaps.read_result(folder, installed_only=installed_only)
         with listed(folder, place) as beside:
             files = export_iterate(result, iterate, piece, to, beside) if iterate else nsmaps.export(result, to, beside)
-        left = () if iterate else held_by(result).skipped
+        left = [] if iterate else left_out(result, to)
     typer.echo("\n".join(str(place / name) for name in files))
     for line in left:
         say(f"not written: {line}", err=True)

@@ -21,6 +21,7 @@ from nsmaps.symbolic.map_iterates import iterate
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
+PROGRAMS = ("c", "julia")  #: languages in which the first return of an exact system is written
 ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, ImpactSystem, HybridSystem, the result of a study"
 
 
@@ -34,7 +35,8 @@ def export(
 
     Args:
         result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap or StudyResult; for latex also an
-            ImpactSystem or a HybridSystem.
+            ImpactSystem or a HybridSystem; for c and julia an ImpactSystem whose flights are in closed form: its first return at
+            its parameters.
         format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too), "javascript"
             (for a page or node) or "json".
         path: a folder to write the files into, which is made if it is not there.
@@ -45,8 +47,9 @@ def export(
         The text of the file, or texts by file name where there are several, as of "c" or of a study's result.
 
     Raises:
-        NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, or a region that only python
-            knows.
+        NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, a region that only python
+            knows, or a system whose exact map is none of a table: with modes, with flights that are integrated, or with an impact
+            law that C has no function for.
 
     Examples:
         >>> import nsmaps
@@ -101,16 +104,14 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
         near = identifiers([name])[0]
         raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
     if isinstance(result, ImpactSystem | HybridSystem):
-        if format != "latex":
-            raise NsmapsError(f"an exact system as {format!r}: its map is implicit; expected: 'latex'")
-        return _equations(result, name)
+        return _of_system(result, format, name)
     if isinstance(result, Exportable):
         return write(result, name or kind_of(result).replace(" ", "_"), ())
     if not is_finished(result):
         raise NsmapsError(f"a {type(result).__name__} cannot be exported; expected: {ACCEPTED}")
     if name is not None:
         raise NsmapsError(f"the name {name!r} for all that a result holds; expected: none, or one of its maps with a name")
-    files = _equations(result.system) if format == "latex" else {}
+    files = {} if _unwritten(result.system, format) else _of_system(result.system, format)
     for each in held_by(result).files:
         files |= write(each.map, each.name, each.about)
     if not files:
@@ -121,6 +122,32 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
     return files
 
 
-def _equations(system: ImpactSystem | HybridSystem, name: str | None = None) -> dict[str, str]:
-    """The document of an exact system, by file name."""
-    return mode_files(system, name) if isinstance(system, HybridSystem) else system_files(system, name)
+def left_out(result: "StudyResult", format: str) -> list[str]:
+    """What a study's result holds that is not written in a language, each with the reason."""
+    why = _unwritten(result.system, format) if format in PROGRAMS else ""
+    return [*held_by(result).skipped, *([f"the exact map: {why}"] if why else [])]
+
+
+def _of_system(system: ImpactSystem | HybridSystem, format: str, name: str | None = None) -> dict[str, str]:
+    """The equations of an exact system, or its first return as a program, by file name."""
+    if why := _unwritten(system, format):
+        raise NsmapsError(
+            f"{type(system).__name__} as {format!r}: {why}; expected: latex, or c and julia of flights in closed form"
+        )
+    if format == "latex":
+        return mode_files(system, name) if isinstance(system, HybridSystem) else system_files(system, name)
+    from nsmaps.exports.engine.program import first_return_files
+
+    assert isinstance(system, ImpactSystem)
+    return first_return_files(system, format, name or identifiers([type(system).__name__.lower()])[0])
+
+
+def _unwritten(system: ImpactSystem | HybridSystem, format: str) -> str:
+    """The reason why an exact system cannot be written in a language, or no text."""
+    if format == "latex":
+        return ""
+    if format not in PROGRAMS:
+        return "its map is implicit"
+    if isinstance(system, HybridSystem):
+        return "it has modes, which have an engine of their own"
+    return "its flights are integrated" if system.flight() == "acceleration" else ""

@@ -56,8 +56,8 @@ def test_errors_name_what_is_accepted():
         nsmaps.export(plane, "pyton")
     with pytest.raises(NsmapsError, match="a dict cannot be exported; expected: PolyMap, CompositeMap"):
         nsmaps.export({}, "c")
-    with pytest.raises(NsmapsError, match="an exact system as 'c': its map is implicit; expected: 'latex'"):
-        nsmaps.export(toys.BouncingBall(a=0.3), "c")
+    with pytest.raises(NsmapsError, match="BouncingBall as 'matlab': its map is implicit; expected: latex, or c and julia of"):
+        nsmaps.export(toys.BouncingBall(a=0.3), "matlab")
     with pytest.raises(NsmapsError, match=r"the coefficients have symbols: b_0, .*expected: numbers, as by at"):
         nsmaps.export(second_iterate(Full(degrees={"v": 3, "phi": 2})), "c")
     with pytest.raises(NsmapsError, match="the map has no piece"):
@@ -134,8 +134,9 @@ def test_a_result_is_all_its_maps_and_closed_envelopes():
     assert namespace["first_v_upper"]([[0.7]])[0, 0] == pytest.approx(expected, abs=1e-15)
     nothing = SimpleNamespace(**{**vars(result), "composite": None, "parametric": None, "second_iterate": None})
     nothing.study = SimpleNamespace(name="nothing", title="", domains=[])
-    with pytest.raises(NsmapsError, match="nothing that can be written as 'c'"):
-        nsmaps.export(nothing, "c")
+    with pytest.raises(NsmapsError, match="nothing that can be written as 'matlab'"):
+        nsmaps.export(nothing, "matlab")
+    assert sorted(nsmaps.export(nothing, "c")) == ["bouncingball.c", "bouncingball.h"]
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,198 @@
+"""The exact first return as a program: C is compiled and run, Julia run where it is, and as Python everywhere."""
+
+import ctypes
+import re
+import shutil
+import subprocess
+from types import SimpleNamespace
+
+import as_python
+import numpy as np
+import pytest
+import sympy as sp
+import toys
+
+import nsmaps
+import nsmaps.plugins
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.flows.formulas import V
+from nsmaps.exact.words import encode
+from nsmaps.exports.engine.laws import law_texts
+
+STRICT = ["-O2", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
+pytestmark = gcc
+
+
+class Return(ctypes.Structure):
+    _fields_ = (
+        ("outcome", ctypes.c_int),
+        ("image", ctypes.c_double * 2),
+        ("turns", ctypes.c_int64),
+        ("time", ctypes.c_double),
+        ("code", ctypes.c_int64),
+        ("derivative", ctypes.c_double * 4),
+    )
+
+
+def compiled(system, folder, name="exact"):
+    """The program of a system as a library."""
+    nsmaps.export(system, "c", folder, name=name)
+    subprocess.run(["gcc", *STRICT, "-shared", "-fPIC", f"{name}.c", "-o", f"{name}.so", "-lm"], cwd=folder, check=True)
+    library = ctypes.CDLL(str(folder / f"{name}.so"))
+    getattr(library, f"{name}_of").restype = Return
+    getattr(library, f"{name}_outcome").restype = ctypes.c_char_p
+    return library
+
+
+def pointer(array):
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def batch(library, states, name="exact"):
+    """Images, outcomes and codes of states."""
+    n = len(states)
+    images, outcomes, codes = np.empty((n, 2)), np.empty(n, np.intc), np.empty(n, np.int64)
+    library[f"{name}_batch"](ctypes.c_size_t(n), pointer(states), pointer(images), pointer(outcomes), pointer(codes))
+    return images, outcomes, codes
+
+
+def states_of(speed, n, slow=0.2):
+    """States over all phases, a share of them slow."""
+    rng = np.random.default_rng(7)
+    v = rng.uniform(0, speed, n)
+    v[: int(slow * n)] *= 10.0 ** rng.uniform(-12, 0, int(slow * n))
+    return np.column_stack([v, rng.uniform(-7, 7, n)])
+
+
+SYSTEMS = {
+    "vi_pair": (lambda: nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), 1.3, 100_000, {"returned"}),
+    "bouncing_ball": (lambda: nsmaps.load_system("bouncing_ball", Gamma=1.3, r=0.4), 3.0, 100_000, {"returned", "stuck"}),
+    "impact_oscillator": (
+        lambda: nsmaps.load_system("impact_oscillator", zeta=0.02, w=0.9, A=0.4, wall=-0.3),
+        2.0,
+        100_000,
+        {"returned", "stuck"},
+    ),
+    "no lift": (lambda: nsmaps.load_system("bouncing_ball", Gamma=0.6, r=0.4), 3.0, 5000, {"returned", "rests"}),
+    "no wall met": (lambda: nsmaps.load_system("impact_oscillator", zeta=0.02, w=0.9, A=0.1, wall=2.0), 3.0, 5000, {"escaped"}),
+    "curved law": (lambda: toys.DraggedBall(a=0.7), 3.0, 20_000, {"returned"}),
+    "two walls": (lambda: toys.Oscillator(zeta=0.1, w=2.2, gap=0.1), 3.0, 20_000, {"returned"}),
+    "equal rates": (lambda: toys.Oscillator(zeta=1, w=2.2, gap=0.1, damping="critical"), 3.0, 20_000, {"undecided"}),
+    "growing": (lambda: toys.Saddle(k=3.0), 3.0, 20_000, {"returned"}),
+}
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The library of a system by its name, compiled once."""
+    known = {}
+
+    def of(name):
+        if name not in known:
+            known[name] = compiled(SYSTEMS[name][0](), tmp_path_factory.mktemp("exact"))
+        return known[name]
+
+    return of
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_c_is_the_compiled_map(name, library):
+    """Every image to the last two bits, every outcome and every word."""
+    make, speed, n, expected = SYSTEMS[name]
+    states = np.concatenate([states_of(speed, n), [[-1, 0], [np.nan, 0], [1, 1e11], [0, 0], [0, 4], [1e-310, 2]]])
+    images, outcomes, codes = batch(library(name), states)
+    own = make().first_return(states)
+    assert outcomes.tolist() == own.outcome.tolist()
+    assert codes.tolist() == own.codes.tolist()
+    np.testing.assert_allclose(images, own.image, rtol=4e-16, atol=0)
+    assert expected <= {library(name).exact_outcome(int(each)).decode() for each in set(outcomes)}
+    for code in set(codes.tolist()):
+        text = ctypes.create_string_buffer(40)
+        length = library(name).exact_word(ctypes.c_int64(code), text, ctypes.c_size_t(40))
+        assert text.value.decode() == own.words[codes.tolist().index(code)]
+        assert length == len(text.value)
+
+
+@pytest.mark.parametrize("chatter", [0.0, np.inf])
+def test_c_sums_chatter_where_it_is_asked_to_and_gives_derivatives(chatter, library):
+    system = SYSTEMS["bouncing_ball"][0]()
+    states = states_of(0.5, 300)
+    own = system.first_return(states, derivative=True, chatter=chatter)
+    assert ("B~" in own.words) == (chatter > 0)
+    for k, state in enumerate(states):
+        got = library("bouncing_ball").exact_of(pointer(state.copy()), ctypes.c_double(chatter), ctypes.c_bool(True))
+        assert [got.outcome, got.code, got.turns] == [own.outcome[k], own.codes[k], own.turns[k, 1]]
+        np.testing.assert_allclose([*got.image, got.time], [*own.image[k], own.time[k]], rtol=4e-16)
+        np.testing.assert_allclose(got.derivative, own.derivative[k].ravel(), rtol=4e-16)
+
+
+def test_c_against_50_digits(pair, reference, tmp_path):
+    """Grazing and slow states of the references, one program for each d: no digits but those of the compiled map are lost."""
+    rows = [row for row in reference("hard_returns") + reference("first_returns") if row["r"] == 0.5 and row["beta"] == "pi/3"]
+    for d in (0.26, 0.35):
+        own = [row for row in rows if row["d"] == d]
+        states = np.array([[row["v"], row["phi"]] for row in own])
+        images, _, codes = batch(compiled(pair(d), tmp_path, f"pair{round(100 * d)}"), states, f"pair{round(100 * d)}")
+        assert codes.tolist() == [encode(row["word"], ("B", "T")) for row in own]
+        error = np.abs(images - [[float(row["v1"]), float(row["phi1"])] for row in own])
+        assert np.median(error) < 1e-15
+        assert {row["kind"] for row in own if "kind" in row} >= {"graze"}
+        near = np.array([abs(row["eps"]) if "eps" in row else 1.0 for row in own])
+        assert (error.max(axis=1) < 1e-13 / np.sqrt(near)).all()
+
+
+@pytest.mark.parametrize("name", ["vi_pair", "bouncing_ball", "curved law", "equal rates", "growing"])
+def test_julia_as_python(name):
+    """The text of the module by rules of its own, not by those that wrote it: the same images, outcomes and words."""
+    make, speed, _, _ = SYSTEMS[name]
+    system, states = make(), states_of(speed, 60, 0.5)
+    names = as_python.run(nsmaps.export(system, "julia", name="exact"))
+    own = system.first_return(states)
+    got = [names["first_return"](names["Flow"](names["NUMBERS"], [0.0] * 99), *state, 1e-12, False) for state in states.tolist()]
+    assert [each[0] for each in got] == own.outcome.tolist()
+    assert [each[5] for each in got] == own.codes.tolist()
+    np.testing.assert_allclose([each[1:3] for each in got], own.image, rtol=4e-16)
+
+
+@pytest.mark.skipif(not shutil.which("julia"), reason="julia is not here, so the Julia was run as Python only")
+def test_julia(tmp_path):
+    system, states = SYSTEMS["vi_pair"][0](), states_of(1.3, 1000)
+    nsmaps.export(system, "julia", tmp_path, name="exact")
+    states.tofile(tmp_path / "states.bin")
+    program = (
+        'include("exact.jl"); x = reshape(reinterpret(Float64, read("states.bin")), 2, :);'
+        "for k in axes(x, 2) r = Exact.exact(x[:, k]; derivative=true);"
+        'println(join([r.image; vec(r.derivative\')], " "), " ", Exact.word(r.code)) end'
+    )
+    told = subprocess.run(["julia", "-e", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+    rows = [line.split() for line in told.stdout.splitlines()]
+    own = system.first_return(states, derivative=True)
+    assert [row[-1] for row in rows] == own.words.tolist()
+    numbers = np.array([[float(x) for x in row[:-1]] for row in rows])
+    np.testing.assert_allclose(numbers[:, :2], own.image, rtol=1e-14)
+    np.testing.assert_allclose(numbers[:, 2:], own.derivative.reshape(-1, 4), rtol=1e-10)
+
+
+@pytest.mark.parametrize("format", ["c", "julia"])
+def test_what_cannot_be_written_is_refused_by_name(format):
+    ones = {name: dict.fromkeys(nsmaps.plugins.system_class(name).parameter_names(), 0.5) for name in ("soft_impact", "duffing")}
+    with pytest.raises(NsmapsError, match=f"SoftImpact as '{format}': it has modes, .*; expected: latex, or c and julia of"):
+        nsmaps.export(nsmaps.load_system("soft_impact", **ones["soft_impact"]), format)
+    with pytest.raises(NsmapsError, match=f"DuffingStop as '{format}': its flights are integrated"):
+        nsmaps.export(nsmaps.load_system("duffing", **ones["duffing"]), format)
+    with pytest.raises(NsmapsError, match="the name 'flight', by which the program would have flight twice"):
+        nsmaps.export(SYSTEMS["vi_pair"][0](), format, name="flight")
+
+
+def test_a_law_that_c_has_no_function_for_is_refused():
+    formulas = SimpleNamespace(symbols=(), laws=[sp.besselj(0, V)] * 2)
+    kernel = SimpleNamespace(table=np.zeros(40), formulas=formulas, system=SYSTEMS["curved law"][0]())
+    with pytest.raises(NsmapsError, match=r"the impact law besselj\(0, v\) of DraggedBall has a part that C has not: "):
+        law_texts(kernel, "p->table", 0)
+
+
+def test_a_header_says_how_it_is_called():
+    text = nsmaps.export(SYSTEMS["vi_pair"][0](), "c")["vipair.h"]
+    assert re.search(r"The exact first return of VIPair at d = 0\.35, r = 0\.5, g_bar = 0\.2113\.", text)
+    assert "0 returned, 1 stuck, 2 rests, 3 escaped, 4 undecided, 6 invalid" in text
