@@ -48,7 +48,7 @@ def export(
 
     Raises:
         NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, a region that only python
-            knows, or a system whose exact map is none of a table: with modes, with flights that are integrated, or with an impact
+            knows, or a system whose exact map has no table: with modes, with flights that are integrated, or with an impact
             law that C has no function for.
 
     Examples:

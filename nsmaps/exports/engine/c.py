@@ -93,12 +93,12 @@ class CPrinter(Printer):
             values = [f"{held}.m{k}" for k in range(len(target.elts))]
         else:
             values = self.handed(value.elts, map(self.kind_of, target.elts))
-            values = self.apart(target.elts, values)
+            values = self.beforehand(target.elts, values)
         for each, text in zip(target.elts, values, strict=True):
             if self.kind_of(each) is not None:
                 self.given(each, text)
 
-    def apart(self, targets: Sequence[Node], values: list[str]) -> list[str]:
+    def beforehand(self, targets: Sequence[Node], values: list[str]) -> list[str]:
         """Values that are read before the targets are written: by names of their own where one target stands in a later value."""
         kinds = [self.kind_of(each) for each in targets]
         texts = [self.value(each) if kind is not None else "_" for each, kind in zip(targets, kinds, strict=True)]

@@ -7,7 +7,7 @@ import sympy as sp
 from sympy.printing.c import C99CodePrinter
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.engine.layout import AT_PARAMETERS
+from nsmaps.exact.engine.flight.layout import AT_PARAMETERS
 from nsmaps.exact.flows.formulas import V
 from nsmaps.exact.flows.tables import is_linear
 from nsmaps.exact.kernel import Kernel

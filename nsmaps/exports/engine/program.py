@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.engine import layout
+from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.returns import first_return
 from nsmaps.exact.kernel import Kernel, closed_form_of
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.system import ImpactSystem
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
 from nsmaps.exports.engine.c import CPrinter
 from nsmaps.exports.engine.julia import JuliaPrinter
@@ -67,7 +67,7 @@ WRITERS: dict[str, Callable[[Kernel, str], dict[str, str]]] = {"c": _c_files, "j
 
 
 def _known(kernel: Kernel, name: str, printer: Printer, laws: Sequence[Any], entry: str, first: int = 0) -> dict[str, Any]:
-    """What the texts of both languages have to be told."""
+    """What the texts of both languages need."""
     printer.reach("first_return", first_return, ARGUMENTS)
     functions = "\n".join(printer.texts())
     if clash := {name, f"{name}_of", f"{name}_return", f"{name}_batch", f"{name}_word", f"{name}_outcome"} & set(
