@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
     from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
     from nsmaps.dynamics.lyapunov import lyapunov_sweep as lyapunov_sweep
+    from nsmaps.dynamics.manifolds.manifold import Manifold as Manifold
+    from nsmaps.dynamics.manifolds.manifold import manifold as manifold
     from nsmaps.dynamics.noise.orbits import Noise as Noise
     from nsmaps.dynamics.noise.orbits import noisy_orbits as noisy_orbits
     from nsmaps.dynamics.orbit import Orbit as Orbit
@@ -130,6 +132,7 @@ _PUBLIC = {
     "dynamics.attractors.distance": ("hausdorff",),
     "dynamics.iterated": ("Iterated",),
     "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "lyapunov"),
+    "dynamics.manifolds.manifold": ("Manifold", "manifold"),
     "dynamics.noise.orbits": ("Noise", "noisy_orbits"),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),

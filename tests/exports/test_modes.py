@@ -81,5 +81,7 @@ def test_derived_modes_events_and_section_are_stated():
 
 
 def test_other_languages_and_results():
-    with pytest.raises(NsmapsError, match="Belt as 'c': it has modes, .*; expected: latex, or c and julia of flights in closed form"):
+    with pytest.raises(
+        NsmapsError, match=r"Belt as 'c': it has modes, .*; expected: latex, or c and julia of flights in closed form"
+    ):
         nsmaps.export(SYSTEMS["belt"], "c")

@@ -1,0 +1,183 @@
+"""The stable or unstable manifold of a saddle of a planar return map, grown to an arclength."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from nsmaps.arrays import Floats, Ints, brief
+from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.dynamics.manifolds.growth import Growth, grown
+from nsmaps.dynamics.manifolds.local import LocalCurve, local_curve
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.systems.reversed import of_reversed, restitution, reversed_system, to_reversed
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.progress import shows
+
+REAL = 1e-9  #: share of a multiplier that the imaginary part of a real one does not exceed
+INVERSE = 1e-6  #: largest difference, in units of the scale, of a saddle from its image by the map and then by its inverse
+Which = Literal["unstable", "stable"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Manifold(WithCoordinates):
+    """One manifold of a saddle of q returns: two sides at each of its q states, N states in all, side after side."""
+
+    __repr__ = brief
+
+    coordinates: Coordinates
+    which: Which
+    saddle: Floats  #: shape (q, 2)
+    multiplier: float  #: of the saddle along the manifold, of q returns
+    states: Floats  #: shape (N, 2), angles in [0, 2 pi)
+    arclength: Floats  #: shape (N,), from the saddle along the side, in units of the scale; jumps have no length
+    side: Ints  #: shape (N,), from 0: sides 2 k and 2 k + 1 begin at state k of the saddle
+    piece: Ints  #: shape (N,), of the side, from 0: a curve without a jump
+    scale: Floats  #: shape (2,), units of arclength and gap: a radian of an angle, else the largest magnitude on the saddle
+    gap: float  #: largest distance of neighbours on a piece
+    error: float  #: the largest distance of the ends of the local curves from their images: an estimate of their error
+    ended: tuple[str, ...]  #: the reason why each side ends
+
+    @property
+    def lines(self) -> list[Floats]:
+        """The states of each piece, shape (K, 2), those of a side in order; angles continued, not wrapped."""
+        starts = np.flatnonzero((np.diff(self.side) != 0) | (np.diff(self.piece) != 0)) + 1
+        return [self._continued(part) for part in np.split(self.states, starts) if len(part)]
+
+    def _continued(self, states: Floats) -> Floats:
+        steps = self.coordinates.difference(states[1:], states[:-1])
+        return np.concatenate([states[:1], states[:1] + np.cumsum(steps, axis=0)])
+
+
+@shows
+def manifold(
+    map: ReturnMap,
+    orbit: PeriodicOrbit,
+    which: Which = "unstable",
+    length: float = 10.0,
+    gap: float = 0.02,
+    inverse: ReturnMap | None = None,
+    max_points: int = 100_000,
+) -> Manifold:
+    """The stable or unstable manifold of a saddle of a planar map, both sides at each state, to an arclength.
+
+    Neighbours on a piece are at most `gap` from each other. A manifold is cut where the map jumps: the word of a return changes
+    between two neighbours and both sides of the change, bisected to rounding, differ by more than a hundredth of the gap; or
+    neighbours of one word remain at a larger distance than `gap`. It is cut too where there is no image, and at states that
+    stick, of which all images are one. A jump and back between two neighbours of one word is missed.
+
+    The stable manifold is the unstable one of the inverse. An impact system with a restitution above zero on every wall has one:
+    the same system in reversed time. States that reach the saddle after a chatter or rest are not on it. Other maps need an
+    `inverse`.
+
+    Args:
+        map: with two coordinates.
+        orbit: a saddle: one multiplier within the unit circle, one beyond it.
+        which: "unstable" or "stable".
+        length: of each side, in units of the manifold's `scale`.
+        gap: largest distance of neighbours, in the same units.
+        inverse: the inverse of the map, for the stable manifold of a map other than an impact system.
+        max_points: largest number of states of a side.
+
+    Raises:
+        NsmapsError: not two coordinates, an orbit that is not a saddle, no inverse, or lengths that are not positive.
+    """
+    _check(map, orbit, which, length, gap, max_points)
+    scale = orbit.returns.coordinates.magnitudes(orbit.states)
+    grow = (length, gap, max_points)
+    if which == "unstable":
+        return _unstable(map, orbit, scale, *grow)
+    if inverse is not None:
+        found = _unstable(inverse, _reversed_orbit(inverse, orbit, orbit.states, scale), scale, *grow)
+        return _stable(found, orbit, found.states, scale)
+    if not isinstance(map, ImpactSystem):
+        raise NsmapsError(
+            f"the stable manifold of a {type(map).__name__} needs its inverse, which is not known; expected: `inverse`"
+        )
+    back = reversed_system(map)
+    base = restitution(map, map.letters[0])
+    unit = scale * [base, 1.0]
+    found = _unstable(back, _reversed_orbit(back, orbit, to_reversed(map, orbit.states), unit), unit, *grow)
+    return _stable(found, orbit, orbit.returns.coordinates.wrap(of_reversed(map, found.states)), scale)
+
+
+def _unstable(map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float, gap: float, max_points: int) -> Manifold:
+    """The unstable manifold, in a scale."""
+    sides = [(k, sign) for k in range(len(orbit.states)) for sign in (1.0, -1.0)]
+    curves = [_local(map, orbit, k, sign, scale) for k, sign in sides]
+    parts = [grown(Growth(map, curve, length, gap, max_points)) for curve in curves]
+    states, arclength, piece = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    side = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
+    error, ended = max(curve.error for curve in curves), tuple(part[3] for part in parts)
+    multiplier = float(orbit.multipliers[0].real)
+    coordinates = orbit.returns.coordinates
+    return Manifold(coordinates, "unstable", orbit.states, multiplier, states, arclength, side, piece, scale, gap, error, ended)
+
+
+def _local(map: ReturnMap, orbit: PeriodicOrbit, k: int, sign: float, scale: Floats) -> LocalCurve:
+    """The start of one side at the state k: of twice as many returns if one turns it over to the other side."""
+    assert orbit.returns.derivative is not None
+    product = np.eye(2)
+    for derivative in np.roll(orbit.returns.derivative, -k, axis=0):
+        product = derivative @ product
+    values, vectors = np.linalg.eig(product * scale / scale[:, None])
+    at = int(np.abs(values).argmax())
+    value, slope = float(values[at].real), vectors[:, at].real
+    slope = sign * slope / np.linalg.norm(slope) * np.copysign(1.0, slope[np.abs(slope).argmax()])
+    returns = len(orbit.states) * (1 if value > 0 else 2)
+    product, value = (product, value) if value > 0 else (product @ product, value**2)
+    return local_curve(map, orbit.states[k], product, returns, slope, value, scale)
+
+
+def _reversed_orbit(inverse: ReturnMap, orbit: PeriodicOrbit, states: Floats, scale: Floats) -> PeriodicOrbit:
+    """The saddle of the inverse; NsmapsError where it has none there."""
+    guess = np.roll(states[::-1], 1, axis=0)
+    found = periodic_orbit(inverse, Coordinates(inverse.coordinates).wrap(guess), len(states), scale=scale)
+    off = np.abs(found.returns.coordinates.difference(found.states, guess) / scale).max()
+    if not (found.converged and off <= INVERSE):
+        raise NsmapsError(f"the inverse does not lead back along the saddle {orbit.states.tolist()}; expected: the map's inverse")
+    return found
+
+
+def _stable(found: Manifold, orbit: PeriodicOrbit, states: Floats, scale: Floats) -> Manifold:
+    """The unstable manifold of the inverse as the stable one of the map, whose states k follow one another the other way."""
+    q = len(orbit.states)
+    names = found.side // 2, found.side % 2
+    side = 2 * ((q - names[0]) % q) + names[1]
+    order = np.argsort(side, kind="stable")
+    ended = [found.ended[2 * ((q - k // 2) % q) + k % 2] for k in range(2 * q)]
+    return Manifold(
+        found.coordinates,
+        "stable",
+        orbit.states,
+        float(orbit.multipliers[-1].real),
+        states[order],
+        found.arclength[order],
+        side[order],
+        found.piece[order],
+        scale,
+        found.gap,
+        found.error,
+        tuple(ended),
+    )
+
+
+def _check(map: ReturnMap, orbit: PeriodicOrbit, which: str, length: float, gap: float, max_points: int) -> None:
+    """Refuse what has no such manifold."""
+    n = len(map.coordinates)
+    if n != 2:
+        raise NsmapsError(f"the map has {n} coordinates; expected: two, in which a manifold of a saddle is a curve")
+    if which not in ("unstable", "stable"):
+        raise NsmapsError(f"the manifold is {which!r}; expected: 'unstable' or 'stable'")
+    if not (0 < gap < np.inf and 0 < length < np.inf and max_points >= 2):
+        raise NsmapsError(f"length {length:g}, gap {gap:g}, {max_points} states; expected: positive lengths, two states or more")
+    values = orbit.multipliers
+    real = (np.abs(values.imag) <= REAL * np.abs(values)).all()
+    if not (orbit.converged and real and abs(values[1]) < 1 - REAL < 1 + REAL < abs(values[0])):
+        shown = ", ".join(f"{value:.6g}" for value in values)
+        state = "" if orbit.converged else ", and it has not converged"
+        raise NsmapsError(
+            f"the orbit has the multipliers {shown}{state}; expected: a saddle, one below 1 and one above 1 in size"
+        )
