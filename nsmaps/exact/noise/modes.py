@@ -8,7 +8,7 @@ noise. Of flights on which only the noise acts, places and speeds at the ends ar
 import math
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, RETURNED, STUCK, UNDECIDED
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, velocity
 from nsmaps.exact.modes.march.resting import entered
@@ -23,14 +23,14 @@ PHASE, ETA, SINCE, ALOFT, NUMBERS = range(5)
 MODE, LAST, CODE, POWER, WHOLE, MADE, HITS, EVENTS, DOUBT, STEPS, FATE, COUNTS = range(12)
 
 
-@inlined
+@inner
 def loaded(z, n, h, first, q):
     """Write the noise over a step, the second derivative of a quintic, and its derivatives in units of the step."""
     _, c, d, e = q
     z[n - 4], z[n - 3], z[n - 2], z[n - 1] = first, 6.0 * c * h, 24.0 * d * h * h, 120.0 * e * h * h * h
 
 
-@inlined
+@inner
 def left_behind(p, mode, w):
     """Count anew how many of the first terms of each function are zero, but for rounding, some time after an event."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
@@ -42,7 +42,7 @@ def left_behind(p, mode, w):
             w.on[f] = k
 
 
-@inlined
+@inner
 def first_event(p, k):
     """The event with which a word begins after event k: the impact, where that is a release."""
     for j in range(len(p.contacts)):
@@ -53,7 +53,7 @@ def first_event(p, k):
     return k
 
 
-@inlined
+@inner
 def begun(p, k, run, count, found, w):
     """Begin the record of a return at an event, with a word of its letter."""
     image, tangent = found.states[count[MADE] + 1, 0], found.tangents[count[MADE], 0]
@@ -61,7 +61,7 @@ def begun(p, k, run, count, found, w):
     run[SINCE], run[ALOFT], count[EVENTS], count[DOUBT] = 0.0, 0.0, 0, 0
 
 
-@inlined
+@inner
 def returned(p, outcome, run, count, found, eta, w):
     """Write a return that has just ended, whose image is written."""
     i, n = count[MADE], p.first.shape[1] - 1
@@ -72,7 +72,7 @@ def returned(p, outcome, run, count, found, eta, w):
     count[WHOLE], count[MADE] = 0, i + 1
 
 
-@inlined
+@inner
 def noted(p, k, speed, run, count, hits):
     """Record an event with a letter in the list of impacts: the letter, the speed and the phase."""
     if k >= 0 and p.digit[k] > 0 and count[HITS] < len(hits):
@@ -80,7 +80,7 @@ def noted(p, k, speed, run, count, hits):
         count[HITS] += 1
 
 
-@inlined
+@inner
 def met_one(p, which, run, count, found, eta, hits, w):
     """Take the motion through an event, and to the next return if it ends one."""
     velocity(p, count[MODE], w.z, w.field)

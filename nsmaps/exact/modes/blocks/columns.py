@@ -5,7 +5,7 @@ Newton's method, and every other one by `sought` of `flight.py`, a column by its
 """
 
 from nsmaps.exact.engine.flight.remainders import wave
-from nsmaps.exact.engine.jit import fused, inlined, inner
+from nsmaps.exact.engine.jit import fused, inner
 from nsmaps.exact.modes.blocks.lanes import (
     BEND,
     CHANGES,
@@ -139,7 +139,7 @@ def screened(p, f, n, b, w):
         h[KIND + k] = (0 if ups == ORDER + 1.0 else 1 if one else 2) if sure else 2
 
 
-@inlined
+@inner
 def improved(n, t):
     """A step of Newton's method, or of bisection, in columns that have not arrived: how many then have not."""
     left = 0
@@ -190,7 +190,7 @@ def approached(p, f, n, b, w):
         h[KIND + k], t[GUESS + k] = 1 if sure else 2, t[X + i]
 
 
-@inlined
+@inner
 def loaded(p, k, b, w):
     """Write a column to the memory of a single motion."""
     h = b.h

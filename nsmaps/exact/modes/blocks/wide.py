@@ -6,7 +6,7 @@ All decisions at an event are those of `happens`; returns of many events, and of
 
 import math
 
-from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.modes.blocks.columns import AT_ONCE, moved, next_events, turned
 from nsmaps.exact.modes.blocks.lanes import (
     BATCH,
@@ -40,7 +40,7 @@ MOST = 64  # events, or longest steps, of a return in a block; more are rare
 LEFT = -2  # in place of an outcome: for `first_return`
 
 
-@inlined
+@inner
 def gathered(p, mode, n, o, b):
     """Write the last motions that wait in a mode to the columns of a block."""
     o.length[mode] -= n
@@ -52,14 +52,14 @@ def gathered(p, mode, n, o, b):
             b.z[j, k] = o.z[i, j]
 
 
-@inlined
+@inner
 def waits(o, mode, i):
     """Put a motion into the queue of a mode, or its place among those that are free."""
     o.queue[mode, o.length[mode]] = i
     o.length[mode] += 1
 
 
-@inlined
+@inner
 def goes_on(p, mode, k, image, tangent, o, b, w):
     """Take a column through its event, if it has one: its outcome, or GOES_ON, and the mode that follows."""
     i = b.h[MOTION + k]
@@ -92,7 +92,7 @@ def goes_on(p, mode, k, image, tangent, o, b, w):
     return outcome, mode
 
 
-@inlined
+@inner
 def launched(p, found, r, row, i, o, w):
     """Put a motion at its start into the queue of its mode; whether it is to be left to `first_return`."""
     k, phi = starting(p, found.states[r, row], w)

@@ -3,7 +3,7 @@
 import math
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, value
 from nsmaps.exact.modes.tables.taylor import (
     ORDER,
@@ -23,7 +23,7 @@ MOST_PIECES = 1_000_000  # Taylor series of one flight
 NO_FUNCTION = -1
 
 
-@inlined
+@inner
 def dot(row, z):
     """The value of a row, and the sum of the sizes of its terms."""
     total, size = 0.0, 0.0
@@ -34,7 +34,7 @@ def dot(row, z):
     return total, size
 
 
-@inlined
+@inner
 def velocity(p, mode, z, field):
     """Write dz/dt in the time unit of the mode."""
     n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode]
@@ -49,7 +49,7 @@ def velocity(p, mode, z, field):
         field[c], field[c + 1] = -m * turn * z[c + 1], m * turn * z[c]
 
 
-@inlined
+@inner
 def shift_waves(z, dz, dphi, n):
     """Write the derivatives of the waves of the phase by the directions."""
     for m in range(1, (len(z) - n - 1) // 2 + 1):
@@ -58,7 +58,7 @@ def shift_waves(z, dz, dphi, n):
             dz[c, k], dz[c + 1, k] = -m * z[c + 1] * dphi[k], m * z[c] * dphi[k]
 
 
-@inlined
+@inner
 def carried(p, mode, tau, w):
     """Carry derivatives by tau along the flow of a mode, which the parameters move."""
     n, width, turn = p.first.shape[1] - 1, len(w.z), w.moved.rate * p.steps[mode]
@@ -84,14 +84,14 @@ def carried(p, mode, tau, w):
             w.dz[j, c] = total
 
 
-@inlined
+@inner
 def followed(p, f, z, when, grown, w):
     """The first zero of a function up to a time, with all care: (is there one, where, is that doubtful); its series is given."""
     blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], z)[1]
     return first_zero(w.a, when, sized(p.left[f], z) * remaining(when) + blur, w.on[f] > 0)
 
 
-@inlined
+@inner
 def sought(p, f, when, grown, w):
     """The first zero of a function up to a time: (is there one, where, is that doubtful).
 
@@ -120,7 +120,7 @@ def sought(p, f, when, grown, w):
     return followed(p, f, z, when, grown, w)
 
 
-@inlined
+@inner
 def next_event(p, mode, grown, end, w):
     """The first function of a mode that is zero by `end`, a longest step at most: (which, -1 for none, when, whether doubtful).
 
@@ -145,7 +145,7 @@ def next_event(p, mode, grown, end, w):
     return which, when, doubtful
 
 
-@inlined
+@inner
 def saltation(p, mode, function, w):
     """Take derivatives at a fixed time to derivatives at the event."""
     shift_waves(w.z, w.dz, w.dphi, p.first.shape[1] - 1)
@@ -191,7 +191,7 @@ def minima(a, end, b):
     return least, number
 
 
-@inlined
+@inner
 def look_around(p, mode, tau, w):
     """Take note of the minima of the functions that are watched."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
@@ -203,14 +203,14 @@ def look_around(p, mode, tau, w):
         w.minima[f] += number
 
 
-@inlined
+@inner
 def within_turn(phi):
     """A phase that is not negative within a turn, and the whole turns."""
     more = math.floor(phi / TWO_PI) if phi >= TWO_PI else 0
     return (max(phi - more * TWO_PI, 0.0) if more > 0 else phi), more
 
 
-@inlined
+@inner
 def fly(p, mode, phi, until, w):
     """To the next event: (its function, -1 for none until a time or within the horizon; time; phase; whole turns; doubtful).
 

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.jit import inlined
+from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import TWO_PI, spell
 from nsmaps.exact.modes.march.flight import dot, velocity
 from nsmaps.exact.modes.march.section import allowed, enter
@@ -15,7 +15,7 @@ INSTANT = 1e-13  # of a turn of the forcing: a shorter contact is a release
 CHATTER, REST = 1, 2
 
 
-@inlined
+@inner
 def contact_after(p, impact, mode, w):
     """The transition by which contact may begin after an impact, -1 for none."""
     for j in range(len(p.contacts)):
@@ -24,7 +24,7 @@ def contact_after(p, impact, mode, w):
     return -1
 
 
-@inlined
+@inner
 def approach(p, k, w):
     """The speed towards the surface of an impact, before its reset; infinite for other events."""
     for j in range(len(p.contacts)):
@@ -33,7 +33,7 @@ def approach(p, k, w):
     return math.inf
 
 
-@inlined
+@inner
 def mark_of(p, k, j, mode, before, w):
     """The mark of the contact that begins at a state just after an impact: 0 for none, `CHATTER` or `REST`.
 
@@ -54,7 +54,7 @@ def mark_of(p, k, j, mode, before, w):
     return CHATTER if steady and slow else 0
 
 
-@inlined
+@inner
 def entered(p, k, with_reset, phi, w):
     """As `enter`, into lasting contact where it begins."""
     before = approach(p, k, w) if with_reset else 0.0
@@ -67,7 +67,7 @@ def entered(p, k, with_reset, phi, w):
     return mode
 
 
-@inlined
+@inner
 def marked(p, code, power, w):
     """The word with the mark of a contact that ends, the row of impacts before it as one; whether the contact had a duration."""
     unit = TWO_PI / p.rate if p.rate > 0.0 else p.steps[0]
@@ -82,7 +82,7 @@ def marked(p, code, power, w):
     return code, power, True
 
 
-@inlined
+@inner
 def in_a_row(digit, code, power, w):
     """Take note of a letter that was written."""
     if digit > 0 and digit != w.row[0]:

@@ -3,7 +3,7 @@
 import math
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.returns import (
     ENDLESS,
     INVALID,
@@ -26,13 +26,13 @@ MOST_EVENTS = 100_000  # of one return
 GOES_ON = -1  # in place of an outcome
 
 
-@inlined
+@inner
 def lengthened(base, digit, code, power):
     """A word with the letter of an event behind it, if it has one, and the place of the next letter."""
     return spell(code, power, base, digit, 1 if digit else 0)
 
 
-@inlined
+@inner
 def noted(p, which, mode, k, code, power, w):
     """The itinerary with the minima of a flight and the letter of the event behind it; margins are written."""
     velocity(p, mode, w.z, w.field)
@@ -45,7 +45,7 @@ def noted(p, which, mode, k, code, power, w):
     return lengthened(p.base + 2, p.digit[k], code, power)
 
 
-@inlined
+@inner
 def cleared(p, k, image, tangent, w):
     """Nothing is known yet: (code of the first letter, place of the next)."""
     for c in range(len(image)):
@@ -64,7 +64,7 @@ def cleared(p, k, image, tangent, w):
     return code, power
 
 
-@inlined
+@inner
 def arrived(p, phi, image, tangent, w):
     """Write the image and its derivatives."""
     for c in range(len(p.places)):
@@ -73,7 +73,7 @@ def arrived(p, phi, image, tangent, w):
             tangent[c, j] = w.dphi[j] if p.places[c] < 0 else w.dz[p.places[c], j]
 
 
-@inlined
+@inner
 def bounded(w):
     """Whether a state has not grown beyond the range of floats."""
     total = 0.0
@@ -82,7 +82,7 @@ def bounded(w):
     return total < math.inf
 
 
-@inlined
+@inner
 def met(p, mode, which, phi, code, power, image, tangent, w):
     """Take the state through an event, as `happens`, or through two."""
     if w.both[0] == NO_FUNCTION:
@@ -113,7 +113,7 @@ def one_met(p, mode, which, phi, code, power, image, tangent, w):
     return happens(p, mode, which, phi, code, power, image, tangent, w)
 
 
-@inlined
+@inner
 def happens(p, mode, which, phi, code, power, image, tangent, w):
     """Take the state through an event.
 
@@ -145,7 +145,7 @@ def happens(p, mode, which, phi, code, power, image, tangent, w):
     return REPELLING if repelled(p, mode, w) else GOES_ON, mode, code, power, doubtful, k
 
 
-@inlined
+@inner
 def settled(outcome, code, time, turns, doubtful):
     """A return that has ended, in the form of `first_return`."""
     if outcome in (RETURNED, STUCK, LOST):
@@ -204,7 +204,7 @@ def first_arrival(p, mode, state, phase, image, tangent, w):
     return outcome, code, time, more + turns
 
 
-@inlined
+@inner
 def put(p, found, r, k, ended, w):
     """Write how return number r of a motion ended, in a record that has its image."""
     outcome, found.codes[r, k], found.time[r, k], whole = ended

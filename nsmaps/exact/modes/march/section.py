@@ -3,14 +3,14 @@
 import math
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import inlined
+from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import reset_by
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.march.flight import dot, shift_waves, velocity
 from nsmaps.exact.modes.tables.taylor import ROUNDING, features
 
 
-@inlined
+@inner
 def allowed(p, k, z):
     """Whether the conditions of a transition hold, and whether one of them is zero but for rounding."""
     holds, doubtful = True, False
@@ -21,7 +21,7 @@ def allowed(p, k, z):
     return holds, doubtful
 
 
-@inlined
+@inner
 def picked(p, function, z):
     """The transition that takes place where a function is zero, -1 for none, and whether that is doubtful."""
     unsure = False
@@ -33,7 +33,7 @@ def picked(p, function, z):
     return -1, unsure
 
 
-@inlined
+@inner
 def away(p, transition, z):
     """How far a state is from one at which a transition takes place: its function is zero there, no other one is below it.
 
@@ -48,7 +48,7 @@ def away(p, transition, z):
     return far
 
 
-@inlined
+@inner
 def reset(p, k, phi, w):
     """Write the state just after a transition, and its derivatives; columns of `dz` are directions."""
     n, directions = p.first.shape[1] - 1, w.dz.shape[1]
@@ -71,7 +71,7 @@ def reset(p, k, phi, w):
             w.dz[i, c] = w.slopes[i, c]
 
 
-@inlined
+@inner
 def curved(p, k, w):
     """Take over what the compiled part of a reset has written."""
     n = p.first.shape[1] - 1
@@ -87,7 +87,7 @@ def curved(p, k, w):
                         w.slopes[i, c] += w.curved[i, n + 2 + j] * w.moved.parameters[j]
 
 
-@inlined
+@inner
 def repelled(p, mode, w):
     """Whether a state lies on a surface beside its mode, but for rounding, from which both fields lead away."""
     for s in range(len(p.surfaces)):
@@ -100,7 +100,7 @@ def repelled(p, mode, w):
     return False
 
 
-@inlined
+@inner
 def enter(p, k, with_reset, phi, w):
     """Take the state through a transition, whose reset may lie behind it: the mode that follows."""
     if with_reset:
@@ -110,7 +110,7 @@ def enter(p, k, with_reset, phi, w):
     return p.target[k]
 
 
-@inlined
+@inner
 def begun(p, row, phi, w):
     """Write the features at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain.
 
@@ -137,7 +137,7 @@ def begun(p, row, phi, w):
     return best
 
 
-@inlined
+@inner
 def phase_of(p, row):
     """The phase that coordinates give, within a turn, zero without one; NaN outside of the domain."""
     phi = 0.0
@@ -149,7 +149,7 @@ def phase_of(p, row):
     return phi - math.floor(phi / TWO_PI) * TWO_PI if abs(phi) <= MOST_PHASE else math.nan
 
 
-@inlined
+@inner
 def launch(p, start, row, w):
     """Write how the features at a start change with the coordinates."""
     n, width, directions = p.first.shape[1] - 1, len(w.z), w.dz.shape[1]
@@ -170,7 +170,7 @@ def launch(p, start, row, w):
                     w.dz[i, c] += p.states[start, i, j] * w.dz[j, c]
 
 
-@inlined
+@inner
 def launch_moved(p, start, row, w):
     """Write how the start changes with the parameters, at fixed coordinates."""
     n, width = p.first.shape[1] - 1, len(w.z)
@@ -186,7 +186,7 @@ def launch_moved(p, start, row, w):
         w.dz[i, 0], _ = dot(w.moved.states[start, i], w.other)
 
 
-@inlined
+@inner
 def starting(p, row, w):
     """The transition at the start, -1 for a row outside of the domain, and the phase within a turn; features are written."""
     phi = phase_of(p, row)

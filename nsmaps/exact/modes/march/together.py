@@ -1,6 +1,6 @@
 """Two guards that are met at once: whether the order of their events matters."""
 
-from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import reset_by
 from nsmaps.exact.modes.march.flight import dot, velocity
 from nsmaps.exact.modes.march.section import picked
@@ -10,7 +10,7 @@ NOWHERE = -2  # in place of a mode: no event takes place
 AT_ONCE = 16.0 * ROUNDING  # of the terms of a function that is zero
 
 
-@inlined
+@inner
 def just_after(p, k, phi, z, after, w):
     """Write the features just after a transition."""
     for j in range(len(z)):
@@ -26,7 +26,7 @@ def just_after(p, k, phi, z, after, w):
             after[i] = w.curved[i, 0] if p.curved[k, i] else after[i]
 
 
-@inlined
+@inner
 def same_function(p, function, mode):
     """The function that is watched in a mode and is the same as one of another mode, -1 for none."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
@@ -38,7 +38,7 @@ def same_function(p, function, mode):
     return -1
 
 
-@inlined
+@inner
 def due(p, function, mode, z, falling, w):
     """The function in a mode that is the same as one of another mode, if it is zero and falls, or else rises; -1 for none."""
     f = same_function(p, function, mode) if mode >= 0 else -1
@@ -68,7 +68,7 @@ def in_order(p, first, second, phi, after, w):
     return p.target[k]
 
 
-@inlined
+@inner
 def ends_return(p, function, other, w):
     """Whether the event of one function is that of the section, and that of the other would change the image."""
     k, m = picked(p, function, w.z)[0], picked(p, other, w.z)[0]

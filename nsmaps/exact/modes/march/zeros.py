@@ -5,7 +5,7 @@ The arguments are those of `nsmaps.exact.engine.march`, here for a Taylor series
 
 import math
 
-from nsmaps.exact.engine.jit import inlined, inner
+from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.march import INWARD, OUTWARD, careful_step, first_step, leave, look
 from nsmaps.exact.modes.tables.polynomials import BERNSTEIN
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, raised
@@ -14,7 +14,7 @@ MOST_STEPS = 10_000
 CLOSE = 2e-16  # of a zero: rounding
 
 
-@inlined
+@inner
 def with_rates(a, x):
     """A polynomial at x with its first three derivatives, and zeros for two more."""
     y, u, b, j = a[ORDER], 0.0, 0.0, 0.0
@@ -26,7 +26,7 @@ def with_rates(a, x):
     return y, u, 2.0 * b, 6.0 * j, 0.0, 0.0
 
 
-@inlined
+@inner
 def limits(a, x):
     """Bounds on the sizes of the second, third and fourth derivative over [0, x]."""
     snap, power = 0.0, 1.0
@@ -37,7 +37,7 @@ def limits(a, x):
     return (2.0 * abs(a[2]) + x * jerk) * OUTWARD, jerk * OUTWARD, snap * OUTWARD
 
 
-@inlined
+@inner
 def size_of(a, x):
     """The sum of the sizes of a polynomial's terms at x."""
     size = abs(a[ORDER])
@@ -46,7 +46,7 @@ def size_of(a, x):
     return size
 
 
-@inlined
+@inner
 def value(a, x):
     """A polynomial at x and its derivative."""
     y, u = a[ORDER], 0.0
@@ -56,7 +56,7 @@ def value(a, x):
     return y, u
 
 
-@inlined
+@inner
 def nearer(y, u, low, x, high, bend):
     """A step of Newton's method, or of bisection, to a zero between low and high: (low, next x, high, whether it is there).
 
@@ -69,7 +69,7 @@ def nearer(y, u, low, x, high, bend):
     return low, new, high, (newton and step * step * bend <= -CLOSE * new * u) or abs(new - x) <= CLOSE * new
 
 
-@inlined
+@inner
 def changes(b, on, error):
     """Changes of sign of a polynomial in (0, 1], by its coefficients in the basis of Bernstein: (0; 1; 2 for unknown; where).
 
@@ -96,7 +96,7 @@ def changes(b, on, error):
     return 2, least / ORDER if m > first and b[least] - zero < -error else 0.0
 
 
-@inlined
+@inner
 def narrowed(a, far, powers, b):
     """Write the coefficients of a polynomial over [0, far] in the basis of Bernstein."""
     raised(far, powers)
@@ -108,7 +108,7 @@ def narrowed(a, far, powers, b):
             b[i] += BERNSTEIN[k, i] * x
 
 
-@inlined
+@inner
 def summed(a, powers):
     """A polynomial at the place of these powers."""
     x, y, u, v = 0.0, 0.0, 0.0, 0.0
@@ -118,7 +118,7 @@ def summed(a, powers):
     return (x + y) + (u + v)
 
 
-@inlined
+@inner
 def differentiated(a, b):
     """Write the derivative of a polynomial."""
     for k in range(len(a) - 1):
@@ -149,7 +149,7 @@ def isolated(a, x, high, bend, w):
     return polish(a, 0.0, better if 0.0 < better < high else x, high, bend)
 
 
-@inlined
+@inner
 def seen(gap, s, end, error, jerk, snap):
     """At s: whether there surely is a zero before `end`, after about h; else a step h without one."""
     surely, h = look(False, gap[0] + error, 0.0, gap, jerk, snap)
@@ -158,7 +158,7 @@ def seen(gap, s, end, error, jerk, snap):
     return False, careful_step(False, max(gap[0] - error, 0.0), 0.0, gap, jerk, snap)
 
 
-@inlined
+@inner
 def begun(gap, end, error, on, jerk, snap):
     """As `seen`, at the start; with `on` the polynomial is zero there and rises."""
     if on:
@@ -169,13 +169,13 @@ def begun(gap, end, error, on, jerk, snap):
     return seen(gap, 0.0, end, error, jerk, snap)
 
 
-@inlined
+@inner
 def falls(a0, a1, a2, on):
     """Whether a polynomial is negative at the start, or with `on` falls from zero there."""
     return a0 < 0.0 or (on and (a1 < 0.0 or (a1 == 0.0 and a2 < 0.0)))
 
 
-@inlined
+@inner
 def stays_positive(lead, size, left):
     """Whether the first term that is not zero, at the end, surely outweighs all others on the way."""
     return 2.0 * lead - size > left + 2.0 * ROUNDING * size

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.jit import entry, inlined
+from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import bounded
@@ -12,7 +12,7 @@ from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
 
 
-@inlined
+@inner
 def followed_by(p, k, with_reset, phi, w):
     """As `entered`; no mode where the motion that follows is not unique."""
     mode = entered(p, k, with_reset, phi, w)

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.jit import inlined
+from nsmaps.exact.engine.jit import inner
 
 DOUBLINGS = 5
 ORDER = 2**DOUBLINGS - 2  # of the series
@@ -10,7 +10,7 @@ TERMS = ORDER + 2  # of arrays that hold it: full vectors of a processor
 ROUNDING = 1e-15  # a few units in the last place
 
 
-@inlined
+@inner
 def features(phi, z, n):
     """Write 1 and the waves of the phase behind the states."""
     z[n] = 1.0
@@ -18,7 +18,7 @@ def features(phi, z, n):
         z[n + 2 * m - 1], z[n + 2 * m] = math.cos(m * phi), math.sin(m * phi)
 
 
-@inlined
+@inner
 def next_term(p, mode, d, k):
     """Write the term k + 1 of the Taylor series of z, in the time unit of the mode, from the term k."""
     n, turn, share = p.first.shape[1] - 1, p.rate * p.steps[mode], 1.0 / (k + 1)
@@ -33,14 +33,14 @@ def next_term(p, mode, d, k):
         d[k + 1, c], d[k + 1, c + 1] = -m * turn * share * d[k, c + 1], m * turn * share * d[k, c]
 
 
-@inlined
+@inner
 def series(p, mode, d):
     """Write the terms of the Taylor series of z, of which the first is given: d[k] = z^(k)/k! up to k = ORDER + 1."""
     for k in range(ORDER + 1):
         next_term(p, mode, d, k)
 
 
-@inlined
+@inner
 def remaining(tau):
     """The power of a time by which what a series leaves out falls, ORDER + 1."""
     power = 1.0
@@ -49,7 +49,7 @@ def remaining(tau):
     return power
 
 
-@inlined
+@inner
 def weighed(rows, z, a):
     """Write the sum of rows, each times a feature."""
     for k in range(len(a)):
@@ -59,7 +59,7 @@ def weighed(rows, z, a):
             a[k] += rows[j, k] * z[j]
 
 
-@inlined
+@inner
 def sized(row, z):
     """The sum of the sizes of features, each times a weight."""
     total = 0.0
@@ -68,7 +68,7 @@ def sized(row, z):
     return total
 
 
-@inlined
+@inner
 def raised(x, powers):
     """Write the powers of x from the zeroth on."""
     powers[0], length = 1.0, 1
@@ -78,7 +78,7 @@ def raised(x, powers):
         x, length = x * x, 2 * length
 
 
-@inlined
+@inner
 def propagated(p, mode, tau, w):
     """Write the matrix by which states change within a time: of exp(Y step tau) less the unit matrix, the rows of states."""
     terms = p.propagators
@@ -90,7 +90,7 @@ def propagated(p, mode, tau, w):
             w.flow[i] = (more * tau + terms[mode, k + 1, i]) * tau + terms[mode, k, i]
 
 
-@inlined
+@inner
 def moved_on(w):
     """Change states by the matrix that `propagated` wrote, and their derivatives, unless parameters move the flow."""
     n, width = len(w.new), len(w.z)
