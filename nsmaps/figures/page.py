@@ -60,6 +60,7 @@ class Sheet:
             ax.set_title(fill(ax.get_title(), int(_LETTERS * each)))
             if len(self.panels) > 1:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
+            ax.title.set_y(1.0)  # which axes in space lower, into the picture
         if self.title:
             figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")
         _as_it_stands(figure)

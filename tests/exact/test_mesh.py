@@ -121,10 +121,26 @@ def test_a_plane_through_four_coordinates():
     assert areas(corners).sum() == pytest.approx(np.mean(surface.member) * 1.8 * 6, rel=0.05)
 
 
+def test_triangles_follow_the_walls_beside_grazes():
+    """The image of the middle of a triangle is near the mean of those of its corners, as the surface is not ribbed."""
+    system, _, found = made(PAIR, "BTB", (0.3, 0.0), (1.0, np.pi), 60)
+    corners, images = found.returns.start[found.triangles], found.returns.image[found.triangles]
+    exact = system.first_return(corners.mean(axis=1)).image
+    beside = (np.abs(exact - images.mean(axis=1)) / np.ptp(found.returns.image, axis=0)).max(axis=1)
+    assert areas(corners)[beside > 0.02].sum() < 1e-3 * areas(corners).sum()
+
+
+def test_no_triangle_joins_what_a_graze_parts_beside_the_end_of_its_border():
+    """Beside the border one smooth piece of the ball's map lies on both sides of a strip that is narrower than a cell."""
+    _, _, found = made(BALL, "BB", (0.01, 0.3), (0.4, 0.9), 40)
+    assert np.ptp(found.returns.image[:, 0]) > 1.4, "both sides are there"
+    assert np.ptp(found.returns.image[found.triangles], axis=1)[:, 0].max() < 0.2
+
+
 def test_a_surface_without_edges_is_its_grid():
-    _, surface, found = made(PAIR, "BTB", (0.7, 0.3), (0.8, 0.5), 5)
+    _, surface, found = made(PAIR, "BTB", (0.7, 0.3), (0.8, 0.5), 80)
     assert np.array_equal(found.returns.start, surface.start)
-    assert len(found.triangles) == 2 * 4 * 4
+    assert len(found.triangles) == 2 * 79 * 79
 
 
 def test_a_grid_along_one_coordinate_has_no_triangles():

@@ -158,7 +158,7 @@ def test_surfaces_have_every_member_at_its_image_and_end_at_the_edge(result, ax3
     } <= known
     (x, y), (u, v) = (np.moveaxis(drawn[facets.triangles][:, k, :2] - drawn[facets.triangles][:, 0, :2], 1, 0) for k in (1, 2))
     assert np.sum(x * v - y * u) / 2 == pytest.approx(0.9 * np.pi, rel=2e-4), "no hole but where three sheets meet"
-    assert ax3d.get_zlabel() == ("$v_{k+1}$", r"$\phi_{k+1}$")[index]
+    assert ax3d.get_title().startswith(("$v_{k+1}$", r"$\phi_{k+1}$")[index])
     assert legend_texts(ax3d) == ["BB", "BTB"]
 
 

@@ -13,6 +13,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import members, most_returns
+from nsmaps.exact.surfaces.refine import refined
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.words import decode
 
@@ -66,7 +67,8 @@ def mesh(system: "ImpactSystem", surface: Surface, family: "ReturnFamily", part:
 
     Cells whose corners lie on several smooth pieces of the map (`ImpactSystem.itineraries`) are divided into four. Between the
     corners of these the places where the piece changes are found by bisection, up to six on a side. If the image is continuous
-    there, as at births of turning points, both sides are one vertex. What lies between neighbours on one piece is not found.
+    there, as at births of turning points, both sides are one vertex. Triangles are divided where the surface bends, and left out
+    where it jumps between neighbours on one piece (`refined`); what else lies between these is not found.
 
     Args:
         surface: that of the family, over a plane of states; see `Axis.at`.
@@ -85,6 +87,7 @@ def mesh(system: "ImpactSystem", surface: Surface, family: "ReturnFamily", part:
     label = _labels(np.concatenate([lattice.key, pieces(pairs)]), outlines)
     fans = _fans(outlines, label), _fans(lattice.beside, np.zeros(len(states), int))
     triangles = same[np.concatenate([lattice.whole[:, [0, 1, 2]], lattice.whole[:, [0, 2, 3]], *fans])]
+    states, triangles = refined(pieces.members, pieces, states, triangles, np.arange(len(states)) >= len(lattice.states))
     used = np.zeros(len(states), bool)
     used[triangles] = True
     used[used], own = pieces.members(states[used])

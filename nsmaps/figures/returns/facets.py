@@ -11,10 +11,12 @@ from matplotlib.transforms import IdentityTransform
 from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from scipy.sparse import csr_array
 
 from nsmaps.arrays import Floats, Ints
 
 _LIGHT = np.array([-0.40, -0.50, 0.77])  #: where the light comes from
+_SMOOTH = 4  #: rounds in which the direction of a surface is averaged with that next to it, so that walls have no streaks
 
 
 class Facets(Poly3DCollection):  # type: ignore[misc]
@@ -65,7 +67,11 @@ def shaded(points: Floats, triangles: Ints, colour: str | tuple[float, float, fl
     size = np.ptp(points, axis=0)
     a, b, c = np.moveaxis((points / np.where(size > 0, size, 1))[triangles], 1, 0)
     faces = np.cross(b - a, c - a)
-    normal = np.stack([np.bincount(triangles.ravel(), np.repeat(face, 3), len(points)) for face in faces.T], axis=1)
+    ends = np.arange(0, triangles.size + 1, 3)
+    to_corners = csr_array((np.ones(triangles.size), triangles.ravel(), ends), (len(triangles), len(points)))
+    normal = to_corners.T @ faces
+    for _ in range(_SMOOTH):
+        normal = to_corners.T @ (to_corners @ normal)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     light = np.abs(normal @ _LIGHT)[:, None] / np.where(length > 0, length, 1)
     base = np.array(to_rgb(colour))

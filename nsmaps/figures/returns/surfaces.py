@@ -15,7 +15,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import PLANES, plane, position
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.facets import Facets, shaded
-from nsmaps.figures.style import GREY, angle_ticks, dress, family_colours, symbol, tint
+from nsmaps.figures.style import GREY, angle_ticks, dress, family_colours, label, symbol, tint
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.mesh import Mesh
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 Part = tuple[Floats, Ints, str]  #: places and heights (P, 3), triangles (T, 3), and their colour
 
 _WIDE = 1.5  #: inches of a panel, in which there is room for all ticks
+_FEWER = 1.3  #: times fewer ticks of an angle along a side of the plane, which is seen shortened
 TINT = 0.2  #: share of white in the colour of a surface
 ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
@@ -80,15 +81,17 @@ def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], im
     space.set_zlim(bottom=min(0.0, float(shown[:, 2].min())))
     space.view_init(elev=ELEVATION, azim=AZIMUTH)
     wide = ax.bbox.width > _WIDE * cast(Any, ax.figure).dpi
-    space.set_box_aspect((1, 1, 0.95), zoom=0.95 if wide else 0.8)
+    space.set_box_aspect((1, 1, 0.95), zoom=1.05 if wide else 0.85)
     dress(ax, (over[0], "k"), (over[1], "k"))
-    for axis, name, step in zip((space.xaxis, space.yaxis, space.zaxis), (*over, image), ("k", "k", "k+1"), strict=True):
+    ax.set_title(label(image, "k+1"))  # beside the axis it would meet the ticks
+    for axis, name, step in zip((space.xaxis, space.yaxis, space.zaxis), (*over, image), ("k", "k", ""), strict=True):
         axis.set_rotate_label(False)
-        axis.set_label_text(symbol(name, step))
+        axis.set_label_text("" if axis is space.zaxis else symbol(name, step))
         axis.set_tick_params(pad=-1.5)
-        axis.labelpad = -1.5 if axis is space.zaxis else -5
+        axis.labelpad = -4
         if is_angle(name):
-            angle_ticks(axis, float(np.ptp(axis.get_view_interval())) * (1 if wide else 2))
+            few = (1 if axis is space.zaxis else _FEWER) if wide else 2
+            angle_ticks(axis, float(np.ptp(axis.get_view_interval())) * few)
         else:
             count = (5 if axis is space.zaxis else 3) if wide else 2
             axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
