@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.manifolds.manifold import manifold as manifold
     from nsmaps.dynamics.noise.orbits import Noise as Noise
     from nsmaps.dynamics.noise.orbits import noisy_orbits as noisy_orbits
+    from nsmaps.dynamics.observables.observe import Observed as Observed
+    from nsmaps.dynamics.observables.observe import observe as observe
     from nsmaps.dynamics.orbit import Orbit as Orbit
     from nsmaps.dynamics.orbit import orbit as orbit
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
     from nsmaps.enclosures.box_images import box_map as box_map
     from nsmaps.errors import NsmapsError as NsmapsError
+    from nsmaps.exact.observables.spec import Observable as Observable
     from nsmaps.exact.outcome import Outcome as Outcome
     from nsmaps.exact.returns import Returns as Returns
     from nsmaps.exact.surfaces.along import Along as Along
@@ -134,6 +137,7 @@ _PUBLIC = {
     "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "lyapunov"),
     "dynamics.manifolds.manifold": ("Manifold", "manifold"),
     "dynamics.noise.orbits": ("Noise", "noisy_orbits"),
+    "dynamics.observables.observe": ("Observed", "observe"),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),
@@ -143,6 +147,7 @@ _PUBLIC = {
     "errors": ("NsmapsError",),
     "exact.surfaces.family": ("ReturnFamily", "WordFamily"),
     "coordinates": ("Angle", "Coordinates"),
+    "exact.observables.spec": ("Observable",),
     "exact.outcome": ("Outcome",),
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
+from nsmaps.files.expressions import FUNCTIONS
 from nsmaps.reduced.conditions.fold import Algebra, fold
-from nsmaps.reduced.conditions.reader import FUNCTIONS
 from nsmaps.reduced.conditions.region import Box, Region, Where
 
 

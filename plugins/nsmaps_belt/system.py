@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -20,6 +20,10 @@ class Belt(HybridSystem):
     A: float = Field(ge=0, description="amplitude of the forcing")
 
     states, noise = ("x", "u"), "noise"
+    observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "work": {"formula": "A*cos(w*t)*u", "of": "flights"},
+        "damping": {"formula": "2*zeta*u**2", "of": "flights"},
+    }
 
     def period(self) -> Any:
         """Period of the forcing."""

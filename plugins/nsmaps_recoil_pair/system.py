@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -26,6 +26,12 @@ class RecoilPair(HybridSystem):
     contact: bool = False  #: whether impacts that accumulate lead to contact that lasts; without it they are followed one by one
 
     states, noise = ("x", "v", "X", "V"), "noise"
+    observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "loss": {"formula": "eta/(1 + eta)*(v**2 - v_after**2)/2"},
+        "work": {"formula": "cos(pi*t)*V", "of": "flights"},
+        "damping": {"formula": "Lambda*V**2", "of": "flights"},
+        "ball": {"formula": "eta*(V - v)**2/2", "of": "flights", "per": "V**2/2 + kappa*X**2/2 + eta*(V - v)**2/2"},
+    }
 
     def period(self) -> Any:
         """Period of the forcing."""

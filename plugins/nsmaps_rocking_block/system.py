@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -20,6 +20,10 @@ class RockingBlock(HybridSystem):
     r: float = Field(0.9, gt=0, le=1, description="restitution coefficient")
 
     states = ("x", "v")
+    observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "loss": {"formula": "(v**2 - v_after**2)/2"},
+        "work": {"formula": "a*cos(w*t)*v", "of": "flights"},
+    }
 
     def period(self) -> Any:
         """Period of the forcing."""

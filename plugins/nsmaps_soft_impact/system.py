@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -22,6 +22,10 @@ class SoftImpact(HybridSystem):
     w: float = Field(gt=0, description="angular frequency of the forcing")
 
     states, noise = ("x", "v"), "noise"
+    observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "work": {"formula": "a*w**2*sin(w*t)*v", "of": "flights"},
+        "damping": {"formula": "2*xi*v**2", "of": "flights"},
+    }
 
     def period(self) -> Any:
         """Period of the forcing."""

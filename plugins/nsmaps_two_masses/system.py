@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -27,6 +27,11 @@ class TwoMasses(HybridSystem):
     w: float = Field(gt=0, description="angular frequency of the force")
 
     states = ("x", "v", "x2", "v2")
+    observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "loss": {"formula": "m1*(v**2 - v_after**2)/2"},
+        "work": {"formula": "f*cos(w*t)*v", "of": "flights"},
+        "damping": {"formula": "b*k1*v**2 + b*k2*(v2 - v)**2", "of": "flights"},
+    }
 
     def period(self) -> Any:
         """Period of the force."""

@@ -1,12 +1,14 @@
-"""Impact laws that are not linear in the speed, compiled from their formula and kept in memory."""
+"""Formulas compiled by themselves and kept in memory: impact laws and resets that are not linear, observables."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-from nsmaps.exact.engine.jit import law_of
+from nsmaps.exact.engine.jit import law_of, reset_law_of
+from nsmaps.exact.flows.formulas import PHI
 
 
 @lru_cache(maxsize=256)
@@ -39,3 +41,34 @@ class _Printer(PythonCodePrinter):  # type: ignore[misc]
 def code(expr: Any) -> str:
     """An expression as source code."""
     return str(_Printer({"fully_qualified_modules": True}).doprint(sp.sympify(expr)))
+
+
+def rows_source(
+    formulas: Sequence[sp.Expr], places: Sequence[int], variables: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol]
+) -> str:
+    """The source of a function of the phase and of the addresses of variables `y`, parameters `p` and a table `out`.
+
+    It writes the formulas to these places of the table.
+    """
+    shared, short = sp.cse(map(_plain, formulas), symbols=sp.numbered_symbols("_c"))
+    lines = [f"{symbol} = y[{k}]" for k, symbol in enumerate(variables)]
+    lines += [f"{symbol} = p[{k}]" for k, symbol in enumerate(parameters)]
+    lines += [f"{symbol} = {code(formula)}" for symbol, formula in shared]
+    lines += [f"out[{place}] = {code(formula)}" for place, formula in zip(places, short, strict=True)]
+    return "\n    ".join([f"def law({PHI}, y, p, out):", *lines])
+
+
+def rows_address(source: str) -> int:
+    """The address of the compiled function of a source by `rows_source`."""
+    return int(_compiled_rows(source).address)
+
+
+@lru_cache(maxsize=256)
+def _compiled_rows(source: str) -> Any:
+    return reset_law_of(source)
+
+
+def _plain(formula: sp.Expr) -> sp.Expr:
+    """A formula whose step functions, as the derivative of the larger of two numbers has them, are cases."""
+    formula = formula.replace(sp.Heaviside, lambda x, *_: sp.Piecewise((1, x >= 0), (0, True)))
+    return formula.replace(sp.DiracDelta, lambda *_: sp.S.Zero)

@@ -24,6 +24,7 @@ class ParametricSystem(BaseModel, ABC):
     units: ClassVar[Mapping[str, str]] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`
     map_name: ClassVar[str] = "exact map"  #: what its return map is called; "integrated map" where flights have no closed form
     instead: ClassVar[Mapping[str, str]] = {}  #: alternatives to parameters that a validator accepts: names and descriptions
+    observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  #: quantities by name, by the keys of `nsmaps.Observable`
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:

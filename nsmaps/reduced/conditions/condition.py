@@ -11,9 +11,9 @@ from pydantic import BeforeValidator
 from nsmaps.arrays import ArrayLike, Bools, finite_rows
 from nsmaps.coordinates import as_states
 from nsmaps.errors import ConditionError
+from nsmaps.files.expressions import Reader
 from nsmaps.reduced.conditions.algebras import Evaluate, Numbers, Symbols
 from nsmaps.reduced.conditions.fold import fold
-from nsmaps.reduced.conditions.reader import Reader
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Generic, TypeVar
 
-from nsmaps.reduced.conditions.reader import CONSTANTS, Reader
+from nsmaps.files.expressions import CONSTANTS, Reader
 
 Term = TypeVar("Term")
 Test = TypeVar("Test")

@@ -1,13 +1,9 @@
 """Resets that are not affine in the states: compiled from their formulas, with their derivatives, and kept in memory."""
 
-from functools import lru_cache
-from typing import Any
-
 import sympy as sp
 
-from nsmaps.exact.engine.jit import reset_law_of
 from nsmaps.exact.flows.formulas import PHI
-from nsmaps.exact.flows.laws import code
+from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.modes.definitions.definition import Definition, Transition
 
 
@@ -24,20 +20,4 @@ def reset_address(definition: Definition, one: Transition) -> int:
     width = 1 + len(by)
     places = [k * width + j for k, _ in one.curved for j in range(width)]
     formulas = [entry for _, formula in one.curved for entry in (formula, *(sp.diff(formula, x) for x in by))]
-    shared, formulas = sp.cse(map(plain, formulas), symbols=sp.numbered_symbols("_c"))
-    lines = [f"{symbol} = y[{k}]" for k, symbol in enumerate(definition.variables)]
-    lines += [f"{symbol} = p[{k}]" for k, symbol in enumerate(definition.symbols)]
-    lines += [f"{symbol} = {code(formula)}" for symbol, formula in shared]
-    lines += [f"out[{place}] = {code(formula)}" for place, formula in zip(places, formulas, strict=True)]
-    return int(_compiled("\n    ".join([f"def law({PHI}, y, p, out):", *lines])).address)
-
-
-def plain(formula: sp.Expr) -> sp.Expr:
-    """A formula whose step functions, as the derivative of the larger of two numbers has them, are cases."""
-    formula = formula.replace(sp.Heaviside, lambda x, *_: sp.Piecewise((1, x >= 0), (0, True)))
-    return formula.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
-
-
-@lru_cache(maxsize=256)
-def _compiled(text: str) -> Any:
-    return reset_law_of(text)
+    return rows_address(rows_source(formulas, places, definition.variables, definition.symbols))

@@ -1,4 +1,4 @@
-"""From text to a checked syntax tree: Python parses a condition or a number, then every node is checked against a short list.
+"""From text to a checked syntax tree: Python parses a condition, formula or number, then every node is checked against a list.
 
 Text is never evaluated: a node that is not on the list is a ConditionError that states its column.
 """
@@ -6,7 +6,7 @@ Text is never evaluated: a node that is not on the list is a ConditionError that
 import ast
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NoReturn
 from unicodedata import normalize
 
@@ -38,8 +38,10 @@ HINTS = {"^": "a power is written **", "&": "write and", "|": "write or", "!": "
 class Reader:
     """One text, of a `kind` that its errors name, on its way from characters to a checked tree over named columns."""
 
-    def __init__(self, kind: str, text: str, names: tuple[str, ...]) -> None:
-        self.kind, self.names = kind, names
+    def __init__(
+        self, kind: str, text: str, names: tuple[str, ...], functions: Mapping[str, Callable[..., float]] = FUNCTIONS
+    ) -> None:
+        self.kind, self.names, self.functions = kind, names, functions
         if not isinstance(text, str):
             raise ConditionError(f"{text!r} is a {type(text).__name__}; expected: a {kind} as text")
         self.text = "".join(" " if character.isspace() else character for character in text)
@@ -53,9 +55,9 @@ class Reader:
             at = lead + len(before.decode(errors="replace")) + 1
         start = max(0, at - 40)
         shown = ("..." if start else "") + self.text[start : at + 40] + ("..." if len(self.text) > at + 40 else "")
-        number = f"numbers, pi, e, + - * / **, parentheses, {', '.join(FUNCTIONS)}"
+        number = f"numbers, pi, e, + - * / **, parentheses, {', '.join(self.functions)}"
         condition = f"the coordinates {', '.join(self.names)}; < <= > >= == !=; and, or, not; {number}"
-        accepted = condition if self.names else number
+        accepted = {"condition": condition, "formula": f"{', '.join(self.names)}; {number}"}.get(self.kind, number)
         error = ConditionError(f"{self.kind} {shown!r}, column {at}: {what}; expected: {accepted}")
         error.column = at - 1  # from zero, for who knows where in a file the text stands
         raise error
@@ -76,6 +78,12 @@ class Reader:
             self.fail(lead + at, f"cannot be read ({error.msg})" + (f", {hint}" if hint else ""))
         except (ValueError, RecursionError, MemoryError, OverflowError):
             self.fail(1, "cannot be read (too deeply nested, or no text)")
+
+    def check_value(self, node: ast.expr) -> None:
+        """A ConditionError unless a tree is a number or a formula of the columns that can be written out."""
+        self.value(node)
+        if self.weight(node) > HIGHEST:
+            self.fail(node, f"{self.source(node)} is too high a power; at most {HIGHEST} is written out")
 
     def check(self, node: ast.expr, depth: int = 0) -> None:
         """A ConditionError unless a tree is a condition."""
@@ -98,8 +106,7 @@ class Reader:
         for part in (node.left, *node.comparators):
             self.value(part, depth + 1)
         for part in (node.left, *node.comparators):
-            if self.weight(part) > HIGHEST:
-                self.fail(part, f"{self.source(part)} is too high a power; at most {HIGHEST} is written out")
+            self.check_value(part)
 
     def value(self, node: ast.expr, depth: int = 0) -> float | None:
         """The value of an arithmetic expression, in floats; None if it depends on a coordinate."""
@@ -114,11 +121,11 @@ class Reader:
             case ast.BinOp(op=op) if type(op) in ARITHMETIC:
                 return self.apply(node, ARITHMETIC[type(op)], [node.left, node.right], depth)
             case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
-                if name not in FUNCTIONS:
-                    self.fail(node, f"there is no function {name!r}{near_match(name, FUNCTIONS)}")
+                if name not in self.functions:
+                    self.fail(node, f"there is no function {name!r}{near_match(name, self.functions)}")
                 if len(args) != 1 or keywords:
                     self.fail(node, f"{name} takes one number")
-                return self.apply(node, FUNCTIONS[name], args, depth)
+                return self.apply(node, self.functions[name], args, depth)
             case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
                 self.fail(node, f"{self.source(node)} is a condition where a number is needed")
             case ast.BinOp(op=ast.BitXor()):
@@ -133,9 +140,9 @@ class Reader:
             return None
         if name in CONSTANTS:
             return CONSTANTS[name]
-        if name in FUNCTIONS:
+        if name in self.functions:
             self.fail(node, f"{name} needs a number in parentheses")
-        self.fail(node, f"unknown name {name!r}{near_match(name, [*self.names, *CONSTANTS, *FUNCTIONS])}")
+        self.fail(node, f"unknown name {name!r}{near_match(name, [*self.names, *CONSTANTS, *self.functions])}")
 
     def apply(self, node: ast.expr, function: Callable[..., float], parts: list[ast.expr], depth: int) -> float | None:
         """An operation on its parts: its value if they are all constant, in floats, so 9**9**9 costs nothing."""

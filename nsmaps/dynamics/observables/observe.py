@@ -1,0 +1,159 @@
+"""Means of observables along orbits of exact systems: summed in the compiled loop, with errors by batches."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats, brief
+from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
+from nsmaps.dynamics.observables.means import Mean, ratio
+from nsmaps.errors import NsmapsError, check_class
+from nsmaps.exact.observables.spec import Observable, ObservableLike
+from nsmaps.exact.outcome import OUTCOMES
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.progress import Progress, beat, shows
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+BATCHES = 32  #: of returns, whose means are compared for an error
+BLOCK = 100_000  #: returns of a compiled loop between calls of `progress`
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Observed(WithCoordinates):
+    """Totals of K observables over B batches of returns of one or more orbits; `...` is the shape of the starts."""
+
+    __repr__ = brief
+
+    coordinates: Coordinates
+    observables: tuple[Observable, ...]
+    period: float | None  #: of the forcing, in the system's time; None without forcing
+    length: int  #: of a batch, in returns
+    totals: Floats  #: shape (B, ..., K), largest values of those that are `largest`; NaN where an orbit ended
+    weights: Floats  #: shape (B, ..., K), by which those with `per` are divided; NaN of the others
+    time: Floats  #: shape (B, ...), of each batch
+    final: Floats  #: shape (..., n), the last states
+    outcome: NDArray[np.int8]  #: shape (...), values of `Outcome`, of the last return
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the observables."""
+        return tuple(one.name for one in self.observables)
+
+    @property
+    def per_return(self) -> Mean:
+        """Means a return; of observables with `per` their quotients, of those that are `largest` the largest values."""
+        return self._over(np.full(self.time.shape, float(self.length)))
+
+    @property
+    def per_period(self) -> Mean:
+        """Means a period of the forcing, as `per_return`. NsmapsError without forcing."""
+        if self.period is None:
+            raise NsmapsError("the system has no forcing, and therefore no mean per period; expected: `per_return` or `per_time`")
+        return self._over(self.time / self.period)
+
+    @property
+    def per_time(self) -> Mean:
+        """Means a unit of the system's time, as `per_return`."""
+        return self._over(self.time)
+
+    def _over(self, sizes: Floats) -> Mean:
+        divided = np.array([bool(one.per) for one in self.observables])
+        largest = np.array([one.largest for one in self.observables])
+        mean = ratio(self.totals, np.where(divided, self.weights, sizes[..., None]))
+        return Mean(np.where(largest, self.totals.max(axis=0), mean.value), np.where(largest, np.nan, mean.error))
+
+    def to_xarray(self) -> "Dataset":
+        """Means and errors as an xarray dataset with dimensions `start0`, ... and `observable`. NsmapsError without xarray."""
+        from nsmaps.datasets import NONE, TIME, dataset
+
+        starts = " ".join(f"start{k}" for k in range(self.time.ndim - 1))
+        rows: dict[str, Any] = {}
+        for name in ("per_return", "per_period", "per_time"):
+            if name != "per_period" or self.period is not None:
+                mean, about = getattr(self, name), name.replace("_", " a ").replace("per", "mean")
+                rows[name] = (f"{starts} observable", mean.value, NONE, about)
+                rows[f"{name}_error"] = (f"{starts} observable", mean.error, NONE, f"standard error of the {about}")
+        rows["time"] = (starts, self.time.sum(axis=0), TIME, "over which the observables were summed")
+        rows["outcome"] = (starts, self.outcome, NONE, OUTCOMES)
+        return dataset(self.coordinates, rows, {"observable": list(self.names)})
+
+
+@shows
+def observe(
+    system: ImpactSystem | HybridSystem,
+    state: StateLike,
+    n: int,
+    observables: Sequence[ObservableLike],
+    discard: int = 0,
+    batches: int = BATCHES,
+    chatter: float = 1e-12,
+    *,
+    progress: Progress | None = None,
+) -> Observed:
+    """Means of observables over n returns of one state, shape (dim,) or by name, or of many, shape (..., dim).
+
+    They are summed impact by impact as the returns are computed; nothing is stored. The returns are taken in batches of the same
+    length, whose means give the standard errors. Chatter is followed impact by impact as far as `chatter` says and added to its
+    limit: a formula that is not zero at speed zero, such as the number of impacts, is then infinite.
+
+    Args:
+        n: at least one; of more than `batches` returns, the last ones that do not fill a batch are not computed.
+        observables: names that the system has, `Observable`s, or mappings of their keys.
+        discard: returns before these, which do not count.
+        batches: their number, at most n; with one there is no error.
+        chatter: as in `first_return` of an impact system, on every wall.
+        progress: called now and then with the fraction of the returns that is done, from 0 to 1.
+
+    Raises:
+        StateError: the state has not the system's coordinates.
+        NsmapsError: an observable is unknown or cannot be read, a number is too small, or the map is not an exact system whose
+            flights are in closed form.
+    """
+    from nsmaps.exact.observables.formulas import resolved
+    from nsmaps.exact.observables.totals import plan_of, totals_of
+
+    check_class(system, (ImpactSystem, HybridSystem), "observables are formulas of impacts and flights, which other maps lack")
+    start = as_starts(state, system.coordinates)
+    if n < 1 or discard < 0 or batches < 1 or not chatter >= 0:
+        raise NsmapsError(
+            f"{n} returns after {discard} in {batches} batches, chatter {chatter:g}; expected: at least 1 after at least 0 in at "
+            "least 1, chatter >= 0"
+        )
+    found = resolved(system, observables)
+    plan, states = plan_of(system, found), start.reshape(-1, start.shape[-1])
+    count, m = min(batches, n), max(len(states), 1)
+    length, group = n // count, max(1, BLOCK // (n // count * m))
+    parts, done = [], 0
+    while done < count:
+        parts.append(totals_of(system, plan, states, length, min(group, count - done), 0 if done else discard, chatter))
+        states, done = parts[-1].final, min(done + group, count)
+        beat(done / count)
+    totals, time = (np.concatenate([getattr(part, name) for part in parts]) for name in ("totals", "time"))
+    return _observed(system, found, plan.columns, length, start, totals, time, parts[-1])
+
+
+def _observed(
+    system: ImpactSystem | HybridSystem,
+    found: tuple[Observable, ...],
+    columns: tuple[tuple[int, int], ...],
+    length: int,
+    start: Floats,
+    totals: Floats,
+    time: Floats,
+    last: Any,
+) -> Observed:
+    """Totals in the shape of the starts, a column for each observable."""
+    shape, each = (len(totals), *start.shape[:-1]), np.full((2, *totals.shape[:2], len(found)), np.nan)
+    for column, (k, part) in enumerate(columns):
+        each[part, :, :, k] = totals[..., column]
+    parts = each.reshape(2, *shape, len(found))
+    period = system.period()
+    end = last.final.reshape(start.shape), last.outcome.reshape(start.shape[:-1])
+    rows = parts[0], parts[1], time.reshape(shape), *end
+    return Observed(system.coordinates, found, None if period is None else float(period), length, *rows)

@@ -1,0 +1,176 @@
+"""The formulas of observables in symbols: what they may contain, those that a system has by name, and how text is read."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+from unicodedata import normalize
+
+import sympy as sp
+
+from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.flows.formulas import PHI, S, W, Z
+from nsmaps.exact.flows.tables import formulas_of
+from nsmaps.exact.observables.spec import Observable, ObservableLike, distinct, observable_of
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.files.expressions import FUNCTIONS, Reader
+
+if TYPE_CHECKING:
+    from nsmaps.exact.systems.system import ImpactSystem
+
+AFTER = "_after"  #: behind the name of a state, just after an event
+READ: dict[str, Callable[..., float]] = {**FUNCTIONS, "abs": abs}
+WRITTEN = {**{name: getattr(sp, name) for name in FUNCTIONS}, "abs": sp.Abs, "pi": sp.pi, "e": sp.E}
+NUMBERS = {"Integer": sp.Integer, "Float": sp.Float, "Rational": sp.Rational, "Symbol": sp.Symbol, "Function": sp.Function}
+COUNTED = Observable(name="impacts", formula="1")
+OF_IMPACTS = (
+    COUNTED,
+    Observable(name="speed", formula="v", per="1"),
+    Observable(name="loss", formula=f"(v**2 - v{AFTER}**2)/2"),
+    Observable(name="momentum", formula=f"v + v{AFTER}"),
+    Observable(name="displacement", formula="abs(place)", of="flights", largest=True),
+)  #: of every impact system; energies a unit of mass
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """What formulas of one class of systems may contain."""
+
+    inputs: Mapping[str, tuple[str, ...]]  #: of impacts and of flights, in the order in which compiled code has them
+    parameters: tuple[sp.Symbol, ...]
+    parameter_names: tuple[str, ...]
+    phase_rate: sp.Expr  #: radians of phase a unit of time, zero without forcing
+    places: Mapping[
+        str, tuple[str, ...]
+    ]  #: letters of impacts and places of flights by row of a table, the letters of walls or modes
+    counts: tuple[bool, ...]  #: which rows of impacts count unless letters are given
+
+    def names(self, of: str) -> dict[str, sp.Expr]:
+        """The symbols of formulas by name; a state goes before a parameter of the same name."""
+        known = dict(zip(self.parameter_names, self.parameters, strict=True))
+        waves = {} if self.phase_rate == 0 else {"phi": PHI, "t": PHI / self.phase_rate}
+        return {**known, **waves, **dict(zip(self.inputs[of], self.variables(of), strict=True))}
+
+    def variables(self, of: str) -> tuple[sp.Symbol, ...]:
+        """The symbols of the inputs."""
+        return tuple(sp.Symbol(f"_y_{name}", real=True) for name in self.inputs[of])
+
+    def read(self, text: str, of: str) -> sp.Expr:
+        """A formula in symbols. Raises ConditionError for a text that is not one, with the column."""
+        names = {normalize("NFKC", name): symbol for name, symbol in self.names(of).items()}
+        reader = Reader("formula", text, tuple(names), READ)
+        reader.check_value(reader.tree())
+        return sp.parse_expr(reader.text.strip(), local_dict={**WRITTEN, **names}, global_dict=dict(NUMBERS))
+
+    def written(self, formula: sp.Expr, of: str) -> str:
+        """A formula as text, with the names of the user."""
+        shown = {symbol: sp.Symbol(name) for name, symbol in self.names(of).items() if symbol.is_Symbol}
+        return str(sp.sstr(formula.xreplace(shown)))
+
+    def rows(self, one: Observable) -> list[bool]:
+        """The rows of a table that count for an observable. NsmapsError for a letter that there is not."""
+        places = self.places[one.of]
+        known = tuple(dict.fromkeys(filter(None, places)))
+        what = "an impact" if one.of == "impacts" else "a flight"
+        for letter in set(one.at) - set(known):
+            raise NsmapsError(
+                f"the observable {one.name!r} is of {what} at {letter!r}; expected: {', '.join(known)}{near_match(letter, known)}"
+            )
+        if one.at:
+            return [place in one.at for place in places]
+        found = list(self.counts) if one.of == "impacts" else [True] * len(places)
+        if not any(found):
+            raise NsmapsError(
+                f"the observable {one.name!r} is of impacts, and no event changes the states; expected: `at` with letters of "
+                f"events: {', '.join(known)}"
+            )
+        return found
+
+
+def vocabulary_of(system: "ImpactSystem | HybridSystem") -> Vocabulary:
+    """What formulas of observables of a system may contain."""
+    names = system.parameter_names()
+    if isinstance(system, HybridSystem):
+        from nsmaps.exact.modes.kernel import known_definition
+
+        d = known_definition(system)
+        inputs = {"impacts": (*d.states, *(f"{name}{AFTER}" for name in d.states)), "flights": d.states}
+        places = {"impacts": tuple(one.letter for one in d.transitions), "flights": d.modes}
+        changes = tuple(_changes(one, d.variables) for one in d.transitions)
+        return Vocabulary(inputs, d.symbols, names, d.phase_rate, places, changes)
+    formulas, letters = formulas_of(system), system.letters
+    inputs = {"impacts": ("v", f"v{AFTER}", "place"), "flights": ("place", "velocity")}
+    places = dict.fromkeys(("impacts", "flights"), (*letters, "")[:2])
+    return Vocabulary(inputs, formulas.symbols, names, formulas.numbers[2], places, (True, True))
+
+
+def _changes(one: Any, variables: Sequence[sp.Symbol]) -> bool:
+    """Whether a transition is an impact: an event that changes a state."""
+    kept = all(row.of(variables) == y for row, y in zip(one.reset, variables, strict=True))
+    return bool(one.name) and (bool(one.curved) or not kept)
+
+
+def known_observables(system: "ImpactSystem | HybridSystem") -> dict[str, Observable]:
+    """The observables that a system has by name: those of its class, and of an impact system those of its equation of motion."""
+    own = {name: observable_of({"name": name, **keys}) for name, keys in system.observables.items()}
+    if isinstance(system, HybridSystem):
+        return {COUNTED.name: COUNTED, **own}
+    return {**{one.name: one for one in OF_IMPACTS}, **_of_motion(formulas_of(system), system), **own}
+
+
+def _of_motion(formulas: Any, system: "ImpactSystem") -> dict[str, Observable]:
+    """The work of the forcing and the loss to damping, from the equation of motion."""
+    vocabulary, (work, damping) = vocabulary_of(system), powers(formulas)
+    return {
+        name: Observable(name=name, formula=vocabulary.written(power, "flights"), of="flights")
+        for name, power in (("work", work), ("damping", damping))
+    }
+
+
+@lru_cache(maxsize=64)
+def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
+    """The power of the forcing and that lost to damping, a unit of mass.
+
+    The forcing is the acceleration less its mean over the phase. Of the mean, what vanishes with the velocity is damping.
+    """
+    place, velocity = (sp.Symbol(f"_y_{name}", real=True) for name in ("place", "velocity"))
+    rate = formulas.numbers[2]
+    if formulas.acceleration is None:
+        force = sp.diff(formulas.displacement.formula, S, 2).subs(S, 0)
+    else:
+        force = formulas.acceleration.subs(S, PHI / rate)
+    force = sp.expand(sp.simplify(force.subs({Z: place, W: velocity})))
+    mean = sp.simplify(sp.integrate(force, (PHI, 0, 2 * sp.pi)) / (2 * sp.pi))
+    damping = sp.simplify(mean.subs(velocity, 0) - mean)
+    return sp.simplify(force - mean) * velocity, damping * velocity
+
+
+def resolved(system: "ImpactSystem | HybridSystem", observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
+    """Observables of a system, given by name, by their keys, or as they are.
+
+    Raises:
+        NsmapsError: there is none, the system has none of a name, two have the same name, or a letter is unknown.
+        ConditionError: a formula that cannot be read, or that has a name which the system does not have; with its column.
+    """
+    given = (observables,) if isinstance(observables, (str, Observable, Mapping)) else tuple(observables)
+    known = known_observables(system) if any(isinstance(one, str) for one in given) else {}
+    found = distinct(_one(system, one, known) for one in given)
+    vocabulary = vocabulary_of(system)
+    for one in found:
+        vocabulary.rows(one)
+        for formula in one.formulas:
+            vocabulary.read(formula, one.of)
+    return found
+
+
+def _one(system: Any, one: ObservableLike, known: Mapping[str, Observable]) -> Observable:
+    if isinstance(one, Observable):
+        return one
+    if not isinstance(one, str):
+        return observable_of(one)
+    if one not in known:
+        raise NsmapsError(
+            f"{one!r} is not an observable of {type(system).__name__}; expected: {', '.join(known)}, or a `name` with a `formula`"
+            f"{near_match(one, known)}"
+        )
+    return known[one]

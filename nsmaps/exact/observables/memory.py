@@ -1,0 +1,33 @@
+"""What the loops of observables work in: compiled formulas, which impacts and flights count, and the totals."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+NODES = 12  #: of Gauss's rule in a panel
+PANEL = 3.0  #: length of a panel, in units of the fastest rate: products of three states are integrated to rounding
+
+
+class Quantities(NamedTuple):
+    """K formulas of impacts and F of flights of a system; D inputs of formulas, the phase and parameters not counted."""
+
+    impact: int  #: address of the compiled formulas of impacts, 0 without any
+    flight: int  #: and of those of flights
+    parameters: Any  #: shape (P,)
+    at: Any  #: shape (R, K), whether an impact on a wall, or a transition, counts
+    over: Any  #: shape (M, F), whether a flight from a wall, or in a mode, counts
+    largest: Any  #: shape (K + F,), whether the largest value takes the place of the sum
+    panel: float  #: the longest part of a flight that one rule covers
+    nodes: Any  #: shape (NODES,), in [0, 1]
+    weights: Any  #: the same, of sum 1
+    y: Any  #: shape (D,), what the formulas take
+    out: Any  #: shape (max(K, F), 1 + derivatives), what they give
+    total: Any  #: shape (K + F,)
+    peak: Any  #: shape (F,), largest value of the samples of a flight
+    when: Any  #: shape (F,), its time
+
+
+def rule() -> tuple[Any, Any]:
+    """Nodes and weights of Gauss's rule on [0, 1]."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    return (nodes + 1) / 2, weights / 2

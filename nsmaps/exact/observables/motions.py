@@ -1,0 +1,150 @@
+"""Observables of a system with modes, summed from event to event: `first_return` of the march with formulas on the way."""
+
+import math
+
+from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, UNDECIDED
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
+from nsmaps.exact.modes.march.resting import entered
+from nsmaps.exact.modes.march.returns import GOES_ON, MOST_EVENTS, bounded, cleared, met, settled
+from nsmaps.exact.modes.march.section import repelled, starting
+from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
+from nsmaps.exact.observables import sums
+from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, evaluated, joined, sampled
+
+
+@inlined
+def before(q, w):
+    """Write the states just before an event among the inputs."""
+    for i in range(len(w.new)):
+        q.y[i] = w.z[i]
+
+
+@inner
+def event(q, k, phi, w):
+    """Join the values of an event, whose states before it are written."""
+    n = len(w.new)
+    for i in range(n):
+        q.y[n + i] = w.z[i]
+    at_impact(q, k, phi)
+
+
+@inner
+def instant(p, q, mode, phi, s, x):
+    """Write the states a time s after those of `x`, a longest step at most; returns the phase."""
+    n, width = len(x.new), len(x.z)
+    propagated(p, mode, s / p.steps[mode], x)
+    for i in range(n):
+        total = x.z[i]
+        for j in range(width):
+            total += x.flow[i * width + j] * x.z[j]
+        q.y[i] = total
+    return within_turn(phi + p.rate * s)[0]
+
+
+@inner
+def highest(p, q, mode, c, phi, low, high, x):
+    """The largest value of a formula between two times after the states of `x`, at least that of the samples."""
+    largest = q.peak[c]
+    for _ in range(NARROWINGS):
+        one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        evaluated(q, q.flight, instant(p, q, mode, phi, one, x))
+        at_one = q.out[c, 0]
+        evaluated(q, q.flight, instant(p, q, mode, phi, two, x))
+        at_two = q.out[c, 0]
+        largest = max(largest, max(at_one, at_two))
+        low, high = (one, high) if at_one < at_two else (low, two)
+    return largest
+
+
+@inner
+def over_panel(p, q, mode, phi, h, x):
+    """Join the values of a part of a flight, of time h from the states of `x`."""
+    first = q.at.shape[1]
+    q.peak[:] = -math.inf
+    sampled(q, mode, instant(p, q, mode, phi, 0.0, x), 0.0, 0.0)
+    for j in range(len(q.nodes)):
+        s = h * q.nodes[j]
+        sampled(q, mode, instant(p, q, mode, phi, s, x), s, h * q.weights[j])
+    sampled(q, mode, instant(p, q, mode, phi, h, x), h, 0.0)
+    for c in range(q.over.shape[1]):
+        if q.over[mode, c] and q.largest[first + c]:
+            joined(q, first + c, highest(p, q, mode, c, phi, max(q.when[c] - 0.2 * h, 0.0), min(q.when[c] + 0.2 * h, h), x))
+
+
+@inner
+def over_flight(p, q, mode, phi, s, x):
+    """Join the values of a flight of time s, whose states at its start `x` has; panels are the longest steps of the mode."""
+    step, n, done = p.steps[mode], len(x.new), 0.0
+    while s - done > step:
+        over_panel(p, q, mode, phi, step, x)
+        propagated(p, mode, 1.0, x)
+        moved_on(x)
+        done += step
+        phi, _ = within_turn(phi + p.rate * step)
+        features(phi, x.z, n)
+    over_panel(p, q, mode, phi, s - done, x)
+
+
+@inner
+def observed_motion(p, q, mode, phi, image, tangent, counts, w, x):
+    """From a state in a mode to the section: (outcome, time); values join the totals if the motion `counts`."""
+    time, doubtful, code, power = 0.0, False, 0, 1
+    if repelled(p, mode, w):
+        return REPELLING, math.nan
+    for _ in range(MOST_EVENTS):
+        flown, from_phase = mode, phi
+        for j in range(len(w.z)):
+            x.z[j] = w.z[j]
+        which, flight, phi, _, unsure = fly(p, mode, phi, math.inf, w)
+        time, doubtful = time + flight, doubtful or unsure
+        w.held[0] += flight
+        if which == NO_FUNCTION or not bounded(w):
+            return (RESTS if p.resting[mode] else UNDECIDED if doubtful and bounded(w) else LOST), math.nan
+        if counts and q.flight != 0:
+            over_flight(p, q, flown, from_phase, flight, x)
+        before(q, w)
+        outcome, mode, code, power, unsure, k = met(p, mode, which, phi, code, power, image, tangent, w)
+        doubtful = doubtful or unsure
+        if counts and q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
+            event(q, k, phi, w)
+        if outcome != GOES_ON:
+            return settled(outcome, code, time, 0, doubtful)[0], time
+    return ENDLESS, math.nan
+
+
+@inner
+def observed_return(p, q, row, image, tangent, counts, w, x):
+    """The first return of a row of coordinates: (outcome, time); of sections before the reset the event at the start counts."""
+    k, phi = starting(p, row, w)
+    cleared(p, k, image, tangent, w)
+    if k < 0:
+        return INVALID, math.nan
+    before(q, w)
+    mode = entered(p, k, not p.after, phi, w)
+    if counts and q.impact != 0 and not p.after:
+        event(q, k, phi, w)
+    return observed_motion(p, q, mode, phi, image, tangent, counts, w, x)
+
+
+@entry
+def observed_modes(p, q, discard, length, states, outcome, time, totals, image, tangent, w, x):
+    """As `observed` of an impact system, for states (M, m) of a system with modes."""
+    for k in range(len(states)):
+        alive = True
+        for i in range(discard + len(time) * length):
+            b = (i - discard) // length if i >= discard else -1
+            if b >= 0 and (i - discard) % length == 0:
+                sums.cleared(q)
+                time[b, k] = 0.0
+            if alive:
+                outcome[k], s = observed_return(p, q, states[k], image, tangent, b >= 0, w, x)
+                alive = not math.isnan(image[0])
+                for c in range(len(image)):
+                    states[k, c] = image[c]
+                if b >= 0:
+                    time[b, k] += s
+            if b >= 0 and (i - discard) % length == length - 1:
+                time[b, k] = time[b, k] if alive else math.nan
+                for c in range(len(q.total)):
+                    totals[b, k, c] = q.total[c] if alive else math.nan

@@ -1,0 +1,72 @@
+"""What an observable is: a formula of each impact, or of each instant of the flights, and how its values are joined."""
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal, Self, TypeAlias
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from nsmaps.errors import NsmapsError
+from nsmaps.files.complaints import refused
+
+
+def _as_tuple(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else value
+
+
+class Observable(BaseModel):
+    """A quantity that is summed along an orbit: over its impacts, or over the time of its flights.
+
+    A formula of an impact has the impact speed `v` just before it, `v_after`, the `place` of the wall; in a system with modes
+    the states just before an event by their names, and just after it with `_after` behind the name. A formula of a flight has
+    `place` and `velocity`, or the states. Either has the phase `phi` of the forcing (radians), the time `t` since the phase was
+    zero, the parameters of the system, and the functions sqrt, sin, cos, exp, log, abs.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field(min_length=1, description="what it is called in results")
+    formula: str = Field(description="of an impact, or of an instant of a flight")
+    of: Literal["impacts", "flights"] = Field(default="impacts", description="summed over impacts, or integrated over flights")
+    at: Annotated[tuple[str, ...], BeforeValidator(_as_tuple)] = Field(
+        default=(),
+        description="letters of the impacts that count, or of a system with modes the modes of flights; all if omitted",
+    )
+    per: str = Field(
+        default="", description="a formula of the same kind: the mean is the quotient of both sums; `1` for per impact"
+    )
+    largest: bool = Field(default=False, description="the largest value takes the place of the sum")
+    scale: float = Field(default=1.0, description="factor of the values, as from dimensionless to physical units")
+    unit: str = Field(default="", description="of the values times the scale")
+
+    @model_validator(mode="after")
+    def _joined_in_one_way(self) -> Self:
+        if self.largest and self.per:
+            raise ValueError(f"{self.name!r} is the largest value of its formula, and has `per`; expected: one of the two")
+        return self
+
+    @property
+    def formulas(self) -> tuple[str, ...]:
+        """Its formula, and that by which its sum is divided, if any."""
+        return (self.formula, self.per) if self.per else (self.formula,)
+
+
+ObservableLike: TypeAlias = str | Observable | Mapping[str, Any]  #: the name of one that the system has, one, or its keys
+
+
+def distinct(observables: Iterable[Observable]) -> tuple[Observable, ...]:
+    """Observables as they are; NsmapsError if there is none, or if a name occurs twice."""
+    found = tuple(observables)
+    names = [one.name for one in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None or not found:
+        what = "there is no observable" if twice is None else f"two observables are named {twice!r}"
+        raise NsmapsError(f"{what}; expected: one or more, each with a name of its own")
+    return found
+
+
+def observable_of(keys: Mapping[str, Any]) -> Observable:
+    """An observable by its keys; NsmapsError in place of pydantic's ValidationError."""
+    try:
+        return Observable(**keys)
+    except ValidationError as error:
+        raise NsmapsError(refused(error, Observable)) from error

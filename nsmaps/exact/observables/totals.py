@@ -1,0 +1,152 @@
+"""Totals of observables along orbits of exact systems: the formulas compiled, and the loops run on all cores."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.engine.flight import layout
+from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.flows.laws import rows_address, rows_source
+from nsmaps.exact.kernel import Kernel, flow_of, in_chunks
+from nsmaps.exact.modes.kernel import ModeKernel
+from nsmaps.exact.modes.tables.memory import memory
+from nsmaps.exact.observables.flights import observed
+from nsmaps.exact.observables.formulas import Vocabulary, vocabulary_of
+from nsmaps.exact.observables.memory import PANEL, Quantities, rule
+from nsmaps.exact.observables.motions import observed_modes
+from nsmaps.exact.observables.spec import Observable
+
+if TYPE_CHECKING:
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
+
+
+CHUNK = 16  #: orbits that a thread takes at a time
+
+
+@dataclass(frozen=True, slots=True)
+class Totals:
+    """Totals of C columns over B batches of returns of M states."""
+
+    totals: Floats  #: shape (B, M, C), of the formulas in the order of `Plan.columns`, scaled; NaN where an orbit has ended
+    time: Floats  #: shape (B, M), in the system's time
+    final: Floats  #: shape (M, n), the last states
+    outcome: NDArray[np.int8]  #: shape (M,), of the last return
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The formulas of some observables of a class of systems, those of impacts first."""
+
+    vocabulary: Vocabulary
+    columns: tuple[tuple[int, int], ...]  #: of each formula the observable, and 0, or 1 where it divides
+    formulas: dict[str, tuple[sp.Expr, ...]]  #: of impacts and of flights
+    rows: dict[str, Bools]  #: which rows count, shape (R, K) of impacts and (M, F) of flights
+    largest: Bools  #: shape (K + F,)
+    scales: Floats  #: shape (K + F,)
+
+    def address(self, of: str, slopes: bool) -> int:
+        """The address of the compiled formulas, and their derivatives by inputs, phase and parameters; 0 without formulas."""
+        formulas, inputs, parameters = self.formulas[of], self.vocabulary.variables(of), self.vocabulary.parameters
+        by = (*inputs, PHI, *parameters) if slopes else ()
+        entries = [entry for formula in formulas for entry in (formula, *(sp.diff(formula, x) for x in by))]
+        width = 1 + len(by)
+        places = [k * width + j for k in range(len(formulas)) for j in range(width)]
+        return rows_address(rows_source(entries, places, inputs, parameters)) if formulas else 0
+
+    def memory(self, values: Sequence[float], panel: float, slopes: bool = False) -> Quantities:
+        """Memory for the totals of one thread."""
+        k, f = (self.rows[of].shape[1] for of in ("impacts", "flights"))
+        inputs = {of: len(self.vocabulary.inputs[of]) for of in self.formulas}
+        width = 2 + max(inputs.values()) + len(values) if slopes else 1
+        nodes, weights = rule()
+        return Quantities(
+            impact=self.address("impacts", slopes),
+            flight=self.address("flights", slopes),
+            parameters=np.array([*values, 0.0]),
+            at=self.rows["impacts"],
+            over=self.rows["flights"],
+            largest=self.largest,
+            panel=panel,
+            nodes=nodes,
+            weights=weights,
+            y=np.zeros(max(inputs.values())),
+            out=np.zeros((max(k, f), width)),
+            total=np.zeros(k + f),
+            peak=np.zeros(f),
+            when=np.zeros(f),
+        )
+
+
+def plan_of(system: "ImpactSystem | HybridSystem", observables: tuple[Observable, ...]) -> Plan:
+    """The formulas of observables, read and in order; those of one class and its choices are remembered."""
+    vocabulary = vocabulary_of(system)
+    columns, formulas, rows = [], {}, {}
+    for of in ("impacts", "flights"):
+        own = [(k, part) for k, one in enumerate(observables) if one.of == of for part in range(len(one.formulas))]
+        columns += own
+        formulas[of] = tuple(vocabulary.read(observables[k].formulas[part], of) for k, part in own)
+        counts = [vocabulary.rows(observables[k]) for k, _ in own]
+        rows[of] = np.array(counts, bool).reshape(len(own), len(vocabulary.places[of])).T.copy()
+    largest = np.array([observables[k].largest for k, _ in columns])
+    scales = np.array([1.0 if part else observables[k].scale for k, part in columns])
+    return Plan(vocabulary, tuple(columns), formulas, rows, largest, scales)
+
+
+def totals_of(
+    system: "ImpactSystem | HybridSystem",
+    plan: Plan,
+    start: Floats,
+    length: int,
+    batches: int = 1,
+    discard: int = 0,
+    chatter: float = 1e-12,
+) -> Totals:
+    """The totals over batches of returns, `length` each, of states (M, n), after some that are discarded, on all cores.
+
+    Raises:
+        NsmapsError: the system is given by its acceleration.
+    """
+    kernel: Any = system._kernel()
+    states, m = np.array(start, float), len(start)
+    outcome, time = np.zeros(m, np.int8), np.zeros((batches, m))
+    totals = np.zeros((batches, m, len(plan.columns)))
+    values = list(system.parameters.values())
+
+    def run(k: slice) -> None:
+        rows = states[k], outcome[k], time[:, k], totals[:, k]
+        q = plan.memory(values, panel_of(kernel))
+        if isinstance(kernel, ModeKernel):
+            table, n = kernel.table, states.shape[1]
+            room = np.empty(n), np.empty((n, 0)), memory(table, 0), memory(table, 0)
+            observed_modes(table, q, discard, length, *rows, *room)
+        else:
+            observed(flow_of(kernel.table), q, float(chatter), discard, length, *rows)
+
+    if not isinstance(kernel, (Kernel, ModeKernel)):
+        raise NsmapsError(
+            f"observables need flights in closed form, and {type(system).__name__} is given by its acceleration; expected: a "
+            "system with a displacement, or with modes"
+        )
+    in_chunks(m, run, CHUNK)
+    return Totals(totals * plan.scales, time, states, outcome)
+
+
+def panel_of(kernel: Kernel | ModeKernel) -> float:
+    """The longest part of a flight that one rule of integration covers; with modes these have longest steps of their own."""
+    if isinstance(kernel, ModeKernel):
+        return np.inf
+    table = kernel.table
+    count, first = int(table[layout.SIMPLE] + table[layout.CHAINED]), int(table[layout.AT_RATES])
+    rates = np.hypot(*table[first : first + 2 * count].reshape(-1, 2).T) if count else np.zeros(1)
+    return float(PANEL / max(rates.max(), table[layout.PHASE_RATE]))
+
+
+known_plan = lru_cache(maxsize=64)(plan_of)

@@ -1,0 +1,148 @@
+"""Means of observables: energy balances, closed forms, errors, and what is refused."""
+
+from math import pi
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.dynamics.observables.means import ratio
+from nsmaps.errors import ConditionError
+
+STEADY = {"d": 0.35, "M": 0.1245, "g": 9.8, "beta": pi / 3, "F": 5}
+ALL = ["work", "loss", "damping"]
+ORBITS = {
+    "vi_pair": (STEADY, [0.83, 0.36], 1, ALL),
+    "bouncing_ball": ({"Gamma": 1.5}, [4.19, 0.79], 1, ALL),
+    "impact_oscillator": ({"zeta": 0.1, "w": 2.0, "A": 1.5, "wall": 0.3}, [0.8, 1.0], 1, ALL),
+    "gear_rattle": ({"delta": 0.6, "eps": 0.6}, [0.8, 1.0], 1, ALL),
+    "recoil_pair": (
+        {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113},
+        [0.84, 0.19, -0.67, 0.32],
+        1,
+        ALL,
+    ),
+    "two_masses": ({"w": 2.0}, [0.5, 0.0, 0.0, 1.0], 1, ALL),
+    "soft_impact": ({"xi": 0.05, "e": 0.8, "a": 0.7, "beta": 29, "w": 0.8}, [0.5, 1.0], 1, ["work", "damping"]),
+}
+
+
+def attractor(name: str) -> tuple[object, np.ndarray, int]:
+    """A system and a periodic orbit on its attractor: the states."""
+    values, start, period, _ = ORBITS[name]
+    system = nsmaps.load_system(name, **values)
+    last = nsmaps.orbit(system, start, 2000).final
+    for period in (1, 2, 3, 4, 5, 6):
+        found = nsmaps.periodic_orbit(system, last, period)
+        if found.converged and found.exists:
+            return system, found.states, period
+    raise AssertionError(f"no periodic orbit of {name}")
+
+
+@pytest.mark.parametrize("name", ORBITS)
+def test_the_work_of_the_forcing_is_the_loss_of_a_cycle(name: str) -> None:
+    system, states, period = attractor(name)
+    result = nsmaps.observe(system, states[0], period, ORBITS[name][3], batches=1)
+    work, *losses = result.totals[0]
+    assert work > 0
+    assert abs(work - sum(losses)) < 1e-12 * work
+
+
+def test_a_motion_with_one_impact_a_period_has_the_closed_form() -> None:
+    """v = 2 pi/(1 + r) at cos phi = pi (1 - r)/(Gamma (1 + r)); the loss is (1 - r^2) v^2/2."""
+    with mp.workdps(30):
+        r = mp.mpf("0.5")
+        v = 2 * mp.pi / (1 + r)
+        loss = (1 - r**2) * v**2 / 2
+        expected = [float(x) for x in (1, v, loss, (1 + r) * v, loss)]
+    system, states, _ = attractor("bouncing_ball")
+    result = nsmaps.observe(system, states[0], 10, ["impacts", "speed", "loss", "momentum", "work"])
+    assert np.allclose(result.per_period.value, expected, rtol=1e-12, atol=0)
+    assert np.allclose(result.per_time.value * 2 * pi, [1, 2 * pi * expected[1], *expected[2:]], rtol=1e-12, atol=0)
+    assert (result.per_return.error < 1e-12).all()
+
+
+def test_a_sum_is_that_of_the_impacts_one_by_one() -> None:
+    system = nsmaps.load_system("vi_pair", **STEADY).at(d=0.26)
+    chosen = [
+        {"name": "at T", "formula": "r*v + sin(phi)*place + t", "at": "T"},
+        {"name": "fastest", "formula": "v", "largest": True},
+        {"name": "scaled", "formula": "v**3", "scale": 2.5, "unit": "W"},
+    ]
+    result = nsmaps.observe(system, [0.7, 0.4], 40, chosen, batches=4)
+    hits = system.impacts([0.7, 0.4], 1 + int(sum(map(len, nsmaps.orbit(system, [0.7, 0.4], 40).words)) - 40))
+    v, phi, top = hits.speed[:-1], hits.phase[:-1], hits.wall[:-1] == 1
+    terms = system.r * v + np.sin(phi) * np.where(top, -system.d / 2, system.d / 2) + phi / pi
+    expected = [terms[top].sum() / 40, v.max(), 2.5 * (v**3).sum() / 40]
+    assert np.allclose(result.per_return.value, expected, rtol=1e-11, atol=0)
+    assert np.array_equal(result.final, nsmaps.orbit(system, [0.7, 0.4], 40).final)
+
+
+def test_the_largest_displacement_is_that_of_the_parabola() -> None:
+    ball = nsmaps.load_system("bouncing_ball", Gamma=1e-6, r=1.0)
+    result = nsmaps.observe(ball, [3.0, 0.0], 1, ["displacement"])
+    assert result.per_return.value[0] == pytest.approx(4.5, abs=2e-5)
+    assert np.isnan(result.per_return.error[0])
+
+
+def test_errors_are_those_of_correlated_batches() -> None:
+    noise = np.random.default_rng(0).normal(size=(64, 4000))
+    for k in range(1, 64):
+        noise[k] += 0.5 * noise[k - 1]
+    mean = ratio(3 + noise, np.ones_like(noise))
+    covered = (np.abs(mean.value - 3) < mean.error).mean()
+    assert 0.58 < covered < 0.72  # 0.68 for errors that are known
+
+
+def test_an_orbit_that_ends_has_no_mean() -> None:
+    still = nsmaps.load_system("bouncing_ball", Gamma=0.5)
+    result = nsmaps.observe(still, [[1.0, 1.0], [2.0, 0.0]], 500, ["loss"])
+    assert np.isnan(result.per_return.value).all()
+    assert (result.outcome == nsmaps.Outcome.rests).all()
+
+
+def test_impacts_without_number_lose_the_energy_that_is_left() -> None:
+    """Up to its release a ball loses the energy of its first impact and all work of the table."""
+    ball, start = nsmaps.load_system("bouncing_ball", Gamma=1.2), [1.0, 3.5]
+    returns = nsmaps.orbit(ball, start, 200)
+    n = 1 + int(np.flatnonzero(returns.outcome == nsmaps.Outcome.stuck)[0])
+    result = nsmaps.observe(ball, start, n, ["loss", "work", "impacts"], batches=1)
+    loss, work, impacts = result.totals[0]
+    assert loss == pytest.approx(0.5 + work, rel=1e-12)
+    assert np.isinf(impacts)
+    assert result.final[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("losss", "'losss' is not an observable of VIPair; expected: impacts, .*did you mean 'loss'"),
+        ({"name": "a", "formula": "v*q"}, "formula 'v\\*q', column 3: unknown name 'q'; expected: d, r, g_bar, phi, t, v"),
+        ({"name": "a", "formula": "velocity"}, "unknown name 'velocity'"),
+        ({"name": "a", "formula": "v", "of": "flights"}, "unknown name 'v'"),
+        ({"name": "a", "formula": "v", "at": "X"}, "of an impact at 'X'; expected: B, T"),
+        ({"name": "a", "formul": "v"}, "unknown key 'formul'.*did you mean 'formula'"),
+        ({"name": "a", "formula": "v", "largest": True, "per": "1"}, "expected: one of the two"),
+        ({"name": "a", "formula": "v +"}, "cannot be read"),
+        ({"name": "a", "formula": "__import__('os')"}, "not allowed|no function"),
+        ({"name": "a", "formula": "v**9**9"}, "too high a power"),
+    ],
+)
+def test_an_observable_that_is_not_one_is_refused(given: object, message: str) -> None:
+    system = nsmaps.load_system("vi_pair", **STEADY)
+    with pytest.raises((nsmaps.NsmapsError, ConditionError), match=message):
+        nsmaps.observe(system, [0.8, 0.3], 10, [given])
+
+
+def test_maps_and_systems_without_formulas_are_refused() -> None:
+    system = nsmaps.load_system("vi_pair", **STEADY)
+    with pytest.raises(nsmaps.NsmapsError, match="observables are formulas"):
+        nsmaps.observe(nsmaps.Iterated(system, 2), [0.8, 0.3], 10, ["loss"])
+    with pytest.raises(nsmaps.NsmapsError, match="two observables are named 'loss'"):
+        nsmaps.observe(system, [0.8, 0.3], 10, ["loss", "loss"])
+    with pytest.raises(nsmaps.NsmapsError, match="there is no observable"):
+        nsmaps.observe(system, [0.8, 0.3], 10, [])
+    soft = nsmaps.load_system("soft_impact", **ORBITS["soft_impact"][0])
+    with pytest.raises(nsmaps.NsmapsError, match="no event changes the states; expected: `at` with letters of events: C, F"):
+        nsmaps.observe(soft, [0.5, 1.0], 10, ["impacts"])
