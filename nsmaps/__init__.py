@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import boundary as boundary
     from nsmaps.dynamics.attractors.coexistence import coexistence as coexistence
     from nsmaps.dynamics.attractors.distance import hausdorff as hausdorff
+    from nsmaps.dynamics.charts.chart import Chart as Chart
+    from nsmaps.dynamics.charts.chart import chart as chart
     from nsmaps.dynamics.continuation.branch import Branch as Branch
     from nsmaps.dynamics.continuation.events import Event as Event
     from nsmaps.dynamics.continuation.follow import cascade as cascade
@@ -143,6 +145,7 @@ _PUBLIC = {
     "dynamics.returnmap": ("ReturnMap",),
     "dynamics.search": ("periodic_orbits",),
     "dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram", "event_curve", "stability_diagram"),
+    "dynamics.charts.chart": ("Chart", "chart"),
     "dynamics.continuation.branch": ("Branch",),
     "errors": ("NsmapsError",),
     "exact.surfaces.family": ("ReturnFamily", "WordFamily"),

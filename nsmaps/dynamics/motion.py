@@ -20,20 +20,21 @@ def periods(states: Floats, codes: NDArray[np.int64], coordinates: Coordinates, 
     Args:
         states: shape (..., K, n), successive states.
         codes: shape (..., K), of the words of the returns to them, which must repeat too.
-        tolerance: of each coordinate, shape (n,) or one for all, in its units, from its first value on.
+        tolerance: of each coordinate, in its units, from its first value on: shape (n,), one for all, or (..., n), of each orbit.
     """
     count, dim = states.shape[-2:]
     flat, words = states.reshape(-1, count, dim), codes.reshape(-1, count)
+    near = np.broadcast_to(np.asarray(tolerance, float), (*codes.shape[:-1], dim)).reshape(-1, 1, dim)
     lengths = np.arange(1, count // 2 + 1)
     maybe = np.ones((len(flat), len(lengths)), bool)
     for here in (lengths, np.full_like(lengths, count - 1)):  # they rule out almost every length: linear cost
-        maybe &= _repeat(flat, words, here, here % lengths, coordinates, tolerance)
+        maybe &= _repeat(flat, words, here, here % lengths, coordinates, near)
     period = np.zeros(len(flat), np.int64)
     every = np.arange(count)
     for q in lengths[maybe.any(axis=0)].tolist():
         left = np.flatnonzero(maybe[:, q - 1] & (period == 0))
         if len(left):  # compared with the first period, not the previous one: slow decay would pass for a period
-            period[left[_repeat(flat[left], words[left], every, every % q, coordinates, tolerance).all(axis=1)]] = q
+            period[left[_repeat(flat[left], words[left], every, every % q, coordinates, near[left]).all(axis=1)]] = q
     return period.reshape(codes.shape[:-1])
 
 
@@ -43,9 +44,9 @@ def _repeat(
     here: NDArray[np.int64],
     there: NDArray[np.int64],
     coordinates: Coordinates,
-    tolerance: ArrayLike,
+    tolerance: Floats,
 ) -> NDArray[np.bool_]:
-    """A mask: states (N, K, n) and words (N, K) at some places agree with those at others, shape (N, places)."""
+    """A mask: states (N, K, n) and words (N, K) at some places agree with others within (N, 1, n), shape (N, places)."""
     return coordinates.near(states[:, here], states[:, there], tolerance) & (codes[:, here] == codes[:, there])
 
 

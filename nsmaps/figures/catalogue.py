@@ -169,6 +169,14 @@ _ROWS = (
         (data.STABILITY,),
     ),
     Row(
+        "longrun.chart",
+        "The plane of two parameters coloured by the period of the attractor and by its largest Lyapunov exponent.",
+        "The attractor of the first start at each pixel of two parameters: its period in returns, black where none was found, "
+        "and its largest Lyapunov exponent per return. Hatched are pixels with several attractors, and crossed those whose "
+        "parameters the system refuses.",
+        (data.CHART,),
+    ),
+    Row(
         "longrun.lyapunov",
         "The Lyapunov exponents against the parameter with bands of two standard errors.",
         "The Lyapunov exponents over the parameter, per return and per unit of time, with bands of two standard errors. "

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.morse_sets import MorseCover
     from nsmaps.dynamics.attractors.basins import Basins
+    from nsmaps.dynamics.charts.chart import Chart
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
@@ -268,6 +269,7 @@ BRANCHES: "Need[Mapping[str, Sequence[Branch]]]" = Need(
     "branches of periodic orbits", ("branches",), lambda result: result.branches
 )
 STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",), lambda result: result.stability)
+CHART: "Need[Chart]" = Need("a chart of two parameters", ("chart",), lambda result: result.chart)
 LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
 BASINS: "Need[Basins]" = Need("basins over a grid", ("basins",), _basins)
 NOISE: "Need[NoiseResult]" = Need("orbits under noise", ("noise",), lambda result: result.noise)

@@ -30,6 +30,7 @@ _FOUND: Mapping[str, Found] = {
     "bifurcation": of_dynamics.bifurcation,
     "branches": of_dynamics.branches,
     "stability": of_dynamics.stability,
+    "chart": of_dynamics.chart,
     "lyapunov": of_dynamics.lyapunov,
     "basins": of_dynamics.basins,
     "noise": of_dynamics.noise,

@@ -40,6 +40,18 @@ def stability(result: StudyResult, part: str) -> str:
     return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{over}; motions {listed(shares)}."
 
 
+def chart(result: StudyResult, part: str) -> str:
+    """The ranges of both parameters, the share of each motion, and of what coexists or is refused."""
+    spec, found = result.study.chart, result.chart
+    if spec is None or found is None:
+        return ""
+    refused = f"; the system refuses the parameters of {int(found.refused.sum()):,} pixels" if found.refused.any() else ""
+    over = f"{range_text(spec.sweep)}, {range_text(spec.across)}"
+    motions = {label or "none": share for label, share in found.shares().items()}
+    text = f"{over}; motions {listed(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
+    return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{text}"
+
+
 def lyapunov(result: StudyResult, part: str) -> str:
     """The range of the parameter, and at how many values an exponent is positive."""
     spec, found = result.study.lyapunov, result.lyapunov

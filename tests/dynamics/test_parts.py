@@ -16,6 +16,7 @@ from stumbles import again
 import nsmaps
 from nsmaps.dynamics.attractors import basins
 from nsmaps.dynamics.attractors.basins import find_attractors
+from nsmaps.dynamics.charts import chart
 from nsmaps.dynamics.diagrams import bifurcation
 from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.diagrams.stability import stability_diagram
@@ -28,6 +29,7 @@ BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta
 ALONG = nsmaps.Along(PAIR, "d")
 VALUES = [0.30, 0.26, -1.0, 0.35, 0.28]  # at -1 there is no map
 STARTS = [[0.8, 0.4], [0.7, 0.3], [0.2, 3.0]]
+PLANE = {"d": nsmaps.Axis(low=0.25, high=0.35, points=6), "r": [0.4, 0.5, 0.6, 1.5]}  # at r = 1.5 there is no map
 NOISE = nsmaps.Noise(sigma=0.03, tau=0.5)
 DIAGRAM = partial(nsmaps.bifurcation, ALONG, VALUES, STARTS, 20, 100)
 SWEEPS: dict[str, Callable[..., Any]] = {
@@ -37,6 +39,8 @@ SWEEPS: dict[str, Callable[..., Any]] = {
     "lyapunov up": partial(lyapunov_sweep, ALONG, VALUES, [0.8, 0.4], 64, 50, direction="up"),
     "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), returns=300),
     "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, 20, seed=4, impacts=5),
+    **{f"chart {way}": partial(nsmaps.chart, PAIR, PLANE, STARTS[:2], 20, 100, 8, way) for way in (None, "up", "both")},
+    "chart refined": partial(nsmaps.chart, PAIR, PLANE, STARTS[:1], 20, 100, 8, refine=4),
     "impacts": partial(impact_diagram, ALONG, [0.3, 0.35], [0.8, 0.4], NOISE, "up", 5, 10),
 }
 
@@ -52,6 +56,7 @@ def two() -> Iterator[Executor]:
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts of two values or fewer, and of thirty starts."""
     monkeypatch.setattr(bifurcation, "PART", 200)
+    monkeypatch.setattr(chart, "PART", 1200)
     monkeypatch.setattr(basins, "CHUNK", 30)
 
 

@@ -11,7 +11,7 @@ from nsmaps.errors import StudyError
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "branches, stability, lyapunov, basins, noise, domains, second_iterate, morse, exit_times, figures, require, "
+    "branches, stability, chart, lyapunov, basins, noise, domains, second_iterate, morse, exit_times, figures, require, "
     "expected_failures"
 )
 CONDITION = (
@@ -213,7 +213,7 @@ BAD = {
         "cobwebs",
         "unknown word 'cobwebs'; expected: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
         "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
-        "orbits, cobweb, bifurcation, branches, stability, lyapunov, basins, noise, auxiliary, envelopes, domain_size, "
+        "orbits, cobweb, bifurcation, branches, stability, chart, lyapunov, basins, noise, auxiliary, envelopes, domain_size, "
         "second_iterate, morse, exit_times, did you mean 'cobweb'?",
     ),
     "deltas of no orders": (
@@ -388,6 +388,62 @@ BAD = {
         "start: {v: 1, phi: 1}}\nrequire:",
         "{sweep",
         "'sweep' and 'across' have the same parameter 'a'; expected: two parameters",
+    ),
+    "chart of one parameter": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}]}\nrequire:",
+        "{sweep",
+        "'sweep' and 'across' have the same parameter 'a'; expected: two parameters",
+    ),
+    "chart of an unknown parameter": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: q, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}]}\nrequire:",
+        "q, from",
+        "unknown parameter 'q'; expected: a, r",
+    ),
+    "chart with a range that is not finite": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: .inf, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}]}\nrequire:",
+        ".inf",
+        "inf is not finite; expected: a finite number, or text as 'pi/3'",
+    ),
+    "chart of no starts": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "starts: []}\nrequire:",
+        "{sweep",
+        "'starts' has no start; expected: one or more",
+    ),
+    "chart of a start without a coordinate": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}, {v: 2}]}\nrequire:",
+        "{v: 2}",
+        "the coordinate 'phi' is missing; expected: all of v, phi",
+    ),
+    "chart of few returns": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}], returns: 63}\nrequire:",
+        "{sweep",
+        "63 'returns' hold no period up to 32 twice; expected: 2 'max_period'",
+    ),
+    "chart that is followed and refined": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}], direction: up, refine: 4}\nrequire:",
+        "{sweep",
+        "orbits that are followed need every pixel; expected: no 'direction', or no 'refine'",
+    ),
+    "curve of a chart of no branch": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}], curves: [{branch: one, event: fold}]}\nrequire:",
+        "one, event",
+        "unknown branch in 'a' 'one'; expected: none",
     ),
     "curve of no branch": (
         "require:",

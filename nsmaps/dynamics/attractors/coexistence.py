@@ -93,7 +93,7 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
         for k, there in enumerate(held):
             every = zip(states[k], period[k].tolist(), labels[k].tolist(), strict=True)
             sets = [kept(coordinates, *each, near, scale) for each, on in zip(every, there, strict=True) if on]
-            groups = _groups(sets)
+            groups = grouped(sets)
             last = _numbered([_shown([sets[s] for s in group]) for group in groups], last, numbers.max() + 1, scale, step)
             for (number, shown), group in zip(last.items(), groups, strict=True):
                 own = np.flatnonzero(there)[group]
@@ -101,7 +101,7 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
     return Coexistence(np.sort(diagrams[0].values), numbers, names.astype(str))
 
 
-def _groups(sets: list[Attractor]) -> list[list[int]]:
+def grouped(sets: list[Attractor]) -> list[list[int]]:
     """The sets, by their places, grouped by attractors to which they may belong, also through other sets."""
     groups: list[list[int]] = []
     for s, own in enumerate(sets):

@@ -34,6 +34,11 @@ def impact_law(symbolic: Any) -> tuple[list[sp.Expr], list[sp.Expr]]:
     return [table[name].at for name in names], [law_of(symbolic, V, name) for name in names]
 
 
+def is_linear(law: sp.Expr) -> bool:
+    """True if the speed after an impact is proportional to that before it."""
+    return not sp.diff(law, V).has(V) and law.subs(V, 0) == 0
+
+
 def displacement_at(symbolic: Any, period: sp.Expr) -> sp.Expr:
     """The displacement at S after an impact at the phase PHI, the place Z and the velocity W."""
     start = PHI * period / (2 * sp.pi)

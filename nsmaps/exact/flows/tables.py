@@ -24,6 +24,7 @@ from nsmaps.exact.flows.formulas import (
     displacement_at,
     impact_law,
     in_symbols,
+    is_linear,
 )
 from nsmaps.exact.flows.laws import law_address
 from nsmaps.exact.flows.source import period_of, walls_of
@@ -36,6 +37,7 @@ CANCELS = mp.mpf("0.1")  #: two terms with nearly equal rates are chained if the
 NEAR = mp.mpf("0.1")  #: and if their rates differ by less than this share
 SLOW = mp.mpf("0.02")  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
 ONE_AT_A_TIME = Lock()  #: mpmath has one precision for all threads
+FLIGHTS = 4096  #: number of flights that are remembered, about 1 kB each
 ORDERS = range(2, 6)  #: time derivatives of the displacement at the start: acceleration to crackle
 
 
@@ -185,13 +187,19 @@ class Formulas:
         laws = [(k, law) for k, law in enumerate(self.laws) if not is_linear(law)]
         return [(at.LAW + k, law) for k, law in laws] + [(at.LAW_SLOPE + k, sp.diff(law, V)) for k, law in laws]
 
+    @cached_property
+    def flown(self) -> list[bool]:
+        """Whether the flight depends on each parameter; walls and laws may depend on the others."""
+        free = self.displacement.formula.free_symbols
+        return [symbol in free for symbol in self.symbols]
+
     def table(self, values: list[float]) -> Floats:
         """The table at these values of the parameters, shape (M,)."""
         with ONE_AT_A_TIME, mp.workdps(DIGITS):
-            total = self.displacement.at(values)
-            harmonics = max([1, *(abs(term.harmonic) for term in total)])
-            table = packed(*rates_and_powers(total, harmonics), harmonics, values)
+            table = _flight(self, tuple(x if flown else 0.0 for x, flown in zip(values, self.flown, strict=True))).copy()
             numbers = [float(x) for x in self.compute(*map(mp.mpf, values))]
+        begin = int(table[at.AT_PARAMETERS])
+        table[begin : begin + len(values)] = values
         table[[at.TOP, at.BOTTOM, at.PHASE_RATE, at.HORIZON, at.RESTITUTION, at.RESTITUTION + 1]] = numbers
         table[[at.HAS_UP, at.HAS_DOWN, at.BASE_UP]] = self.sides
         for place, law in self.curved:
@@ -201,6 +209,14 @@ class Formulas:
     def along(self, names: tuple[str, ...]) -> "Formulas":
         """The derivatives of all formulas along a direction; the rates of change of the parameters follow them as parameters."""
         return _along(self, names)
+
+
+@lru_cache(maxsize=FLIGHTS)
+def _flight(formulas: Formulas, values: tuple[float, ...]) -> Floats:
+    """The table without walls, laws and parameters, at values of the parameters on which flights depend, 0 for the others."""
+    total = formulas.displacement.at(list(values))
+    harmonics = max([1, *(abs(term.harmonic) for term in total)])
+    return packed(*rates_and_powers(total, harmonics), harmonics, list(values))
 
 
 @lru_cache(maxsize=64)
@@ -215,11 +231,6 @@ def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
     displacement = Expansion(moved(formulas.displacement.formula), symbols)
     numbers, laws = ([moved(x) for x in exprs] for exprs in (formulas.numbers, formulas.laws))
     return Formulas(symbols, displacement, numbers, laws, formulas.sides)
-
-
-def is_linear(law: sp.Expr) -> bool:
-    """True if the speed after an impact is proportional to that before it."""
-    return not sp.diff(law, V).has(V) and law.subs(V, 0) == 0
 
 
 def formulas_of(system: "ImpactSystem") -> Formulas:

@@ -18,6 +18,7 @@ from nsmaps.study.sections.maps.slices import SLICES
 from nsmaps.study.sections.maps.surfaces import FAMILIES, GRID
 from nsmaps.study.sections.parameters.bifurcation import BIFURCATION
 from nsmaps.study.sections.parameters.branches import BRANCHES
+from nsmaps.study.sections.parameters.chart import CHART
 from nsmaps.study.sections.parameters.lyapunov import LYAPUNOV
 from nsmaps.study.sections.parameters.stability import STABILITY
 from nsmaps.study.sections.sets.domains import DOMAINS
@@ -36,6 +37,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     BIFURCATION,
     BRANCHES,
     STABILITY,
+    CHART,
     LYAPUNOV,
     BASINS,
     NOISE,
@@ -48,7 +50,7 @@ SECTIONS: tuple[Section[Any], ...] = (
 if TYPE_CHECKING:
     from nsmaps.study.sections.longrun import basins, noise, orbits
     from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
-    from nsmaps.study.sections.parameters import bifurcation, branches, lyapunov, stability
+    from nsmaps.study.sections.parameters import bifurcation, branches, chart, lyapunov, stability
     from nsmaps.study.sections.sets import domains, exit_times, morse
 
     class Kept(
@@ -62,6 +64,7 @@ if TYPE_CHECKING:
         bifurcation.Stored,
         branches.Stored,
         stability.Stored,
+        chart.Stored,
         lyapunov.Stored,
         basins.Stored,
         noise.Stored,

@@ -60,14 +60,14 @@ class Stored:
     curves: "dict[str, EventCurve]" = field(default_factory=dict)  #: of events, by branch and event
 
 
-def _check(spec: StabilitySection, study: "Study") -> None:
-    """Raise StudyError at the first curve without a branch along the first parameter, or given twice."""
-    name = spec.sweep.parameter
+def check_curves(key: str, sweep: Range, curves: tuple[CurveSection, ...], study: "Study") -> None:
+    """Raise StudyError at the first curve of a section without a branch along the first parameter, or given twice."""
+    name = sweep.parameter
     expected = [branch.name for branch in study.branches if branch.parameter == name]
-    for number, curve in enumerate(spec.curves):
-        loc = ("stability", "curves", number)
+    for number, curve in enumerate(curves):
+        loc = (key, "curves", number)
         study.source.known((*loc, "branch"), curve.branch, expected, f"branch in {name!r}")
-        if curve in spec.curves[:number]:
+        if curve in curves[:number]:
             text = f"the curve of {curve.branch!r} and {curve.event!r} is given twice; expected: each once"
             raise study.source.error(loc, text)
 
@@ -91,12 +91,12 @@ def _compute(spec: StabilitySection, plan: "Plan", result: "StudyResult") -> dic
     with plan.study.source.located(("stability",)):
         diagram = stability_diagram(map_of, along, across, plan.bound["stability"], **how, jobs=plan.portion(0, count))
         for number, each in enumerate(spec.curves, 1):
-            curves[f"{each.event} of {each.branch}"] = _curve(plan, result, each, map_of, across)
+            curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, map_of, across)
             beat((number + 1) / count)
     return {"stability": diagram, "curves": curves}
 
 
-def _curve(plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Along, across: Floats) -> "EventCurve":
+def curve_of(plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Along, across: Floats) -> "EventCurve":
     """An event of a branch over the second parameter: continued to both ends from the value nearest to the study's own."""
     from nsmaps.dynamics.diagrams.stability import EventCurve, event_curve
 
@@ -130,11 +130,15 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
         return {}
     names = {0: "no period found", -1: "no attractor"}
     shares = {names.get(period, str(period)): diagram.share(period) for period in np.unique(diagram.period).tolist()}
-    lines = {
+    return {"stability": {"shares": shares, "curves": plain_curves(result.curves)}}
+
+
+def plain_curves(curves: "dict[str, EventCurve]") -> dict[str, Any]:
+    """Curves of events for JSON."""
+    return {
         name: {"across": curve.across.tolist(), "values": plain(curve.values), "precision": plain(curve.precision)}
-        for name, curve in result.curves.items()
+        for name, curve in curves.items()
     }
-    return {"stability": {"shares": shares, "curves": lines}}
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
@@ -149,7 +153,7 @@ STABILITY = Section[StabilitySection](
     type=StabilitySection | None,
     stored=Stored,
     holds={"dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram")},
-    check=_check,
+    check=lambda spec, study: check_curves("stability", spec.sweep, spec.curves, study),
     bind=_bind,
     compute=_compute,
     describe=_describe,

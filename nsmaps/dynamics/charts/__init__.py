@@ -1,0 +1,1 @@
+"""Charts: the attractors of a system over the plane of two parameters."""

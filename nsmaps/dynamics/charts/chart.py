@@ -1,0 +1,289 @@
+"""Charts: the attractors of a system over the plane of two of its parameters."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
+from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
+from nsmaps.dynamics.charts.motions import Motion, Motions
+from nsmaps.dynamics.charts.pixels import WAYS, Way, motions_of, pixels
+from nsmaps.dynamics.charts.quadtree import interpolated, refined
+from nsmaps.dynamics.charts.tails import Length
+from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.outcome import OUTCOMES
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.surfaces.surface import Axis
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
+
+PART = 2_000_000  #: returns of a part by default: about a second
+REFUSED = -1000  #: in place of a period, where there is no map
+TABLES = ("motion", "attractor", "exponent", "outcome", "state", "refused")  #: arrays of a pixel
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Chart(WithCoordinates):
+    """The attractors over W values of one parameter by V of another, each reached by S orbits of n coordinates."""
+
+    __repr__ = brief
+
+    coordinates: Coordinates
+    parameters: tuple[str, str]  #: names of the one along and of the one across
+    along: Floats  #: shape (V,)
+    across: Floats  #: shape (W,)
+    motions: tuple[Motion, ...]  #: every motion that occurs, once
+    motion: NDArray[np.int32]  #: shape (W, V, S), index of the motion of each orbit; -1 where it ended
+    attractor: NDArray[np.int8]  #: shape (W, V, S), a number of the attractor among those of its pixel; -1 where it ended
+    exponent: Floats  #: shape (W, V, S), largest Lyapunov exponent per return; NaN where unknown
+    outcome: NDArray[np.int8]  #: shape (W, V, S), values of `Outcome`, of the last return; `invalid` without a map
+    state: Floats  #: shape (W, V, S, n), the last of each orbit; NaN where it ended
+    refused: Bools  #: shape (W, V), where there is no map
+    computed: Bools  #: shape (W, V); elsewhere exponents are interpolated, and all else is that of a pixel that was computed
+    reason: str  #: the first reason why there is no map; "" if there is one everywhere
+    returns: int  #: number of returns computed; others are repetitions
+
+    @property
+    def period(self) -> Ints:
+        """The period of each orbit in returns, shape (W, V, S); 0: none found, -1: it ended."""
+        return np.array([*(motion.period for motion in self.motions), -1])[self.motion]
+
+    @property
+    def turns(self) -> Ints:
+        """The period of each orbit in periods of the forcing, shape (W, V, S); 0: none found, -1: it ended."""
+        return np.array([*(motion.turns for motion in self.motions), -1])[self.motion]
+
+    @property
+    def labels(self) -> NDArray[np.str_]:
+        """The motion of each orbit, shape (W, V, S), such as 1:1/2T; "" where it ended."""
+        return np.array([*(motion.label for motion in self.motions), ""])[self.motion]
+
+    @property
+    def words(self) -> NDArray[np.str_]:
+        """The words of each orbit, shape (W, V, S), with blanks between; see `Motion.words`."""
+        return np.array([*(" ".join(motion.words) for motion in self.motions), ""])[self.motion]
+
+    @property
+    def counts(self) -> Ints:
+        """The number of attractors at each pixel, shape (W, V)."""
+        return self.attractor.max(axis=2).astype(np.int64) + 1
+
+    def shares(self) -> dict[str, float]:
+        """The fraction of the pixels at which each motion attracts an orbit, the most frequent first; pixels may count twice."""
+        kinds = list(dict.fromkeys(motion.label for motion in self.motions))
+        found = np.sort(np.array([*(kinds.index(motion.label) for motion in self.motions), -1])[self.motion], axis=2)
+        first = found >= 0
+        first[..., 1:] &= found[..., 1:] != found[..., :-1]
+        counts = np.bincount(found[first], minlength=len(kinds)) / self.refused.size
+        return dict(sorted(zip(kinds, counts.tolist(), strict=True), key=lambda pair: -pair[1]))
+
+    def to_xarray(self) -> "Dataset":
+        """An xarray dataset with dimensions of both parameters, `orbit` and `coordinate`. Raises NsmapsError without xarray."""
+        from nsmaps.datasets import EACH, NONE, dataset
+
+        plane = f"{self.parameters[1]} {self.parameters[0]}"
+        rows = {
+            "period": (f"{plane} orbit", self.period, "returns", "least number after which an orbit repeats; 0: none; -1: ended"),
+            "turns": (f"{plane} orbit", self.turns, NONE, "periods of the forcing in one period"),
+            "label": (f"{plane} orbit", self.labels, NONE, "name of the motion, such as 1:1/2T"),
+            "motion": (f"{plane} orbit", self.motion, NONE, "number of the motion; -1: ended"),
+            "word": (f"{plane} orbit", self.words, NONE, "impact words of one period, or all words without one"),
+            "attractor": (f"{plane} orbit", self.attractor, NONE, "number of the attractor at its pixel"),
+            "exponent": (f"{plane} orbit", self.exponent, NONE, "largest Lyapunov exponent per return"),
+            "state": (f"{plane} orbit coordinate", self.state, EACH, "last state"),
+            "outcome": (f"{plane} orbit", self.outcome, NONE, OUTCOMES),
+            "refused": (plane, self.refused, NONE, "whether the system refuses the parameters"),
+            "computed": (plane, self.computed, NONE, "whether the pixel was computed, not filled"),
+        }
+        return dataset(self.coordinates, rows, dict(zip(self.parameters, (self.along, self.across), strict=True)))
+
+
+@divides
+def chart(
+    system: "ImpactSystem | HybridSystem",
+    plane: Mapping[str, "Axis | ArrayLike"],
+    starts: StateLike,
+    returns: int = 1000,
+    discard: int = 1000,
+    max_period: int = 32,
+    direction: Way | None = None,
+    tolerance: float = 1e-6,
+    refine: int | None = None,
+    *,
+    jobs: Jobs = SERIAL,
+) -> Chart:
+    """The attractors over the plane of two parameters: at each pixel those that the orbits of some starts reach.
+
+    Where the class refuses the parameters there is no map, and the pixel is counted as refused. An orbit that comes back to a
+    state to the last bit is not computed any further, since it repeats; all numbers are those of the whole orbit.
+
+    Args:
+        system: an exact system, whose other parameters are kept.
+        plane: the values of two parameters by name, ascending, shapes (V,) and (W,), or an `Axis`; the first is drawn along.
+        starts: one state, shape (n,) or by name, or some, shape (S, n), phases in radians.
+        returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
+            `2 max_period`, in the last of which a period is sought.
+        discard: number computed before these and discarded as the transient.
+        max_period: longest period tested, in returns.
+        direction: with "up" or "down" orbits start where those of the neighbour along the first parameter ended; "both" has 2 S
+            orbits, the ascending ones first. With None the orbits of every pixel begin at the given starts.
+        tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the largest
+            magnitude on the orbit.
+        refine: distance of the pixels computed first, a power of two, such as 16. Others are computed beside those where the
+            motions of neighbours differ, or none has a period, since windows of periodic motion lie everywhere among such ones;
+            the rest is filled. None computes every pixel.
+        jobs: see `nsmaps.Jobs`. Parts are pixels, with a direction rows, that make 2,000,000 returns together.
+
+    Raises:
+        StateError: the starts do not have the system's coordinates.
+        NsmapsError: another argument is not valid, or there is no map at any pixel.
+    """
+    axes = {str(name): _values(name, values) for name, values in plane.items()}
+    _check_plane(system, axes)
+    _check_length(returns, discard, max_period, tolerance)
+    _check_refine(refine, direction)
+    now = as_starts(starts, system.coordinates).reshape(-1, len(system.coordinates))
+    if not len(now):
+        raise NsmapsError("there are no starts; expected: one state or more")
+    how = now, Length(discard, returns, 2 * max_period), tolerance, direction
+    (first, columns), (second, rows) = axes.items()
+    work = _Work(Along(cast("ImpactSystem", system), first, second), columns, rows, how)
+    if refine is None or 1 in work.shape:
+        work.compute(np.arange(rows.size * columns.size), jobs)
+        return work.chart(np.arange(rows.size * columns.size))
+    return work.chart(refined(work.shape, refine, _Levels(work, jobs, 2 * refine.bit_length()).kinds)[0].ravel())
+
+
+@dataclass(slots=True, eq=False)
+class _Work:
+    """The pixels of a chart that are computed, each a row of the tables."""
+
+    map_of: Along
+    along: Floats
+    across: Floats
+    how: tuple[Floats, Length, float, Way | None]  #: starts, number of returns, tolerance and direction
+    tables: Arrays = field(default_factory=dict)
+    motions: Motions = field(default_factory=Motions)
+    reason: str = ""
+    returns: int = 0
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return len(self.across), len(self.along)
+
+    def compute(self, numbers: Ints, jobs: Jobs) -> None:
+        """Compute some pixels, by their numbers; with a direction all of them."""
+        starts, length, _, direction = self.how
+        places = np.column_stack([self.along[numbers % len(self.along)], self.across[numbers // len(self.along)]])
+        each = places.reshape(*self.shape, 2) if direction else places[:, None]
+        size = -(-PART // ((length.discard + length.returns) * len(starts) * each.shape[1] * len(WAYS[direction])))
+        cuts = jobs.cuts(len(each), size)
+        rows = [each[cut] if direction else each[cut].reshape(1, -1, 2) for cut in cuts]
+        done = 0
+        for part in jobs.run(pixels, [(self.map_of, row, *self.how) for row in rows]):
+            count = len(part["refused"])
+            self._write(part, numbers[done : done + count])
+            done += count
+
+    def _write(self, part: Arrays, numbers: Ints) -> None:
+        """Write the result of a part."""
+        own = np.array([*map(self.motions.number, motions_of(part)), -1], np.int32)
+        found = {name: part[name] for name in TABLES} | {"motion": own[part["motion"]], "known": np.ones(len(numbers), bool)}
+        for name, rows in found.items():
+            if name not in self.tables:
+                self.tables[name] = np.zeros((self.shape[0] * self.shape[1], *rows.shape[1:]), rows.dtype)
+            self.tables[name][numbers] = rows
+        self.reason, self.returns = self.reason or str(part["reason"]), self.returns + int(part["computed"])
+
+    def chart(self, source: Ints) -> Chart:
+        """The chart, whose pixels are filled from others, by their numbers."""
+        known = self.tables.pop("known")
+        if self.tables["refused"][known].all():
+            raise NsmapsError(f"there is no map at any of {known.sum()} pixels: {self.reason}")
+        filled: dict[str, Any] = {name: rows[source] for name, rows in self.tables.items()}
+        filled["exponent"] = interpolated(filled["exponent"], known, self.shape)
+        filled = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in filled.items()}
+        names = self.map_of.parameter, str(self.map_of.second)
+        about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions.known)
+        return Chart(*about, **filled, computed=known.reshape(self.shape), reason=self.reason, returns=self.returns)
+
+
+@dataclass(slots=True, eq=False)
+class _Levels:
+    """The kinds of pixels for refinement, each round of pixels computed in parts of its own."""
+
+    work: _Work
+    jobs: Jobs
+    rounds: int  #: number of rounds that is expected, for the progress
+    done: int = 0
+    kinds_known: dict[tuple[tuple[str, int], ...], int] = field(default_factory=dict)
+
+    def kinds(self, numbers: Ints) -> Ints:
+        """The kinds of pixels, by their numbers, which are computed: the names and periods of their attractors."""
+        self.work.compute(numbers, self.jobs.share(self._share(self.done), self._share(self.done + 1), f"round-{self.done:04d}"))
+        self.done += 1
+        motions = [(motion.label, motion.period) for motion in self.work.motions.known]
+        tables = self.work.tables
+        rows = zip(numbers.tolist(), *(tables[name][numbers].tolist() for name in ("motion", "outcome", "refused")), strict=True)
+        return np.array([self._kind(motions, *row) for row in rows], np.int64)
+
+    def _kind(self, motions: list[tuple[str, int]], number: int, motion: list[int], outcome: list[int], refused: bool) -> int:
+        """The number of the kind of one pixel; without a period one of its own."""
+        if any(k >= 0 and not motions[k][1] for k in motion):
+            return -1 - number
+        found = [motions[k] if k >= 0 else ("", -1 - end) for k, end in zip(motion, outcome, strict=True)]
+        kind = (("", REFUSED),) if refused else tuple(found)
+        return self.kinds_known.setdefault(kind, len(self.kinds_known))
+
+    def _share(self, round: int) -> float:
+        """The fraction of the work before a round."""
+        return min(round / self.rounds, 1 - 2.0 ** -(round + 1)) if round else 0.0
+
+
+def _values(name: str, given: "Axis | ArrayLike") -> Floats:
+    """The values of a parameter; NsmapsError unless they are finite and ascend."""
+    values = given.values() if isinstance(given, Axis) else np.asarray(given, float)
+    if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (np.diff(values) > 0).all():
+        raise NsmapsError(f"the values of {name!r} are {given!r:.80}; expected: finite numbers in ascending order, or an Axis")
+    return values
+
+
+def _check_plane(system: "ImpactSystem | HybridSystem", axes: Mapping[str, Floats]) -> None:
+    """Refuse anything but two different parameters of the system."""
+    known = system.parameter_names()
+    if len(axes) != 2:
+        raise NsmapsError(
+            f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters of {', '.join(known)}"
+        )
+    for name in axes:
+        if name not in known:
+            close = near_match(name, known)
+            raise NsmapsError(f"{type(system).__name__} has no parameter {name!r}{close}; expected: two of {', '.join(known)}")
+
+
+def _check_length(returns: int, discard: int, max_period: int, tolerance: float) -> None:
+    """Refuse numbers of returns in which no period can be found."""
+    if max_period < 1 or discard < 0 or returns < 2 * max_period:
+        text = f"{returns} returns after {discard}, periods up to {max_period}"
+        raise NsmapsError(f"{text}; expected: at least 2 max_period returns, after at least 0, and periods from 1 on")
+    if not tolerance > 0:
+        raise NsmapsError(f"the tolerance is {tolerance}; expected: a number above 0")
+
+
+def _check_refine(refine: int | None, direction: Way | None) -> None:
+    """Refuse a refinement of other steps, or of orbits that are followed from pixel to pixel."""
+    if direction not in WAYS:
+        raise NsmapsError(f"direction is {direction!r}; expected: 'up', 'down', 'both' or None")
+    if refine is not None and (refine < 1 or refine.bit_count() != 1):
+        raise NsmapsError(f"refine is {refine}; expected: a power of two, such as 16, or None")
+    if refine is not None and direction is not None:
+        raise NsmapsError("orbits that are followed need every pixel; expected: no 'direction', or no 'refine'")

@@ -1,0 +1,108 @@
+"""The attractors at some pixels of a chart: the work of one part."""
+
+from itertools import chain
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.charts.motions import Motion, Motions, attractors
+from nsmaps.dynamics.charts.tails import Length, Tail, tail
+from nsmaps.dynamics.motion import periods
+from nsmaps.dynamics.returnmap import followed
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.parallel import Arrays
+
+Way = Literal["up", "down", "both"]
+WAYS: dict[Way | None, tuple[int, ...]] = {None: (1,), "up": (1,), "down": (-1,), "both": (1, -1)}
+
+
+def pixels(map_of: Along, rows: Floats, starts: Floats, length: Length, tolerance: float, direction: Way | None) -> Arrays:
+    """The attractors at rows of pixels (R, V, 2), ascending along each row, of starts (S, n): arrays of R V rows.
+
+    With a direction every row is followed; with "both" there are 2 S orbits, the ascending ones first.
+    """
+    tails: list[tuple[Tail | None, ...]] = []
+    reasons: list[str] = []
+    for row in rows:
+        passes = [_pass(map_of, row, starts, length, way, direction is not None) for way in WAYS[direction]]
+        tails += zip(*(found for found, _ in passes), strict=True)
+        reasons += passes[0][1]
+    about = {"refused": np.array([bool(reason) for reason in reasons]), "reason": np.array(next(filter(None, reasons), ""))}
+    found = _beside(tails, starts, length)
+    return {**_summary(found, Coordinates(map_of.system.coordinates), tolerance, len(starts) * len(WAYS[direction])), **about}
+
+
+def _pass(
+    map_of: Along, row: Floats, starts: Floats, length: Length, way: int, directed: bool
+) -> tuple[list[Tail | None], list[str]]:
+    """The ends of orbits at the pixels of a row, taken up or down, and the reasons why there are none."""
+
+    def map_at(pixel: Any) -> Any:
+        map = map_of(*pixel)
+        map.first_return(starts[:0])  # a formula may fail at these values
+        return map
+
+    runs, reasons, _ = followed(map_at, row[::way], starts, lambda map, states: tail(map, states, length), directed)  # type: ignore[arg-type]
+    them = iter(runs)
+    return [None if reason else next(them) for reason in reasons][::way], reasons[::way]
+
+
+def _beside(tails: list[tuple[Tail | None, ...]], starts: Floats, length: Length) -> Tail:
+    """The ends of all orbits, those of the passes at a pixel one after another; without a map the outcome is `invalid`."""
+    count = len(starts)
+    found = Tail.empty(len(tails) * len(tails[0]) * count, length.window, starts.shape[1])
+    for k, each in enumerate(chain.from_iterable(tails)):
+        if each is not None:
+            for name in ("states", "turns", "codes", "outcome", "slopes", "growth"):
+                getattr(found, name)[k * count : (k + 1) * count] = getattr(each, name)
+            found.walls, found.computed = each.walls, found.computed + each.computed
+    return found
+
+
+def _summary(found: Tail, coordinates: Coordinates, tolerance: float, orbits: int) -> Arrays:
+    """Motions, attractors, exponents, outcomes and last states of the pixels, of `orbits` each, and the motions' names."""
+    sizes = np.nan_to_num(np.abs(found.states)).max(axis=1)
+    near = tolerance * np.where(coordinates.angles | (sizes == 0), 1.0, sizes)
+    period, names = periods(found.states, found.codes, coordinates, near), Motions(found.walls)
+    motion = np.full(len(period), -1, np.int32)
+    for k in np.flatnonzero(np.isfinite(found.final).all(axis=1)).tolist():
+        motion[k] = names.of(found.codes[k], found.turns[k], int(period[k]))
+    pixels = zip(found.states.reshape(-1, orbits, *found.states.shape[1:]), period.reshape(-1, orbits).tolist(), strict=True)
+    table = {
+        "motion": motion,
+        "attractor": np.concatenate([attractors(coordinates, *pixel) for pixel in pixels]),
+        "exponent": np.where(period > 0, _exponent(found.slopes, period), found.growth),
+        "outcome": found.outcome,
+        "state": found.final,
+    }
+    shaped = {name: rows.reshape(-1, orbits, *rows.shape[1:]) for name, rows in table.items()}
+    return {**shaped, **as_arrays(tuple(names.known)), "computed": np.array(found.computed)}
+
+
+def _exponent(slopes: Floats, period: NDArray[np.int64]) -> Floats:
+    """The largest exponent per return of cycles, from the derivatives of their returns (N, K, n, n); NaN without a period."""
+    found = np.full(len(period), np.nan)
+    for p in np.unique(period[period > 0]).tolist():
+        own = np.flatnonzero((period == p) & np.isfinite(slopes[:, -p:]).all(axis=(1, 2, 3)))
+        product = slopes[own, -p]
+        for k in range(1 - p, 0):
+            product = slopes[own, k] @ product
+        with np.errstate(divide="ignore"):
+            found[own] = np.log(np.abs(np.linalg.eigvals(product)).max(axis=1, initial=0.0)) / p
+    return found
+
+
+def as_arrays(motions: tuple[Motion, ...]) -> Arrays:
+    """Motions as arrays of a part; see `motions_of`."""
+    words = [" ".join(motion.words) for motion in motions]
+    numbers = np.array([(motion.period, motion.turns) for motion in motions], np.int64).reshape(-1, 2)
+    return {"labels": np.array([motion.label for motion in motions], str), "words": np.array(words, str), "numbers": numbers}
+
+
+def motions_of(arrays: Arrays) -> tuple[Motion, ...]:
+    """The motions that `as_arrays` has put there."""
+    rows = zip(arrays["labels"].tolist(), arrays["words"].tolist(), arrays["numbers"].tolist(), strict=True)
+    return tuple(Motion(label, tuple(words.split()), *numbers) for label, words, numbers in rows)

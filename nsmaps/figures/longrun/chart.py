@@ -1,0 +1,121 @@
+"""Charts of two parameters: the period, and the largest Lyapunov exponent, of what attracts at each pixel."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, TwoSlopeNorm
+from matplotlib.patches import Patch
+
+from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.data import CHART
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, YELLOW, dress
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.charts.chart import Chart
+    from nsmaps.dynamics.diagrams.stability import EventCurve
+    from nsmaps.study.result import StudyResult
+
+PERIODS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, BLUE, RED, OLIVE, BROWN)  #: of the periods 1, 2, ..., in every chart
+LONGER, CHAOS, NOTHING = len(PERIODS) + 1, len(PERIODS) + 2, len(PERIODS) + 3  #: numbers of further kinds
+COLOURS = (*PERIODS, GREY, BLACK, "#FFFFFF")  #: of the kinds from 1 on
+SEVERAL, REFUSED = "////", "xxxx"  #: hatches
+LINES = ("-", "--", ":", "-.")
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet of two panels: the periods with the curves of events, and the exponents."""
+    diagram, curves = CHART.of(result, "chart"), result.chart_curves
+    return (
+        Sheet("chart", (lambda ax: chart(diagram, ax, curves=curves), lambda ax: exponents(diagram, ax)), 2, 0.85, legend=True),
+    )
+
+
+def chart(
+    diagram: "Chart", ax: Axes, by: Literal["period", "turns"] = "period", curves: "Mapping[str, EventCurve] | None" = None
+) -> Axes:
+    """The period of the attractor of the first start at each pixel, a fixed colour for each from 1 to 9.
+
+    Longer ones are grey, black is what has no period, white what has no attractor. Hatched are pixels with several attractors,
+    and crossed those whose parameters the system refuses, whose number the legend states.
+
+    Args:
+        diagram: from `nsmaps.chart`.
+        by: `period` in returns or `turns`, the period in periods of the forcing.
+        curves: events in the same parameters by name, drawn over it.
+
+    Raises:
+        NsmapsError: `by` is neither.
+    """
+    if by not in ("period", "turns"):
+        raise NsmapsError(f"the colours are by {by!r}; expected: 'period' or 'turns'")
+    kinds = _kinds(diagram, (diagram.period if by == "period" else diagram.turns)[..., 0])
+    norm = BoundaryNorm(np.arange(len(COLOURS) + 1) + 0.5, len(COLOURS))
+    ax.pcolormesh(
+        diagram.along, diagram.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True
+    )
+    names = {number: str(number) for number in range(1, LONGER)}
+    names |= {LONGER: f"above {len(PERIODS)}", CHAOS: "no period found", NOTHING: "no attractor"}
+    shown = [number for number in names if (kinds[~diagram.refused] == number).any()]
+    patches = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
+    patches += _hatched(ax, diagram)
+    for (name, curve), line in zip((curves or {}).items(), LINES * len(curves or {}), strict=False):
+        ax.plot(curve.values, curve.across, color="#FFFFFF", lw=1.9)
+        patches += ax.plot(curve.values, curve.across, line, color=BLACK, lw=0.8, label=name)  # type: ignore[arg-type]
+    ax.legend(handles=patches)
+    ax.set_title("period in returns" if by == "period" else "period in periods of the forcing")
+    return _dressed(diagram, ax)
+
+
+def exponents(diagram: "Chart", ax: Axes) -> Axes:
+    """The largest Lyapunov exponent per return of the first start, blue where it is below zero, red above.
+
+    White is where it is unknown, or minus infinity as of motion that rests or chatters.
+    """
+    values = np.where(np.isfinite(diagram.exponent[..., 0]), diagram.exponent[..., 0], np.nan)
+    limits = [
+        float(np.nanquantile(values, share, method="nearest")) if np.isfinite(values).any() else 0.0 for share in (0.02, 0.98)
+    ]
+    norm = TwoSlopeNorm(0.0, min(limits[0], -1e-3), max(limits[1], 1e-3))
+    mesh = ax.pcolormesh(diagram.along, diagram.across, values, cmap="RdBu_r", norm=norm, shading="nearest", rasterized=True)
+    figure = ax.get_figure()
+    assert figure is not None
+    figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend="both")
+    return _dressed(diagram, ax)
+
+
+def _kinds(diagram: "Chart", period: Ints) -> Ints:
+    """The number of the colour of each pixel, shape (W, V)."""
+    longer = np.where(period > len(PERIODS), LONGER, period)
+    return np.where(diagram.motion[..., 0] < 0, NOTHING, np.where(diagram.period[..., 0] == 0, CHAOS, np.maximum(longer, 1)))
+
+
+def _hatched(ax: Axes, diagram: "Chart") -> Iterator[Any]:
+    """Hatch what has several attractors and what is refused; the entries of the legend."""
+    refused = f"refused parameters: {int(diagram.refused.sum())} pixels"
+    for there, hatch, name in ((diagram.counts > 1, SEVERAL, "several attractors"), (diagram.refused, REFUSED, refused)):
+        if there.any():
+            _hatch(ax, diagram, there, hatch)
+            yield Patch(facecolor="none", edgecolor="0.35", hatch=hatch, label=name)
+
+
+def _hatch(ax: Axes, diagram: "Chart", there: Bools, hatch: str) -> None:
+    """Hatch some pixels."""
+    x, y = (_sides(axis) for axis in (diagram.along, diagram.across))
+    with rc_context({"hatch.linewidth": 0.5, "hatch.color": "0.35"}):
+        ax.contourf(x, y, there.repeat(2, axis=0).repeat(2, axis=1), levels=[0.5, 1.5], colors="none", hatches=[hatch])
+
+
+def _sides(values: Floats) -> Floats:
+    """Both sides of the pixels along an axis, shape (2 V,)."""
+    middle = (values[1:] + values[:-1]) / 2
+    outer = 2 * values[:1] - middle[:1], 2 * values[-1:] - middle[-1:]
+    return np.concatenate([outer[0], middle, outer[1]]).repeat(2)[1:-1] if len(values) > 1 else values + np.array([-0.5, 0.5])
+
+
+def _dressed(diagram: "Chart", ax: Axes) -> Axes:
+    return dress(ax, (diagram.parameters[0], ""), (diagram.parameters[1], ""))

@@ -1,0 +1,149 @@
+"""The section `chart`: the attractors at every pixel of the plane of two parameters."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.progress import beat
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.texts import returns_text
+from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
+from nsmaps.study.reading.values import SPEC, Range
+from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.parameters.bifurcation import missing
+from nsmaps.study.sections.parameters.motions import NONE
+from nsmaps.study.sections.parameters.stability import CurveSection, check_curves, curve_of, plain_curves
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.charts.chart import Chart
+    from nsmaps.dynamics.diagrams.stability import EventCurve
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+ROWS = 12  #: largest number of motions in a table
+
+
+class ChartSection(BaseModel):
+    """Attractors at every pixel of two parameters, which orbits of some starts reach."""
+
+    model_config = SPEC
+    sweep: Range
+    across: Range
+    starts: tuple[dict[str, Number], ...]
+    returns: int = Field(1000, ge=2)
+    discard: int = Field(1000, ge=0)
+    max_period: int = Field(32, ge=1)
+    direction: Literal["up", "down", "both"] | None = None
+    refine: Literal[2, 4, 8, 16, 32, 64, 128] | None = None
+    curves: tuple[CurveSection, ...] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.sweep.parameter == self.across.parameter:
+            raise ValueError(f"'sweep' and 'across' have the same parameter {self.sweep.parameter!r}; expected: two parameters")
+        if not self.starts:
+            raise ValueError("'starts' has no start; expected: one or more")
+        if self.returns < 2 * self.max_period:
+            raise ValueError(f"{self.returns} 'returns' hold no period up to {self.max_period} twice; expected: 2 'max_period'")
+        if self.refine and self.direction:
+            raise ValueError("orbits that are followed need every pixel; expected: no 'direction', or no 'refine'")
+        return self
+
+    @property
+    def pixels(self) -> int:
+        """Their number."""
+        return self.sweep.points * self.across.points
+
+    @property
+    def orbits(self) -> int:
+        """The number of orbits of a pixel."""
+        return len(self.starts) * (2 if self.direction == "both" else 1)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for a chart."""
+
+    chart: "Chart | None" = None
+    chart_curves: "dict[str, EventCurve]" = field(default_factory=dict)  #: of events, by branch and event
+
+
+def _bind(spec: ChartSection, binding: "Binding") -> Floats:
+    binding.some_values(("chart", "sweep"), spec.sweep)
+    binding.some_values(("chart", "across"), spec.across)
+    return np.array([binding.start(("chart", "starts", number), start) for number, start in enumerate(spec.starts)])
+
+
+def _compute(spec: ChartSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The chart, and the curves of events."""
+    from nsmaps.dynamics.charts.chart import chart
+
+    spans, count = (spec.sweep, spec.across), 1 + len(spec.curves)
+    plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
+    how: Any = spec.model_dump(include={"returns", "discard", "max_period", "direction", "refine"})
+    map_of, curves = Along(plan.system, *plane), {}
+    with plan.study.source.located(("chart",)):
+        diagram = chart(plan.system, plane, plan.bound["chart"], **how, jobs=plan.portion(0, count))
+        for number, each in enumerate(spec.curves, 1):
+            curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, map_of, plane[spec.across.parameter])
+            beat((number + 1) / count)
+    return {"chart": diagram, "chart_curves": curves}
+
+
+def _describe(spec: ChartSection, study: "Study") -> str:
+    values = " x ".join(f"{span.points} values of {span.parameter}" for span in (spec.sweep, spec.across))
+    some = ", at most" if spec.refine else ""
+    return f"{values}{some}; {returns_text(spec.pixels * spec.orbits * (spec.discard + spec.returns))}"
+
+
+def _size(spec: ChartSection, study: "Study", system: "ImpactSystem") -> Size:
+    return Size(RETURN * (spec.discard + spec.returns), COPIES * STATE).times(float(spec.pixels) * spec.orbits)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """The fraction of the pixels with each motion, with several attractors and without a map, and the curves."""
+    found = result.chart
+    if found is None:
+        return {}
+    shares = {name or NONE: share for name, share in found.shares().items()}
+    about = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
+    work = {"computed": int(found.computed.sum()), "returns": found.returns}
+    return {"chart": {"shares": shares, **about, **work, "curves": plain_curves(result.chart_curves)}}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    found = result.chart
+    if found is not None and found.refused.any():
+        yield missing("chart", result.system.map_name, int(found.refused.sum()), f"{found.refused.size} pixels", found.reason)
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The motions and the share of the pixels in which each attracts."""
+    found = result.chart
+    if found is None:
+        return
+    shares = found.shares()
+    rows = tuple((name or NONE, f"{100 * share:.3g} %") for name, share in list(shares.items())[:ROWS])
+    notes = [f"Several motions attract at {100 * (found.counts > 1).mean():.3g} % of the pixels."]
+    notes += [f"There are {len(shares) - ROWS} more motions."] if len(shares) > ROWS else []
+    yield Table("Motions over two parameters", ("motion", "pixels"), rows, tuple(notes))
+
+
+CHART = Section[ChartSection](
+    key="chart",
+    type=ChartSection | None,
+    stored=Stored,
+    holds={"dynamics.charts.chart": ("Chart",), "dynamics.charts.motions": ("Motion",)},
+    check=lambda spec, study: check_curves("chart", spec.sweep, spec.curves, study),
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)

@@ -1,0 +1,274 @@
+"""Charts of two parameters against closed forms, single sweeps and orbits; killed, refined, with refused parameters."""
+
+import multiprocessing
+import os
+import signal
+from functools import partial
+from math import pi
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from toys import BouncingBall
+
+import nsmaps
+from nsmaps.dynamics.charts import chart as module
+from nsmaps.dynamics.charts import tails
+from nsmaps.dynamics.charts.quadtree import interpolated, refined
+from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.flows import tables
+from nsmaps.exact.outcome import Outcome
+
+PAIR = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
+BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
+PLANE = {"d": np.linspace(0.22, 0.36, 8), "r": np.linspace(0.4, 0.6, 8)}
+STARTS = [[0.8, 0.4], [0.2, 3.0]]
+ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "refused", "computed")
+
+
+def same(one: Any, other: Any, names: tuple[str, ...] = ARRAYS) -> bool:
+    """Whether two charts hold the same bytes."""
+    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
+    return one.motions == other.motions and all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in pairs)
+
+
+@pytest.fixture(scope="module")
+def made() -> Any:
+    """A chart of 8 x 8 pixels and two starts."""
+    return nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500)
+
+
+def test_fixed_points_of_the_bouncing_ball_attract_between_their_fold_and_their_doubling() -> None:
+    """Their multipliers have the product e^2 and the sum 1 + e^2 - (1 + e)^2 s with s^2 = a^2 - (pi (1 - e)/(1 + e))^2."""
+    drives, es = np.linspace(0.9, 2.5, 9), np.linspace(0.41, 0.61, 5)
+    found = nsmaps.chart(BouncingBall(a=1.2, r=0.5), {"a": drives, "r": es}, [4.0, 1.0], 64, 3000, 16)
+    for i, e in enumerate(es):
+        fold = pi * (1 - e) / (1 + e)
+        s = np.emath.sqrt(drives**2 - fold**2)
+        total = 1 + e * e - (1 + e) ** 2 * s
+        root = np.emath.sqrt(total**2 / 4 - e * e)
+        largest = np.maximum(np.abs(total / 2 + root), np.abs(total / 2 - root))
+        stable = (largest < 1) & (drives > fold)
+        fixed = (found.period[i, :, 0] == 1) & (found.turns[i, :, 0] == 1)
+        sure = np.abs(largest - 1) > 0.02
+        assert (fixed == stable)[sure & fixed].all()
+        assert fixed[stable & sure].sum() >= 2
+        assert np.allclose(found.exponent[i, fixed, 0], np.log(largest[fixed]), atol=1e-6)
+
+
+def test_pixels_are_those_of_single_orbits(made: Any) -> None:
+    for i, j in ((0, 0), (2, 3), (4, 7), (7, 5)):
+        system = PAIR.at(d=PLANE["d"][j], r=PLANE["r"][i])
+        sweep = nsmaps.bifurcation(lambda d, s=system: s.at(d=d), [system.d], STARTS, 64, 1736)
+        assert made.labels[i, j].tolist() == sweep.labels[0].tolist()
+        assert made.period[i, j].tolist() == sweep.period[0].tolist()
+        assert np.array_equal(made.state[i, j], sweep.states[0, :, -1])
+        for s in range(2):
+            if period := int(made.period[i, j, s]):
+                cycle = nsmaps.periodic_orbit(system, sweep.states[0, s, -period:], period)
+                assert made.exponent[i, j, s] == pytest.approx(np.log(np.abs(cycle.multipliers).max()) / period, abs=1e-4)
+                assert sorted(cycle.words) == sorted(made.words[i, j, s].split())
+
+
+def test_the_exponent_of_chaos_is_that_of_a_long_orbit(made: Any) -> None:
+    chaos = np.argwhere(made.period[..., 0] == 0)
+    assert len(chaos) > 2
+    i, j = max(chaos.tolist(), key=lambda place: made.exponent[place[0], place[1], 0])
+    exact = nsmaps.lyapunov(PAIR.at(d=PLANE["d"][j], r=PLANE["r"][i]), made.state[i, j, 0], 20_000)
+    assert made.exponent[i, j, 0] == pytest.approx(exact.exponents[0], abs=0.1)
+    assert made.exponent[i, j, 0] > 0.1
+
+
+def test_what_repeats_to_the_last_bit_is_not_computed_and_has_the_same_numbers(made: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(tails, "_repeating", lambda states: states[:0])
+    whole = nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500)
+    assert whole.returns == 64 * 2 * 1800
+    assert made.returns < 0.7 * whole.returns
+    assert same(made, whole)
+
+
+@pytest.mark.parametrize("way", ["up", "down", "both"])
+def test_rows_that_are_followed_are_bifurcation_diagrams(way: Any) -> None:
+    found = nsmaps.chart(PAIR, PLANE, STARTS, 64, 500, direction=way)
+    for i in (0, 7):
+        row = PAIR.at(r=PLANE["r"][i])
+        sweep = nsmaps.bifurcation(lambda d, s=row: s.at(d=d), PLANE["d"], STARTS, 64, 500, way)
+        assert np.array_equal(found.state[i], sweep.states[:, :, -1])
+        assert found.labels[i].tolist() == sweep.labels.tolist()
+
+
+def test_two_motions_coexist_where_two_starts_find_them() -> None:
+    attractors = nsmaps.basins(BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (40, 2)), returns=300).attractors
+    starts = [attractors[0].states[0], attractors[1].states[0], attractors[0].states[0] + 1e-3]
+    found = nsmaps.chart(BISTABLE, {"d": [0.2265, 0.34], "r": [0.25, 0.26]}, starts, 64, 2000)
+    assert found.counts[0, 0] == 2
+    assert found.attractor[0, 0].tolist() == [0, 1, 0]
+    assert found.labels[0, 0, :2].tolist() == [attractors[0].label, attractors[1].label]
+    assert found.counts[0, 1] == 1
+    assert set(found.labels[:, 1].ravel().tolist()) == {"1:1/T"}
+    seen = [set(found.labels[i, j].tolist()) for i in (0, 1) for j in (0, 1)]
+    assert found.shares() == {name: sum(name in each for each in seen) / 4 for name in set().union(*seen)}
+
+
+class Edge(nsmaps.ImpactSystem):
+    """The bouncing ball with gravity 1/p, a formula that fails at p = 0."""
+
+    a: float
+    p: float
+    r: float
+
+    def walls(self) -> Any:
+        return {"B": nsmaps.Wall(at=0, side=-1)}
+
+    def period(self) -> Any:
+        return 2 * sp.pi
+
+    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
+        s = t - hit.t
+        return (
+            hit.z + (hit.w + self.a * sp.cos(hit.t)) * s - self.p * s**2 / (2 * self.p**2) - self.a * (sp.sin(t) - sp.sin(hit.t))
+        )
+
+
+def test_refused_parameters_are_counted_and_never_an_error() -> None:
+    found = nsmaps.chart(PAIR, {"d": [-0.1, 0.3, 0.35], "r": [0.5, 1.5]}, [0.8, 0.4], 64, 300)
+    assert found.refused.tolist() == [[True, False, False], [True] * 3]
+    assert "greater than 0" in found.reason
+    assert (found.outcome[found.refused] == Outcome.invalid).all()
+    assert (found.period[found.refused] == -1).all()
+    assert np.isnan(found.exponent[found.refused]).all()
+    fails = nsmaps.chart(Edge(a=1.2, p=1.0, r=0.5), {"p": [0.0, 1.0], "a": [1.0, 1.2]}, [4.0, 1.0], 64, 100)
+    assert fails.refused.tolist() == [[True, False], [True, False]]
+    with pytest.raises(NsmapsError, match=r"no map at any of 4 pixels: .*greater than 0"):
+        nsmaps.chart(PAIR, {"d": [-0.2, -0.1], "r": [0.5, 0.6]}, [0.8, 0.4], 64, 300)
+
+
+def test_an_orbit_that_ends_says_how() -> None:
+    found = nsmaps.chart(PAIR, {"d": [0.3, 0.35], "r": [0.5, 0.6]}, [[0.8, 0.4], [np.nan, 0.0]], 64, 100)
+    assert (found.outcome[..., 1] == Outcome.invalid).all()
+    assert (found.motion[..., 1] == -1).all()
+    assert (found.counts == 1).all()
+
+
+def _killed(folder: Path) -> None:
+    """A chart whose process dies after two parts."""
+    shares: list[float] = []
+
+    def kill(share: float) -> None:
+        shares.append(share)
+        if len(shares) == 2:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    module.PART = 1800 * 10
+    nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500, jobs=nsmaps.Jobs(checkpoint=folder, progress=kill))
+
+
+def test_a_chart_that_was_killed_goes_on_with_the_same_bytes(made: Any, tmp_path: Path, monkeypatch: Any) -> None:
+    process = multiprocessing.get_context("fork").Process(target=_killed, args=(tmp_path,))
+    process.start()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL
+    kept = {file: file.stat().st_mtime_ns for file in tmp_path.glob("part-*.npz")}
+    assert len(kept) == 2
+    (tmp_path / "part-000002.npz").write_bytes(next(iter(kept)).read_bytes()[:100])  # cut off, as by a full disk
+    monkeypatch.setattr(module, "PART", 1800 * 10)
+    assert same(nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500, jobs=nsmaps.Jobs(checkpoint=tmp_path)), made)
+    assert {file: file.stat().st_mtime_ns for file in kept} == kept, "they were read"
+    assert len(list(tmp_path.glob("part-*.npz"))) == 13
+
+
+def test_a_picture_is_refined_where_it_changes() -> None:
+    """A disc and a thin line that begins beside a pixel of the coarse grid: each border is followed to its end."""
+    y, x = np.mgrid[:130, :177]
+    kinds = np.where((x - 60) ** 2 + (y - 70) ** 2 < 900, 1, 0)
+    kinds[64, 100:170] = 2
+    asked: list[int] = []
+
+    def of(pixels: Any) -> Any:
+        assert (np.diff(pixels) > 0).all()
+        asked.extend(pixels.tolist())
+        return kinds.ravel()[pixels]
+
+    source, known = refined(kinds.shape, 16, of)
+    assert np.array_equal(kinds.ravel()[source], kinds)
+    assert len(asked) == len(set(asked)) == known.sum() < 0.15 * kinds.size
+    assert np.array_equal(source[known], np.flatnonzero(known))
+    assert refined((5, 4), 1, lambda pixels: pixels)[1].all()
+
+
+def test_values_are_interpolated_between_pixels_that_are_known() -> None:
+    """Linear ones exactly, those beside a minus infinity as they were filled."""
+    y, x = np.mgrid[:9, :13]
+    values = np.stack([x + 2.0 * y, 3.0 * x - y], axis=-1).reshape(-1, 2)
+    known = ((x % 4 == 0) & (y % 4 == 0)).ravel()
+    assert np.allclose(interpolated(np.where(known[:, None], values, -7.0), known, (9, 13)), values, atol=1e-12)
+    values[0] = -np.inf
+    some = interpolated(np.where(known[:, None], values, -np.inf), known, (9, 13))
+    assert np.isneginf(some[~known]).all()
+    assert interpolated(values, np.ones(len(values), bool), (9, 13)) is values
+
+
+def test_a_refined_chart_is_the_whole_one_where_it_was_computed() -> None:
+    plane = {"d": np.linspace(0.27, 0.36, 33), "r": np.linspace(0.45, 0.55, 33)}
+    whole, some = (nsmaps.chart(PAIR, plane, STARTS[0], 64, 1000, refine=refine) for refine in (None, 8))
+    assert some.computed.mean() < 0.5
+    assert whole.computed.all()
+    assert some.state[some.computed].tobytes() == whole.state[some.computed].tobytes()
+    assert (some.labels == whole.labels).mean() > 0.995
+    near = np.abs(some.exponent - whole.exponent)[(some.labels == whole.labels) & (whole.period > 0)]
+    assert np.median(near) < 0.02
+    lone = (whole.period[..., 0] == 0) & ~some.computed
+    assert not (some.period[lone] == 0).any(), "what has no period is never filled"
+
+
+def test_flights_are_decomposed_once_for_parameters_that_they_do_not_contain() -> None:
+    formulas = tables.formulas_of(PAIR)
+    tables._flight.cache_clear()
+    first = formulas.table([0.3, 0.5, 0.21])
+    second = formulas.table([0.31, 0.6, 0.21])
+    assert tables._flight.cache_info().misses == 1
+    tables._flight.cache_clear()
+    assert np.array_equal(formulas.table([0.31, 0.6, 0.21]), second)
+    assert np.array_equal(formulas.table([0.3, 0.5, 0.21]), first)
+    formulas.table([0.3, 0.5, 0.22])
+    assert tables._flight.cache_info().misses == 2
+
+
+def test_a_chart_is_a_dataset(made: Any) -> None:
+    data = made.to_xarray()
+    assert data["period"].dims == ("r", "d", "orbit")
+    assert data["period"].sel(d=PLANE["d"][3], r=PLANE["r"][2]).values.tolist() == made.period[2, 3].tolist()
+
+
+CALL = partial(nsmaps.chart, PAIR, starts=[0.8, 0.4])
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "one parameter": ({"plane": {"d": [0.3, 0.31]}}, "the plane is of d; expected: two different parameters of d, r, g_bar"),
+    "none": ({"plane": {}}, "the plane is of no parameter"),
+    "unknown": ({"plane": {"d": [0.3], "gbar": [0.1]}}, "no parameter 'gbar', did you mean 'g_bar'"),
+    "infinite": ({"plane": {"d": [0.3, np.inf], "r": [0.5]}}, "the values of 'd' are .*inf.*; expected: finite numbers"),
+    "nan": ({"plane": {"d": [0.3], "r": [np.nan]}}, "the values of 'r' are"),
+    "descending": ({"plane": {"d": [0.3, 0.2], "r": [0.5]}}, "in ascending order"),
+    "empty": ({"plane": {"d": [], "r": [0.5]}}, "the values of 'd' are"),
+    "returns": ({"plane": PLANE, "returns": 10}, "10 returns after 1000, periods up to 32; expected: at least 2 max_period"),
+    "discard": ({"plane": PLANE, "discard": -1}, "1000 returns after -1"),
+    "tolerance": ({"plane": PLANE, "tolerance": 0.0}, "the tolerance is 0.0"),
+    "direction": ({"plane": PLANE, "direction": "left"}, "direction is 'left'"),
+    "refine": ({"plane": PLANE, "refine": 6}, "refine is 6; expected: a power of two"),
+    "both": ({"plane": PLANE, "refine": 4, "direction": "up"}, "need every pixel"),
+    "no starts": ({"plane": PLANE, "starts": np.zeros((0, 2))}, "there are no starts"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_calls_are_errors(name: str) -> None:
+    given, text = WRONG[name]
+    with pytest.raises(NsmapsError, match=text):
+        CALL(**given)
+
+
+def test_starts_of_other_coordinates_are_errors() -> None:
+    with pytest.raises(StateError, match="'phi' is missing"):
+        nsmaps.chart(PAIR, PLANE, {"v": 0.8})

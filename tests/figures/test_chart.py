@@ -1,0 +1,99 @@
+"""A chart shows each pixel's period in its fixed colour, hatches what coexists or is refused, and draws curves over it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+import nsmaps
+from nsmaps.dynamics.charts.chart import Chart
+from nsmaps.dynamics.charts.motions import Motion
+from nsmaps.dynamics.diagrams.stability import EventCurve
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, sheets
+from nsmaps.study.store.archive import FORMAT
+
+STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart"
+MOTIONS = tuple(Motion(f"1:1/{n}T", ("BTB",) * n, n, turns) for n, turns in ((1, 1), (2, 4), (12, 12), (0, 0)))
+MOTION = np.array([[0, 1, 3], [2, 0, -1]])
+REFUSED = np.array([[False] * 3, [False, False, True]])
+ATTRACTOR = np.array([[[0, 0], [0, 1], [0, 0]], [[0, 0], [0, 0], [-1, -1]]], np.int8)
+
+
+def made(motion=MOTION, refused=REFUSED):
+    shape = motion.shape
+    return Chart(
+        coordinates=("v", nsmaps.Angle("phi")),
+        parameters=("d", "r"),
+        along=np.array([0.1, 0.2, 0.3]),
+        across=np.array([0.5, 0.6]),
+        motions=MOTIONS,
+        motion=np.repeat(motion[..., None], 2, axis=2).astype(np.int32),
+        attractor=ATTRACTOR,
+        exponent=np.where(motion == 3, 0.4, -0.2)[..., None].repeat(2, axis=2),
+        outcome=np.zeros((*shape, 2), np.int8),
+        state=np.zeros((*shape, 2, 2)),
+        refused=refused,
+        computed=np.ones(shape, bool),
+        reason="r is 2",
+        returns=100,
+    )
+
+
+def colours(ax):
+    mesh = ax.collections[0]
+    return [to_hex(colour) for colour in mesh.to_rgba(mesh.get_array().reshape(2, 3)).reshape(-1, 4)]
+
+
+def test_periods_have_their_colours_in_every_chart(ax):
+    chart(made(), ax)
+    one, two, grey, black, white = (to_hex(COLOURS[k]) for k in (0, 1, 9, 10, 11))
+    assert colours(ax) == [one, two, black, grey, one, white]
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["1", "2", "above 9", "no period found", "several attractors", "refused parameters: 1 pixels"]
+    patches = {patch.get_label(): to_hex(patch.get_facecolor()) for patch in ax.get_legend().get_patches()[:4]}
+    assert patches == {"1": one, "2": two, "above 9": grey, "no period found": black}
+    assert len(set(COLOURS)) == len(PERIODS) + 3
+
+
+def test_what_coexists_and_what_is_refused_are_hatched(ax):
+    chart(made(), ax)
+    several, refused = ax.collections[1:]
+    assert (several.hatches, refused.hatches) == (["////"], ["xxxx"])
+    assert several.get_paths()[0].contains_point((0.2, 0.5))
+    assert not several.get_paths()[0].contains_point((0.3, 0.6))
+    assert refused.get_paths()[0].contains_point((0.3, 0.6))
+    ax.clear()
+    chart(made(refused=np.zeros((2, 3), bool)), ax)
+    assert [each.get_text() for each in ax.get_legend().get_texts()][-2:] == ["no attractor", "several attractors"]
+
+
+def test_the_colours_may_be_by_periods_of_the_forcing(ax):
+    chart(made(), ax, by="turns")
+    assert colours(ax)[1] == to_hex(COLOURS[3])
+    with pytest.raises(NsmapsError, match="by 'words'"):
+        chart(made(), ax, by="words")
+
+
+def test_curves_lie_over_it(ax):
+    curve = EventCurve("period doubling", np.array([0.2, np.nan]), np.array([0.5, 0.6]), np.zeros(2), ("", "lost"))
+    chart(made(), ax, curves={"period doubling of 1:1": curve})
+    (line,) = [line for line in ax.lines if line.get_label() == "period doubling of 1:1"]
+    assert np.array_equal(line.get_xdata(), curve.values, equal_nan=True)
+
+
+def test_exponents_are_centred_at_zero(ax):
+    exponents(made(), ax)
+    mesh = ax.collections[0]
+    assert mesh.norm(0.0) == 0.5
+    assert np.allclose(mesh.get_array().reshape(2, 3), made().exponent[..., 0])
+
+
+def test_the_sheet_of_a_stored_run_has_its_curve():
+    result = nsmaps.read_result(STORED)
+    (sheet,) = sheets(result)
+    figure = sheet.figure()
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "period doubling of 1:1" in texts
+    assert "refused parameters: 5 pixels" in texts

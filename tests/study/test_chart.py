@@ -1,0 +1,77 @@
+"""The section `chart` of a study: against the function, in numbers, tables and captions, and resumed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.errors import StudyError
+from nsmaps.report.captions import caption
+from nsmaps.study.store.archive import FORMAT
+from nsmaps.study.study import Study
+
+STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart" / "study.yaml"
+ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "refused", "computed")
+
+
+@pytest.fixture(scope="module")
+def result():
+    return nsmaps.run(nsmaps.load_study(STORED))
+
+
+def test_it_is_the_chart_of_the_function(result):
+    plane = {"d": np.linspace(0.24, 0.36, 5), "r": np.linspace(0.45, 1.05, 4)}
+    direct = nsmaps.chart(result.system, plane, [[0.8, 0.4], [0.2, 3.0]], 40, 200, 16)
+    assert direct.motions == result.chart.motions
+    for name in ARRAYS:
+        assert getattr(direct, name).tobytes() == getattr(result.chart, name).tobytes()
+    assert np.isfinite(result.chart_curves["period doubling of 1:1"].values).tolist() == [True, True, False, False]
+
+
+def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
+    section = next(each for each in nsmaps.study.sections.SECTIONS if each.key == "chart")
+    numbers = section.numbers(result)["chart"]
+    shares = {name: (result.chart.labels == name).any(axis=2).mean() for name in numbers["shares"]}
+    assert numbers["shares"] == pytest.approx(shares)
+    assert (numbers["refused"], numbers["computed"], numbers["returns"]) == (5, 20, result.chart.returns)
+    (verdict,) = [each for each in result.verdicts if each.name == "chart: a map at every value"]
+    assert verdict.text == "no: none at 5 of 20 pixels; VIPair: r is 1.05; expected: less than or equal to 1"
+    (table,) = section.tables(result)
+    assert table.rows[0] == ("1:1/T", f"{100 * shares['1:1/T']:.3g} %")
+    assert "the system refuses the parameters of 5 pixels" in caption(result, "chart")
+    assert section.describe(result.study.chart, result.study) == "5 values of d x 4 values of r; 9,600 returns"
+
+
+def test_a_study_that_stopped_goes_on_with_the_same_numbers(result, tmp_path, monkeypatch):
+    study = nsmaps.load_study(STORED)
+    monkeypatch.setattr("nsmaps.dynamics.charts.chart.PART", 240 * 2 * 4)
+    count = 0
+
+    def stop(share):
+        nonlocal count
+        count += len(list((tmp_path / "parts" / "chart").rglob("part-*.npz"))) >= 2
+        if count:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        nsmaps.run(study, out=tmp_path, progress=stop)
+    assert len(list((tmp_path / "parts" / "chart").rglob("part-*.npz"))) == 2
+    again = nsmaps.run(study, out=tmp_path, resume=True)
+    for name in ARRAYS:
+        assert getattr(again.chart, name).tobytes() == getattr(result.chart, name).tobytes()
+
+
+def test_a_plane_outside_of_the_class_is_an_error_of_the_study():
+    study = {
+        "name": "none",
+        "system": "vi_pair",
+        "parameters": {"d": 0.3, "g_bar": 0.2},
+        "chart": {
+            "sweep": {"parameter": "d", "from": -2, "to": -1, "points": 3},
+            "across": {"parameter": "r", "from": 0.1, "to": 0.9, "points": 2},
+            "starts": [{"v": 0.8, "phi": 0.4}],
+        },
+    }
+    with pytest.raises(StudyError, match=r"d is -2.*greater than 0"):
+        nsmaps.run(Study.model_validate(study))
