@@ -24,7 +24,8 @@ def reversed_system(system: ImpactSystem) -> ImpactSystem:
     Raises:
         NsmapsError: flights are integrated, an impact law is not linear in the speed, or an impact takes all speed.
     """
-    from nsmaps.exact.flows.tables import formulas_of, is_linear
+    from nsmaps.exact.flows.formulas import is_linear
+    from nsmaps.exact.flows.tables import formulas_of
 
     cls = type(system)
     if cls.flight() == "acceleration":
