@@ -8,8 +8,7 @@ from sympy.printing.c import C99CodePrinter
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.engine.flight.layout import AT_PARAMETERS
-from nsmaps.exact.flows.formulas import V
-from nsmaps.exact.flows.formulas import is_linear
+from nsmaps.exact.flows.formulas import V, is_linear
 from nsmaps.exact.kernel import Kernel
 
 #: what C calls the functions of an expression, in Julia
