@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.follow import cascade as cascade
     from nsmaps.dynamics.continuation.follow import continue_branch as continue_branch
     from nsmaps.dynamics.continuation.follow import doubled_branch as doubled_branch
+    from nsmaps.dynamics.curves.curve import BifurcationCurve as BifurcationCurve
+    from nsmaps.dynamics.curves.curve import bifurcation_curve as bifurcation_curve
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation as bifurcation
     from nsmaps.dynamics.diagrams.stability import EventCurve as EventCurve
@@ -137,6 +139,7 @@ _PUBLIC = {
     "dynamics.attractors.distance": ("hausdorff",),
     "dynamics.iterated": ("Iterated",),
     "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "lyapunov"),
+    "dynamics.curves.curve": ("BifurcationCurve", "bifurcation_curve"),
     "dynamics.manifolds.manifold": ("Manifold", "manifold"),
     "dynamics.noise.orbits": ("Noise", "noisy_orbits"),
     "dynamics.observables.observe": ("Observed", "observe"),

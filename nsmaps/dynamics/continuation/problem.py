@@ -80,7 +80,7 @@ class OrbitCurve(WithCoordinates):
         if not np.isfinite(jacobian).all():
             return None
         residual = (orbit.gaps / self.scale).ravel()
-        return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian, self._margins(map, states))
+        return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian, self.margins(map, states))
 
     def exists(self, point: OrbitPoint) -> bool:
         """True if an orbit converged and all of its returns are certified by the map."""
@@ -95,7 +95,7 @@ class OrbitCurve(WithCoordinates):
         states = self.coordinates.difference(self.states(one), self.states(other))
         return self.y(states, (one[-1] - other[-1]) * self.unit)
 
-    def _margins(self, map: ReturnMap, states: Floats) -> Floats:
+    def margins(self, map: ReturnMap, states: Floats) -> Floats:
         """The margins of a point: speeds as shares of the scale of speeds, gaps as shares of the distance flown at it in a
         radian of phase.
         """
