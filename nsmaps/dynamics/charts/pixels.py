@@ -76,7 +76,7 @@ def _summary(found: Tail, coordinates: Coordinates, tolerance: float, orbits: in
         "attractor": np.concatenate([attractors(coordinates, *pixel) for pixel in pixels]),
         "exponent": np.where(period > 0, _exponent(found.slopes, period), found.growth),
         "outcome": found.outcome,
-        "state": found.final,
+        "state": found.final.copy(),  # not all of the last returns with it
     }
     shaped = {name: rows.reshape(-1, orbits, *rows.shape[1:]) for name, rows in table.items()}
     return {**shaped, **as_arrays(tuple(names.known)), "computed": np.array(found.computed)}
