@@ -26,7 +26,7 @@ PAIR = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
 BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
 PLANE = {"d": np.linspace(0.22, 0.36, 8), "r": np.linspace(0.4, 0.6, 8)}
 STARTS = [[0.8, 0.4], [0.2, 3.0]]
-ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "refused", "computed")
+ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "means", "refused", "computed")
 
 
 def same(one: Any, other: Any, names: tuple[str, ...] = ARRAYS) -> bool:
@@ -42,9 +42,12 @@ def made() -> Any:
 
 
 def test_fixed_points_of_the_bouncing_ball_attract_between_their_fold_and_their_doubling() -> None:
-    """Their multipliers have the product e^2 and the sum 1 + e^2 - (1 + e)^2 s with s^2 = a^2 - (pi (1 - e)/(1 + e))^2."""
+    """Their impacts have the speed 2 pi/(1 + e), their multipliers the product e^2 and the sum 1 + e^2 - (1 + e)^2 s.
+
+    Here s^2 = a^2 - (pi (1 - e)/(1 + e))^2.
+    """
     drives, es = np.linspace(0.9, 2.5, 9), np.linspace(0.41, 0.61, 5)
-    found = nsmaps.chart(BouncingBall(a=1.2, r=0.5), {"a": drives, "r": es}, [4.0, 1.0], 64, 3000, 16)
+    found = nsmaps.chart(BouncingBall(a=1.2, r=0.5), {"a": drives, "r": es}, [4.0, 1.0], 64, 3000, 16, observables=["loss"])
     for i, e in enumerate(es):
         fold = pi * (1 - e) / (1 + e)
         s = np.emath.sqrt(drives**2 - fold**2)
@@ -57,6 +60,7 @@ def test_fixed_points_of_the_bouncing_ball_attract_between_their_fold_and_their_
         assert (fixed == stable)[sure & fixed].all()
         assert fixed[stable & sure].sum() >= 2
         assert np.allclose(found.exponent[i, fixed, 0], np.log(largest[fixed]), atol=1e-6)
+        assert np.allclose(found.means[i, fixed, 0, 0], (1 - e * e) / 2 * (2 * pi / (1 + e)) ** 2, rtol=1e-6)
 
 
 def test_pixels_are_those_of_single_orbits(made: Any) -> None:
@@ -144,6 +148,20 @@ def test_refused_parameters_are_counted_and_never_an_error() -> None:
     assert fails.refused.tolist() == [[True, False], [True, False]]
     with pytest.raises(NsmapsError, match=r"no map at any of 4 pixels: .*greater than 0"):
         nsmaps.chart(PAIR, {"d": [-0.2, -0.1], "r": [0.5, 0.6]}, [0.8, 0.4], 64, 300)
+
+
+def test_means_are_those_of_long_orbits() -> None:
+    """Of cycles over a period, of chaos over the returns of the chart, of orbits that end none."""
+    plane = {"d": [0.26, 0.35], "r": [0.5, 1.5]}
+    found = nsmaps.chart(PAIR, plane, [[0.8, 0.4], [np.nan, 0]], 2000, 1000, observables=["loss", "impacts"])
+    assert found.observables == ("loss", "impacts")
+    for j, d in enumerate(plane["d"]):
+        long = nsmaps.observe(PAIR.at(d=d, r=0.5), found.state[0, j, 0], 50_000, ["loss", "impacts"])
+        near = 1e-9 if found.period[0, j, 0] else 0.03
+        assert np.allclose(found.means[0, j, 0], long.per_period.value, rtol=near)
+    assert found.period[0, :, 0].tolist() == [0, 1]
+    assert np.isnan(found.means[:, :, 1]).all()
+    assert np.isnan(found.means[1]).all()
 
 
 def test_an_orbit_that_ends_says_how() -> None:
@@ -258,6 +276,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "direction": ({"plane": PLANE, "direction": "left"}, "direction is 'left'"),
     "refine": ({"plane": PLANE, "refine": 6}, "refine is 6; expected: a power of two"),
     "both": ({"plane": PLANE, "refine": 4, "direction": "up"}, "need every pixel"),
+    "observable": ({"plane": PLANE, "observables": ["los"]}, "'los' is not an observable of VIPair"),
+    "formula": ({"plane": PLANE, "observables": [{"name": "x", "formula": "v +* 2"}]}, "v"),
     "no starts": ({"plane": PLANE, "starts": np.zeros((0, 2))}, "there are no starts"),
 }
 

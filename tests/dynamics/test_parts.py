@@ -40,7 +40,7 @@ SWEEPS: dict[str, Callable[..., Any]] = {
     "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), returns=300),
     "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, 20, seed=4, impacts=5),
     **{f"chart {way}": partial(nsmaps.chart, PAIR, PLANE, STARTS[:2], 20, 100, 8, way) for way in (None, "up", "both")},
-    "chart refined": partial(nsmaps.chart, PAIR, PLANE, STARTS[:1], 20, 100, 8, refine=4),
+    "chart refined": partial(nsmaps.chart, PAIR, PLANE, STARTS[:1], 20, 100, 8, refine=4, observables=["loss"]),
     "impacts": partial(impact_diagram, ALONG, [0.3, 0.35], [0.8, 0.4], NOISE, "up", 5, 10),
 }
 

@@ -11,7 +11,7 @@ from nsmaps.dynamics.charts.chart import Chart
 from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.diagrams.stability import EventCurve
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, sheets
+from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, mean, sheets
 from nsmaps.study.store.archive import FORMAT
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart"
@@ -34,6 +34,8 @@ def made(motion=MOTION, refused=REFUSED):
         exponent=np.where(motion == 3, 0.4, -0.2)[..., None].repeat(2, axis=2),
         outcome=np.zeros((*shape, 2), np.int8),
         state=np.zeros((*shape, 2, 2)),
+        observables=("loss",),
+        means=np.where(motion < 0, np.nan, motion + 0.5)[..., None, None].repeat(2, axis=2),
         refused=refused,
         computed=np.ones(shape, bool),
         reason="r is 2",
@@ -90,10 +92,18 @@ def test_exponents_are_centred_at_zero(ax):
     assert np.allclose(mesh.get_array().reshape(2, 3), made().exponent[..., 0])
 
 
+def test_means_are_shown_by_name(ax):
+    mean(made(), ax, "loss")
+    assert np.allclose(ax.collections[0].get_array().reshape(2, 3).filled(-1), np.where(MOTION < 0, -1, MOTION + 0.5))
+    with pytest.raises(NsmapsError, match="no observable 'gain'; expected: loss"):
+        mean(made(), ax, "gain")
+
+
 def test_the_sheet_of_a_stored_run_has_its_curve():
     result = nsmaps.read_result(STORED)
     (sheet,) = sheets(result)
     figure = sheet.figure()
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "period doubling of 1:1" in texts
+    assert {"largest exponent per return", "loss", "fastest"} < {ax.get_ylabel() for ax in figure.axes}
     assert "refused parameters: 5 pixels" in texts

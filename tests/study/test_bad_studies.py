@@ -438,6 +438,14 @@ BAD = {
         "{sweep",
         "orbits that are followed need every pixel; expected: no 'direction', or no 'refine'",
     ),
+    "chart of an unknown observable": (
+        "require:",
+        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "starts: [{v: 1, phi: 1}], observables: [los]}\nrequire:",
+        "[los]",
+        "'los' is not an observable of Ball; expected: impacts, speed, loss, momentum, displacement, work, damping, or a `name` "
+        "with a `formula`, did you mean 'loss'?",
+    ),
     "curve of a chart of no branch": (
         "require:",
         "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "

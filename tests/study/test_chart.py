@@ -12,7 +12,9 @@ from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import Study
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart" / "study.yaml"
-ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "refused", "computed")
+ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "means", "refused", "computed")
+
+OBSERVABLES = ["loss", {"name": "fastest", "formula": "v", "largest": True}]
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +24,7 @@ def result():
 
 def test_it_is_the_chart_of_the_function(result):
     plane = {"d": np.linspace(0.24, 0.36, 5), "r": np.linspace(0.45, 1.05, 4)}
-    direct = nsmaps.chart(result.system, plane, [[0.8, 0.4], [0.2, 3.0]], 40, 200, 16)
+    direct = nsmaps.chart(result.system, plane, [[0.8, 0.4], [0.2, 3.0]], 40, 200, 16, observables=OBSERVABLES)
     assert direct.motions == result.chart.motions
     for name in ARRAYS:
         assert getattr(direct, name).tobytes() == getattr(result.chart, name).tobytes()
@@ -35,6 +37,7 @@ def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
     shares = {name: (result.chart.labels == name).any(axis=2).mean() for name in numbers["shares"]}
     assert numbers["shares"] == pytest.approx(shares)
     assert (numbers["refused"], numbers["computed"], numbers["returns"]) == (5, 20, result.chart.returns)
+    assert numbers["observables"]["fastest"] == [np.nanmin(result.chart.means[..., 1]), np.nanmax(result.chart.means[..., 1])]
     (verdict,) = [each for each in result.verdicts if each.name == "chart: a map at every value"]
     assert verdict.text == "no: none at 5 of 20 pixels; VIPair: r is 1.05; expected: less than or equal to 1"
     (table,) = section.tables(result)

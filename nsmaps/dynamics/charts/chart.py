@@ -1,6 +1,6 @@
 """Charts: the attractors of a system over the plane of two of its parameters."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
+from nsmaps.dynamics.charts.arguments import check_length, check_plane, check_refine, observables_of, values_of
 from nsmaps.dynamics.charts.motions import Motion, Motions
 from nsmaps.dynamics.charts.pixels import WAYS, Way, motions_of, pixels
 from nsmaps.dynamics.charts.quadtree import interpolated, refined
 from nsmaps.dynamics.charts.tails import Length
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
 PART = 2_000_000  #: returns of a part by default: about a second
 REFUSED = -1000  #: in place of a period, where there is no map
-TABLES = ("motion", "attractor", "exponent", "outcome", "state", "refused")  #: arrays of a pixel
+TABLES = ("motion", "attractor", "exponent", "outcome", "state", "means", "refused")  #: arrays of a pixel
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -46,8 +48,12 @@ class Chart(WithCoordinates):
     exponent: Floats  #: shape (W, V, S), largest Lyapunov exponent per return; NaN where unknown
     outcome: NDArray[np.int8]  #: shape (W, V, S), values of `Outcome`, of the last return; `invalid` without a map
     state: Floats  #: shape (W, V, S, n), the last of each orbit; NaN where it ended
+    observables: tuple[str, ...]  #: names of K observables
+    means: Floats  #: shape (W, V, S, K), their means per period of the forcing, without forcing per return; NaN where it ended
     refused: Bools  #: shape (W, V), where there is no map
-    computed: Bools  #: shape (W, V); elsewhere exponents are interpolated, and all else is that of a pixel that was computed
+    computed: (
+        Bools  #: shape (W, V); elsewhere exponents and means are interpolated, and all else is that of a pixel that was computed
+    )
     reason: str  #: the first reason why there is no map; "" if there is one everywhere
     returns: int  #: number of returns computed; others are repetitions
 
@@ -99,11 +105,18 @@ class Chart(WithCoordinates):
             "attractor": (f"{plane} orbit", self.attractor, NONE, "number of the attractor at its pixel"),
             "exponent": (f"{plane} orbit", self.exponent, NONE, "largest Lyapunov exponent per return"),
             "state": (f"{plane} orbit coordinate", self.state, EACH, "last state"),
+            "means": (
+                f"{plane} orbit observable",
+                self.means,
+                EACH,
+                "means per period of the forcing, without forcing per return",
+            ),
             "outcome": (f"{plane} orbit", self.outcome, NONE, OUTCOMES),
             "refused": (plane, self.refused, NONE, "whether the system refuses the parameters"),
             "computed": (plane, self.computed, NONE, "whether the pixel was computed, not filled"),
         }
-        return dataset(self.coordinates, rows, dict(zip(self.parameters, (self.along, self.across), strict=True)))
+        names = {**dict(zip(self.parameters, (self.along, self.across), strict=True)), "observable": self.observables}
+        return dataset(self.coordinates, rows, names)
 
 
 @divides
@@ -117,6 +130,7 @@ def chart(
     direction: Way | None = None,
     tolerance: float = 1e-6,
     refine: int | None = None,
+    observables: Sequence[ObservableLike] = (),
     *,
     jobs: Jobs = SERIAL,
 ) -> Chart:
@@ -140,20 +154,22 @@ def chart(
         refine: distance of the pixels computed first, a power of two, such as 16. Others are computed beside those where the
             motions of neighbours differ, or none has a period, since windows of periodic motion lie everywhere among such ones;
             the rest is filled. None computes every pixel.
+        observables: quantities of impacts and flights, as of `observe`, whose means are taken from the last state on: over a
+            period, or over `returns` returns.
         jobs: see `nsmaps.Jobs`. Parts are pixels, with a direction rows, that make 2,000,000 returns together.
 
     Raises:
         StateError: the starts do not have the system's coordinates.
         NsmapsError: another argument is not valid, or there is no map at any pixel.
     """
-    axes = {str(name): _values(name, values) for name, values in plane.items()}
-    _check_plane(system, axes)
-    _check_length(returns, discard, max_period, tolerance)
-    _check_refine(refine, direction)
+    axes = {str(name): values_of(name, values) for name, values in plane.items()}
+    check_plane(system, axes)
+    check_length(returns, discard, max_period, tolerance)
+    check_refine(refine, direction)
     now = as_starts(starts, system.coordinates).reshape(-1, len(system.coordinates))
     if not len(now):
         raise NsmapsError("there are no starts; expected: one state or more")
-    how = now, Length(discard, returns, 2 * max_period), tolerance, direction
+    how = now, Length(discard, returns, 2 * max_period), tolerance, direction, observables_of(system, observables)
     (first, columns), (second, rows) = axes.items()
     work = _Work(Along(cast("ImpactSystem", system), first, second), columns, rows, how)
     if refine is None or 1 in work.shape:
@@ -169,7 +185,7 @@ class _Work:
     map_of: Along
     along: Floats
     across: Floats
-    how: tuple[Floats, Length, float, Way | None]  #: starts, number of returns, tolerance and direction
+    how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...]]  #: starts, returns, tolerance, direction, observables
     tables: Arrays = field(default_factory=dict)
     motions: Motions = field(default_factory=Motions)
     reason: str = ""
@@ -182,7 +198,7 @@ class _Work:
 
     def compute(self, numbers: Ints, jobs: Jobs) -> None:
         """Compute some pixels, by their numbers; with a direction all of them."""
-        starts, length, _, direction = self.how
+        starts, length, _, direction, _ = self.how
         places = np.column_stack([self.along[numbers % len(self.along)], self.across[numbers // len(self.along)]])
         each = places.reshape(*self.shape, 2) if direction else places[:, None]
         size = -(-PART // ((length.discard + length.returns) * len(starts) * each.shape[1] * len(WAYS[direction])))
@@ -210,11 +226,20 @@ class _Work:
         if self.tables["refused"][known].all():
             raise NsmapsError(f"there is no map at any of {known.sum()} pixels: {self.reason}")
         filled: dict[str, Any] = {name: rows[source] for name, rows in self.tables.items()}
-        filled["exponent"] = interpolated(filled["exponent"], known, self.shape)
+        for name in ("exponent", "means"):
+            filled[name] = interpolated(filled[name], known, self.shape)
         filled = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in filled.items()}
         names = self.map_of.parameter, str(self.map_of.second)
         about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions.known)
-        return Chart(*about, **filled, computed=known.reshape(self.shape), reason=self.reason, returns=self.returns)
+        observables = tuple(one.name for one in self.how[-1])
+        return Chart(
+            *about,
+            **filled,
+            observables=observables,
+            computed=known.reshape(self.shape),
+            reason=self.reason,
+            returns=self.returns,
+        )
 
 
 @dataclass(slots=True, eq=False)
@@ -247,43 +272,3 @@ class _Levels:
     def _share(self, round: int) -> float:
         """The fraction of the work before a round."""
         return min(round / self.rounds, 1 - 2.0 ** -(round + 1)) if round else 0.0
-
-
-def _values(name: str, given: "Axis | ArrayLike") -> Floats:
-    """The values of a parameter; NsmapsError unless they are finite and ascend."""
-    values = given.values() if isinstance(given, Axis) else np.asarray(given, float)
-    if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (np.diff(values) > 0).all():
-        raise NsmapsError(f"the values of {name!r} are {given!r:.80}; expected: finite numbers in ascending order, or an Axis")
-    return values
-
-
-def _check_plane(system: "ImpactSystem | HybridSystem", axes: Mapping[str, Floats]) -> None:
-    """Refuse anything but two different parameters of the system."""
-    known = system.parameter_names()
-    if len(axes) != 2:
-        raise NsmapsError(
-            f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters of {', '.join(known)}"
-        )
-    for name in axes:
-        if name not in known:
-            close = near_match(name, known)
-            raise NsmapsError(f"{type(system).__name__} has no parameter {name!r}{close}; expected: two of {', '.join(known)}")
-
-
-def _check_length(returns: int, discard: int, max_period: int, tolerance: float) -> None:
-    """Refuse numbers of returns in which no period can be found."""
-    if max_period < 1 or discard < 0 or returns < 2 * max_period:
-        text = f"{returns} returns after {discard}, periods up to {max_period}"
-        raise NsmapsError(f"{text}; expected: at least 2 max_period returns, after at least 0, and periods from 1 on")
-    if not tolerance > 0:
-        raise NsmapsError(f"the tolerance is {tolerance}; expected: a number above 0")
-
-
-def _check_refine(refine: int | None, direction: Way | None) -> None:
-    """Refuse a refinement of other steps, or of orbits that are followed from pixel to pixel."""
-    if direction not in WAYS:
-        raise NsmapsError(f"direction is {direction!r}; expected: 'up', 'down', 'both' or None")
-    if refine is not None and (refine < 1 or refine.bit_count() != 1):
-        raise NsmapsError(f"refine is {refine}; expected: a power of two, such as 16, or None")
-    if refine is not None and direction is not None:
-        raise NsmapsError("orbits that are followed need every pixel; expected: no 'direction', or no 'refine'")

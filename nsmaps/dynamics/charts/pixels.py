@@ -11,7 +11,9 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.charts.motions import Motion, Motions, attractors
 from nsmaps.dynamics.charts.tails import Length, Tail, tail
 from nsmaps.dynamics.motion import periods
+from nsmaps.dynamics.observables.observe import observe
 from nsmaps.dynamics.returnmap import followed
+from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.parallel import Arrays
 
@@ -19,7 +21,15 @@ Way = Literal["up", "down", "both"]
 WAYS: dict[Way | None, tuple[int, ...]] = {None: (1,), "up": (1,), "down": (-1,), "both": (1, -1)}
 
 
-def pixels(map_of: Along, rows: Floats, starts: Floats, length: Length, tolerance: float, direction: Way | None) -> Arrays:
+def pixels(
+    map_of: Along,
+    rows: Floats,
+    starts: Floats,
+    length: Length,
+    tolerance: float,
+    direction: Way | None,
+    observables: tuple[Observable, ...],
+) -> Arrays:
     """The attractors at rows of pixels (R, V, 2), ascending along each row, of starts (S, n): arrays of R V rows.
 
     With a direction every row is followed; with "both" there are 2 S orbits, the ascending ones first.
@@ -32,7 +42,8 @@ def pixels(map_of: Along, rows: Floats, starts: Floats, length: Length, toleranc
         reasons += passes[0][1]
     about = {"refused": np.array([bool(reason) for reason in reasons]), "reason": np.array(next(filter(None, reasons), ""))}
     found = _beside(tails, starts, length)
-    return {**_summary(found, Coordinates(map_of.system.coordinates), tolerance, len(starts) * len(WAYS[direction])), **about}
+    table = _summary(found, Coordinates(map_of.system.coordinates), tolerance, len(starts) * len(WAYS[direction]))
+    return {**table, **about, "means": _means(map_of, rows.reshape(-1, 2), observables, table, length.returns)}
 
 
 def _pass(
@@ -80,6 +91,23 @@ def _summary(found: Tail, coordinates: Coordinates, tolerance: float, orbits: in
     }
     shaped = {name: rows.reshape(-1, orbits, *rows.shape[1:]) for name, rows in table.items()}
     return {**shaped, **as_arrays(tuple(names.known)), "computed": np.array(found.computed)}
+
+
+def _means(map_of: Along, places: Floats, observables: tuple[Observable, ...], table: Arrays, returns: int) -> Floats:
+    """The means of K observables from the last states on, over a period or over all `returns`, shape (N, S, K).
+
+    They are per period of the forcing, without forcing per return; NaN of orbits that ended.
+    """
+    motion, states = table["motion"], table["state"]
+    means = np.full((*motion.shape, len(observables)), np.nan)
+    length = np.append(np.where(table["numbers"][:, 0] > 0, table["numbers"][:, 0], returns), 0)[motion]
+    for k in np.flatnonzero((motion >= 0).any(axis=1)).tolist() if observables else ():
+        system = map_of(*places[k].tolist())
+        for n in set(length[k][motion[k] >= 0].tolist()):
+            own = length[k] == n
+            found = observe(system, states[k, own], n, observables, batches=1)
+            means[k, own] = (found.per_return if found.period is None else found.per_period).value
+    return means
 
 
 def _exponent(slopes: Floats, period: NDArray[np.int64]) -> Floats:

@@ -43,16 +43,16 @@ def refined(shape: tuple[int, int], coarse: int, kinds_of: Callable[[Ints], Ints
 
 
 def interpolated(values: Floats, known: Bools, shape: tuple[int, int]) -> Floats:
-    """Values of pixels (N, S), of which those that are not known are linear between known ones, on triangles.
+    """Values of pixels (N, ...), of which those that are not known are linear between known ones, on triangles.
 
     Where a known one is not finite they remain as they were filled.
     """
-    if known.all():
+    if known.all() or not values.size:
         return values
     from scipy.interpolate import LinearNDInterpolator
 
-    finite = known & np.isfinite(values).all(axis=1)
-    left = np.flatnonzero(~known & np.isfinite(values).all(axis=1))
+    good = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    finite, left = known & good, np.flatnonzero(~known & good)
     if len(left):
         points = np.column_stack(np.unravel_index(np.flatnonzero(finite), shape))
         between = LinearNDInterpolator(points, values[finite])(np.column_stack(np.unravel_index(left, shape)))

@@ -1,6 +1,7 @@
 """Charts of two parameters: the period, and the largest Lyapunov exponent, of what attracts at each pixel."""
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.patches import Patch
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import CHART
-from nsmaps.figures.page import Sheet
+from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, YELLOW, dress
 
 if TYPE_CHECKING:
@@ -28,11 +29,11 @@ LINES = ("-", "--", ":", "-.")
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet of two panels: the periods with the curves of events, and the exponents."""
+    """One sheet: the periods with the curves of events, the exponents, and a panel for each observable."""
     diagram, curves = CHART.of(result, "chart"), result.chart_curves
-    return (
-        Sheet("chart", (lambda ax: chart(diagram, ax, curves=curves), lambda ax: exponents(diagram, ax)), 2, 0.85, legend=True),
-    )
+    means = (partial(mean, diagram, name=name) for name in diagram.observables)
+    panels: tuple[Panel, ...] = (partial(chart, diagram, curves=curves), partial(exponents, diagram), *means)
+    return (Sheet("chart", panels, 2, 0.85, legend=True),)
 
 
 def chart(
@@ -85,6 +86,24 @@ def exponents(diagram: "Chart", ax: Axes) -> Axes:
     figure = ax.get_figure()
     assert figure is not None
     figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend="both")
+    return _dressed(diagram, ax)
+
+
+def mean(diagram: "Chart", ax: Axes, name: str) -> Axes:
+    """The mean of an observable along the orbit of the first start, per period of the forcing, without forcing per return.
+
+    Raises:
+        NsmapsError: the chart has none of this name.
+    """
+    if name not in diagram.observables:
+        known = ", ".join(diagram.observables) or "a chart with observables"
+        raise NsmapsError(f"the chart has no observable {name!r}; expected: {known}")
+    values = diagram.means[..., 0, diagram.observables.index(name)]
+    shown = np.where(np.isfinite(values), values, np.nan)
+    mesh = ax.pcolormesh(diagram.along, diagram.across, shown, cmap="cividis", shading="nearest", rasterized=True)
+    figure = ax.get_figure()
+    assert figure is not None
+    figure.colorbar(mesh, ax=ax, label=name)
     return _dressed(diagram, ax)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
+from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
@@ -39,6 +40,7 @@ class ChartSection(BaseModel):
     max_period: int = Field(32, ge=1)
     direction: Literal["up", "down", "both"] | None = None
     refine: Literal[2, 4, 8, 16, 32, 64, 128] | None = None
+    observables: tuple[str | Observable, ...] = ()
     curves: tuple[CurveSection, ...] = ()
 
     @model_validator(mode="after")
@@ -75,6 +77,11 @@ class Stored:
 def _bind(spec: ChartSection, binding: "Binding") -> Floats:
     binding.some_values(("chart", "sweep"), spec.sweep)
     binding.some_values(("chart", "across"), spec.across)
+    if spec.observables:
+        from nsmaps.exact.observables.formulas import resolved
+
+        with binding.study.source.located(("chart", "observables")):
+            resolved(binding.system, spec.observables)
     return np.array([binding.start(("chart", "starts", number), start) for number, start in enumerate(spec.starts)])
 
 
@@ -87,7 +94,7 @@ def _compute(spec: ChartSection, plan: "Plan", result: "StudyResult") -> dict[st
     how: Any = spec.model_dump(include={"returns", "discard", "max_period", "direction", "refine"})
     map_of, curves = Along(plan.system, *plane), {}
     with plan.study.source.located(("chart",)):
-        diagram = chart(plan.system, plane, plan.bound["chart"], **how, jobs=plan.portion(0, count))
+        diagram = chart(plan.system, plane, plan.bound["chart"], **how, observables=spec.observables, jobs=plan.portion(0, count))
         for number, each in enumerate(spec.curves, 1):
             curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, map_of, plane[spec.across.parameter])
             beat((number + 1) / count)
@@ -112,7 +119,14 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     shares = {name or NONE: share for name, share in found.shares().items()}
     about = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
     work = {"computed": int(found.computed.sum()), "returns": found.returns}
-    return {"chart": {"shares": shares, **about, **work, "curves": plain_curves(result.chart_curves)}}
+    ranges = {name: _range(found.means[..., k]) for k, name in enumerate(found.observables)}
+    return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}
+
+
+def _range(values: Floats) -> list[float | None]:
+    """The least and the greatest finite value."""
+    some = values[np.isfinite(values)]
+    return [float(some.min()), float(some.max())] if some.size else [None, None]
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:

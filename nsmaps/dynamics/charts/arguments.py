@@ -1,0 +1,65 @@
+"""The arguments of a chart, read and refused."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.dynamics.charts.pixels import WAYS, Way
+from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.observables.spec import Observable, ObservableLike
+from nsmaps.exact.surfaces.surface import Axis
+
+if TYPE_CHECKING:
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
+
+
+def observables_of(system: "ImpactSystem | HybridSystem", observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
+    """The observables of a system; none are none."""
+    if not observables:
+        return ()
+    from nsmaps.exact.observables.formulas import resolved
+
+    return resolved(system, observables)
+
+
+def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
+    """The values of a parameter; NsmapsError unless they are finite and ascend."""
+    values = given.values() if isinstance(given, Axis) else np.asarray(given, float)
+    if values.ndim != 1 or not len(values) or not np.isfinite(values).all() or not (np.diff(values) > 0).all():
+        raise NsmapsError(f"the values of {name!r} are {given!r:.80}; expected: finite numbers in ascending order, or an Axis")
+    return values
+
+
+def check_plane(system: "ImpactSystem | HybridSystem", axes: Mapping[str, Floats]) -> None:
+    """Refuse anything but two different parameters of the system."""
+    known = system.parameter_names()
+    if len(axes) != 2:
+        raise NsmapsError(
+            f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters of {', '.join(known)}"
+        )
+    for name in axes:
+        if name not in known:
+            close = near_match(name, known)
+            raise NsmapsError(f"{type(system).__name__} has no parameter {name!r}{close}; expected: two of {', '.join(known)}")
+
+
+def check_length(returns: int, discard: int, max_period: int, tolerance: float) -> None:
+    """Refuse numbers of returns in which no period can be found."""
+    if max_period < 1 or discard < 0 or returns < 2 * max_period:
+        text = f"{returns} returns after {discard}, periods up to {max_period}"
+        raise NsmapsError(f"{text}; expected: at least 2 max_period returns, after at least 0, and periods from 1 on")
+    if not tolerance > 0:
+        raise NsmapsError(f"the tolerance is {tolerance}; expected: a number above 0")
+
+
+def check_refine(refine: int | None, direction: Way | None) -> None:
+    """Refuse a refinement of other steps, or of orbits that are followed from pixel to pixel."""
+    if direction not in WAYS:
+        raise NsmapsError(f"direction is {direction!r}; expected: 'up', 'down', 'both' or None")
+    if refine is not None and (refine < 1 or refine.bit_count() != 1):
+        raise NsmapsError(f"refine is {refine}; expected: a power of two, such as 16, or None")
+    if refine is not None and direction is not None:
+        raise NsmapsError("orbits that are followed need every pixel; expected: no 'direction', or no 'refine'")
