@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def observables_of(system: "ImpactSystem | HybridSystem", observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
-    """The observables of a system; none are none."""
+    """The observables of a system, in order; there may be none."""
     if not observables:
         return ()
     from nsmaps.exact.observables.formulas import resolved
