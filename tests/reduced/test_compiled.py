@@ -127,7 +127,7 @@ def random_map(names: Sequence[str], seed: int) -> CompositeMap:
         Where(coordinates=names, text=f"{first} < 0.8 and {last}**2 < 30"),
     ]
     maps = [polymap(names, rng), PolyMap.reset(names, {last: 0.3}), polymap(names, rng, (first,)), polymap(names, rng)]
-    high = tuple(np.full((1, len(names)), 300) for _ in names)
+    high = tuple(np.where(np.arange(len(names)) == 0, 300, 0)[None] for _ in names)
     huge = PolyMap(tuple(names), high, (np.ones(1),) * len(names), *(np.full(len(names), x) for x in (0.0, 1e-3)), maps[0].domain)
     regions.append(Where(coordinates=names, text=f"{last} < 5.5"))
     words = ("BTB", "BB", "", "BTB", "BB")
