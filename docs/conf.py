@@ -25,6 +25,7 @@ html_theme = "furo"
 html_title = f"nsmaps {version}"
 html_static_path = ["_static"]
 html_css_files = ["pictures.css"]
+EXPLORED = "vi_pair/explore.html"
 
 ROOMS = {
     "exact": "Systems and exact return maps",
@@ -59,6 +60,17 @@ def write_api(app: object) -> None:
     (folder / "api.md").write_text("\n".join(lines))
 
 
+def write_explore(app: Any, error: Exception | None) -> None:
+    """The page of a study to be turned by hand, from a run made when the site is built: `EXPLORED` below the site's root."""
+    if error is None and app.builder.format == "html":
+        import nsmaps
+        from nsmaps.explore.page.write import write_page
+
+        folder = (Path(app.outdir) / EXPLORED).parent
+        folder.mkdir(exist_ok=True)
+        write_page(nsmaps.run(f"{folder.name}/explore"), folder)
+
+
 def open_in_full(app: Any, page: Any) -> None:
     """Pictures are links to their files, as Sphinx makes them of those with a scale; those of cards are links already."""
     from docutils.nodes import image
@@ -72,3 +84,4 @@ def setup(app: Any) -> None:
     """Write the page before any is read."""
     app.connect("builder-inited", write_api)
     app.connect("doctree-read", open_in_full)
+    app.connect("build-finished", write_explore)

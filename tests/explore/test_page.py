@@ -144,12 +144,56 @@ def test_exact_flights_are_those_of_the_system(opened, result):
     opened.locator("#word .met").nth(3).wait_for()
 
 
-def test_surfaces_are_drawn_and_name_word_and_image(opened):
+def test_surfaces_of_both_maps_name_word_piece_and_image(opened):
     opened.locator("#surfaces canvas").first.wait_for()
-    shown = opened.evaluate("() => document.getElementById('surfaces').data.map(each => [each.type, each.name])")
-    assert shown == [["mesh3d", "BB"], ["mesh3d", "BTB"], ["scatter3d", "composite map"]]
-    text = opened.evaluate("() => document.getElementById('surfaces').data[1].text[0]")
-    assert re.search(r"v = .*phi = .*BTB: v' = .*phi' = ", text)
+    shown = "() => document.getElementById('surfaces').data.map(each => [each.type, each.name])"
+    exact, composite = [["mesh3d", "BB"], ["mesh3d", "BTB"]], [["mesh3d", "composite map"]]
+    assert opened.evaluate(shown) == exact + composite
+    texts = opened.evaluate("() => document.getElementById('surfaces').data.map(each => each.text.find(text => text))")
+    assert re.search(r"v = .*phi = .*BTB: v' = .*phi' = ", texts[1])
+    assert re.search(r"v = .*phi = .*R\d: v' = .*phi' = ", texts[2])
+    for choice, sheets in (("exact", exact), ("composite", composite)):
+        opened.select_option("#sheets", choice)
+        assert opened.evaluate(shown) == sheets
+
+
+def test_no_triangle_of_the_composite_map_joins_two_pieces(opened, result):
+    """And each has the images of the map of Python at the value of the slider."""
+    opened.select_option("#sheets", "composite")
+    opened.select_option("#image", "1")
+    found = opened.evaluate("""() => {
+        const rows = sampled(FINE), sheet = document.getElementById("surfaces").data[0]
+        return {rows, corners: [sheet.i, sheet.j, sheet.k], z: Array.from(sheet.z), value: state.value}}""")
+    rows, corners = np.array(found["rows"]), np.array(found["corners"])
+    assert corners.shape[1] > 10_000
+    pieces, images = rows[corners, 4], rows[corners, 3]
+    assert (pieces == pieces[0]).all()
+    assert (pieces >= 0).all()
+    assert (np.ptp(images, axis=0) < np.pi).all()
+    own = result.parametric.at(found["value"]).first_return(rows[:, :2])
+    np.testing.assert_allclose(np.array(found["z"])[own.valid], own.image[own.valid, 1], atol=1e-9)
+
+
+def test_the_diagram_of_the_composite_map_is_computed_in_the_page(opened, result):
+    opened.wait_for_function("() => diagram.found.composite")
+    found = opened.evaluate("() => diagram.found.composite")
+    values, v = np.array(found["values"]), np.array(found["states"][0])
+    assert len(np.unique(values)) == 500
+    for value in np.unique(values)[[0, 200, 499]]:
+        here = v[values == value]
+        last = nsmaps.orbit(result.parametric.at(value), result.orbits[0].start, 2000).states[-200:, 0]
+        assert last.min() - 0.01 < here.min() < here.max() < last.max() + 0.01
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_follows_the_colours_of_the_browser(opened, scheme):
+    opened.emulate_media(color_scheme=scheme)
+    opened.locator("#surfaces canvas").first.wait_for()
+    opened.wait_for_function(
+        "scheme => (document.getElementById('surfaces').layout.font.color === '#e4e6e9') === (scheme === 'dark')", arg=scheme
+    )
+    luminance = "() => getComputedStyle(document.body).backgroundColor.match(/\\d+/g).slice(0, 3).map(Number)"
+    assert (max(opened.evaluate(luminance)) < 60) == (scheme == "dark")
 
 
 def test_a_point_of_a_surface_shows_its_exact_flight(opened, result):

@@ -48,7 +48,7 @@ class Diagram {
         this.frame.begin()
         this.frame.inside(pen => {
             for (const [of, {values, states}] of Object.entries(this.found)) {
-                pen.fillStyle = {exact: "rgba(20, 20, 20, .45)", composite: "rgba(213, 94, 0, .45)"}[of]
+                pen.fillStyle = {exact: themed("--points"), composite: "rgba(213, 94, 0, .45)"}[of]
                 values.forEach((value, k) => {
                     const [px, py] = this.frame.at(value, states[0][k])
                     pen.fillRect(px - 0.6, py - 0.6, 1.2, 1.2)
@@ -68,7 +68,7 @@ class Diagram {
         this.frame.pen.drawImage(this.held, 0, 0, this.frame.width, this.frame.height)
         const upright = (value, colour, width) => this.frame.line([[value, this.frame.y[0]], [value, this.frame.y[1]]], colour, width)
         this.frame.inside(pen => {
-            for (const event of this.events) upright(event.value, "#0072B2", 0.8)
+            for (const event of this.events) upright(event.value, themed("--event"), 0.8)
             if (this.cursor !== null) upright(this.cursor, "#D55E00", 2)
             if (!this.corner) return
             const [x0, y0] = this.frame.at(...this.corner.from), [x1, y1] = this.frame.at(...this.corner.to)

@@ -1,5 +1,5 @@
 "use strict"
-const RETURNS = 2000, FINE = 90, COARSE = 45, byId = id => document.getElementById(id)
+const RETURNS = 2000, FINE = 90, COARSE = 45, SWEPT = 500, DISCARD = 400, SEEN = 60, byId = id => document.getElementById(id)
 const names = DATA.coordinates, moved = DATA.parameter, window_ = DATA.window
 const state = {value: moved ? clipped(DATA.parameters[moved.name], [moved.low, moved.high]) : null, start: [...DATA.start]}
 const withValue = point => state.value === null ? point : [...point, state.value]
@@ -55,10 +55,10 @@ function drawPlane(rows, points, path) {
         const [wide, high] = [0, 1].map(c => (window_[c][1] - window_[c][0]) / points)
         for (const row of rows) {
             const [x0, y0] = plane.at(row[0] - wide / 2, row[1] + high / 2), [x1, y1] = plane.at(row[0] + wide / 2, row[1] - high / 2)
-            pen.fillStyle = row[row.length - 1] < 0 ? "#fff" : fills[row[row.length - 1]]
+            pen.fillStyle = row[row.length - 1] < 0 ? themed("--paper") : fills[row[row.length - 1]]
             pen.fillRect(x0, y0, x1 - x0 + 0.6, y1 - y0 + 0.6)
         }
-        plane.dots(path.states, "#333", 1.6)
+        plane.dots(path.states, "#222", 1.6)
         if (!path.ended) plane.dots(path.states.slice(-40), "#CC79A7", 3.5, "#000")
         plane.dots([state.start], "#fff", 5, "#000")
     })
@@ -76,7 +76,7 @@ function drawCobweb(c, rows, path) {
         frame.line([[frame.x[0], frame.x[0]], [frame.x[1], frame.x[1]]], "#888")
         const steps = states => states.slice(1).flatMap((next, k) => [[states[k][c], next[c]], [next[c], next[c]]])
         const draw = (states, colour, width) => frame.line([[states[0][c], states[0][c]], ...steps(states)], colour, width)
-        if (path.states.length > 1) draw(path.states.slice(0, 60), "#333", 0.8)
+        if (path.states.length > 1) draw(path.states.slice(0, 60), themed("--ink"), 0.8)
         if (!path.ended) draw(path.states.slice(-40), "#CC79A7", 1.8)
         frame.dots([[state.start[c], state.start[c]]], "#fff", 4.5, "#000")
     })
@@ -113,7 +113,7 @@ function draw(points, all = false) {
             + short(DATA.parameters[moved.name]) : ""}, the nearest of ${DATA.flights.length} computed with this page.` : near === null ? "The exact flight, computed with this page." :
         `The exact flight on the attractor at ${moved.name} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
     moveCursor()
-    if (all && DATA.surfaces.length) drawSurfaces(byId("surfaces"), Number(byId("image").value), rows.filter(row => row[4] >= 0), fly)
+    if (all && DATA.surfaces.length) drawSurfaces(byId("surfaces"), Number(byId("image").value), byId("sheets").value, rows, points, fly)
 }
 
 /* The exact flight from the state that is nearest to one, where the sides of the window count alike. */
@@ -140,12 +140,35 @@ function set(value) {
 
 const swept = moved && DATA.swept === moved.name && Object.keys(DATA.diagrams).length
 byId("diagram-part").hidden = !swept
-byId("maps").textContent = Object.keys(DATA.diagrams).map(of => `${of} map ${of === "exact" ? "black" : "orange"}`).join(", ")
+byId("maps").textContent = "Exact map grey, composite map orange."
 const listed = events => {
     byId("events").innerHTML = events.map(event => `<span>${event.kind} at ${event.value.toFixed(8)}</span>`).join(" ")
 }
 const diagram = swept ? new Diagram(byId("diagram"), DATA.diagrams, DATA.events, moved.name, names[0], {set, ranged: listed}) : null
 if (!swept) listed(DATA.events)
+else if (!DATA.diagrams.composite) sweep(0, [...DATA.start], {values: [], states: names.map(() => [])})
+
+/* The diagram of the composite map downwards, each value from the last state of the one before, some values at a time. */
+function sweep(done, from, found) {
+    for (const stop = Math.min(done + 20, SWEPT); done < stop; ++done) {
+        const value = moved.high - done / (SWEPT - 1) * (moved.high - moved.low)
+        for (let k = 0; k < DISCARD + SEEN; ++k) {
+            const [next, piece] = nsmaps_map.image_of([...from, value])
+            if (piece < 0) {
+                from = [...DATA.start]
+                break
+            }
+            from = next
+            if (k < DISCARD) continue
+            found.values.push(value)
+            names.forEach((_, c) => found.states[c].push(next[c]))
+        }
+    }
+    if (done < SWEPT) return setTimeout(() => sweep(done, from, found))
+    diagram.found.composite = found
+    diagram.paint()
+    diagram.draw()
+}
 
 function moveCursor() {
     if (!diagram) return
@@ -179,6 +202,10 @@ byId("play").addEventListener("click", () => {
 })
 byId("surfaces-part").hidden = !DATA.surfaces.length
 byId("image").innerHTML = names.map((name, c) => `<option value="${c}">${name}'</option>`).join("")
-byId("image").addEventListener("change", () => draw(FINE, true))
+for (const each of ["image", "sheets"]) byId(each).addEventListener("change", () => draw(FINE, true))
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    if (diagram) diagram.paint()
+    draw(FINE, true)
+})
 window.addEventListener("resize", refresh)
 draw(FINE, true)

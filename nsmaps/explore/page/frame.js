@@ -66,7 +66,7 @@ class Frame {
 
     axes() {
         const pen = this.pen
-        pen.strokeStyle = pen.fillStyle = "#1c1e21"
+        pen.strokeStyle = pen.fillStyle = themed("--ink")
         pen.lineWidth = 1
         pen.strokeRect(this.left, this.top, this.right - this.left, this.bottom - this.top)
         pen.font = "12px system-ui, sans-serif"
@@ -99,5 +99,6 @@ function ticks(low, high) {
     return found
 }
 
+const themed = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim()  // a colour of the page
 const short = value => String(Number(value.toPrecision(6)))
 const clipped = (value, [low, high]) => Math.min(high, Math.max(low, value))

@@ -53,20 +53,20 @@ class Motion {
         const places = Object.fromEntries(names.map(name => [name, across(this.place(this.now.bodies[name]))]))
         if (walls.length === 2) {
             const ends = walls.map(name => places[name]).sort((a, b) => a - b)
-            pen.fillStyle = "#f2f3f5"
+            pen.fillStyle = themed("--inside")
             pen.fillRect(ends[0], middle - 34, ends[1] - ends[0], 68)
-            pen.strokeStyle = "#8a9099"
+            pen.strokeStyle = themed("--soft")
             pen.strokeRect(ends[0], middle - 34, ends[1] - ends[0], 68)
         }
         names.forEach((name, k) => {
-            pen.fillStyle = walls.includes(name) ? "#0072B2" : k ? "#009E73" : "#D55E00"
+            pen.fillStyle = walls.includes(name) ? themed("--event") : k ? "#009E73" : "#D55E00"
             if (walls.includes(name)) pen.fillRect(places[name] - 3, middle - 38, 6, 76)
             else {
                 pen.beginPath()
                 pen.arc(places[name], walls.length ? middle : 18 + k * (box.height - 36) / Math.max(names.length - 1, 1), 9, 0, 7)
                 pen.fill()
             }
-            pen.fillStyle = "#1c1e21"
+            pen.fillStyle = themed("--ink")
             if (walls.includes(name)) pen.fillText(name, places[name], middle + 54)
             else if (!walls.length) pen.fillText(name, places[name] + 22, 22 + k * (box.height - 36) / Math.max(names.length - 1, 1))
         })
