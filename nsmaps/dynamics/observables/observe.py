@@ -104,7 +104,7 @@ def observe(
 
     Args:
         n: at least one; of more than `batches` returns, the last ones that do not fill a batch are not computed.
-        observables: names that the system has, `Observable`s, or mappings of their keys.
+        observables: names that the system has, objects of `Observable`, or mappings of their keys.
         discard: returns before these, which do not count.
         batches: their number, at most n; with one there is no error.
         chatter: as in `first_return` of an impact system, on every wall.
