@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
     from nsmaps.enclosures.box_images import box_map as box_map
     from nsmaps.errors import NsmapsError as NsmapsError
+    from nsmaps.exact.batches import return_batch as return_batch
     from nsmaps.exact.observables.spec import Observable as Observable
     from nsmaps.exact.outcome import Outcome as Outcome
     from nsmaps.exact.returns import Returns as Returns
@@ -154,6 +155,7 @@ _PUBLIC = {
     "exact.surfaces.family": ("ReturnFamily", "WordFamily"),
     "coordinates": ("Angle", "Coordinates"),
     "exact.observables.spec": ("Observable",),
+    "exact.batches": ("return_batch",),
     "exact.outcome": ("Outcome",),
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),

@@ -97,6 +97,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "partition": lambda s: nsmaps.partition(s, grid(s), nsmaps.Partition(tolerance=0.1)),
     "periodic_orbit": near,
     "periodic_orbits": lambda s: nsmaps.periodic_orbits(s, [STARTS[s]], 1),
+    "return_batch": lambda s: nsmaps.return_batch(s, [STARTS[s]], 2),
     "second_iterate": lambda s: nsmaps.second_iterate(s, 0.1, 0.2),
     "stability_diagram": lambda s: nsmaps.stability_diagram(plane(s), values(s), [getattr(s, SECOND[s])], STARTS[s], 2, 9),
     "strip_map": lambda s: nsmaps.strip_map(s, box(s), 1e-2),

@@ -19,7 +19,7 @@ from nsmaps.exact.modes.tables.taylor import ORDER
 from nsmaps.exact.ode.held import pressing
 from nsmaps.exact.ode.integrator import VALUES, Integrator, integrator_of, sampler_of
 from nsmaps.exact.ode.layout import FLOATS, IMPACTS, INTEGERS, WAYS
-from nsmaps.exact.ode.memory import Memory
+from nsmaps.exact.ode.memory import Memory, addresses
 from nsmaps.exact.ode.returns import advanced, started
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
@@ -104,10 +104,10 @@ class IntegratedKernel:
         with integrator.lock:
             w = self._memory(integrator, start, n, chatter, rates, **what)
             w.pars[VALUES:] = np.array([*values, *(values if rates is None else rates), 0.0])[:, None]
-            busy = started(w)
+            busy, found = started(w), addresses(w)
             while busy:
                 integrator.expand(w.pars)
-                busy = advanced(w)
+                busy = advanced(found, w.chatter, w.turning)
         return w
 
     def _memory(

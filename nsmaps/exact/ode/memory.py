@@ -2,7 +2,13 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
+from numba import carray, types
+from numba.extending import intrinsic
+
+from nsmaps.arrays import Ints
 from nsmaps.exact.engine.flight.flow import Flow
+from nsmaps.exact.engine.jit import allocating
 
 
 class Memory(NamedTuple):
@@ -30,3 +36,71 @@ class Memory(NamedTuple):
     tangents: Any  #: shape (n, M, 2, 3)
     margins: Any  #: shape (M, 3), clearance, slowest, turning points; or no rows
     hits: Any  #: shape (H, 5), impacts: on the base wall, time, phase, speed, mark; or no rows
+
+
+@intrinsic
+def _pointer(typingctx, address):
+    """A number as a pointer."""
+
+    def codegen(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
+
+    return types.voidptr(types.int64), codegen
+
+
+def addresses(w: Memory) -> Ints:
+    """Where the arrays of a memory are and their shapes, shape (23, 5), for `at_addresses`.
+
+    A call with this one array is taken much faster than one with all of them.
+    """
+    arrays = [*w.p, *w.moved, w.tc, w.state, w.pars, w.lanes, w.counts, *w.pressing, w.series, w.ends, w.next, w.start]
+    arrays += [w.states, w.turns, w.codes, w.outcome, w.time, w.tangents, w.margins, w.hits]
+    assert all(array.flags.c_contiguous for array in arrays)
+    return np.array([[array.ctypes.data, *array.shape, *[0] * (4 - array.ndim)] for array in arrays], np.int64)
+
+
+@allocating
+def _of_one(h, j):
+    """Array j, a vector of floats."""
+    return carray(_pointer(h[j, 0]), (h[j, 1],), np.float64)
+
+
+@allocating
+def _of_two(h, j):
+    """Array j, a matrix of floats."""
+    return carray(_pointer(h[j, 0]), (h[j, 1], h[j, 2]), np.float64)
+
+
+@allocating
+def _of_three(h, j):
+    """Array j, a tensor of three axes of floats."""
+    return carray(_pointer(h[j, 0]), (h[j, 1], h[j, 2], h[j, 3]), np.float64)
+
+
+@allocating
+def at_addresses(h, chatter, turning):
+    """The memory with these `addresses`."""
+    return Memory(
+        Flow(_of_one(h, 0), _of_one(h, 1)),
+        Flow(_of_one(h, 2), _of_one(h, 3)),
+        _of_three(h, 4),
+        _of_two(h, 5),
+        _of_two(h, 6),
+        _of_two(h, 7),
+        carray(_pointer(h[8, 0]), (h[8, 1], h[8, 2]), np.int64),
+        (_of_two(h, 9), _of_two(h, 10)),
+        _of_two(h, 11),
+        _of_one(h, 12),
+        chatter,
+        turning,
+        carray(_pointer(h[13, 0]), (h[13, 1],), np.int64),
+        _of_two(h, 14),
+        _of_three(h, 15),
+        carray(_pointer(h[16, 0]), (h[16, 1], h[16, 2], h[16, 3]), np.int32),
+        carray(_pointer(h[17, 0]), (h[17, 1], h[17, 2]), np.int64),
+        carray(_pointer(h[18, 0]), (h[18, 1], h[18, 2]), np.int8),
+        _of_two(h, 19),
+        carray(_pointer(h[20, 0]), (h[20, 1], h[20, 2], h[20, 3], h[20, 4]), np.float64),
+        _of_two(h, 21),
+        _of_two(h, 22),
+    )

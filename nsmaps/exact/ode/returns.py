@@ -41,6 +41,7 @@ from nsmaps.exact.ode.layout import (
     UP,
     WAYS,
 )
+from nsmaps.exact.ode.memory import at_addresses
 from nsmaps.exact.ode.record import IDLE, begin_orbit, finish, letter_at, mark_at, record
 from nsmaps.exact.ode.turns import letters, turns_of_step
 
@@ -192,8 +193,12 @@ def number_busy(w):
 
 
 @entry
-def advanced(w):
-    """A step of all lanes, whose Taylor coefficients have been computed; returns the number of lanes still under way."""
+def advanced(found, chatter, turning):
+    """A step of all lanes of the memory at these addresses, whose Taylor coefficients have been computed.
+
+    Returns the number of lanes still under way.
+    """
+    w = at_addresses(found, chatter, turning)
     for k in range(len(w.lanes)):
         if w.counts[k, ROW] >= 0:
             one_step(w, k)

@@ -1,0 +1,57 @@
+"""First returns of large batches in parts, in any executor."""
+
+from typing import Any
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import as_states
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+
+PART = 20_000  #: returns of a part, unless `jobs` says how many states
+ROWS = ("image", "turns", "codes", "outcome", "time", "derivative")  #: of returns, besides their start
+
+
+@divides
+def return_batch(
+    system: ImpactSystem | HybridSystem, states: ArrayLike, n: int = 1, derivative: bool = False, *, jobs: Jobs = SERIAL
+) -> Returns:
+    """The first n returns of each of M states, as `system.orbits(states, n, derivative)`, in parts of `jobs`.
+
+    The numbers are the same to the last bit. Flights are integrated on one core of a process; a `ProcessPoolExecutor` takes all
+    cores. n M rows, the first return of every state first.
+
+    Args:
+        system: an exact system.
+        states: shape (M, dim), as of `first_return`.
+        n: number of returns.
+        derivative: also the derivative of each image by its start.
+        jobs: see `nsmaps.Jobs`; a part is as many states as make 20,000 returns.
+
+    Raises:
+        StateError: `states` is not a batch of states.
+        NsmapsError: n is below 1.
+    """
+    start = as_states(states, system.coordinates)
+    if n < 1:
+        raise NsmapsError(f"n is {n}; expected: at least one return")
+    if not (jobs.divided and len(start)):
+        return system.orbits(start, n, derivative)
+    cuts = jobs.cuts(len(start), max(1, PART // n))
+    parts = jobs.run(_part, [(system, start[k], n, derivative) for k in cuts])
+    rows: dict[str, Any] = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+    starts = np.concatenate([start[None], rows["image"][:-1]])
+    joined = {name: row.reshape(-1, *row.shape[2:]) for name, row in rows.items()}
+    like = system.orbits(start[:0], n, derivative)
+    return Returns(like.coordinates, like.walls, starts.reshape(-1, start.shape[1]), **joined, integrated=like.integrated)
+
+
+def _part(system: ImpactSystem | HybridSystem, start: Floats, n: int, derivative: bool) -> Arrays:
+    """The first n returns of some states, in arrays of n rows."""
+    returns = system.orbits(start, n, derivative)
+    found = {name: getattr(returns, name) for name in ROWS}
+    return {name: row.reshape(n, len(start), *row.shape[1:]) for name, row in found.items() if row is not None}

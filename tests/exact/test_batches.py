@@ -1,0 +1,68 @@
+"""Batches of returns in parts: the same numbers, to the last bit, as in one."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps import Jobs, return_batch
+from nsmaps.errors import NsmapsError, StateError
+
+ROWS = ("start", "image", "turns", "codes", "outcome", "time", "derivative")
+SYSTEMS = {
+    "duffing": {"c": 0.1, "a": 1, "b": 1, "f": 0.7, "w": 1.2, "d": 0.6},
+    "pendulum": {"c": 0.1, "f": 0.5, "w": 0.7, "stop": 0.5},
+    "vi_pair": {"d": 0.35, "g_bar": 0.2113},
+    "soft_impact": {"xi": 0.01, "e": 1.26, "a": 0.7, "beta": 29, "w": 0.79},
+}
+
+
+def same(one, other):
+    """Whether two batches have the same rows, to the last bit, NaN included."""
+    pairs = [(getattr(one, name), getattr(other, name)) for name in ROWS]
+    return all(np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in pairs)
+
+
+def starts(n):
+    """Random states, one of them not a state."""
+    rng = np.random.default_rng(2)
+    states = np.column_stack([rng.uniform(0.01, 1.5, n), rng.uniform(-3, 9, n)])
+    states[3] = np.nan
+    return states
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_parts_are_the_whole(name):
+    if name in ("duffing", "pendulum"):
+        pytest.importorskip("heyoka")
+    system, states = nsmaps.load_system(name, **SYSTEMS[name]), starts(61)
+    whole = system.orbits(states, 4, derivative=True)
+    with ThreadPoolExecutor(2) as executor:
+        parts = return_batch(system, states, 4, derivative=True, jobs=Jobs(executor, part=7))
+    assert same(whole, parts)
+    assert (parts.walls, parts.integrated) == (whole.walls, whole.integrated)
+    assert same(return_batch(system, states, 4, derivative=True), whole)
+    first = return_batch(system, states, jobs=Jobs(executor=None, checkpoint=None, part=7))
+    assert first.derivative is None
+    assert np.array_equal(first.image, system.first_return(states).image, equal_nan=True)
+
+
+def test_integrated_returns_in_two_processes_and_from_a_folder(tmp_path):
+    pytest.importorskip("heyoka")
+    system, states = nsmaps.load_system("duffing", **SYSTEMS["duffing"]), starts(40)
+    with ProcessPoolExecutor(2) as executor:
+        made = return_batch(system, states, 2, True, jobs=Jobs(executor, tmp_path, part=10))
+    assert same(made, system.orbits(states, 2, True))
+    assert len(list(tmp_path.glob("part-*.npz"))) == 4
+    assert same(return_batch(system, states, 2, True, jobs=Jobs(checkpoint=tmp_path, part=10)), made)
+
+
+def test_no_states_and_what_is_refused():
+    system = nsmaps.load_system("vi_pair", **SYSTEMS["vi_pair"])
+    with ThreadPoolExecutor(1) as executor:
+        assert len(return_batch(system, np.empty((0, 2)), 3, jobs=Jobs(executor))) == 0
+    with pytest.raises(NsmapsError, match="n is 0; expected: at least one return"):
+        return_batch(system, starts(5), 0)
+    with pytest.raises(StateError):
+        return_batch(system, [[1.0, 2.0, 3.0]])
