@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.report import of_dynamics, of_maps
+from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.result import StudyResult
 
 Found = Callable[[StudyResult, str], str]
@@ -46,4 +47,4 @@ _FOUND: Mapping[str, Found] = {
 def caption(result: StudyResult, name: str, part: str = "") -> str:
     """The sentences below a figure: the numbers of the run, then what is drawn. `part` names one sheet, as its file does."""
     found = _FOUND[name](result, part) if name in _FOUND else ""
-    return f"{found} {CATALOGUE[name].caption}" if found else CATALOGUE[name].caption
+    return as_computed(result, f"{found} {CATALOGUE[name].caption}" if found else CATALOGUE[name].caption)

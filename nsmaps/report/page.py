@@ -93,7 +93,7 @@ def _verdicts(result: StudyResult) -> list[Element]:
     for cell in verdicts.iter("td"):
         if not (cell.text or len(cell)):
             cell.set("class", "empty")
-    note = "A claim speaks of one map: the exact map, or a map put in its place. Required ones decide the exit code of the run."
+    note = f"A claim is of one map: the {result.system.map_name}, or one put in its place. Required ones decide the exit code."
     terms = [part for term, text in legend(result) for part in (tag("dt", term), tag("dd", text))]
     return [tag("p", note, class_="soft"), verdicts, folded("Terms", tag("dl", *terms))]
 

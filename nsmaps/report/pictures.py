@@ -11,6 +11,7 @@ from nsmaps.figures.data import held
 from nsmaps.report.captions import caption
 from nsmaps.report.html import folded, tag
 from nsmaps.report.phrases import part_of
+from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.run_folder import files_of
 
@@ -90,7 +91,7 @@ def _figure(result: StudyResult, picture: Picture) -> Element:
     content, row = picture.path.read_bytes(), CATALOGUE[picture.name]
     width, height = struct.unpack(">II", content[16:24])  # of the header chunk, with which every PNG begins
     source = f"data:image/png;base64,{b64encode(content).decode()}"
-    text = f"{picture.part}: {row.alt}" if picture.part else row.alt
+    text = as_computed(result, f"{picture.part}: {row.alt}" if picture.part else row.alt)
     box = tag("div", tag("img", src=source, alt=text, width=str(width), height=str(height)), class_="scroll", tabindex="0")
     title = f"{spoken(picture.name)}{f' ({picture.part})' if picture.part else ''}. "
     label = tag("figcaption", tag("b", title), caption(result, picture.name, picture.part))

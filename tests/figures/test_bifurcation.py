@@ -70,6 +70,15 @@ def test_motions_are_named_between_their_borders(result, pair, ax):
     assert 0.28 < places["1:1/2T"] < 0.32418854 < places["1:1/T"] < 0.35
 
 
+def test_a_chaotic_region_that_windows_cut_is_named(result, pair, ax):
+    made = drawn(result, ax, pair, 0.26, 0.31, 0)
+    motions = made.labels[made.values < 0.2683, 0].tolist()
+    assert len(set(motions)) > 1, "there are windows in it"
+    places = {text.get_text(): text.get_position()[0] for text in ax.texts}
+    first = min(x for line in ax.lines if (x := line.get_xdata()[0]) > 0.2601)
+    assert places["1:1/C"] == pytest.approx((0.26 + first) / 2, abs=1e-4), "up to the first window with borders"
+
+
 def test_words_have_their_colours_and_gaps_are_grey(result, ax):
     bifurcation(result, ax)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]

@@ -12,8 +12,11 @@ from typer.testing import CliRunner
 import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.figures.catalogue import CATALOGUE, drawable
+from nsmaps.plugins import system_class
 from nsmaps.report.captions import caption
 from nsmaps.report.page import write_report
+from nsmaps.study.conclusions.headline import headline
+from nsmaps.study.conclusions.verdict import verdicts
 
 STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 RUNS = sorted(path.name for path in STORED.iterdir() if path.is_dir())
@@ -30,6 +33,16 @@ def report_of(study: str, *more: str) -> str:
 
 def page() -> str:
     return Path("out/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("system", "spoken"), [("duffing", "integrated map"), ("impact_oscillator", "exact map")])
+def test_the_map_has_the_name_of_what_was_computed(good: str, monkeypatch: pytest.MonkeyPatch, system: str, spoken: str) -> None:
+    Path("s.yaml").write_text(good)
+    result = nsmaps.run("s.yaml")
+    monkeypatch.setattr(type(result.system), "map_name", system_class(system).map_name)
+    texts = [caption(result, "orbits"), *(f"{each.name} {each.of} {each.text}" for each in verdicts(result)), headline(result)]
+    said = {name for name in ("integrated map", "exact map") if name in " ".join(texts).lower()}
+    assert said == {spoken}
 
 
 def test_the_first_figure_of_the_study_is_right_under_the_summary(good: str) -> None:

@@ -31,7 +31,7 @@ def speed_error(result: "StudyResult", ax: Axes) -> Axes:
     looks = ((BLUE, "o"), (RED, "s"))
     for (label, error), (colour, marker) in zip(errors.items(), looks, strict=False):
         ax.plot([speed.composite], [error], marker, color=colour, ms=5.4, ls="none", label=label, zorder=3)
-    ax.axvline(speed.exact, color=ORANGE, lw=1.2, label="time of the exact map")
+    ax.axvline(speed.exact, color=ORANGE, lw=1.2, label=f"time of the {result.system.map_name}")
     tolerance = _tolerance(result)
     ax.axhline(tolerance, color=GREY, ls="--", label="tolerance")
     times, levels = (speed.composite, speed.exact), (tolerance, *errors.values())

@@ -52,7 +52,7 @@ def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str 
     start, target = unwrapped(part.mesh.returns)
     flat(ax, np.column_stack([start[:, i], target[:, i]]), part.mesh.triangles, to_rgb("0.8"))
     area = Patch(color="0.8", label=f"{part.surface.name} in {piece_label(part.name)}")
-    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=1.6, label="exact map", zorder=3)
+    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=1.6, label=result.system.map_name, zorder=3)
     ax.plot(fitted[:, i], fitted[:, -1], color=ORANGE, lw=1.1, ls=(0, (4, 1.5)), label="separable map", zorder=4)
     ends = start[:, i].min(), start[:, i].max()
     low, high = window(target[:, i].min(), max(target[:, i].max(), ends[1]), fitted[:, -1])

@@ -1,5 +1,6 @@
 """Bifurcation diagrams: figs. bifexact and bifapprox, a panel for each coordinate, the maps beside each other."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
 from math import ceil
@@ -20,14 +21,14 @@ from nsmaps.figures.style import GREY, dress, family_colours
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.dynamics.diagrams.windows import Window
     from nsmaps.study.result import StudyResult
 
+Named = tuple[str, float, float]  #: a motion, and the interval of the parameter over which it attracts
 ROWS = 400  #: of a raster
 MOST = 4096  #: columns of a raster, where values are not equidistant
 _LETTER, _LINE = 0.065, 0.15  #: inches that a letter and a line of the name of a motion need
 _REACH = 1  #: rows on either side to which a state belongs: lines of half a point
-_FAINTEST = 0.3  #: opacity of a place that one state of an orbit visits
+_FAINTEST = 0.45  #: opacity of a place that one state of an orbit visits
 _TICK = 0.2  #: inches from one tick to the next at least
 _UPRIGHT = 8  #: letters of the longest name that is written upwards
 _MARGIN = 0.04  #: of the height of the states that is left free above and below them
@@ -66,7 +67,10 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     ax.set_title(map_name(result.system, of), loc="right")
     dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
     if ends is not None:
-        tall = _name_motions(ax, _named(result, of))
+        windows = _named(result, of)
+        for border in dict.fromkeys(end for _, *window in windows for end in window):
+            ax.axvline(border, color="0.6", lw=0.4)
+        tall = _name_motions(ax, [*windows, *_chaotic(diagram, windows)])
         ticks = [tick for tick in ax.get_yticks() if ends[0] <= tick <= ends[1]]  # none beside the names
         many = len(ticks) * _TICK * (1 + tall) * ax.figure.dpi / ax.bbox.height
         ax.set_yticks(ticks[:: max(ceil(many), 1)])
@@ -74,11 +78,26 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     return ax
 
 
-def _named(result: "StudyResult", of: str) -> "list[tuple[str, Window]]":
-    """The windows of a map with their names."""
+def _named(result: "StudyResult", of: str) -> list[Named]:
+    """The windows of a map."""
     own, exact = result.windows.get(of, ()), result.windows.get("exact", ())
     names = {} if of == "exact" else {window.by_returns: window.label for window in exact}
-    return [(names.get(window.by_returns, window.label), window) for window in own]
+    return [(names.get(window.by_returns, window.label), window.low.value, window.high.value) for window in own]
+
+
+def _chaotic(diagram: "Bifurcation", windows: Sequence[Named]) -> list[Named]:
+    """The intervals between windows at most of whose values the first orbit has no period, with the name that most of these have.
+
+    They are chaotic regions that are cut by windows too narrow to have borders.
+    """
+    ends = [float(diagram.values.min()), *(end for _, *window in windows for end in window), float(diagram.values.max())]
+    found = []
+    for low, high in zip(ends[::2], ends[1::2], strict=True):
+        names = diagram.labels[(diagram.values >= low) & (diagram.values <= high), 0].tolist()
+        (name, count), *_ = [*Counter(name for name in names if name.endswith("C")).most_common(1), ("", 0)]
+        if high > low and 2 * count > len(names):
+            found.append((name, low, high))
+    return found
 
 
 def raster(
@@ -163,14 +182,12 @@ def _gaps(diagram: "Bifurcation") -> list[tuple[float, float]]:
     return list(zip(middles[starts].tolist(), middles[stops].tolist(), strict=True))
 
 
-def _name_motions(ax: Axes, named: "Sequence[tuple[str, Window]]") -> float:
-    """The names of windows along the upper edge, and lines at their borders; the share of the height that names need."""
+def _name_motions(ax: Axes, named: Sequence[Named]) -> float:
+    """The names of intervals along the upper edge; the share of the height that names need."""
     (left, right), tall = ax.get_xlim(), 0.0
     width, height = (float(side) / ax.figure.dpi for side in ax.bbox.size)
-    for name, each in named:
-        for border in (each.low, each.high):
-            ax.axvline(border.value, color="0.6", lw=0.4)
-        share = (each.high.value - each.low.value) / (right - left) * width
+    for name, low, high in named:
+        share = (high - low) / (right - left) * width
         if not name or share < _LINE:
             continue
         upright = share < _LETTER * (len(name) + 1)
@@ -178,6 +195,5 @@ def _name_motions(ax: Axes, named: "Sequence[tuple[str, Window]]") -> float:
             continue
         tall = max(tall, ((len(name) + 1) * _LETTER if upright else _LINE) / height)
         look: dict[str, Any] = {"ha": "center", "va": "top", "rotation": 90 * upright}
-        middle = (each.low.value + each.high.value) / 2
-        ax.text(middle, 0.985, name, transform=ax.get_xaxis_transform(), **look)
+        ax.text((low + high) / 2, 0.985, name, transform=ax.get_xaxis_transform(), **look)
     return tall / max(1 - tall, 0.5)

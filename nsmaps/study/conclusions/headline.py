@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.auxiliary.bounds import ESTIMATED
 from nsmaps.study.conclusions.diagnostics import inside
-from nsmaps.study.conclusions.texts import EXACT, intervals
+from nsmaps.study.conclusions.texts import EXACT, as_computed, intervals
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.parameters.motions import NONE
 
@@ -37,7 +37,7 @@ def headline(result: StudyResult) -> str:
     """
     texts: dict[str, list[str]] = {}
     for of, text in (*_attracts(result), *_stays(result)):
-        texts.setdefault(of, []).append(text)
+        texts.setdefault(as_computed(result, of), []).append(as_computed(result, text))
     return " ".join(f"{of[0].upper()}{of[1:]}: {'; '.join(parts)}." for of, parts in texts.items())
 
 

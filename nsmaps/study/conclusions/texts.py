@@ -11,8 +11,14 @@ from nsmaps.arrays import Floats
 
 if TYPE_CHECKING:
     from nsmaps.study.reading.values import Range, Span
+    from nsmaps.study.result import StudyResult
 
 EXACT = "exact map"
+
+
+def as_computed(result: "StudyResult", text: str) -> str:
+    """A text on the exact map with the name of what was computed: the integrated map, where flights have no closed form."""
+    return text.replace(EXACT, result.system.map_name)
 
 
 def finite(values: Any) -> list[float | None]:

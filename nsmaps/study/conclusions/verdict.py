@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Verdict
@@ -15,7 +16,9 @@ def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     Expected failures apply to the study's own parameters, and to verdicts that are not required.
     """
     expected = {} if result.study.source.changed else result.study.expected_failures
-    return tuple(_as_expected(verdict, expected) for section in SECTIONS for verdict in section.verdicts(result))
+    made = [_as_expected(verdict, expected) for section in SECTIONS for verdict in section.verdicts(result)]
+    name, of, text = ([as_computed(result, getattr(each, part)) for each in made] for part in ("name", "of", "text"))
+    return tuple(replace(each, name=a, of=b, text=c) for each, a, b, c in zip(made, name, of, text, strict=True))
 
 
 def unmet(result: StudyResult) -> list[str]:
@@ -23,7 +26,7 @@ def unmet(result: StudyResult) -> list[str]:
     if result.study.source.changed or not result.finished:
         return []
     known = {name for verdict in result.verdicts if not verdict.required for name in _names(verdict)}
-    return [name for name in result.study.expected_failures if name not in known]
+    return [name for name in result.study.expected_failures if as_computed(result, name) not in known]
 
 
 def _names(verdict: Verdict) -> tuple[str, ...]:
