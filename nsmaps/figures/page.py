@@ -15,6 +15,7 @@ from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
+from matplotlib.ticker import AutoLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
@@ -28,6 +29,8 @@ _NARROW = 2.2  #: inches, the least width of a panel on a page that is narrower
 COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
 _TITLE = 13  #: letters of the title of a sheet in an inch of its width
 _LETTERS = 9  #: letters of a title in an inch of its panel's width, after its own letter
+_TICKS = 6  #: of an axis that has no ticks of its own, at most
+_MARKUP = "$_{}\\"  #: letters of a title that are not seen
 Panel = Callable[[Axes], Axes]
 
 
@@ -57,7 +60,8 @@ class Sheet:
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
             ax = figure.add_subplot(rows, columns, number + 1, projection=projection)
             panel(ax)
-            ax.set_title(fill(ax.get_title(), int(_LETTERS * each)))
+            title = ax.get_title()
+            ax.set_title(fill(title, int(_LETTERS * each) + sum(map(title.count, _MARKUP))))
             if len(self.panels) > 1:
                 ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
             ax.title.set_y(1.0)  # which axes in space lower, into the picture
@@ -88,8 +92,13 @@ def _one_legend(figure: Figure) -> None:
     for ax in figure.axes:
         own = ax.get_legend()
         if own is not None:
+            place = len(entries)
             for text, handle in zip(own.get_texts(), own.legend_handles, strict=True):
-                entries.setdefault(text.get_text(), handle)
+                name = text.get_text()
+                if name not in entries:  # behind what it follows in its own panel
+                    kept = list(entries.items())
+                    entries = dict([*kept[:place], (name, handle), *kept[place:]])
+                place = list(entries).index(name) + 1
             own.remove()
     if not entries:
         return
@@ -144,6 +153,9 @@ def _measured_once(figure: Figure) -> Iterator[None]:
     for ax in free:
         for spine in ax.spines.values():
             spine.set_in_layout(False)
+        for axis in (ax.xaxis, ax.yaxis):
+            if isinstance(axis.get_major_locator(), AutoLocator):  # with the panel its ticks, and their names, become others
+                axis.set_major_locator(MaxNLocator(_TICKS, steps=[1, 2, 5, 10]))
         vars(ax)["get_tightbbox"] = _remembered(ax)
     try:
         yield

@@ -32,7 +32,7 @@ LOOKS = (
     (BLACK, "-", "v"),
 )  #: of lines: colour, dashes, marker
 FAMILIES = (BLACK, MAGENTA, YELLOW, "#1A14F0", "#3B6303", "#C56FFF", "#F1DAA4", "#030B72")
-PIECES = ("#858585", "#16FF81", "#489FEC", "#C76A00", "#E8D700", "#630052", "#005EFF", "#562800")
+PIECES = ("#858585", "#C0D284", "#489FEC", "#C76A00", "#E8D700", "#630052", "#005EFF", "#562800")
 FILL = 0.4  #: of white in the colour of an area
 MOST = len(PIECES)  #: pieces that have a colour of their own where there are more
 REST = "#E4E4E4"  #: of all others

@@ -105,7 +105,7 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
     domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], updates=2)
     second_iterate(replace(result, domains={"hump": domain}, study=study_of(second_iterate={"domain": "hump"})), ax, "x")
     p, q = domain.updates[-1].worst[-1, 0]
-    for name, fixed in (("lower of upper map, worst", p), ("upper of lower map, worst", q)):
+    for name, fixed in (("lower of upper map", p), ("upper of lower map", q)):
         assert np.interp(fixed, *by_label(ax)[name].get_data()) == pytest.approx(fixed, abs=1e-3)
 
 

@@ -26,7 +26,7 @@ def test_envelopes_show_the_first_and_last_update_of_domains_that_hold(result):
     assert shown(result.domains["loose"]) == [0]
     assert [(sheet.name, len(sheet.panels)) for sheet in envelope_sheets(result)] == [("envelopes", 4)]
     (alone,) = envelope_sheets(replace(result, domains={"loose": result.domains["loose"]}))
-    assert (alone.name, len(alone.panels), alone.title) == ("envelopes", 2, "loose: exact map, " + "sampled")
+    assert (alone.name, len(alone.panels), alone.title) == ("envelopes", 2, "loose: exact map, sampled, no bound")
 
 
 def test_domain_size_has_a_line_a_domain_that_holds_and_names_the_others_in_the_title(result, ax):
@@ -58,7 +58,7 @@ def test_sizes_have_one_legend_and_a_box_that_leads_out_at_once_is_hollow(result
     assert [panel.get_legend() for panel in figure.axes] == [None, None]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fitted map R1: bounded"]
     domain_size(replace(result, domains={"loose": result.domains["loose"]}), ax, "v")
-    line = by_label(ax)["loose: exact map, sampled, not forward invariant"]
+    line = by_label(ax)["loose: exact map, sampled, no bound, not forward invariant"]
     assert len(line.get_xdata()) == len(result.domains["loose"].sizes) == 1
     assert (line.get_markerfacecolor(), line.get_linestyle()) == ("white", "None")
 

@@ -2,6 +2,7 @@
 
 import doctest
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -143,3 +144,35 @@ def test_panels_of_a_narrow_page_stand_one_below_the_other():
     assert wide.axes[0].get_position().y0 == pytest.approx(wide.axes[1].get_position().y0)
     assert narrow.axes[0].get_position().y0 > narrow.axes[1].get_position().y1
     assert narrow.get_size_inches().tolist() == pytest.approx([3.4, 2 * 0.8 * 3.4])
+
+
+def _drawn(*panels):
+    """A figure of one row, placed and drawn in the style of the package."""
+    with rc_context(style.STYLE):
+        figure = Sheet("one", panels, len(panels), legend=True).figure(100)
+        lay_out(figure)
+        figure.canvas.draw()
+    return figure
+
+
+def test_the_names_of_ticks_are_those_for_which_panels_were_placed():
+    def panel(ax):
+        ax.plot([0, 1], [0, 0.11])
+        ax.set(ylim=(0, 0.121), ylabel="width")
+        return ax
+
+    figure = _drawn(panel, panel)
+    boxes = [ax.get_tightbbox() for ax in figure.axes]
+    assert all(box.x0 >= 0 and box.x1 <= figure.bbox.width for box in boxes)
+    assert boxes[0].x1 <= boxes[1].x0
+
+
+def test_one_legend_has_the_entries_in_the_order_of_the_panels():
+    def panel(names, ax):
+        for name in names:
+            ax.plot([0, 1], [0, 1], label=name)
+        ax.legend()
+        return ax
+
+    figure = _drawn(*(partial(panel, names) for names in ("ace", "abcd", "xy", "ay")))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == list("abcdexy")

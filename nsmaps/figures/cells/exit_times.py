@@ -49,8 +49,9 @@ def exit_times(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
     if steps.max() > 0:
         scale = ScalarMappable(BoundaryNorm(np.arange(shades + 1) + 0.5, shades), ListedColormap(blues))
         bar = ax.figure.colorbar(scale, ax=ax, ticks=np.arange(1, shades + 1))
-        more = f" ({shades}: or more)" if steps.max() > shades else ""
-        bar.set_label(f"returns until {'arrived' if arrives else 'left'}" + more)
+        bar.set_label(f"returns until {'arrived' if arrives else 'left'}")
+        if steps.max() > shades:
+            bar.ax.set_yticklabels([*map(str, range(1, shades)), f"{shades}+"])
     patches = [Patch(color=greens[1], label="not shown"), Patch(color=greens[0], label="target")]
     handles: list[Artist] = [*patches[: 1 + (arrives and bool((number == 0).any()))], *(ax.lines if len(points) else ())]
     ax.legend(handles=handles)

@@ -13,7 +13,7 @@ Look = tuple[str, str]  #: colour and marker
 _KINDS: Mapping[str, tuple[Look, str]] = {
     "outer": ((BLUE, "o"), "bounded"),
     "enclosed": ((RED, "s"), "enclosed"),
-    "sampled": ((GREEN, "^"), "sampled"),
+    "sampled": ((GREEN, "^"), "sampled, no bound"),
 }  #: by how the numbers of a domain bound it, its look and its name
 _OTHER: Look = (MAGENTA, "D")  #: of a polynomial with its error added
 

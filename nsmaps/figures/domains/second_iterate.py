@@ -44,7 +44,7 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
     second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
     for curve, colour, text in ((first, BLUE, "lower of upper map"), (second, ORANGE, "upper of lower map")):
         if np.isfinite(curve).any():
-            ax.plot(x, curve, color=colour, lw=1.3, label=text + ", worst" * worst)
+            ax.plot(x, curve, color=colour, lw=1.3, label=text)
     closed = step.envelopes[i].kind == "closed form"
     if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
         values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
@@ -57,7 +57,7 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
         cycle(ax, step.worst[-1, i])
     bottom, top = window(x[0], x[-1], np.concatenate([x, *(np.ravel(line.get_ydata()) for line in ax.lines)]), 1.0)
     frame(ax, x, np.array([bottom, top]))
-    ax.set_title(headline(step, i))
+    ax.set_title(f"update {step.number}, worst case" if worst and step.forward_invariant else headline(step, i))
     ax.legend()
     return dress(ax, (name, "k"), (name, "k+2"))
 

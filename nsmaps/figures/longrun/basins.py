@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 
 from nsmaps.arrays import Floats
 from nsmaps.figures.data import BASINS, plane
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 _COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)
 _MARKS = "oDs^vP"
+_DECADE = 10  #: counts of returns that differ by more than this factor are shown on a logarithmic scale
 _KINDS = {-1: ("unresolved", "0.6"), -2: ("ended", "0.15")}
 
 
@@ -56,10 +58,13 @@ def arrival(result: "StudyResult", ax: Axes) -> Axes:
     """Returns to arrive at the attractor; white where a start did not."""
     found = BASINS.of(result, "basins")
     shown = np.where(found.label >= 0, found.arrival, np.nan).astype(float)
-    mesh = _paint(ax, result, shown, cmap="cividis")
+    some = np.maximum(shown[np.isfinite(shown)], 1)
+    scale = LogNorm(some.min(), some.max()) if len(some) and some.max() > _DECADE * some.min() else None
+    mesh = _paint(ax, result, np.maximum(shown, 1) if scale else shown, cmap="cividis", norm=scale)
     figure = ax.get_figure()
     assert figure is not None
-    figure.colorbar(mesh, ax=ax, label="returns to arrive")
+    ticks: dict[str, Any] = {"ticks": LogLocator(subs=(1, 2, 5)), "format": "%d"} if scale else {}
+    figure.colorbar(mesh, ax=ax, label="returns to arrive", **ticks)
     return _dressed(ax, result)
 
 

@@ -50,7 +50,7 @@ _BESIDE = 2.35  #: inches, from a box's left edge to the section and the functio
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("algorithm", (partial(algorithm, result),), 1, 1.2),)
+    return (Sheet("algorithm", (partial(algorithm, result),), 1, 1.1 if result.partition is None else 1.18),)
 
 
 def algorithm(result: "StudyResult", ax: Axes) -> Axes:
@@ -74,7 +74,7 @@ def algorithm(result: "StudyResult", ax: Axes) -> Axes:
     if result.partition is not None:
         text += f"\n{_counts(result.partition)}"
     ax.text(_LEFT, -row * _ROW - 0.12, text, ha="left", va="top", color="0.2", linespacing=1.4)
-    ax.set(xlim=(0, 4.9), ylim=(-row * _ROW - 0.75, _HIGH + 0.05), aspect="equal")
+    ax.set(xlim=(0, 4.9), ylim=(-row * _ROW - (0.3 if result.partition is None else 0.62), _HIGH + 0.05), aspect="equal")
     ax.set_axis_off()
     return ax
 

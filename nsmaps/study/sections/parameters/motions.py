@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
+PAIRS = 5  #: of coexisting motions that a sentence names
 Row = dict[str, Any]
 
 
@@ -75,7 +76,10 @@ def coexisting(result: "StudyResult") -> str:
     sentences = []
     for of, diagram in result.bifurcation.items():
         rows = sorted(attractors(diagram)[1], key=itemgetter("motion", "beside"))
-        found = [_places(result, diagram, list(alike)) for _, alike in groupby(rows, itemgetter("motion", "beside"))]
+        pairs = [list(alike) for _, alike in groupby(rows, itemgetter("motion", "beside"))]
+        widest = sorted(pairs, key=lambda alike: -sum(row["values"] for row in alike))[:PAIRS]
+        found = [_places(result, diagram, alike) for alike in pairs if alike in widest]
+        found += [f"{len(pairs) - PAIRS} more pairs of motions"] if len(pairs) > PAIRS else []
         text = f"Attractors of the {map_name(result.system, of)} coexist: {'; '.join(found)}"
         if any(name.endswith("C") for row in rows for name in (row["motion"], row["beside"])):
             text += f" (C: no period up to {diagram.states.shape[2] // 2} returns, chaos or a long transient)"
