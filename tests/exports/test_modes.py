@@ -1,5 +1,6 @@
 """The equations of systems with modes in LaTeX: rates of all modes, derived ones too, events, resets and section."""
 
+import dataclasses
 import re
 import shutil
 import subprocess
@@ -15,10 +16,25 @@ BELT = {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25}
 PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
 
 
+class Rubbed(Friction):
+    """Friction on a belt whose speed is noise, beside a force of noise: the rate of sliding has the noise's rate."""
+
+    noise = "eta"
+
+    def modes(self, t, y):
+        rates = super().modes(t, y)
+        return {name: {**given, "u": given["u"] + y.eta / 2} for name, given in rates.items()}
+
+    def guards(self, t, y):
+        (name, surface), *others = super().guards(t, y).items()
+        return {name: dataclasses.replace(surface, function=surface.function - y.eta), **dict(others)}
+
+
 SYSTEMS = {
     "belt": nsmaps.load_system("belt", **BELT),
     "contact": nsmaps.load_system("recoil_pair", **PAIR, contact=True),
     "friction": Friction(mu=0.5),
+    "rubbed": Rubbed(mu=0.5),
     "converter": nsmaps.load_system("buck_converter", E=22.0),
     "strobe": nsmaps.load_system("rocking_block", a=0.8, w=4.0),
 }
@@ -53,7 +69,7 @@ def test_documents_compile(name, tmp_path):
 
 def test_rates_are_read_back_from_latex():
     """Of slip on the belt as in its equation, and of contact as of one body of both masses."""
-    values = {**BELT, "t": 0.7, "x": 0.4, "u": -0.2}
+    values = {**BELT, "t": 0.7, "x": 0.4, "u": -0.2, "noise": 0}
     text = nsmaps.export(SYSTEMS["belt"], "latex")
     parts = dict(re.findall(r"Mode (\w+):(.*?)(?=Mode |An event)", text, flags=re.DOTALL))
     assert set(parts) == {"slower", "faster", "stick"}
@@ -62,7 +78,7 @@ def test_rates_are_read_back_from_latex():
     assert numbers_in(parts["faster"], "u", values) == pytest.approx(float(force) - 0.4, rel=1e-12)
     assert numbers_in(parts["stick"], "x", values) == 0.3
     assert numbers_in(parts["stick"], "u", values) == 0
-    values = {**PAIR, "t": 0.7, "x": 0.175, "v": 0.0, "X": 0.2, "V": -0.5}
+    values = {**PAIR, "t": 0.7, "x": 0.175, "v": 0.0, "X": 0.2, "V": -0.5, "noise": 0}
     (base,) = re.findall(r"Mode base:(.*?)Mode top", nsmaps.export(SYSTEMS["contact"], "latex"), flags=re.DOTALL)
     together = (float(sp.cos(sp.pi * 0.7)) - 0.04 * 0.2 + 0.2 * 0.5 - 0.1 * 0.2113) / 1.1
     assert numbers_in(base, "V", values) == pytest.approx(together, rel=1e-12)
@@ -85,3 +101,24 @@ def test_other_languages_and_results():
         NsmapsError, match=r"Belt as 'c': it has modes, .*; expected: latex, or c and julia of flights in closed form"
     ):
         nsmaps.export(SYSTEMS["belt"], "c")
+
+
+def test_noise_stands_where_it_acts():
+    """In the rates of slip and of contact, in conditions and in events; sliding along a surface that moves has its rate."""
+    belt, pair = nsmaps.export(SYSTEMS["belt"], "latex"), nsmaps.export(SYSTEMS["contact"], "latex")
+    parts = dict(re.findall(r"Mode (\w+):(.*?)(?=Mode |An event)", belt, flags=re.DOTALL))
+    values = {**BELT, "t": 0.7, "x": 0.4, "u": -0.2, "noise": 0.13}
+    force = 0.25 * sp.cos(0.9 * 0.7) - 2 * 0.02 * -0.2 - 0.4 + 0.13
+    assert numbers_in(parts["slower"], "u", values) == pytest.approx(float(force) + 0.4, rel=1e-12)
+    assert "noise" not in parts["stick"]
+    assert len(re.findall("geq 0", belt)) == len(re.findall("noise .*geq 0", belt)) == 6
+    assert "The noise is $noise$, zero in the return map." in belt
+    (base,) = re.findall(r"Mode base:(.*?)Mode top", pair, flags=re.DOTALL)
+    values = {**PAIR, "t": 0.7, "x": 0.175, "v": 0.0, "X": 0.2, "V": -0.5, "noise": 0.13}
+    together = (float(sp.cos(sp.pi * 0.7)) + 0.13 - 0.04 * 0.2 + 0.2 * 0.5 - 0.1 * 0.2113) / 1.1
+    assert numbers_in(base, "V", values) == pytest.approx(together, rel=1e-12)
+    rubbed = nsmaps.export(SYSTEMS["rubbed"], "latex")
+    (stick,) = re.findall(r"Mode stick:(.*?)An event", rubbed, flags=re.DOTALL)
+    assert r"\dot {u} &= \eta^{(1)}" in stick
+    assert "_n_" not in rubbed
+    assert "noise" not in nsmaps.export(SYSTEMS["friction"], "latex")

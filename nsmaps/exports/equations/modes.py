@@ -7,6 +7,7 @@ import sympy as sp
 
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.driven import DEGREE, STEP
 from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.systems.guards import Guard, Section, Sliding
 from nsmaps.exact.systems.hybrid import HybridSystem
@@ -17,11 +18,13 @@ T = sp.Symbol("t", real=True)
 
 def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
     """The document, by file name, from the formulas that the map itself is derived from."""
-    cls, definition = type(system), known_definition(system)
+    cls = type(system)
+    noise = {cls.noise: sp.Symbol(cls.noise, real=True)} if cls.noise else {}
+    definition = known_definition(system, driven=bool(noise))
     parameters = {name: sp.Symbol(name, real=True) for name in cls.parameter_names()}
     y = {name: sp.Symbol(name, real=True) for name in cls.states}
     others = {name: getattr(system, name) for name in cls.model_fields if name not in parameters}
-    symbolic, states = cls.model_construct(**parameters, **others), cls._arguments(y)
+    symbolic, states = cls.model_construct(**parameters, **others), cls._arguments(y | noise)
     guards, section = symbolic.guards(T, states), symbolic.section(T, states)
     values = ", ".join(f"${math(name)} = {number(getattr(system, name))}$" for name in parameters)
     period = symbolic.period()
@@ -29,7 +32,8 @@ def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
         f"Parameters: {values}." if values else "",
         f"The forcing has the period $P = {math(sp.sympify(period))}$." if period is not None else "",
         "In each mode the states follow linear differential equations.",
-        *_modes(definition, [*parameters.values()], [*y.values()]),
+        f"The noise is ${math(noise[cls.noise])}$, zero in the return map." if noise else "",
+        *_modes(definition, [*parameters.values()], [*y.values()], [*noise.values()]),
         "An event takes place where its function falls through zero; states just after it have a plus sign.",
         *(row for name, guard in guards.items() for row in _event(name, guard)),
         _section(section, cls.states),
@@ -37,16 +41,25 @@ def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
     return {f"{name or cls.__name__.lower()}.tex": page(f"The equations of {text(cls.__name__)}", filter(None, body))}
 
 
-def _modes(definition: Definition, parameters: Sequence[sp.Symbol], states: Sequence[sp.Symbol]) -> Iterator[str]:
-    """The equations of every mode, those that are derived among them."""
-    plain = dict(zip((*definition.symbols, *definition.variables), (*parameters, *states), strict=True))
+def _modes(
+    definition: Definition, parameters: Sequence[sp.Symbol], states: Sequence[sp.Symbol], noise: Sequence[sp.Symbol]
+) -> Iterator[str]:
+    """The equations of every mode, those that are derived among them; the noise, none or one, follows the states."""
+    driven = [*noise, *(STEP**k * _dotted(one, k) for one in noise for k in range(1, DEGREE + 1))]
+    step = [STEP] if noise else []
+    plain = dict(zip((*definition.symbols, *definition.variables), (*parameters, *step, *states, *driven), strict=True))
     clock = {PHI: (definition.phase_rate * T).xreplace(plain)}
     for mode, rates in dict(zip(definition.modes, definition.rates, strict=True)).items():
         yield f"Mode {text(mode)}:"
-        for state, row in zip(states, rates, strict=True):
+        for state, row in zip(states, rates, strict=False):  # not those of the noise, which come last
             yield aligned(
                 rf"\dot {{{math(state)}}}", terms_of(sp.expand(row.of(definition.variables).xreplace(plain)).xreplace(clock))
             )
+
+
+def _dotted(noise: sp.Symbol, k: int) -> sp.Symbol:
+    """The derivative of order k of the noise, as it is written."""
+    return sp.Symbol(rf"{math(noise)}^{{({k})}}", real=True)
 
 
 def _event(name: str, guard: Guard | Sliding) -> Iterator[str]:
