@@ -191,6 +191,13 @@ _ROWS = (
         (data.BASINS,),
     ),
     Row(
+        "longrun.manifolds",
+        "The stable and unstable manifolds of saddles as lines in the plane of states.",
+        "The stable (blue) and unstable (red) manifolds of the saddles (crosses), grown to the lengths of the study and "
+        "interrupted where the map jumps, over the basins or the words where the study has them.",
+        (data.MANIFOLDS,),
+    ),
+    Row(
         "longrun.noise",
         "Impacts under noise against the parameter, and shares and rates of the motions against the size of the noise.",
         "Noise: impacts over the parameter, if it is swept (fig. comp_stoch), and, for the parameters of the study, the shares "

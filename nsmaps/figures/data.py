@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
+    from nsmaps.dynamics.manifolds.manifold import Manifold
     from nsmaps.exact.events import ModeTrack
     from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.exact.surfaces.surface import Grid, Surface
@@ -133,6 +134,14 @@ def _planes(result: "StudyResult") -> "Mapping[str, Surface]":
     if surfaces:
         plane(next(iter(surfaces.values())).grid)
     return surfaces
+
+
+def _manifolds(result: "StudyResult") -> "Mapping[str, Sequence[Manifold]]":
+    """The manifolds of the saddles that have some; NsmapsError with the reasons where none has."""
+    found = {name: some for name, some in result.manifolds.items() if some}
+    if result.manifolds and not found:
+        raise NsmapsError(next(iter(result.no_manifold.values())))
+    return found
 
 
 def _basins(result: "StudyResult") -> "Basins | None":
@@ -272,6 +281,7 @@ STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",)
 CHART: "Need[Chart]" = Need("a chart of two parameters", ("chart",), lambda result: result.chart)
 LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
 BASINS: "Need[Basins]" = Need("basins over a grid", ("basins",), _basins)
+MANIFOLDS: "Need[Mapping[str, Sequence[Manifold]]]" = Need("manifolds of saddles", ("manifolds",), _manifolds)
 NOISE: "Need[NoiseResult]" = Need("orbits under noise", ("noise",), lambda result: result.noise)
 DOMAINS: "Need[Mapping[str, AttractingDomain]]" = Need("attracting domains", ("domains",), lambda result: result.domains)
 ENVELOPED: "Need[Mapping[str, AttractingDomain]]" = Need("auxiliary maps", ("domains",), _enveloped)

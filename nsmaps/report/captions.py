@@ -34,6 +34,7 @@ _FOUND: Mapping[str, Found] = {
     "chart": of_dynamics.chart,
     "lyapunov": of_dynamics.lyapunov,
     "basins": of_dynamics.basins,
+    "manifolds": of_dynamics.manifolds,
     "noise": of_dynamics.noise,
     "auxiliary": of_maps.domain,
     "envelopes": of_maps.domain,

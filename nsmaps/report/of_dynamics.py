@@ -73,6 +73,16 @@ def basins(result: StudyResult, part: str) -> str:
     return f"{at(result)}{len(found.label):,} states, of which reach {listed(shares)}."
 
 
+def manifolds(result: StudyResult, part: str) -> str:
+    """The saddles, with the states and pieces of each of their manifolds."""
+    rows = [
+        f"{name}, {each.which}: {len(each.states):,} states in {len(each.lines)} pieces"
+        for name, some in result.manifolds.items()
+        for each in some
+    ]
+    return f"{at(result)}{'; '.join(rows)}." if rows else ""
+
+
 def noise(result: StudyResult, part: str) -> str:
     """The sizes of the noise, and the motions."""
     spec = result.study.noise

@@ -23,6 +23,7 @@ from nsmaps.study.sections.parameters.lyapunov import LYAPUNOV
 from nsmaps.study.sections.parameters.stability import STABILITY
 from nsmaps.study.sections.sets.domains import DOMAINS
 from nsmaps.study.sections.sets.exit_times import EXIT_TIMES
+from nsmaps.study.sections.sets.manifolds import MANIFOLDS
 from nsmaps.study.sections.sets.morse import MORSE
 
 SECTIONS: tuple[Section[Any], ...] = (
@@ -40,6 +41,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     CHART,
     LYAPUNOV,
     BASINS,
+    MANIFOLDS,
     NOISE,
     DOMAINS,
     SECOND_ITERATE,
@@ -51,7 +53,7 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.longrun import basins, noise, orbits
     from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
     from nsmaps.study.sections.parameters import bifurcation, branches, chart, lyapunov, stability
-    from nsmaps.study.sections.sets import domains, exit_times, morse
+    from nsmaps.study.sections.sets import domains, exit_times, manifolds, morse
 
     class Kept(
         surfaces.Stored,
@@ -67,6 +69,7 @@ if TYPE_CHECKING:
         chart.Stored,
         lyapunov.Stored,
         basins.Stored,
+        manifolds.Stored,
         noise.Stored,
         domains.Stored,
         exit_times.Stored,
