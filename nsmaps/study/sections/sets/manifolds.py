@@ -122,9 +122,9 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     for name, some in result.manifolds.items():
         for each in some:
             state = ", ".join(f"{x:.6g}" for x in each.saddle[0])
-            longest = np.array([each.arclength[each.side == k].max() for k in range(int(each.side.max()) + 1)])
+            lengths = np.array([each.arclength[each.side == k].max() for k in range(int(each.side.max()) + 1)])
             pieces = f"{len(each.states)} states, {len(each.lines)} pieces"
-            rows.append((name, each.which, f"({state})", f"{each.multiplier:.6g}", f"{longest.max():.4g}", pieces))
+            rows.append((name, each.which, f"({state})", f"{each.multiplier:.6g}", f"{lengths.max():.4g}", pieces))
     heads = "saddle", "manifold", "at", "multiplier", "longest side", ""
     if rows:
         yield Table("Manifolds of saddles", heads, tuple(rows), ("Lengths: a radian, or the largest magnitude on the saddle.",))
