@@ -11,6 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, TwoSlopeNorm
 from matplotlib.patches import Patch
 
 from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import CHART
 from nsmaps.figures.page import Panel, Sheet
@@ -37,7 +38,10 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 
 def chart(
-    diagram: "Chart", ax: Axes, by: Literal["period", "turns"] = "period", curves: "Mapping[str, EventCurve] | None" = None
+    diagram: "Chart",
+    ax: Axes,
+    by: Literal["period", "turns"] = "period",
+    curves: "Mapping[str, EventCurve | BifurcationCurve] | None" = None,
 ) -> Axes:
     """The period of the attractor of the first start at each pixel, a fixed colour for each from 1 to 9.
 
@@ -62,11 +66,12 @@ def chart(
     names = {number: str(number) for number in range(1, LONGER)}
     names |= {LONGER: f"above {len(PERIODS)}", CHAOS: "no period found", NOTHING: "no attractor"}
     shown = [number for number in names if (kinds[~diagram.refused] == number).any()]
-    patches = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
+    patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
     patches += _hatched(ax, diagram)
     for (name, curve), line in zip((curves or {}).items(), LINES * len(curves or {}), strict=False):
-        ax.plot(curve.values, curve.across, color="#FFFFFF", lw=1.9)
-        patches += ax.plot(curve.values, curve.across, line, color=BLACK, lw=0.8, label=name)  # type: ignore[arg-type]
+        points = curve.parameters.T if isinstance(curve, BifurcationCurve) else (curve.values, curve.across)
+        ax.plot(*points, color="#FFFFFF", lw=1.9)
+        patches += ax.plot(*points, line, color=BLACK, lw=0.8, label=name)
     ax.legend(handles=patches)
     ax.set_title("period in returns" if by == "period" else "period in periods of the forcing")
     return _dressed(diagram, ax)
