@@ -7,6 +7,7 @@ multiple precision, so that cancellation within the formula costs no digits of t
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import mpmath as mp
@@ -56,7 +57,7 @@ class Expansion:
             self.compute.append(sp.lambdify(self.parameters, list(self.numbers), "mpmath", cse=True))
         with mp.workdps(DIGITS):
             known = [mp.mpmathify(x) + 0 for x in self.compute[0](*map(mp.mpf, values))]
-            return merged(_expand(self.formula, {part: known[i] for part, i in self.numbers.items()}))
+            return merged(_expand(self.formula, {part: {ONE: known[i]} for part, i in self.numbers.items()}))
 
 
 def _shown(expr: sp.Expr) -> str:
@@ -69,24 +70,36 @@ def _timed(expr: sp.Expr) -> bool:
     return expr.has(S, PHI, Z, W)
 
 
+@lru_cache(maxsize=4096)
+def _split(expr: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
+    """The part of a sum or product that is free of time, phase and state, and the other terms or factors."""
+    free, timed = expr.as_independent(S, PHI, Z, W, as_Add=expr.is_Add)
+    return free, timed.args if isinstance(timed, expr.func) else (timed,)
+
+
 def _collect(expr: sp.Expr, numbers: dict[sp.Expr, int]) -> None:
     """Number the largest parts that are free of time, phase and state."""
     if not _timed(expr):
         numbers.setdefault(expr, len(numbers))
     elif expr.is_Add or expr.is_Mul:
-        free, timed = expr.as_independent(S, PHI, Z, W, as_Add=expr.is_Add)
+        free, others = _split(expr)
         if free != (0 if expr.is_Add else 1):
             numbers.setdefault(free, len(numbers))
-        for part in timed.args if isinstance(timed, expr.func) else (timed,):
+        for part in others:
             _collect(part, numbers)
     else:
         for part in expr.args:
             _collect(part, numbers)
 
 
-def _expand(expr: sp.Expr, known: dict[sp.Expr, Any]) -> Sum:
-    if expr in known:
-        return {ONE: known[expr]}
+def _expand(expr: sp.Expr, known: dict[sp.Expr, Sum]) -> Sum:
+    """The sum that an expression is; `known` has those of some parts, and then of all that were met."""
+    if expr not in known:
+        known[expr] = _expanded(expr, known)
+    return known[expr]
+
+
+def _expanded(expr: sp.Expr, known: dict[sp.Expr, Sum]) -> Sum:
     if expr == S:
         return {ONE._replace(power=1): mp.mpf(1)}
     if expr == PHI:
@@ -94,9 +107,9 @@ def _expand(expr: sp.Expr, known: dict[sp.Expr, Any]) -> Sum:
     if expr in STATE:
         return {ONE._replace(state=STATE[expr]): mp.mpf(1)}
     if expr.is_Add or expr.is_Mul:
-        free, timed = expr.as_independent(S, PHI, Z, W, as_Add=expr.is_Add)
-        parts = [_expand(part, known) for part in (timed.args if isinstance(timed, expr.func) else (timed,))]
-        parts += [{ONE: known[free]}] if free in known else []
+        free, others = _split(expr)
+        parts = [_expand(part, known) for part in others]
+        parts += [known[free]] if free in known else []
         return _added(parts) if expr.is_Add else _multiplied(parts, expr)
     if expr.is_Pow and expr.exp.is_Integer and expr.exp > 0:
         return _multiplied([_expand(expr.base, known)] * int(expr.exp), expr)
@@ -163,7 +176,7 @@ def merged(total: Sum) -> Sum:
 
 
 def _equal(a: Any, b: Any) -> bool:
-    return bool(abs(a - b) <= NEGLIGIBLE * max(abs(a), abs(b)))
+    return bool(a == b or abs(a - b) <= NEGLIGIBLE * max(abs(a), abs(b)))
 
 
 def rates_of(total: Sum) -> Iterator[tuple[Any, int]]:
