@@ -53,6 +53,11 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.manifolds.manifold import manifold as manifold
     from nsmaps.dynamics.noise.orbits import Noise as Noise
     from nsmaps.dynamics.noise.orbits import noisy_orbits as noisy_orbits
+    from nsmaps.dynamics.observables.attractors import observe_attractors as observe_attractors
+    from nsmaps.dynamics.observables.attractors import observe_diagram as observe_diagram
+    from nsmaps.dynamics.observables.attractors import observe_noisy as observe_noisy
+    from nsmaps.dynamics.observables.cycles import observe_branch as observe_branch
+    from nsmaps.dynamics.observables.cycles import observe_orbit as observe_orbit
     from nsmaps.dynamics.observables.observe import Observed as Observed
     from nsmaps.dynamics.observables.observe import observe as observe
     from nsmaps.dynamics.orbit import Orbit as Orbit
@@ -143,6 +148,8 @@ _PUBLIC = {
     "dynamics.curves.curve": ("BifurcationCurve", "bifurcation_curve"),
     "dynamics.manifolds.manifold": ("Manifold", "manifold"),
     "dynamics.noise.orbits": ("Noise", "noisy_orbits"),
+    "dynamics.observables.attractors": ("observe_attractors", "observe_diagram", "observe_noisy"),
+    "dynamics.observables.cycles": ("observe_branch", "observe_orbit"),
     "dynamics.observables.observe": ("Observed", "observe"),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),

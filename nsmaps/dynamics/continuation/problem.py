@@ -114,15 +114,8 @@ class OrbitCurve(WithCoordinates):
                 return None
             return returns.coordinates.difference(there.image, returns.image)
 
-        def parameters(value: float) -> Floats:
-            there = self.map_of(value)
-            assert isinstance(there, ExactMap)
-            return np.array(list(there.parameters.values()))
-
         if isinstance(map, ExactMap):
-            known = np.abs(parameters(value))
-            rates = _derivative(parameters, value, self.unit, np.where(known == 0, 1.0, known))
-            exact = map.sensitivity(returns.start, dict(zip(map.parameter_names(), rates.tolist(), strict=True)))
+            exact = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit))
             if np.isfinite(exact).all():
                 return exact
         return _derivative(images, value, self.unit, self.scale)
@@ -136,6 +129,21 @@ class OrbitCurve(WithCoordinates):
         returns = self.map_of(value).first_return(states)
         ends = (f"{word} {Outcome(k).name}".strip() for word, k in zip(returns.words, returns.outcome.tolist(), strict=True))
         return ", ".join(dict.fromkeys(ends))
+
+
+def parameter_rates(map_of: Callable[[float], ReturnMap], value: float, unit: float) -> dict[str, float]:
+    """The rates at which the parameters of an exact system change with a parameter of which it is a function, in this unit."""
+
+    def parameters(value: float) -> Floats:
+        there = map_of(value)
+        assert isinstance(there, ExactMap)
+        return np.array(list(there.parameters.values()))
+
+    map = map_of(value)
+    assert isinstance(map, ExactMap)
+    known = np.abs(parameters(value))
+    rates = _derivative(parameters, value, unit, np.where(known == 0, 1.0, known))
+    return dict(zip(map.parameter_names(), rates.tolist(), strict=True))
 
 
 def _derivative(f: Callable[[float], Floats | None], x: float, unit: float, scale: Floats) -> Floats:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 BATCHES = 32  #: of returns, whose means are compared for an error
+LACKING = "observables are formulas of impacts and flights, which other maps lack"
 BLOCK = 100_000  #: returns of a compiled loop between calls of `progress`
 
 
@@ -118,7 +119,7 @@ def observe(
     from nsmaps.exact.observables.formulas import resolved
     from nsmaps.exact.observables.totals import plan_of, totals_of
 
-    check_class(system, (ImpactSystem, HybridSystem), "observables are formulas of impacts and flights, which other maps lack")
+    check_class(system, (ImpactSystem, HybridSystem), LACKING)
     start = as_starts(state, system.coordinates)
     if n < 1 or discard < 0 or batches < 1 or not chatter >= 0:
         raise NsmapsError(

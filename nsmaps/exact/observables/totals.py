@@ -16,11 +16,14 @@ from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.kernel import Kernel, flow_of, in_chunks
 from nsmaps.exact.modes.kernel import ModeKernel
-from nsmaps.exact.modes.tables.memory import memory
+from nsmaps.exact.modes.tables.memory import Moved, memory
+from nsmaps.exact.modes.tables.tables import moved_of
 from nsmaps.exact.observables.flights import observed
 from nsmaps.exact.observables.formulas import Vocabulary, vocabulary_of
 from nsmaps.exact.observables.memory import PANEL, Quantities, rule
+from nsmaps.exact.observables.mode_slopes import mode_slopes
 from nsmaps.exact.observables.motions import observed_modes
+from nsmaps.exact.observables.slopes import Directions, observed_slopes
 from nsmaps.exact.observables.spec import Observable
 
 if TYPE_CHECKING:
@@ -57,15 +60,17 @@ class Plan:
         formulas, inputs, parameters = self.formulas[of], self.vocabulary.variables(of), self.vocabulary.parameters
         by = (*inputs, PHI, *parameters) if slopes else ()
         entries = [entry for formula in formulas for entry in (formula, *(sp.diff(formula, x) for x in by))]
-        width = 1 + len(by)
-        places = [k * width + j for k in range(len(formulas)) for j in range(width)]
+        width = self.width(slopes)
+        places = [k * width + j for k in range(len(formulas)) for j in range(1 + len(by))]
         return rows_address(rows_source(entries, places, inputs, parameters)) if formulas else 0
+
+    def width(self, slopes: bool) -> int:
+        """Places of a formula in a table: its value, or also its derivatives by the inputs, phase and parameters."""
+        return 2 + max(map(len, self.vocabulary.inputs.values())) + len(self.vocabulary.parameters) if slopes else 1
 
     def memory(self, values: Sequence[float], panel: float, slopes: bool = False) -> Quantities:
         """Memory for the totals of one thread."""
         k, f = (self.rows[of].shape[1] for of in ("impacts", "flights"))
-        inputs = {of: len(self.vocabulary.inputs[of]) for of in self.formulas}
-        width = 2 + max(inputs.values()) + len(values) if slopes else 1
         nodes, weights = rule()
         return Quantities(
             impact=self.address("impacts", slopes),
@@ -77,8 +82,8 @@ class Plan:
             panel=panel,
             nodes=nodes,
             weights=weights,
-            y=np.zeros(max(inputs.values())),
-            out=np.zeros((max(k, f), width)),
+            y=np.zeros(max(map(len, self.vocabulary.inputs.values()))),
+            out=np.zeros((max(k, f), self.width(slopes))),
             total=np.zeros(k + f),
             peak=np.zeros(f),
             when=np.zeros(f),
@@ -150,3 +155,44 @@ def panel_of(kernel: Kernel | ModeKernel) -> float:
 
 
 known_plan = lru_cache(maxsize=64)(plan_of)
+
+
+def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats, rates: Floats) -> Floats:
+    """The derivatives of the totals of first returns of states (N, n), by these and along parameters, shape (N, C, n + 1).
+
+    NaN where a return rests or chatters, where there is none, and of largest values.
+
+    Args:
+        rates: shape (P,), of change of the parameters.
+    """
+    kernel: Any = system._kernel()
+    values, n = list(system.parameters.values()), states.shape[1]
+    if isinstance(kernel, ModeKernel):
+        by_state = _mode_slopes(kernel, plan, states, n, None, rates)
+        moving = moved_of(kernel.definition, kernel.table, kernel.values, rates)
+        by_parameters = _mode_slopes(kernel, plan, states, 1, moving, rates)
+        slopes = np.concatenate([by_state, by_parameters], axis=2)
+    else:
+        moved = flow_of(kernel.formulas.along(system.parameter_names()).table([*values, *rates.tolist()]))
+        slopes = np.empty((len(states), len(plan.columns), 3))
+        q, g = plan.memory(values, panel_of(kernel), slopes=True), _directions(plan, rates, 3, True)
+        observed_slopes(kernel.flow, moved, q, g, states, 1e-12, slopes)
+    slopes[:, plan.largest] = np.nan
+    return slopes * plan.scales[:, None]
+
+
+def _mode_slopes(kernel: ModeKernel, plan: Plan, states: Floats, directions: int, moved: Moved | None, rates: Floats) -> Floats:
+    """The derivatives along the coordinates, or along the parameters where a table `moved` is given, shape (N, C, directions)."""
+    slopes = np.empty((len(states), len(plan.columns), directions))
+    q, g = plan.memory(kernel.values, np.inf, slopes=True), _directions(plan, rates, directions, moved is not None)
+    n = states.shape[1]
+    w, x = (memory(kernel.table, directions, moved) for _ in range(2))
+    mode_slopes(kernel.table, q, g, states, slopes, np.empty(n), np.empty((n, directions)), w, x)
+    return slopes
+
+
+def _directions(plan: Plan, rates: Floats, directions: int, moving: bool) -> Directions:
+    """Memory for derivatives along so many directions."""
+    inputs = max(len(names) for names in plan.vocabulary.inputs.values())
+    rows = np.zeros((inputs, directions))
+    return Directions(rates, rows, np.zeros(directions), np.zeros((2, directions)), np.zeros_like(rows), moving)

@@ -1,0 +1,199 @@
+"""Means of observables on attractors: of a bifurcation diagram, of basins, and of orbits under noise."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import Floats, Ints, brief
+from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+from nsmaps.dynamics.noise.orbits import NoisyOrbits
+from nsmaps.dynamics.observables.means import Mean, ratio
+from nsmaps.dynamics.observables.observe import BATCHES, LACKING, observe
+from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.errors import NsmapsError, check_class
+from nsmaps.exact.observables.spec import Observable, ObservableLike
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.progress import beat
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.observables.observe import Observed
+
+MEANS = ("per_return", "per_time", "per_period")
+RETURNS = 1000  #: of an orbit, unless given
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class AttractorMeans:
+    """Means of K observables on attractors, `...` the shape of the orbits on them, such as values of a parameter and starts."""
+
+    __repr__ = brief
+
+    observables: tuple[Observable, ...]
+    per_return: Mean
+    per_time: Mean  #: per unit of the system's time
+    per_period: Mean  #: per period of the forcing; NaN without forcing
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the observables."""
+        return tuple(one.name for one in self.observables)
+
+
+@divides
+def observe_diagram(
+    map_of: Callable[[float], ReturnMap],
+    diagram: Bifurcation,
+    observables: Sequence[ObservableLike],
+    returns: int = RETURNS,
+    *,
+    jobs: Jobs = SERIAL,
+) -> AttractorMeans:
+    """Means of observables at every value of a bifurcation diagram, from the last state of each of its orbits on.
+
+    Of an orbit with a period a whole number of periods is taken. The shape of the means is (V, S, K), NaN where an orbit ended or
+    there is no map.
+
+    Args:
+        map_of: the exact system at a value, with which the diagram was computed.
+        observables: as of `observe`.
+        returns: at least as many of each orbit.
+        jobs: see `nsmaps.Jobs`; a part is a value.
+
+    Raises:
+        NsmapsError: as of `observe`.
+    """
+    found = _observables(map_of, diagram.values, observables)
+    cuts, last = jobs.cuts(len(diagram.values)), diagram.states[:, :, -1]
+    parts = [(map_of, diagram.values[cut], last[cut], diagram.period[cut], found, returns) for cut in cuts]
+    return _means(found, np.concatenate([part["means"] for part in jobs.run(_along, parts)], axis=2))
+
+
+def _observables(
+    map_of: Callable[[float], ReturnMap], values: Floats, observables: Sequence[ObservableLike]
+) -> tuple[Observable, ...]:
+    """The observables of the first system that there is."""
+    from nsmaps.exact.observables.formulas import resolved
+
+    for value in values.tolist():
+        system, _ = map_or_reason(map_of, value)
+        if system is not None:
+            check_class(system, (ImpactSystem, HybridSystem), LACKING)
+            assert isinstance(system, (ImpactSystem, HybridSystem))
+            return resolved(system, observables)
+    raise NsmapsError(f"there is no map at any of {len(values)} values; expected: a diagram of an exact system")
+
+
+def _along(
+    map_of: Callable[[float], ReturnMap],
+    values: Floats,
+    states: Floats,
+    periods: Ints,
+    observables: tuple[Observable, ...],
+    returns: int,
+) -> Arrays:
+    """Means and errors, shape (3, 2, V, S, K), from states (V, S, n) on."""
+    table = np.full((len(MEANS), 2, *states.shape[:2], len(observables)), np.nan)
+    for k, value in enumerate(values.tolist()):
+        system, _ = map_or_reason(map_of, value)
+        for s in range(states.shape[1] if system is not None else 0):
+            if np.isfinite(states[k, s]).all():
+                assert isinstance(system, (ImpactSystem, HybridSystem))
+                table[:, :, k, s] = _rows(_followed(system, states[k, s], int(periods[k, s]), observables, returns))
+        beat((k + 1) / len(values), f"{k + 1} of {len(values)} values")
+    return {"means": table}
+
+
+def _followed(
+    system: ImpactSystem | HybridSystem, state: Floats, period: int, observables: tuple[Observable, ...], returns: int
+) -> "Observed":
+    """The observables of an orbit, over batches of whole periods if it has one."""
+    unit = max(period, 1)
+    batches = max(1, min(BATCHES, returns // unit))
+    return observe(system, state, batches * unit * -(-returns // (batches * unit)), observables, batches=batches)
+
+
+def _rows(observed: "Observed") -> Floats:
+    """Means and errors of one orbit, shape (3, 2, K)."""
+    nothing = np.full(len(observed.observables), np.nan)
+    found = [getattr(observed, name) if name != "per_period" or observed.period is not None else None for name in MEANS]
+    return np.array([(nothing, nothing) if mean is None else (mean.value, mean.error) for mean in found])
+
+
+def _means(observables: tuple[Observable, ...], table: Floats) -> AttractorMeans:
+    return AttractorMeans(observables, *(Mean(value, error) for value, error in table))
+
+
+def observe_attractors(
+    system: ImpactSystem | HybridSystem,
+    attractors: Sequence[Attractor],
+    observables: Sequence[ObservableLike],
+    returns: int = RETURNS,
+) -> AttractorMeans:
+    """Means of observables on attractors of an exact system, such as those of basins, shape (A, K).
+
+    Arguments and errors as of `observe_diagram`.
+    """
+    found = _observables(lambda _: system, np.zeros(1), observables)
+    rows = [_rows(_followed(system, each.states[-1], each.period, found, returns)) for each in attractors]
+    return _means(found, np.stack(rows, axis=2) if rows else np.empty((len(MEANS), 2, 0, len(found))))
+
+
+def observe_noisy(system: ImpactSystem, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:
+    """Means of observables over all realisations of an impact system under noise, shape (K,), from their stored impacts.
+
+    Errors are those of independent realisations.
+
+    Raises:
+        NsmapsError: as of `observe`; the system has modes, whose states at events are not stored; an observable is of flights,
+            which noise moves between impacts; not all impacts were stored; fewer than two realisations did not end.
+    """
+    check_class(system, ImpactSystem, "the states at events under noise are not stored")
+    found = _observables(lambda _: system, np.zeros(1), observables)
+    flight = next((one.name for one in found if one.of == "flights"), None)
+    if flight is not None:
+        raise NsmapsError(f"the observable {flight!r} is of flights, which are not stored under noise; expected: of impacts")
+    impacts = orbits.impacts[orbits.held]
+    if len(impacts) < 2 or not impacts.shape[1] or np.isfinite(impacts[:, -1, 0]).any():
+        raise NsmapsError(
+            f"{len(impacts)} realisations did not end, with room for {impacts.shape[1]} impacts each; expected: two or more, and "
+            "`impacts` of `noisy_orbits` greater than the number of impacts of each"
+        )
+    totals, weights = _of_impacts(system, impacts, found)
+    time, period = orbits.time[:, orbits.held].sum(axis=0), float(system.period())
+    sizes = np.full(len(time), float(len(orbits.time))), time, time / period
+    divided = np.array([bool(one.per) for one in found])
+    means = [ratio(totals, np.where(divided, weights, size[:, None])) for size in sizes]
+    largest = np.array([one.largest for one in found])
+    rows = [[np.where(largest, totals.max(axis=0), m.value), np.where(largest, np.nan, m.error)] for m in means]
+    return _means(found, np.array(rows))
+
+
+def _of_impacts(system: ImpactSystem, impacts: Floats, found: tuple[Observable, ...]) -> tuple[Floats, Floats]:
+    """Totals and weights of each realisation, shape (R, K), from its impacts (R, I, 3)."""
+    import sympy as sp
+
+    from nsmaps.exact.flows.formulas import PHI
+    from nsmaps.exact.observables.formulas import vocabulary_of
+
+    vocabulary = vocabulary_of(system)
+    there, walls = np.isfinite(impacts[..., 0]), list(system.walls().items())
+    wall, speed, phase = np.where(there, impacts[..., 0], 0).astype(int), impacts[..., 1], impacts[..., 2]
+    after = np.select([wall == k for k in range(len(walls))], [system.rebound(speed, letter) for letter, _ in walls])
+    place = np.array([float(one.at) for _, one in walls])[wall]
+    names = (*vocabulary.variables("impacts"), PHI, *vocabulary.parameters)
+    table = np.full((2, len(impacts), len(found)), np.nan)
+    for k, one in enumerate(found):
+        counts = there & np.array(vocabulary.rows(one))[wall]
+        for part, formula in enumerate(one.formulas):
+            value = sp.lambdify(names, vocabulary.read(formula, "impacts"))(
+                speed, after, place, phase, *system.parameters.values()
+            )
+            value = np.broadcast_to(np.asarray(value, float), there.shape) * (1.0 if part else one.scale)
+            joined = np.where(counts, value, -np.inf).max(axis=1) if one.largest else np.where(counts, value, 0.0).sum(axis=1)
+            table[part, :, k] = joined
+    return table[0], table[1]

@@ -1,0 +1,153 @@
+"""Means of observables over periodic orbits and along their branches, with their exact derivatives by parameters."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.arrays import Floats, brief
+from nsmaps.dynamics.continuation.branch import Branch
+from nsmaps.dynamics.continuation.problem import parameter_rates
+from nsmaps.dynamics.observables.observe import LACKING, observe
+from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.errors import NsmapsError, check_class
+from nsmaps.exact.observables.spec import Observable, ObservableLike
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
+
+ELAPSED = Observable(name="_elapsed", formula="1", of="flights")
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Slope:
+    """Means over a periodic orbit, or over the K of a branch, and their derivatives along a direction of the parameters."""
+
+    __repr__ = brief
+
+    value: Floats  #: shape (C,) or (K, C), of C observables
+    derivative: Floats  #: the same; NaN where it is not known, as of largest values, and of orbits with rest or chatter
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class CycleMeans:
+    """Means of C observables over periodic orbits of q returns, and how they change with a parameter."""
+
+    __repr__ = brief
+
+    observables: tuple[Observable, ...]
+    per_return: Slope
+    per_time: Slope  #: per unit of the system's time
+    per_period: Slope | None  #: per period of the forcing; None without forcing
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the observables."""
+        return tuple(one.name for one in self.observables)
+
+
+def observe_orbit(
+    system: ImpactSystem | HybridSystem,
+    orbit: PeriodicOrbit,
+    observables: Sequence[ObservableLike],
+    rates: Mapping[str, float] | None = None,
+) -> CycleMeans:
+    """Means of observables over a periodic orbit of an exact system, stable or not.
+
+    Args:
+        observables: as of `observe`.
+        rates: of change of parameters, such as {"d": 1.0} for derivatives by d. The derivatives follow from those of the returns
+            and of the observables through every impact, by implicit differentiation of the orbit; without `rates` they are zero.
+
+    Raises:
+        NsmapsError: as of `observe`; a parameter is unknown; the orbit does not exist.
+    """
+    from nsmaps.exact.observables.formulas import resolved
+    from nsmaps.exact.observables.totals import plan_of, slopes_of
+
+    check_class(system, (ImpactSystem, HybridSystem), LACKING)
+    found, names = resolved(system, observables), system.parameter_names()
+    unknown = sorted(set(rates or {}) - set(names))
+    if unknown or not np.isfinite(orbit.states).all():
+        what = f"{unknown[0]!r} is not a parameter; expected: {', '.join(names)}" if unknown else "the orbit does not exist"
+        raise NsmapsError(what)
+    every = (*found, ELAPSED)
+    way = np.array([(rates or {}).get(name, 0.0) for name in names])
+    means = observe(system, orbit.states[:, None, :], 1, every, batches=1)
+    plan = plan_of(system, every)
+    q, n = orbit.states.shape
+    slopes = slopes_of(system, plan, orbit.states, way) if way.any() else np.zeros((q, len(plan.columns), n + 1))
+    moved = np.concatenate([_moved_states(system, orbit, way), np.ones((len(slopes), 1))], axis=1)
+    each = np.full((2, len(every)), np.nan)
+    for column, (k, part) in enumerate(plan.columns):
+        each[part, k] = (slopes[:, column] * moved).sum()
+    return _cycle(system, found, len(orbit.states), means.totals[0, :, 0], means.weights[0, :, 0], each)
+
+
+def _moved_states(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, way: Floats) -> Floats:
+    """The derivatives of the states of a periodic orbit along a direction of the parameters, shape (q, n)."""
+    states = orbit.states
+    if not way.any():
+        return np.zeros(states.shape)
+    by_parameters = system.sensitivity(states, dict(zip(system.parameter_names(), way.tolist(), strict=True)))
+    derivative = system.first_return(states, derivative=True).derivative
+    if derivative is None or not (np.isfinite(derivative).all() and np.isfinite(by_parameters).all()):
+        return np.full(states.shape, np.nan)
+    scale = system.coordinates.magnitudes(states)
+    try:
+        moved = np.linalg.solve(shooting_jacobian(derivative, scale), -(by_parameters / scale).ravel())
+    except np.linalg.LinAlgError:
+        return np.full(states.shape, np.nan)
+    return np.asarray(moved.reshape(states.shape) * scale)
+
+
+def _cycle(
+    system: ImpactSystem | HybridSystem,
+    found: tuple[Observable, ...],
+    q: int,
+    totals: Floats,
+    weights: Floats,
+    slopes: Floats,
+) -> CycleMeans:
+    """Means from totals and weights of the q returns, shape (q, C + 1), whose last column is the time."""
+    largest = np.array([one.largest for one in found])
+    divided = np.array([bool(one.per) for one in found])
+    totals, time = np.where([*largest, False], totals.max(axis=0), totals.sum(axis=0)), totals[:, -1].sum()
+    weights, (by, by_weights) = weights.sum(axis=0), slopes
+
+    def over(size: float, by_size: float) -> Slope:
+        sizes = np.where(largest, 1.0, np.where(divided, weights[:-1], size))
+        by_sizes = np.where(largest, 0.0, np.where(divided, by_weights[:-1], by_size))
+        value = totals[:-1] / sizes
+        return Slope(value, (by[:-1] - value * by_sizes) / sizes)
+
+    period = system.period()
+    forced = None if period is None else over(float(round(time / float(period))), 0.0)
+    return CycleMeans(found, over(float(q), 0.0), over(float(time), float(by[-1])), forced)
+
+
+def observe_branch(map_of: Callable[[float], ReturnMap], branch: Branch, observables: Sequence[ObservableLike]) -> CycleMeans:
+    """Means of observables over the K orbits of a branch, and their derivatives by its parameter along it.
+
+    Args:
+        map_of: the exact system at a value of the parameter, with which the branch was computed.
+        observables: as of `observe`.
+
+    Raises:
+        NsmapsError: as of `observe`; the branch has no orbit.
+    """
+    rows, unit = [], max(float(np.ptp(branch.parameter)), 1e-3 * float(np.abs(branch.parameter).max(initial=1e-3)))
+    for value, orbit in zip(branch.parameter.tolist(), branch.orbits, strict=True):
+        system = map_of(value)
+        check_class(system, (ImpactSystem, HybridSystem), LACKING)
+        assert isinstance(system, (ImpactSystem, HybridSystem))
+        rows.append(observe_orbit(system, orbit, observables, parameter_rates(map_of, value, unit)))
+    if not rows:
+        raise NsmapsError(f"the branch has no orbits: {branch.ended}")
+
+    def stacked(name: str) -> Slope:
+        parts = [getattr(row, name) for row in rows]
+        return Slope(np.array([part.value for part in parts]), np.array([part.derivative for part in parts]))
+
+    forced = None if rows[0].per_period is None else stacked("per_period")
+    return CycleMeans(rows[0].observables, stacked("per_return"), stacked("per_time"), forced)
