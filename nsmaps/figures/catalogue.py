@@ -198,6 +198,13 @@ _ROWS = (
         (data.MANIFOLDS,),
     ),
     Row(
+        "longrun.observables",
+        "Means of quantities such as the energy lost at impacts, over a parameter.",
+        "Means of the study's observables per period of the forcing, or per return without forcing: on the attractors of the "
+        "bifurcation diagram, with two standard errors, and along branches of periodic orbits, stable or not.",
+        (data.OBSERVABLES,),
+    ),
+    Row(
         "longrun.noise",
         "Impacts under noise against the parameter, and shares and rates of the motions against the size of the noise.",
         "Noise: impacts over the parameter, if it is swept (fig. comp_stoch), and, for the parameters of the study, the shares "

@@ -211,6 +211,12 @@ def _is_accurate(study: "Study") -> bool:
     return study.partition is not None and study.partition.kind == "accurate"
 
 
+def _observed(result: "StudyResult") -> Mapping[str, Any]:
+    """The means along parameters: of a bifurcation diagram and of branches, by name."""
+    diagram = {name: means for name, means in result.observables.items() if name == "bifurcation"}
+    return {**diagram, **{name: parts for name, parts in result.branch_observables.items() if parts}}
+
+
 def _tracks(result: "StudyResult") -> "Sequence[Track | ModeTrack]":
     return [pair.track for pair in result.orbits if pair.track is not None]
 
@@ -282,6 +288,13 @@ CHART: "Need[Chart]" = Need("a chart of two parameters", ("chart",), lambda resu
 LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
 BASINS: "Need[Basins]" = Need("basins over a grid", ("basins",), _basins)
 MANIFOLDS: "Need[Mapping[str, Sequence[Manifold]]]" = Need("manifolds of saddles", ("manifolds",), _manifolds)
+OBSERVABLES: "Need[Mapping[str, Any]]" = Need(
+    "observables along a parameter",
+    ("observables",),
+    _observed,
+    "'observables', and a 'bifurcation' of the exact map or 'branches'",
+    lambda study: bool(study.bifurcation or study.branches),
+)
 NOISE: "Need[NoiseResult]" = Need("orbits under noise", ("noise",), lambda result: result.noise)
 DOMAINS: "Need[Mapping[str, AttractingDomain]]" = Need("attracting domains", ("domains",), lambda result: result.domains)
 ENVELOPED: "Need[Mapping[str, AttractingDomain]]" = Need("auxiliary maps", ("domains",), _enveloped)

@@ -32,6 +32,7 @@ _FOUND: Mapping[str, Found] = {
     "branches": of_dynamics.branches,
     "stability": of_dynamics.stability,
     "chart": of_dynamics.chart,
+    "observables": of_dynamics.observables,
     "lyapunov": of_dynamics.lyapunov,
     "basins": of_dynamics.basins,
     "manifolds": of_dynamics.manifolds,

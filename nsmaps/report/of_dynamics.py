@@ -4,7 +4,7 @@ import numpy as np
 
 from nsmaps.report.phrases import MOST, at, listed
 from nsmaps.study.conclusions.headline import motions_of
-from nsmaps.study.conclusions.texts import range_text
+from nsmaps.study.conclusions.texts import range_text, returns_text
 from nsmaps.study.result import StudyResult
 
 
@@ -50,6 +50,15 @@ def chart(result: StudyResult, part: str) -> str:
     motions = {label or "none": share for label, share in found.shares().items()}
     text = f"{over}; motions {listed(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
     return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{text}"
+
+
+def observables(result: StudyResult, part: str) -> str:
+    """The names of the observables, and the number of returns over which is averaged."""
+    spec = result.study.observables
+    if spec is None:
+        return ""
+    names = ", ".join([*spec.quantities, *(one.name for one in spec.formulas)])
+    return f"{names}; {returns_text(spec.returns)} of each orbit."
 
 
 def lyapunov(result: StudyResult, part: str) -> str:

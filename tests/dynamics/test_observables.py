@@ -11,6 +11,12 @@ from nsmaps.dynamics.observables.means import ratio
 from nsmaps.errors import ConditionError
 
 STEADY = {"d": 0.35, "M": 0.1245, "g": 9.8, "beta": pi / 3, "F": 5}
+STICKING = {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25}
+FRICTION = [  #: power that the belt's friction takes from the mass, by mode
+    {"name": "slower", "formula": "-mu_k*u", "of": "flights", "at": "slower"},
+    {"name": "faster", "formula": "mu_k*u", "of": "flights", "at": "faster"},
+    {"name": "held", "formula": "(A*cos(w*t) - 2*zeta*vb - x)*vb", "of": "flights", "at": "stick"},
+]
 ALL = ["work", "loss", "damping"]
 ORBITS = {
     "vi_pair": (STEADY, [0.83, 0.36], 1, ALL),
@@ -24,6 +30,13 @@ ORBITS = {
         ALL,
     ),
     "two_masses": ({"w": 2.0}, [0.5, 0.0, 0.0, 1.0], 1, ALL),
+    "rocking_block": ({"a": 0.8, "w": 4.0, "r": 0.9}, [0.5275, 1.336], 1, ["work", "loss"]),
+    "belt": (
+        {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25},
+        [0.7, 1.0],
+        1,
+        ["work", "damping", *FRICTION],
+    ),
     "soft_impact": ({"xi": 0.05, "e": 0.8, "a": 0.7, "beta": 29, "w": 0.8}, [0.5, 1.0], 1, ["work", "damping"]),
 }
 

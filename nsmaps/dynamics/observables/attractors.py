@@ -138,9 +138,28 @@ def observe_attractors(
 
     Arguments and errors as of `observe_diagram`.
     """
+    return observe_states(
+        system, [each.states[-1] for each in attractors], [each.period for each in attractors], observables, returns
+    )
+
+
+def observe_states(
+    system: ImpactSystem | HybridSystem,
+    states: Sequence[Floats] | Floats,
+    periods: Sequence[int],
+    observables: Sequence[ObservableLike],
+    returns: int = RETURNS,
+) -> AttractorMeans:
+    """Means of observables of orbits on attractors, from one state (n,) of each on, shape (A, K); NaN of states that are NaN.
+
+    `periods` are those of the attractors in returns, 0 without one. Other arguments and errors as of `observe_diagram`.
+    """
     found = _observables(lambda _: system, np.zeros(1), observables)
-    rows = [_rows(_followed(system, each.states[-1], each.period, found, returns)) for each in attractors]
-    return _means(found, np.stack(rows, axis=2) if rows else np.empty((len(MEANS), 2, 0, len(found))))
+    table = np.full((len(MEANS), 2, len(states), len(found)), np.nan)
+    for k, (state, period) in enumerate(zip(states, periods, strict=True)):
+        if np.isfinite(state).all():
+            table[:, :, k] = _rows(_followed(system, state, period, found, returns))
+    return _means(found, table)
 
 
 def observe_noisy(system: ImpactSystem, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:

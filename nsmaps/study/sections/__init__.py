@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nsmaps.study.sections.base import Section
 from nsmaps.study.sections.longrun.basins import BASINS
 from nsmaps.study.sections.longrun.noise import NOISE
+from nsmaps.study.sections.longrun.observables import OBSERVABLES
 from nsmaps.study.sections.longrun.orbits import ORBITS
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.diagonal import DIAGONAL
@@ -42,6 +43,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     LYAPUNOV,
     BASINS,
     MANIFOLDS,
+    OBSERVABLES,
     NOISE,
     DOMAINS,
     SECOND_ITERATE,
@@ -50,7 +52,7 @@ SECTIONS: tuple[Section[Any], ...] = (
 )
 
 if TYPE_CHECKING:
-    from nsmaps.study.sections.longrun import basins, noise, orbits
+    from nsmaps.study.sections.longrun import basins, noise, observables, orbits
     from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
     from nsmaps.study.sections.parameters import bifurcation, branches, chart, lyapunov, stability
     from nsmaps.study.sections.sets import domains, exit_times, manifolds, morse
@@ -70,6 +72,7 @@ if TYPE_CHECKING:
         lyapunov.Stored,
         basins.Stored,
         manifolds.Stored,
+        observables.Stored,
         noise.Stored,
         domains.Stored,
         exit_times.Stored,

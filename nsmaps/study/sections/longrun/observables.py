@@ -1,0 +1,188 @@
+"""The section `observables`: means of quantities on the orbits, diagrams, branches and basins of the exact map."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.observables.attractors import RETURNS
+from nsmaps.exact.observables.spec import Observable
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.study.conclusions.texts import plain, returns_text
+from nsmaps.study.estimates import DERIVED, Size
+from nsmaps.study.reading.values import SPEC, Name
+from nsmaps.study.sections.base import Section, Table
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.observables.attractors import AttractorMeans
+    from nsmaps.dynamics.observables.cycles import CycleMeans, Slope
+    from nsmaps.dynamics.observables.means import Mean
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+OF = ("orbits", "bifurcation", "branches", "basins")  #: sections whose results have observables
+
+
+class ObservablesSection(BaseModel):
+    """Quantities of impacts and flights of the exact map, by name or by formula."""
+
+    model_config = SPEC
+    quantities: tuple[Name, ...] = ()
+    formulas: tuple[Observable, ...] = ()
+    returns: int = Field(RETURNS, ge=1)  #: of each orbit, over which is averaged
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        if not self.quantities and not self.formulas:
+            raise ValueError("there is no observable; expected: names in 'quantities', or entries of 'formulas'")
+        return self
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for observables."""
+
+    observables: "dict[str, AttractorMeans]" = field(default_factory=dict)  #: by section: of orbits, the diagram, the basins
+    branch_observables: "dict[str, tuple[CycleMeans, ...]]" = field(default_factory=dict)  #: by branch, of parts with orbits
+
+
+def _check(spec: ObservablesSection, study: "Study") -> None:
+    if not any(study.names(section) for section in OF):
+        raise study.source.error(("observables",), f"there is nothing to observe; expected: one of the sections {', '.join(OF)}")
+
+
+def _bind(spec: ObservablesSection, binding: "Binding") -> tuple[Observable, ...]:
+    from nsmaps.exact.observables.formulas import resolved, vocabulary_of
+
+    source, vocabulary, named = binding.study.source, vocabulary_of(binding.system), list[Observable]()
+    for number, name in enumerate(spec.quantities):
+        with source.located(("observables", "quantities", number)):
+            named += resolved(binding.system, [name])
+    for number, one in enumerate(spec.formulas):
+        for key, text in (("formula", one.formula), ("per", one.per)):
+            if text:
+                with source.located(("observables", "formulas", number, key)):
+                    vocabulary.read(text, one.of)
+        with source.located(("observables", "formulas", number, *["at"] * bool(one.at))):
+            vocabulary.rows(one)
+    with source.located(("observables",)):
+        return resolved(binding.system, [*named, *spec.formulas])
+
+
+def _compute(spec: ObservablesSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """Means on the last states of orbits, at every value of the diagram, on branches, and on the attractors of basins."""
+    from nsmaps.dynamics.observables.attractors import observe_attractors, observe_diagram, observe_states
+    from nsmaps.dynamics.observables.cycles import observe_branch
+
+    chosen, system, study = plan.bound["observables"], plan.system, plan.study
+    means, branches = {}, {}
+    with study.source.located(("observables",)):
+        if result.orbits:
+            last = np.stack([pair.exact.final for pair in result.orbits])
+            periods = [pair.ends.period if pair.ends else 0 for pair in result.orbits]
+            means["orbits"] = observe_states(system, last, periods, chosen, spec.returns)
+        if study.bifurcation is not None and "exact" in result.bifurcation:
+            along = Along(system, study.bifurcation.parameter)
+            means["bifurcation"] = observe_diagram(along, result.bifurcation["exact"], chosen, spec.returns)
+        for section in study.branches:
+            along, parts = Along(system, section.parameter), result.branches.get(section.name, ())
+            branches[section.name] = tuple(observe_branch(along, part, chosen) for part in parts if len(part.parameter))
+        if result.basins is not None:
+            means["basins"] = observe_attractors(system, result.basins.attractors, chosen, spec.returns)
+    return {"observables": means, "branch_observables": branches}
+
+
+def _describe(spec: ObservablesSection, study: "Study") -> str:
+    names = ", ".join([*spec.quantities, *(one.name for one in spec.formulas)])
+    return f"{names}; {returns_text(spec.returns)} of each orbit"
+
+
+def _size(spec: ObservablesSection, study: "Study", system: "ImpactSystem") -> Size:
+    values = study.bifurcation.points * study.bifurcation.ways if study.bifurcation is not None else 0
+    return Size(DERIVED * spec.returns).times(float(len(study.orbits) + values + 2 * bool(study.basins)))
+
+
+def best(means: "AttractorMeans | CycleMeans") -> "tuple[str, Mean | Slope]":
+    """The means per period of the forcing, or per return where there is none, and what they are called."""
+    forced = means.per_period
+    known = forced is not None and bool(np.isfinite(forced.value).any())
+    return ("per period", forced) if known and forced is not None else ("per return", means.per_return)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """Means and errors by section and observable, and on branches the least and largest with the derivatives at both ends."""
+    found: dict[str, Any] = {}
+    for section, means in result.observables.items():
+        per, mean = best(means)
+        rows = {
+            name: {"unit": one.unit, "value": plain(mean.value[..., k].ravel()), "error": plain(mean.error[..., k].ravel())}  # type: ignore[union-attr]
+            for k, (name, one) in enumerate(zip(means.names, means.observables, strict=True))
+        }
+        found[section] = {"per": per} | rows
+    for branch, parts in result.branch_observables.items():
+        found.setdefault("branches", {})[branch] = [_part(part) for part in parts]
+    return {"observables": found} if found else {}
+
+
+def _part(part: "CycleMeans") -> dict[str, Any]:
+    per, slope = best(part)
+    ends = {
+        name: {"value": plain(slope.value[:, k]), "derivative": plain(slope.derivative[:, k])}  # type: ignore[union-attr]
+        for k, name in enumerate(part.names)
+    }
+    return {"per": per} | ends
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """Each observable on each section's motions: a value with its error, or the range of values."""
+    rows = list[tuple[str, ...]]()
+    for section, means in result.observables.items():
+        per, mean = best(means)
+        for k, one in enumerate(means.observables):
+            flat = mean.value.reshape(-1, len(means.observables))[:, k]
+            rows.append((section, " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
+    for branch, parts in result.branch_observables.items():
+        for k, one in enumerate(parts[0].observables if parts else ()):
+            per = best(parts[0])[0]
+            flat = np.concatenate([best(part)[1].value[:, k] for part in parts])
+            rows.append((f"branch {branch}", " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
+    if rows:
+        yield Table(f"Observables of the {result.system.map_name}", ("of", "observable", "mean"), tuple(rows))
+
+
+def _unit(one: Observable, per: str) -> str:
+    """The unit of a mean: none of a quotient, and of a largest value that of the values."""
+    parts = [one.unit, "" if one.per or one.largest else per]
+    return " ".join(filter(None, parts))
+
+
+def _values(values: Floats) -> str:
+    """A few values, or the range of many; those of orbits that ended are left out."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return "none"
+    if len(known) <= 3:
+        return ", ".join(f"{value:.6g}" for value in known)
+    return f"{known.min():.6g} to {known.max():.6g}"
+
+
+OBSERVABLES = Section[ObservablesSection](
+    key="observables",
+    type=ObservablesSection | None,
+    stored=Stored,
+    holds={
+        "exact.observables.spec": ("Observable",),
+        "dynamics.observables.means": ("Mean",),
+        "dynamics.observables.attractors": ("AttractorMeans",),
+        "dynamics.observables.cycles": ("CycleMeans", "Slope"),
+    },
+    check=_check,
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    tables=_tables,
+)
