@@ -27,8 +27,11 @@ from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
 from nsmaps.dynamics.lyapunov import Lyapunov, LyapunovSweep
 from nsmaps.dynamics.noise.orbits import Noise
 from nsmaps.dynamics.noise.residence import Residence
+from nsmaps.dynamics.observables.attractors import AttractorMeans
+from nsmaps.dynamics.observables.means import Mean
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.returns import Impacts, Returns
 from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
@@ -98,6 +101,7 @@ SECTIONS: dict[str, Any] = {
         "across": {"parameter": "r", "from": 0.4, "to": 0.6, "points": 2},
         "start": START,
     },
+    "observables": {"quantities": ["loss", "speed"]},
     "lyapunov": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "start": START},
     "noise": {
         "sigma": [0, 0.1],
@@ -209,6 +213,15 @@ def _stability() -> dict[str, Any]:
     return {"branches": {"one": (one,)}, "stability": made, "curves": {"period doubling of one": curve}}
 
 
+def _observed() -> AttractorMeans:
+    """Two observables at twelve values, of which the first has no map."""
+    chosen = (Observable(name="loss", formula="v", unit="J"), Observable(name="speed", formula="v", per="1"))
+    table = np.arange(24.0).reshape(12, 1, 2)
+    table[0] = np.nan
+    mean = Mean(table, table / 100)
+    return AttractorMeans(chosen, mean, mean, mean)
+
+
 def _exponents() -> LyapunovSweep:
     """One value without a map, one with exponents of -1 and -2."""
     one, two = np.full((3, 2), [-1.0, -2.0]), np.full((3, 2), 0.1)
@@ -277,6 +290,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         speed=Speed(exact=100.0, composite=20.0),
         orbits=tuple(OrbitPair(x, orbit(Toy(), x, 40), orbit(composite, x, 40), tracked()) for x in starts),
         bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, discard=0)},
+        observables={"bifurcation": _observed()},
         **_stability(),
         lyapunov=_exponents(),
         basins=basins(Toy(), GRID, returns=50),

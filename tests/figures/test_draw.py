@@ -54,6 +54,7 @@ MISSING = {
     "stability": ("stability", None, "'stability'"),
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
+    "observables": ("observables", {}, "'observables', and a 'bifurcation' of the exact map or 'branches'"),
     "noise": ("noise", None, "'noise'"),
     "auxiliary": ("domains", {}, "'domains'"),
     "envelopes": ("domains", {}, "'domains'"),
