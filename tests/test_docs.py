@@ -2,6 +2,8 @@
 
 import doctest
 import re
+import shutil
+import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -21,6 +23,7 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), DOCS / "gallery" / "index.md"]
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```[ ]*$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# file: (\S+)\n")
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 LINK = re.compile(r"\[[^\]\[]*\]\(([^)\s]+)\)")
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
@@ -162,6 +165,23 @@ def test_pictures_of_the_site_open_in_full_size() -> None:
     plain, card = nodes.image(uri="a.png"), nodes.image(uri="b.png", classes=["sd-card-img-top"])
     conf.open_in_full(None, nodes.container("", plain, card))
     assert ("scale" in plain, "scale" in card) == (True, False)  # Sphinx links those with a scale to their files
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+def test_no_picture_is_a_white_slab_on_a_dark_page(tmp_path: Path) -> None:
+    pictures = '<article><a class="reference"><img></a></article><div class="sd-card"><img class="sd-card-img-top"></div>'
+    measure = (
+        "for (const at of ['a', '.sd-card img']) { const look = getComputedStyle(document.querySelector(at));"
+        "document.body.append(`seen ${look.backgroundColor} ${look.filter};`) }"
+    )
+    style = f"<style>{(DOCS / '_static' / 'pictures.css').read_text()}</style>"
+    (tmp_path / "page.html").write_text(f'{style}<body data-theme="dark">{pictures}<script>{measure}</script>')
+    command = [str(BROWSER), "--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom", (tmp_path / "page.html").as_uri()]
+    page = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    seen = re.findall(r"seen rgb\((\d+), \d+, \d+\) (?:none|brightness\(([\d.]+)\));", page)
+    light = [int(red) / 255 * float(share or 1) for red, share in seen]
+    assert len(light) == 2
+    assert max(light) < 0.85
 
 
 def test_every_key_of_a_study_is_in_the_reference() -> None:

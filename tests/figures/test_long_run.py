@@ -1,6 +1,9 @@
 """Lyapunov exponents, basins and noise show the numbers that they were given."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from nsmaps.figures.longrun.basins import arrival, basins
 from nsmaps.figures.longrun.lyapunov import lyapunov
@@ -37,6 +40,17 @@ def test_arrival_counts_returns(result, ax):
     made = result.basins
     shown = np.where(made.label >= 0, made.arrival, np.nan)
     assert np.array_equal(np.ma.filled(mesh.astype(float), np.nan).T.ravel(), shown, equal_nan=True)
+
+
+def test_counts_of_returns_over_decades_are_told_apart_by_their_logarithm(result, ax):
+    counts = np.where(np.arange(len(result.basins.label)) % 7, 12, 300)
+    arrival(replace(result, basins=replace(result.basins, label=np.zeros_like(counts), arrival=counts)), ax)
+    (mesh,) = ax.collections
+    assert (mesh.norm(12), mesh.norm(60), mesh.norm(300)) == pytest.approx((0, 0.5, 1))
+    bar = ax.figure.axes[-1]
+    ax.figure.canvas.draw()
+    names = [text.get_text() for text in bar.get_yticklabels(which="both")]
+    assert " ".join(filter(None, names)) == "10 20 50 100 200 500"
 
 
 def test_impacts_have_the_sign_of_their_wall(result, ax):

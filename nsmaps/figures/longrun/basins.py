@@ -64,7 +64,7 @@ def arrival(result: "StudyResult", ax: Axes) -> Axes:
     figure = ax.get_figure()
     assert figure is not None
     ticks: dict[str, Any] = {"ticks": LogLocator(subs=(1, 2, 5)), "format": "%d"} if scale else {}
-    figure.colorbar(mesh, ax=ax, label="returns to arrive", **ticks)
+    figure.colorbar(mesh, ax=ax, label="returns to arrive", **ticks).minorticks_off()
     return _dressed(ax, result)
 
 

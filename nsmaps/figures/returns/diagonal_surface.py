@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 _ELEVATION = 42.0  #: of the view, degrees
+_ZOOM = 0.95  #: at which the farthest corner is below the title
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
@@ -42,7 +43,7 @@ def diagonal_surface(result: "StudyResult", ax: Axes, coordinate: str = "") -> A
     points, triangles, _ = part_of(mesh, seen, name, BLUE)
     number = mesh.part[triangles[:, 0]]
     parts = [(points, triangles[number == k], colour) for k, colour in enumerate(colours.values())]
-    raised(ax, "diagonal_surface", parts, [mesh.coordinates[k] for k in seen], name)
+    raised(ax, "diagonal_surface", parts, [mesh.coordinates[k] for k in seen], name, _ZOOM)
     ax.legend(handles=[Patch(color=tint(colour, TINT), label=text) for text, colour in colours.items()])
     cast(Any, ax).view_init(elev=_ELEVATION, azim=_towards(near.surface))
     return ax

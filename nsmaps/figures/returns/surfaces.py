@@ -15,7 +15,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import PLANES, plane, position
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.facets import Facets, shaded
-from nsmaps.figures.style import GREY, angle_ticks, dress, family_colours, label, symbol, tint
+from nsmaps.figures.style import GREY, angle_ticks, dress, family_colours, symbol, tint
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.mesh import Mesh
@@ -61,7 +61,7 @@ def part_of(mesh: "Mesh", seen: Sequence[int], coordinate: str, colour: str) -> 
     return np.column_stack([mesh.returns.start[:, seen], height]), mesh.triangles, colour
 
 
-def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], image: str) -> None:
+def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], image: str, zoom: float = 1.05) -> None:
     """Shaded surfaces on dressed axes, over two coordinates of the states the image of one.
 
     All are one collection, so that each triangle is sorted by depth among all others.
@@ -81,17 +81,19 @@ def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], im
     space.set_zlim(bottom=min(0.0, float(shown[:, 2].min())))
     space.view_init(elev=ELEVATION, azim=AZIMUTH)
     wide = ax.bbox.width > _WIDE * cast(Any, ax.figure).dpi
-    space.set_box_aspect((1, 1, 0.95), zoom=1.05 if wide else 0.85)
+    space.set_box_aspect((1, 1, 0.95), zoom=zoom if wide else 0.8 * zoom)
     dress(ax, (over[0], "k"), (over[1], "k"))
-    ax.set_title(label(image, "k+1"))  # beside the axis it would meet the ticks
+    ax.set_title(symbol(image, "k+1"))  # beside the axis it would meet the ticks
+    spans: dict[str, float] = {}
     for axis, name, step in zip((space.xaxis, space.yaxis, space.zaxis), (*over, image), ("k", "k", ""), strict=True):
         axis.set_rotate_label(False)
         axis.set_label_text("" if axis is space.zaxis else symbol(name, step))
         axis.set_tick_params(pad=-1.5)
-        axis.labelpad = -4
+        axis.labelpad = -5
         if is_angle(name):
-            few = (1 if axis is space.zaxis else _FEWER) if wide else 2
-            angle_ticks(axis, float(np.ptp(axis.get_view_interval())) * few)
+            few = 1 if axis is space.zaxis else _FEWER
+            spans[name] = min(float(np.ptp(axis.get_view_interval())) * few, spans.get(name, np.inf))
+            angle_ticks(axis, spans[name] * (1 if wide else 2 / few))  # of one kind on both axes of a phase
         else:
             count = (5 if axis is space.zaxis else 3) if wide else 2
             axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
