@@ -19,7 +19,7 @@ from nsmaps.exact.flows.formulas import V
 from nsmaps.exact.words import encode
 from nsmaps.exports.engine.laws import law_texts
 
-STRICT = ["-O2", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+STRICT = ["-O3", "-march=native", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
 pytestmark = gcc
 

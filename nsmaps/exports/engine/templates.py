@@ -5,8 +5,8 @@ from string import Template
 HEADER = Template("""/*
 $about
  *
- * Compile with -std=c99, link with -lm. Products and sums must be rounded one by one: no -ffast-math, and -ffp-contract=off
- * where the compiler would fuse them by itself (gcc and clang do not with -std=c99).
+ * Compile with -std=c99, link with -lm. Products and sums must be rounded one by one: no -ffast-math, and no fused products,
+ * which gcc leaves out with -std=c99, and clang by a pragma in the source; other compilers have options of their own.
  */
 #ifndef $guard
 #define $guard
@@ -54,7 +54,10 @@ SOURCE = Template("""/* $title See $name.h. */
 #include "$name.h"
 
 #include <math.h>
-#include <string.h>
+
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#endif
 
 /* The numbers of the system, and places of numbers in them. */
 static const double numbers[] = {
