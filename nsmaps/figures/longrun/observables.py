@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from nsmaps.arrays import Bools, Floats
 from nsmaps.figures.data import OBSERVABLES
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, ORANGE, label
@@ -32,7 +33,10 @@ def _sheet(result: "StudyResult", parameter: str, name: str) -> Sheet:
 
 
 def observables(result: "StudyResult", ax: Axes, parameter: str = "", number: int = 0) -> Axes:
-    """The means of one observable over a parameter: dots with bars of two standard errors, and lines along branches."""
+    """The means of one observable over a parameter: dots with bars of two standard errors, and lines along branches.
+
+    Lines are dashed where the periodic orbits are not stable.
+    """
     found, study = OBSERVABLES.of(result, "observables"), result.study
     observable, forced = None, result.system.period() is not None
     if "bifurcation" in found and study.bifurcation is not None and study.bifurcation.parameter == parameter:
@@ -42,17 +46,23 @@ def observables(result: "StudyResult", ax: Axes, parameter: str = "", number: in
         for y, error in zip(mean.value[..., number].T, mean.error[..., number].T, strict=True):
             ax.errorbar(values, y, 2 * np.nan_to_num(error), fmt=".", ms=2.5, mew=0, elinewidth=0.6, color=BLUE)
         ax.plot([], [], ".", color=BLUE, label="attractors")
-    for section in study.branches:
-        parts = found.get(section.name, ()) if section.parameter == parameter else ()
-        branches = [branch for branch in result.branches.get(section.name, ()) if len(branch.parameter)]
-        for part, branch in zip(parts, branches, strict=True):
-            observable, mean = part.observables[number], part.per_period if forced else part.per_return
-            ax.plot(branch.parameter, mean.value[:, number], color=ORANGE, lw=0.8, zorder=1)
-    if any(section.name in found for section in study.branches):
-        ax.plot([], [], color=ORANGE, label="branches")
+    for section in [each for each in study.branches if each.name in found and each.parameter == parameter]:
+        branches = [branch for branch in result.branches[section.name] if len(branch.parameter)]
+        for part, branch in zip(found[section.name], branches, strict=True):
+            observable, slope = part.observables[number], part.per_period if forced else part.per_return
+            _lines(ax, branch.parameter, slope.value[:, number], np.array([stable is True for stable in branch.stable]))
     ax.set_xlabel(label(parameter))
     if observable is not None:
         per = "" if observable.per or observable.largest else f" per {'period' if forced else 'return'}"
         ax.set_ylabel(f"{observable.name}{f' ({observable.unit})' * bool(observable.unit)}{per}")
-    ax.legend()
+    handles, names = ax.get_legend_handles_labels()
+    ax.legend(*zip(*{name: (handle, name) for handle, name in zip(handles, names, strict=True)}.values(), strict=True))
     return ax
+
+
+def _lines(ax: Axes, values: Floats, means: Floats, stable: Bools) -> None:
+    """The means along a branch, dashed where its orbits are not stable."""
+    beside = np.convolve(~stable, np.ones(3), "same") > 0
+    for own, dashes, name in ((stable, "-", "stable"), (beside, (0, (3, 1.6)), "unstable")):
+        if own.any():
+            ax.plot(values, np.where(own, means, np.nan), ls=dashes, color=ORANGE, lw=0.8, zorder=1, label=name)
