@@ -10,7 +10,7 @@ from nsmaps.exact.returns import Returns
 Members = Callable[[Floats], tuple[Bools, Returns]]  #: which of states (N, n) are on the surface, shape (N,), and their returns
 Keys = Callable[[Floats], Ints]
 Images = Callable[[Floats], Floats]
-FLAT = 0.006  #: share of the extent of an image by which the middle of a side may be beside that of its ends
+FLAT = 0.01  #: share of the extent of an image by which the middle of a side may be beside that of its ends
 STEEP = 4  #: times that: the least difference of the images of the ends of such a side; a square root has it
 ROUNDS = 4  #: in which sides are halved, at most
 HALVINGS = 26  #: of a side, to find a jump
@@ -20,9 +20,10 @@ JUMP = 0.005  #: share of the extent of an image; a square root changes by less 
 def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge: Bools) -> tuple[Floats, Ints]:
     """Triangles (T, 3) between states (P, n) of a surface, so that sides follow it, and none that passes a jump of the image.
 
-    A side whose middle is beside the middle of the images of its ends by more than 1/160 of an image's extent is halved, in four
-    rounds, if its middle is on the smooth piece of an end; so walls beside grazes, where images are square roots, are resolved.
-    What jumps between ends on one smooth piece, which goes around the end of the jump, is found by bisection.
+    A side is halved, in four rounds, where the image of its middle is beside the middle of those of its ends by more than 1/100
+    of the extent of all; beside an edge only if it is on the smooth piece of an end. So walls beside grazes, where images are
+    square roots, are resolved. What jumps between ends on one smooth piece, which goes around the end of the jump, is found by
+    bisection.
 
     Args:
         keys: of states, shape (N, c), the same on one smooth piece.
@@ -42,22 +43,26 @@ def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge:
     for _ in range(ROUNDS):
         wide = np.ptp(image[triangles], axis=1).max(axis=1) > STEEP * FLAT
         flat, triangles = np.concatenate([flat, triangles[~wide]]), triangles[wide]
-        states, image, triangles = _halved(scaled, keys, states, image, triangles)
+        states, image, triangles = _halved(scaled, keys, states, image, triangles, edge)
+        edge = np.pad(edge, (0, len(states) - len(edge)))
     sides, of_side = _sides(triangles, len(states))
-    torn = np.asarray(~np.pad(edge, (0, len(states) - len(edge)))[sides].all(axis=1))
+    torn = np.asarray(~edge[sides].all(axis=1))
     torn[torn] = _jumps(scaled, states[sides[torn]], image[sides[torn]])
     return states, np.concatenate([flat, triangles[~torn[of_side].any(axis=1)]])
 
 
-def _halved(images: Images, keys: Keys, states: Floats, image: Floats, triangles: Ints) -> tuple[Floats, Floats, Ints]:
+def _halved(
+    images: Images, keys: Keys, states: Floats, image: Floats, triangles: Ints, edge: Bools
+) -> tuple[Floats, Floats, Ints]:
     """One round: the states and images with those of the middles of bent sides, and the triangles between them."""
     sides, of_side = _sides(triangles, len(states))
     middle, between = states[sides].mean(axis=1), np.full((len(sides), image.shape[1]), np.nan)
     asked = np.abs(np.diff(image[sides], axis=1)).max(axis=(1, 2)) > STEEP * FLAT
     between[asked] = images(middle[asked])
     bent = np.abs(between - image[sides].mean(axis=1)).max(axis=1) > FLAT
-    of_middle, *of_ends = (keys(at) for at in (middle[bent], *states[sides[bent]].swapaxes(0, 1)))
-    bent[bent] = np.logical_or(*((of_middle == key).all(axis=1) for key in of_ends))
+    beside = np.flatnonzero(bent & edge[sides].any(axis=1))  # of an edge, which a side may cut across
+    of_middle, *of_ends = (keys(at) for at in (middle[beside], *states[sides[beside]].swapaxes(0, 1)))
+    bent[beside] = np.logical_or(*((of_middle == key).all(axis=1) for key in of_ends))
     number = np.where(bent, len(states) + np.cumsum(bent) - 1, -1)
     points = np.concatenate([states, middle[bent]]), np.concatenate([image, between[bent]])
     return *points, _divided(triangles, number[of_side])
