@@ -1,7 +1,7 @@
 """Formulas compiled by themselves and kept in memory: impact laws and resets that are not linear, observables."""
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import sympy as sp
@@ -63,7 +63,7 @@ def rows_address(source: str) -> int:
     return int(_compiled_rows(source).address)
 
 
-@lru_cache(maxsize=256)
+@cache  # addresses of what is compiled are kept elsewhere
 def _compiled_rows(source: str) -> Any:
     return reset_law_of(source)
 

@@ -32,7 +32,7 @@ OF_IMPACTS = (
 )  #: of every impact system; energies a unit of mass
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Vocabulary:
     """What formulas of one class of systems may contain."""
 
@@ -57,10 +57,7 @@ class Vocabulary:
 
     def read(self, text: str, of: str) -> sp.Expr:
         """A formula in symbols. Raises ConditionError for a text that is not one, with the column."""
-        names = {normalize("NFKC", name): symbol for name, symbol in self.names(of).items()}
-        reader = Reader("formula", text, tuple(names), READ)
-        reader.check_value(reader.tree())
-        return sp.parse_expr(reader.text.strip(), local_dict={**WRITTEN, **names}, global_dict=dict(NUMBERS))
+        return _read(self, text, of)
 
     def written(self, formula: sp.Expr, of: str) -> str:
         """A formula as text, with the names of the user."""
@@ -87,18 +84,36 @@ class Vocabulary:
         return found
 
 
+@lru_cache(maxsize=256)
+def _read(vocabulary: Vocabulary, text: str, of: str) -> sp.Expr:
+    names = {normalize("NFKC", name): symbol for name, symbol in vocabulary.names(of).items()}
+    reader = Reader("formula", text, tuple(names), READ)
+    reader.check_value(reader.tree())
+    return sp.parse_expr(reader.text.strip(), local_dict={**WRITTEN, **names}, global_dict=dict(NUMBERS))
+
+
 def vocabulary_of(system: "ImpactSystem | HybridSystem") -> Vocabulary:
     """What formulas of observables of a system may contain."""
     names = system.parameter_names()
     if isinstance(system, HybridSystem):
         from nsmaps.exact.modes.kernel import known_definition
 
-        d = known_definition(system)
-        inputs = {"impacts": (*d.states, *(f"{name}{AFTER}" for name in d.states)), "flights": d.states}
-        places = {"impacts": tuple(one.letter for one in d.transitions), "flights": d.modes}
-        changes = tuple(_changes(one, d.variables) for one in d.transitions)
-        return Vocabulary(inputs, d.symbols, names, d.phase_rate, places, changes)
-    formulas, letters = formulas_of(system), system.letters
+        return _of_modes(known_definition(system), names)
+    return _of_walls(formulas_of(system), names, system.letters)
+
+
+@lru_cache(maxsize=64)
+def _of_modes(d: Any, names: tuple[str, ...]) -> Vocabulary:
+    """The vocabulary of a system with modes, by its definition."""
+    inputs = {"impacts": (*d.states, *(f"{name}{AFTER}" for name in d.states)), "flights": d.states}
+    places = {"impacts": tuple(one.letter for one in d.transitions), "flights": d.modes}
+    changes = tuple(_changes(one, d.variables) for one in d.transitions)
+    return Vocabulary(inputs, d.symbols, names, d.phase_rate, places, changes)
+
+
+@lru_cache(maxsize=64)
+def _of_walls(formulas: Any, names: tuple[str, ...], letters: tuple[str, ...]) -> Vocabulary:
+    """The vocabulary of an impact system, by its formulas."""
     inputs = {"impacts": ("v", f"v{AFTER}", "place"), "flights": ("place", "velocity")}
     places = dict.fromkeys(("impacts", "flights"), (*letters, "")[:2])
     return Vocabulary(inputs, formulas.symbols, names, formulas.numbers[2], places, (True, True))

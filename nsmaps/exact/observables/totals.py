@@ -57,12 +57,7 @@ class Plan:
 
     def address(self, of: str, slopes: bool) -> int:
         """The address of the compiled formulas, and their derivatives by inputs, phase and parameters; 0 without formulas."""
-        formulas, inputs, parameters = self.formulas[of], self.vocabulary.variables(of), self.vocabulary.parameters
-        by = (*inputs, PHI, *parameters) if slopes else ()
-        entries = [entry for formula in formulas for entry in (formula, *(sp.diff(formula, x) for x in by))]
-        width = self.width(slopes)
-        places = [k * width + j for k in range(len(formulas)) for j in range(1 + len(by))]
-        return rows_address(rows_source(entries, places, inputs, parameters)) if formulas else 0
+        return _address(self, of, slopes) if self.formulas[of] else 0
 
     def width(self, slopes: bool) -> int:
         """Places of a formula in a table: its value, or also its derivatives by the inputs, phase and parameters."""
@@ -90,9 +85,22 @@ class Plan:
         )
 
 
+@lru_cache(maxsize=256)
+def _address(plan: Plan, of: str, slopes: bool) -> int:
+    formulas, inputs, parameters = plan.formulas[of], plan.vocabulary.variables(of), plan.vocabulary.parameters
+    by = (*inputs, PHI, *parameters) if slopes else ()
+    entries = [entry for formula in formulas for entry in (formula, *(sp.diff(formula, x) for x in by))]
+    places = [k * plan.width(slopes) + j for k in range(len(formulas)) for j in range(1 + len(by))]
+    return rows_address(rows_source(entries, places, inputs, parameters))
+
+
 def plan_of(system: "ImpactSystem | HybridSystem", observables: tuple[Observable, ...]) -> Plan:
-    """The formulas of observables, read and in order; those of one class and its choices are remembered."""
-    vocabulary = vocabulary_of(system)
+    """The formulas of observables, read and in order; those of a class and its choices are remembered."""
+    return _plan(vocabulary_of(system), observables)
+
+
+@lru_cache(maxsize=64)
+def _plan(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
     columns, formulas, rows = [], {}, {}
     for of in ("impacts", "flights"):
         own = [(k, part) for k, one in enumerate(observables) if one.of == of for part in range(len(one.formulas))]
@@ -152,9 +160,6 @@ def panel_of(kernel: Kernel | ModeKernel) -> float:
     count, first = int(table[layout.SIMPLE] + table[layout.CHAINED]), int(table[layout.AT_RATES])
     rates = np.hypot(*table[first : first + 2 * count].reshape(-1, 2).T) if count else np.zeros(1)
     return float(PANEL / max(rates.max(), table[layout.PHASE_RATE]))
-
-
-known_plan = lru_cache(maxsize=64)(plan_of)
 
 
 def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats, rates: Floats) -> Floats:
