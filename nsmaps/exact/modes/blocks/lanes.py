@@ -11,8 +11,9 @@ BLOCK = 128  # motions that are looked at together
 PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all rows to one part of the cache
 # Numbers of columns stand at constant places, so that a compiler sees that they do not overlap; whole ones in another table.
 GROWN, ERROR, SHIFT, LEAST, CHANGES, UPS, ON, X, U = range(0, 9 * PITCH, PITCH)
-Y, LOW, HIGH, BEND, THERE, RATE, GUESS, WHEN, PHI, A = range(9 * PITCH, 19 * PITCH, PITCH)
+Y, LOW, HIGH, BEND, THERE, RATE, GUESS, WHEN, PHI, ZERO, A = range(9 * PITCH, 20 * PITCH, PITCH)
 B = A + TERMS * PITCH
+C = B + TERMS * PITCH
 KIND, START, COLUMN, WHICH, DOUBTFUL, MORE, MOTION, WHOLE = range(0, 8 * PITCH, PITCH)
 PHASE, TIME, FLIGHT = range(3)
 TURNS, CODE, POWER, DOUBT, STARTED, STEPS, ROW = range(7)
@@ -40,7 +41,7 @@ def motions(p: Any, some: bool) -> Motions:
 class Block(NamedTuple):
     """A block of motions in one mode, a column each."""
 
-    t: Any  #: numbers, in rows of `PITCH`; the coefficients of polynomials from A on, those in the basis of Bernstein from B on
+    t: Any  #: numbers, in rows of `PITCH`; coefficients of polynomials from A on, in the basis of Bernstein from B and C on
     h: Any  #: whole numbers
     z: Any  #: shape (N, PITCH), features
     c: Any  #: the same, of some of the motions
@@ -52,7 +53,7 @@ class Block(NamedTuple):
 def block_of(p: Any) -> Block:
     """Room for a block."""
     n, width = p.first.shape[1] - 1, p.growth.shape[1]
-    shapes = (B + TERMS * PITCH,), (width, PITCH), (width, PITCH), (n, PITCH)
+    shapes = (C + TERMS * PITCH,), (width, PITCH), (width, PITCH), (n, PITCH)
     numbers, *others = map(np.zeros, shapes)
     whole, dense = np.arange(width), np.full(TERMS, width)
     return Block(numbers, np.zeros(WHOLE, np.int64), others[0], others[1], others[2], whole, dense)

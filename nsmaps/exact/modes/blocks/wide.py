@@ -7,6 +7,7 @@ All decisions at an event are those of `happens`; returns of many events, and of
 import math
 
 from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.returns import RETURNED
 from nsmaps.exact.modes.blocks.columns import AT_ONCE, moved, next_events, turned
 from nsmaps.exact.modes.blocks.lanes import (
     BATCH,
@@ -16,6 +17,7 @@ from nsmaps.exact.modes.blocks.lanes import (
     DOUBTFUL,
     FLIGHT,
     GROWN,
+    KIND,
     MORE,
     MOTION,
     PHASE,
@@ -29,10 +31,12 @@ from nsmaps.exact.modes.blocks.lanes import (
     TURNS,
     WHEN,
     WHICH,
+    X,
 )  # fmt: skip
+from nsmaps.exact.modes.blocks.passing import begun_columns, jumped
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import GOES_ON, alone, cleared, happens, put, settled
+from nsmaps.exact.modes.march.returns import GOES_ON, alone, cleared, happens, lengthened, put, settled
 from nsmaps.exact.modes.march.section import repelled, starting
 
 FEW = 16  # fewer returns than this are not computed in blocks
@@ -60,36 +64,75 @@ def waits(o, mode, i):
 
 
 @inner
-def goes_on(p, mode, k, image, tangent, o, b, w):
-    """Take a column through its event, if it has one: its outcome, or GOES_ON, and the mode that follows."""
+def imaged(p, k, z, found, r, row, b):
+    """Write the image of a motion in a column."""
+    for c in range(len(p.places)):
+        found.states[r + 1, row, c] = b.t[PHI + k] if p.places[c] < 0 else z[p.places[c], k]
+
+
+@inner
+def plainly(p, e, k, found, r, o, b):
+    """Take note that a column has passed a plain event: the outcome, or GOES_ON, and the mode that follows."""
     i = b.h[MOTION + k]
+    numbers = o.numbers[i]
+    numbers[CODE], numbers[POWER] = lengthened(p.base, p.digit[e], numbers[CODE], numbers[POWER])
+    numbers[STARTED], o.scalars[i, FLIGHT] = e, 0.0
+    if p.is_section[e]:
+        imaged(p, k, b.z if p.after else b.c, found, r, numbers[ROW], b)
+        return RETURNED, p.target[e]
+    return GOES_ON, p.target[e]
+
+
+@inner
+def decided(p, mode, k, found, r, o, b, w):
+    """Take a column through its event: the outcome, or GOES_ON, and the mode that follows."""
+    i = b.h[MOTION + k]
+    numbers, row = o.numbers[i], o.numbers[i, ROW]
+    for j in range(len(w.z)):
+        w.z[j] = b.z[j, k]
+    outcome, mode, numbers[CODE], numbers[POWER], unsure, numbers[STARTED] = happens(
+        p, mode, b.h[WHICH + k], b.t[PHI + k], numbers[CODE], numbers[POWER], found.states[r + 1, row], found.tangents[r, row], w
+    )
+    numbers[DOUBT] |= 1 if unsure else 0
+    o.scalars[i, FLIGHT] = 0.0
+    for j in range(len(w.z)):
+        b.z[j, k] = w.z[j]
+    return outcome, mode
+
+
+@inner
+def goes_on(p, mode, k, found, r, o, b, w):
+    """Take a column on, through its event if it has one: its outcome, or GOES_ON, and the mode that follows."""
+    i, which = b.h[MOTION + k], b.h[WHICH + k]
     numbers, scalars = o.numbers[i], o.scalars[i]
     step = b.t[WHEN + k] * p.steps[mode]
     scalars[PHASE], scalars[TIME], scalars[FLIGHT] = b.t[PHI + k], scalars[TIME] + step, scalars[FLIGHT] + step
     numbers[TURNS] += b.h[MORE + k]
     numbers[DOUBT] |= b.h[DOUBTFUL + k]
     numbers[STEPS] += 1
-    outcome, total = GOES_ON, 0.0
-    for j in range(len(w.z)):
-        w.z[j] = b.z[j, k]
-        total += abs(w.z[j])
     if (
         b.h[DOUBTFUL + k] == AT_ONCE
         or numbers[STEPS] > MOST
-        or not total < math.inf
-        or (b.h[WHICH + k] == NO_FUNCTION and scalars[FLIGHT] >= p.horizon)
+        or not b.t[X + k] < math.inf
+        or (which == NO_FUNCTION and scalars[FLIGHT] >= p.horizon)
     ):
         return LEFT, mode
-    numbers[STARTED] = -1
-    if b.h[WHICH + k] != NO_FUNCTION:
-        outcome, mode, numbers[CODE], numbers[POWER], unsure, numbers[STARTED] = happens(
-            p, mode, b.h[WHICH + k], b.t[PHI + k], numbers[CODE], numbers[POWER], image, tangent, w
-        )
-        numbers[DOUBT] |= 1 if unsure else 0
-        scalars[FLIGHT] = 0.0
-    for j in range(len(w.z)):
-        o.z[i, j] = w.z[j]
+    numbers[STARTED], outcome = -1, GOES_ON
+    if which != NO_FUNCTION:
+        e = p.plain[which]
+        outcome, mode = plainly(p, e, k, found, r, o, b) if e >= 0 else decided(p, mode, k, found, r, o, b, w)
+    if outcome == GOES_ON:
+        for j in range(o.z.shape[1]):
+            o.z[i, j] = b.z[j, k]
     return outcome, mode
+
+
+@inner
+def under_way(row, k, code, power, phi, i, o):
+    """Write the record of a motion that starts."""
+    o.numbers[i, CODE], o.numbers[i, POWER], o.numbers[i, STARTED], o.numbers[i, ROW] = code, power, k, row
+    o.numbers[i, TURNS], o.numbers[i, DOUBT], o.numbers[i, STEPS] = 0, 0, 0
+    o.scalars[i, PHASE], o.scalars[i, TIME], o.scalars[i, FLIGHT] = phi, 0.0, 0.0
 
 
 @inner
@@ -98,16 +141,52 @@ def launched(p, found, r, row, i, o, w):
     k, phi = starting(p, found.states[r, row], w)
     if k < 0:
         return True
-    o.numbers[i, CODE], o.numbers[i, POWER] = cleared(p, k, found.states[r + 1, row], found.tangents[r, row], w)
+    code, power = cleared(p, k, found.states[r + 1, row], found.tangents[r, row], w)
     mode = entered(p, k, not p.after, phi, w)
     if repelled(p, mode, w):
         return True
-    o.numbers[i, TURNS], o.numbers[i, DOUBT], o.numbers[i, STARTED], o.numbers[i, STEPS], o.numbers[i, ROW] = 0, 0, k, 0, row
-    o.scalars[i, PHASE], o.scalars[i, TIME], o.scalars[i, FLIGHT] = phi, 0.0, 0.0
+    under_way(row, k, code, power, phi, i, o)
     for j in range(len(w.z)):
         o.z[i, j] = w.z[j]
     waits(o, mode, i)
     return False
+
+
+@inner
+def launched_in_columns(p, found, r, row, n, o, b, w):
+    """Put n motions at their starts, from a row on, into the queue of their mode."""
+    begun_columns(p, found, r, row, n, b)
+    e, free = p.starts[0], len(p.growth)
+    code, power = lengthened(p.base, p.digit[e], 0, 1)
+    for k in range(n):
+        if b.h[KIND + k] > 0:
+            alone(p, found, r, row + k, w)
+            continue
+        o.length[free] -= 1
+        i = o.queue[free, o.length[free]]
+        under_way(row + k, e, code, power, b.t[PHI + k], i, o)
+        for j in range(o.z.shape[1]):
+            o.z[i, j] = b.z[j, k]
+        waits(o, p.target[e], i)
+
+
+@inner
+def filled(p, found, r, row, o, b, w):
+    """Put motions from a row on at their starts for as long as there is room; the row that follows them."""
+    free, rows = len(p.growth), found.states.shape[1]
+    plain = len(p.starts) == 1 and p.plain[p.function[p.starts[0]]] >= 0
+    while o.length[free] > 0 and row < rows:
+        if plain:
+            n = min(min(BLOCK, o.length[free]), rows - row)
+            launched_in_columns(p, found, r, row, n, o, b, w)
+            row += n
+            continue
+        if launched(p, found, r, row, o.queue[free, o.length[free] - 1], o, w):
+            alone(p, found, r, row, w)
+        else:
+            o.length[free] -= 1
+        row += 1
+    return row
 
 
 @inner
@@ -117,12 +196,13 @@ def block(p, mode, found, r, o, b, w):
     gathered(p, mode, n, o, b)
     next_events(p, mode, n, b, w)
     moved(p, mode, n, b, w)
-    turned(p, mode, n, b, w)
+    turned(p, mode, n, b)
+    jumped(p, mode, n, b)
     for k in range(n):
         i = b.h[MOTION + k]
-        row = o.numbers[i, ROW]
-        outcome, after = goes_on(p, mode, k, found.states[r + 1, row], found.tangents[r, row], o, b, w)
+        outcome, after = goes_on(p, mode, k, found, r, o, b, w)
         waits(o, after if outcome == GOES_ON else len(p.growth), i)
+        row = o.numbers[i, ROW]
         if outcome == LEFT:
             alone(p, found, r, row, w)
         elif outcome != GOES_ON:
@@ -139,12 +219,7 @@ def side_by_side(p, found, r, o, b, w):
         o.queue[free, i] = i
     o.length[free] = BATCH
     while True:
-        while o.length[free] > 0 and row < found.states.shape[1]:
-            if launched(p, found, r, row, o.queue[free, o.length[free] - 1], o, w):
-                alone(p, found, r, row, w)
-            else:
-                o.length[free] -= 1
-            row += 1
+        row = filled(p, found, r, row, o, b, w)
         mode = 0
         for other in range(free):
             mode = other if o.length[other] > o.length[mode] else mode

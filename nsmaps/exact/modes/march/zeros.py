@@ -77,7 +77,7 @@ def changes(b, on, error):
     a place at which the polynomial is negative, or zero if that is not known.
     """
     zero = b[0] if on else 0.0
-    first = 1 if on else 0
+    first = 1 if on or 0.0 <= b[0] <= error else 0
     above, below = 0, 0
     for k in range(ORDER + 1):
         above += 1 if b[k] - zero > error else 0

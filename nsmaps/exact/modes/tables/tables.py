@@ -52,10 +52,12 @@ class Tables(NamedTuple):
     choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
     chosen: Any  #: shape (T,)
     function: Any  #: shape (T,), that is zero at the event
+    plain: Any  #: shape (S,), the transition of a function, -1 where more is to be decided than which it is
     mode: Any  #: shape (T,), in which it takes place
     target: Any  #: shape (T,), mode that follows, -1 where the motion ends
     resets: Any  #: shape (T, n, N)
     moves: Any  #: shape (T,), whether there is a reset
+    jumps: Any  #: shape (T, n), whether it changes the state
     laws: Any  #: shape (T,), address of the compiled part of the reset, 0 for none
     curved: Any  #: shape (T, n), whether the state is given by that part
     parameters: Any  #: shape (P,), their values, for these parts
@@ -168,28 +170,33 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which.get(k, 0) for k in range(len(definition.transitions))]),
+        "plain": np.array([group[0] if len(group) == 1 and is_plain(definition, group[0]) else -1 for group in sets]),
         "on": vanishing(definition, rows.resets, rows.functions, functions, modes, matrices),
     }
+
+
+def is_plain(definition: Definition, k: int) -> bool:
+    """Whether a transition has no conditions, its motion goes on with a linear reset, and nothing else may begin there."""
+    one, contact = definition.transitions[k], any(other.begins or other.releases for other in definition.transitions)
+    return not (one.where or one.curved or one.target < 0 or contact or definition.surfaces)
 
 
 def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
     """The fields of a table that describe its transitions."""
     n, width = rows.resets.shape[1:]
     letters, transitions = definition.letters, definition.transitions
+    curved = np.array([[k in dict(one.curved) for k in range(n)] for one in transitions])
+    jumps = (rows.resets != np.eye(n, width)).any(axis=2)
     names = {transitions[start.transition].name for start in definition.starts}
     guards = [one.guard for one in transitions if one.begins]
     return {
         "mode": np.array([one.mode for one in transitions]),
         "target": np.array([one.target for one in transitions]),
         "resets": rows.resets,
-        "moves": np.array(
-            [
-                bool(one.curved) or not np.array_equal(reset, np.eye(n, width))
-                for one, reset in zip(transitions, rows.resets, strict=True)
-            ]
-        ),
+        "moves": (curved | jumps).any(axis=1),
+        "jumps": jumps,
         "laws": np.array([reset_address(definition, one) for one in transitions]),
-        "curved": np.array([[k in dict(one.curved) for k in range(n)] for one in transitions]),
+        "curved": curved,
         "conditions": np.cumsum([0, *map(len, rows.where)]),
         "where": np.concatenate([np.empty((0, width)), *rows.where]),
         "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
