@@ -5,6 +5,7 @@ import pytest
 from hybrid import SYSTEMS, numbers, reference, system
 
 from nsmaps.exact.modes.blocks.wide import FEW
+from nsmaps.exact.outcome import Outcome
 
 CASES = [(name, key) for name in SYSTEMS for key in reference(name)["parameters"]]
 
@@ -42,6 +43,19 @@ def test_a_return_does_not_depend_on_those_beside_it(name, key):
     there, again = made.first_return(rows), made.first_return(rows[order][:300])
     assert np.array_equal(there.image[order][:300], again.image, equal_nan=True)
     assert np.array_equal(there.codes[order][:300], again.codes)
+
+
+@pytest.mark.parametrize(
+    ("name", "key"), [("S1_recoil", "p2"), ("S2_bilinear", "w085"), ("S3_stickslip", "A025"), ("S5_buck", "E26")]
+)
+def test_starts_outside_of_the_domain_are_told_from_those_beside_them(name, key):
+    made, rows = starts(name, key, 64)
+    rows[::5, 0], rows[1::5, -1], rows[2::10] = np.nan, 1e9, -rows[2::10]
+    many, single = made.first_return(rows), by_itself(made, rows)
+    assert many.outcome.tolist() == single.outcome.tolist()
+    assert many.words.tolist() == single.words.tolist()
+    assert np.array_equal(np.isnan(many.image), np.isnan(single.image))
+    assert (many.outcome[::5] == Outcome.invalid).all()
 
 
 def test_orbits_in_parallel_end_where_each_ends():

@@ -11,10 +11,10 @@ BLOCK = 128  # motions that are looked at together
 PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all rows to one part of the cache
 # Numbers of columns stand at constant places, so that a compiler sees that they do not overlap; whole ones in another table.
 GROWN, ERROR, SHIFT, LEAST, CHANGES, UPS, ON, X, U = range(0, 9 * PITCH, PITCH)
-Y, LOW, HIGH, BEND, THERE, RATE, GUESS, WHEN, PHI, ZERO, A = range(9 * PITCH, 20 * PITCH, PITCH)
+Y, LOW, HIGH, BEND, THERE, RATE, GUESS, WHEN, PHI, ZERO, UNSURE, A = range(9 * PITCH, 21 * PITCH, PITCH)
 B = A + TERMS * PITCH
 C = B + TERMS * PITCH
-KIND, START, COLUMN, WHICH, DOUBTFUL, MORE, MOTION, WHOLE = range(0, 8 * PITCH, PITCH)
+KIND, START, COLUMN, WHICH, DOUBTFUL, MORE, MOTION, EVENT, WHOLE = range(0, 9 * PITCH, PITCH)
 PHASE, TIME, FLIGHT = range(3)
 TURNS, CODE, POWER, DOUBT, STARTED, STEPS, ROW = range(7)
 
@@ -45,6 +45,7 @@ class Block(NamedTuple):
     h: Any  #: whole numbers
     z: Any  #: shape (N, PITCH), features
     c: Any  #: the same, of some of the motions
+    other: Any  #: the same, of other states
     new: Any  #: shape (n, PITCH), states
     all: Any  #: shape (N,), the numbers of all features
     dense: Any  #: shape (TERMS,), N each: how many features a polynomial with all terms has of each degree
@@ -53,7 +54,7 @@ class Block(NamedTuple):
 def block_of(p: Any) -> Block:
     """Room for a block."""
     n, width = p.first.shape[1] - 1, p.growth.shape[1]
-    shapes = (C + TERMS * PITCH,), (width, PITCH), (width, PITCH), (n, PITCH)
+    shapes = (C + TERMS * PITCH,), (width, PITCH), (width, PITCH), (width, PITCH), (n, PITCH)
     numbers, *others = map(np.zeros, shapes)
     whole, dense = np.arange(width), np.full(TERMS, width)
-    return Block(numbers, np.zeros(WHOLE, np.int64), others[0], others[1], others[2], whole, dense)
+    return Block(numbers, np.zeros(WHOLE, np.int64), others[0], others[1], others[2], others[3], whole, dense)

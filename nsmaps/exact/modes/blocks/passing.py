@@ -1,7 +1,7 @@
 """A block of motions at their starts and through events, in loops that become vector instructions.
 
-This holds for *plain* transitions: the only one of its function, without conditions, contact or a reset by another formula, in
-systems without sliding. Arithmetic and decisions are those of `section.py` and `returns.py`.
+This holds for *plain* transitions: without contact or a reset by another formula, in systems without sliding. Arithmetic and
+decisions are those of `section.py` and `returns.py`.
 """
 
 import math
@@ -10,8 +10,11 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import MOST_PHASE
-from nsmaps.exact.modes.blocks.lanes import KIND, PHI, WHICH, U, X, Y
+from nsmaps.exact.modes.blocks.lanes import BEND, EVENT, KIND, LEAST, PHI, RATE, SHIFT, THERE, UNSURE, WHICH, U, X, Y
 from nsmaps.exact.modes.tables.taylor import ROUNDING
+
+NONE = -1  # in place of a transition: none takes place
+NOT_PLAIN = -2  # in place of a transition: to be decided for the motion by itself
 
 
 @inner
@@ -25,33 +28,77 @@ def waved(p, n, b):
 
 
 @inner
-def weighed_rows(row, z, n, t, at):
-    """Write the sum of rows of z in n columns, each times a weight."""
-    begun = False
+def weighed_rows(row, z, n, t):
+    """Write to Y the sum of rows of z in n columns, each times a weight, and to U the sum of the terms' sizes."""
+    for k in range(n):
+        t[Y + k], t[U + k] = 0.0, 0.0
     for j in range(len(z)):
         c = row[j]
         if c == 0.0:
             continue
-        if begun:
+        for k in range(n):
+            term = c * z[j, k]
+            t[Y + k] += term
+            t[U + k] += abs(term)
+
+
+@inner
+def summed_rows(row, z, n, t):
+    """As `weighed_rows`, without the sizes."""
+    for k in range(n):
+        t[Y + k] = 0.0
+    for j in range(len(z)):
+        c = row[j]
+        if c == 0.0:
+            continue
+        for k in range(n):
+            t[Y + k] += c * z[j, k]
+
+
+@inner
+def permitted(p, e, z, n, t):
+    """Write to THERE where the conditions of a transition hold, and to UNSURE where one is zero but for rounding."""
+    for k in range(n):
+        t[THERE + k], t[UNSURE + k] = 1.0, 0.0
+    for c in range(p.conditions[e], p.conditions[e + 1]):
+        weighed_rows(p.where[c], z, n, t)
+        for k in range(n):
+            t[THERE + k] = t[THERE + k] if t[Y + k] >= 0.0 else 0.0
+            t[UNSURE + k] = 1.0 if abs(t[Y + k]) <= ROUNDING * t[U + k] else t[UNSURE + k]
+
+
+@inner
+def chosen(p, mode, n, b):
+    """Write to EVENT the transitions that take place where functions are zero, and to SHIFT whether they are doubtful."""
+    t, h = b.t, b.h
+    for k in range(n):
+        h[EVENT + k], t[SHIFT + k] = NOT_PLAIN, 0.0
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        if not p.plain[f]:
+            continue
+        for k in range(n):
+            h[EVENT + k] = NONE if h[WHICH + k] == f else h[EVENT + k]
+        for c in range(p.choices[f + 1] - p.choices[f]):
+            e = p.chosen[p.choices[f + 1] - 1 - c]
+            permitted(p, e, b.z, n, t)
             for k in range(n):
-                t[at + k] += c * z[j, k]
-        else:
-            for k in range(n):
-                t[at + k] = c * z[j, k]
-        begun = True
-    for k in range(0 if begun else n):
-        t[at + k] = 0.0
+                here, holds = h[WHICH + k] == f, t[THERE + k] > 0.0
+                later = 0.0 if holds else t[SHIFT + k]
+                t[SHIFT + k] = max(later, t[UNSURE + k]) if here else t[SHIFT + k]
+                h[EVENT + k] = e if here & holds else h[EVENT + k]
 
 
 @inner
 def reset_columns(p, e, n, b):
-    """Write the states just after a transition to the columns that its function takes through it."""
+    """Write the states just after a transition to the columns that it takes place in."""
     t, h, states = b.t, b.h, p.first.shape[1] - 1
+    if not p.moves[e]:
+        return
     for i in range(states):
         if p.jumps[e, i]:
-            weighed_rows(p.resets[e, i], b.z, n, t, Y)
+            summed_rows(p.resets[e, i], b.z, n, t)
             for k in range(n):
-                b.new[i, k] = t[Y + k] if h[WHICH + k] == p.function[e] else b.z[i, k]
+                b.new[i, k] = t[Y + k] if h[EVENT + k] == e else b.z[i, k]
     for i in range(states):
         if p.jumps[e, i]:
             for k in range(n):
@@ -60,7 +107,7 @@ def reset_columns(p, e, n, b):
 
 @inner
 def jumped(p, mode, n, b):
-    """Take columns through the resets of plain events; their states before are in `c`, and the sums of sizes in X."""
+    """Take columns through plain events; their states before are in `c`, and the sums of sizes in X."""
     t = b.t
     for k in range(n):
         t[X + k] = 0.0
@@ -68,18 +115,19 @@ def jumped(p, mode, n, b):
         for k in range(n):
             t[X + k] += abs(b.z[j, k])
             b.c[j, k] = b.z[j, k]
+    chosen(p, mode, n, b)
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        if p.plain[f] >= 0 and p.moves[p.plain[f]]:
-            reset_columns(p, p.plain[f], n, b)
+        for c in range(p.choices[f], p.choices[f + 1] if p.plain[f] else p.choices[f]):
+            reset_columns(p, p.chosen[c], n, b)
 
 
 @inner
 def rising(p, e, n, b):
-    """Mark the columns that cannot have come to the zero of a transition's function, which rises there."""
+    """Mark the columns of a transition that cannot have come to the zero of its function, which rises there."""
     t, h, mode, function, states = b.t, b.h, p.mode[e], p.functions[p.function[e]], p.first.shape[1] - 1
     turn = p.rate * p.steps[mode]
     for k in range(n):
-        t[U + k], t[X + k] = 0.0, 0.0
+        t[RATE + k], t[BEND + k] = 0.0, 0.0
     for i in range(len(b.z)):
         c = function[i]
         if c == 0.0 or i == states:
@@ -92,27 +140,23 @@ def rising(p, e, n, b):
                 for k in range(n):
                     t[Y + k] += value * b.z[column, k]
         else:
-            m = (i - states + 1) // 2
-            even = (i - states) % 2 == 0
+            m, even = (i - states + 1) // 2, (i - states) % 2 == 0
             value, column = (m * turn, i - 1) if even else (-m * turn, i + 1)
             for k in range(n):
                 t[Y + k] = value * b.z[column, k]
         for k in range(n):
-            t[U + k] += c * t[Y + k]
-            t[X + k] += abs(c * t[Y + k])
+            t[RATE + k] += c * t[Y + k]
+            t[BEND + k] += abs(c * t[Y + k])
     for k in range(n):
-        h[KIND + k] = 1 if t[U + k] > ROUNDING * t[X + k] else h[KIND + k]
+        h[KIND + k] = 1 if (h[EVENT + k] == e) & (t[RATE + k] > ROUNDING * t[BEND + k]) else h[KIND + k]
 
 
 @inner
-def begun_columns(p, found, r, row, n, b):
-    """Write the features just after the start of n motions from a row on; KIND is 1 where coordinates are outside of the domain.
-
-    There is one start, of a plain transition.
-    """
-    t, h, e, states = b.t, b.h, p.starts[0], p.first.shape[1] - 1
+def given_columns(p, found, r, row, n, b):
+    """Write the phases, the waves and the coordinates of n starts from a row on; KIND is 1 outside of the domain."""
+    t, h, states = b.t, b.h, p.first.shape[1] - 1
     for k in range(n):
-        h[KIND + k], h[WHICH + k], t[PHI + k], b.z[states, k] = 0, p.function[e], 0.0, 1.0
+        h[KIND + k], h[EVENT + k], t[PHI + k], t[LEAST + k], b.z[states, k] = 0, NONE, 0.0, math.inf, 1.0
     for i in range(states):
         for k in range(n):
             b.z[i, k] = 0.0
@@ -127,13 +171,52 @@ def begun_columns(p, found, r, row, n, b):
                 h[KIND + k] = h[KIND + k] if abs(x) <= MOST_PHASE else 1
                 t[PHI + k] = x - math.floor(x / TWO_PI) * TWO_PI if h[KIND + k] == 0 else 0.0
     waved(p, n, b)
-    for i in range(states):
-        weighed_rows(p.states[0, i], b.z, n, t, Y)
+    for j in range(len(b.z)):
         for k in range(n):
-            b.new[i, k] = t[Y + k]
-    for i in range(states):
+            b.c[j, k], b.other[j, k] = b.z[j, k], b.z[j, k]
+
+
+@inner
+def away_columns(p, e, z, n, t):
+    """Write to X how far states are from one at which a transition takes place, as `away` of `section.py`."""
+    for k in range(n):
+        t[X + k] = 0.0
+    for f in range(p.watched[p.mode[e]], p.watched[p.mode[e] + 1]):
+        weighed_rows(p.functions[f], z, n, t)
         for k in range(n):
-            b.z[i, k] = b.new[i, k]
-    if not p.after:
-        rising(p, e, n, b)
-        reset_columns(p, e, n, b)
+            wrong = abs(t[Y + k]) if f == p.function[e] else -t[Y + k]
+            t[X + k] = wrong / t[U + k] if wrong > t[X + k] * t[U + k] else t[X + k]
+
+
+@inner
+def begun_columns(p, found, r, row, n, b):
+    """Write features and transitions of n motions just after their starts, from a row on; KIND as `given_columns`.
+
+    All starts are of plain transitions.
+    """
+    t, h, states = b.t, b.h, p.first.shape[1] - 1
+    given_columns(p, found, r, row, n, b)
+    for s in range(len(p.starts)):
+        e = p.starts[s]
+        for i in range(states):
+            summed_rows(p.states[s, i], b.c, n, t)
+            for k in range(n):
+                b.other[i, k] = t[Y + k]
+        permitted(p, e, b.other, n, t)
+        for k in range(n):
+            t[X + k] = 0.0
+        if len(p.starts) > 1:
+            away_columns(p, e, b.other, n, t)
+        for k in range(n):
+            best = ((t[THERE + k] > 0.0) | p.after) & (t[X + k] < t[LEAST + k])
+            t[THERE + k], t[LEAST + k] = 1.0 if best else 0.0, t[X + k] if best else t[LEAST + k]
+            h[EVENT + k] = e if best else h[EVENT + k]
+        for i in range(states):
+            for k in range(n):
+                b.z[i, k] = b.other[i, k] if t[THERE + k] > 0.0 else b.z[i, k]
+    for k in range(n):
+        h[KIND + k] = 1 if h[EVENT + k] == NONE else h[KIND + k]
+    for s in range(0 if p.after else len(p.starts)):
+        rising(p, p.starts[s], n, b)
+    for s in range(0 if p.after else len(p.starts)):
+        reset_columns(p, p.starts[s], n, b)

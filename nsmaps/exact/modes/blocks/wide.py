@@ -7,7 +7,7 @@ All decisions at an event are those of `happens`; returns of many events, and of
 import math
 
 from nsmaps.exact.engine.jit import entry, inner
-from nsmaps.exact.engine.returns import RETURNED
+from nsmaps.exact.engine.returns import RETURNED, UNDECIDED
 from nsmaps.exact.modes.blocks.columns import AT_ONCE, moved, next_events, turned
 from nsmaps.exact.modes.blocks.lanes import (
     BATCH,
@@ -15,6 +15,7 @@ from nsmaps.exact.modes.blocks.lanes import (
     CODE,
     DOUBT,
     DOUBTFUL,
+    EVENT,
     FLIGHT,
     GROWN,
     KIND,
@@ -24,6 +25,7 @@ from nsmaps.exact.modes.blocks.lanes import (
     PHI,
     POWER,
     ROW,
+    SHIFT,
     START,
     STARTED,
     STEPS,
@@ -33,7 +35,7 @@ from nsmaps.exact.modes.blocks.lanes import (
     WHICH,
     X,
 )  # fmt: skip
-from nsmaps.exact.modes.blocks.passing import begun_columns, jumped
+from nsmaps.exact.modes.blocks.passing import NONE, NOT_PLAIN, begun_columns, jumped
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import GOES_ON, alone, cleared, happens, lengthened, put, settled
@@ -75,6 +77,9 @@ def plainly(p, e, k, found, r, o, b):
     """Take note that a column has passed a plain event: the outcome, or GOES_ON, and the mode that follows."""
     i = b.h[MOTION + k]
     numbers = o.numbers[i]
+    numbers[DOUBT] |= 1 if e == NONE or b.t[SHIFT + k] > 0.0 else 0
+    if e == NONE:
+        return UNDECIDED, e
     numbers[CODE], numbers[POWER] = lengthened(p.base, p.digit[e], numbers[CODE], numbers[POWER])
     numbers[STARTED], o.scalars[i, FLIGHT] = e, 0.0
     if p.is_section[e]:
@@ -119,8 +124,11 @@ def goes_on(p, mode, k, found, r, o, b, w):
         return LEFT, mode
     numbers[STARTED], outcome = -1, GOES_ON
     if which != NO_FUNCTION:
-        e = p.plain[which]
-        outcome, mode = plainly(p, e, k, found, r, o, b) if e >= 0 else decided(p, mode, k, found, r, o, b, w)
+        e = b.h[EVENT + k]
+        if e == NOT_PLAIN:
+            outcome, mode = decided(p, mode, k, found, r, o, b, w)
+        else:
+            outcome, mode = plainly(p, e, k, found, r, o, b)
     if outcome == GOES_ON:
         for j in range(o.z.shape[1]):
             o.z[i, j] = b.z[j, k]
@@ -156,14 +164,14 @@ def launched(p, found, r, row, i, o, w):
 def launched_in_columns(p, found, r, row, n, o, b, w):
     """Put n motions at their starts, from a row on, into the queue of their mode."""
     begun_columns(p, found, r, row, n, b)
-    e, free = p.starts[0], len(p.growth)
-    code, power = lengthened(p.base, p.digit[e], 0, 1)
+    free = len(p.growth)
     for k in range(n):
         if b.h[KIND + k] > 0:
             alone(p, found, r, row + k, w)
             continue
         o.length[free] -= 1
-        i = o.queue[free, o.length[free]]
+        i, e = o.queue[free, o.length[free]], b.h[EVENT + k]
+        code, power = lengthened(p.base, p.digit[e], 0, 1)
         under_way(row + k, e, code, power, b.t[PHI + k], i, o)
         for j in range(o.z.shape[1]):
             o.z[i, j] = b.z[j, k]
@@ -174,7 +182,9 @@ def launched_in_columns(p, found, r, row, n, o, b, w):
 def filled(p, found, r, row, o, b, w):
     """Put motions from a row on at their starts for as long as there is room; the row that follows them."""
     free, rows = len(p.growth), found.states.shape[1]
-    plain = len(p.starts) == 1 and p.plain[p.function[p.starts[0]]] >= 0
+    plain = True
+    for s in range(len(p.starts)):
+        plain = plain and p.plain[p.function[p.starts[s]]]
     while o.length[free] > 0 and row < rows:
         if plain:
             n = min(min(BLOCK, o.length[free]), rows - row)

@@ -52,7 +52,7 @@ class Tables(NamedTuple):
     choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
     chosen: Any  #: shape (T,)
     function: Any  #: shape (T,), that is zero at the event
-    plain: Any  #: shape (S,), the transition of a function, -1 where more is to be decided than which it is
+    plain: Any  #: shape (S,), whether nothing is to be decided at an event but which transition it is
     mode: Any  #: shape (T,), in which it takes place
     target: Any  #: shape (T,), mode that follows, -1 where the motion ends
     resets: Any  #: shape (T, n, N)
@@ -170,15 +170,15 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which.get(k, 0) for k in range(len(definition.transitions))]),
-        "plain": np.array([group[0] if len(group) == 1 and is_plain(definition, group[0]) else -1 for group in sets]),
+        "plain": np.array([all(is_plain(definition, k) for k in group) for group in sets]),
         "on": vanishing(definition, rows.resets, rows.functions, functions, modes, matrices),
     }
 
 
 def is_plain(definition: Definition, k: int) -> bool:
-    """Whether a transition has no conditions, its motion goes on with a linear reset, and nothing else may begin there."""
+    """Whether a motion goes on from a transition with a linear reset, and neither contact nor sliding may begin there."""
     one, contact = definition.transitions[k], any(other.begins or other.releases for other in definition.transitions)
-    return not (one.where or one.curved or one.target < 0 or contact or definition.surfaces)
+    return not (one.curved or one.target < 0 or contact or definition.surfaces)
 
 
 def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
