@@ -176,7 +176,7 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
 
 
 def is_plain(definition: Definition, k: int) -> bool:
-    """Whether a motion goes on from a transition with a linear reset, and neither contact nor sliding may begin there."""
+    """Whether a motion continues from a transition with a linear reset, and neither contact nor sliding may begin there."""
     one, contact = definition.transitions[k], any(other.begins or other.releases for other in definition.transitions)
     return not (one.curved or one.target < 0 or contact or definition.surfaces)
 
