@@ -24,18 +24,18 @@ class Outcome(IntEnum):
 
 
 _ADVICE = {
-    Outcome.returned: "The orbit returned to the base wall.",
-    Outcome.stuck: "The ball came to rest on the base wall; the image is its release, at speed zero.",
-    Outcome.rests: "The ball rests on a wall for all times: the forcing never lifts it off. There is no image.",
-    Outcome.escaped: "There is no return within the horizon. Check the displacement, or raise the system's horizon.",
+    Outcome.returned: "The motion returned to its section, of an impact system the base wall.",
+    Outcome.stuck: "The motion came to rest at its section; the image is its release, at speed zero.",
+    Outcome.rests: "The motion rests in contact for all times: the forcing never ends it. There is no image.",
+    Outcome.escaped: "There is no return within the horizon. Check the formulas of the flight, or raise the system's horizon.",
     Outcome.undecided: "A flight passes a wall within rounding of a graze, or grows from what is rounding; the image is that of "
     "one of the words that it may make, none where it may escape.",
     Outcome.uncovered: "The state lies in no piece of the composite map. Add a piece, or restrict the starts.",
     Outcome.invalid: "The start is not a state: NaN, infinite, with a negative impact speed or a phase beyond 1e10.",
     Outcome.simultaneous: "Two guards are met at once, and the states that follow depend on which event is first: the motion is "
     "not unique. `HybridSystem.reasons` names both.",
-    Outcome.endless: "More than 100,000 events without a return: impacts accumulate and are not summed up, or never slow down. "
-    "Let contact last (`rests`), if impacts lose speed.",
+    Outcome.endless: "More than 100,000 events without a return: the motion never meets its section again, or impacts "
+    "accumulate. Take a section that every motion meets; let contact last (`rests`) where impacts lose speed.",
     Outcome.repelling: "The state lies on a surface of sliding from which both modes lead away: the motion may leave on either "
     "side at any time, and is not unique. `HybridSystem.reasons` names the surface.",
 }

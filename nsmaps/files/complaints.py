@@ -57,6 +57,7 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
         known = re.findall(r"'([^']*)'", problem["ctx"]["expected"])
         return Complaint(loc, f"unknown word {value!r}; expected: {', '.join(known)}{near_match(str(value), known)}")
     accepted = problem["msg"].removeprefix("Input should be ").removeprefix("a valid ")
+    accepted = "a list, in brackets" if kind == "tuple_type" else accepted
     return Complaint(loc, f"{name} is {_brief(value)}; expected: {accepted}")
 
 

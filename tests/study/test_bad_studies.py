@@ -698,6 +698,12 @@ def test_a_study_that_is_not_there(name: str, message: str) -> None:
     assert answer.stderr.strip() == message.replace("{studies}", ", ".join(study_names()))
 
 
+def test_a_list_without_brackets(good: str) -> None:
+    Path("one.yaml").write_text(good + "\nfigures: cobweb\n" if "figures:" not in good else good)
+    with pytest.raises(StudyError, match=r"one.yaml:\d+:\d+: figures is 'cobweb'; expected: a list, in brackets"):
+        load_study("one.yaml")
+
+
 def test_a_study_of_no_system() -> None:
     with pytest.raises(StudyError, match=r"no study 'bal/drop': no system 'bal' is installed; .*did you mean 'ball'"):
         load_study("bal/drop")

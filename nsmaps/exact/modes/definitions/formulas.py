@@ -47,6 +47,7 @@ class Reader:
             raise SystemDefinitionError(
                 f"{what} is {shown(expr)}; expected: affine in the states, with coefficients free of the time"
             )
+        check_periodic(row.remainder, what)
         return row
 
     def affine(self, expr: sp.Expr) -> Row | None:

@@ -15,6 +15,7 @@ from nsmaps.exact.modes.definitions.definition import Definition, Row, Start, Tr
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
 from nsmaps.exact.modes.definitions.formulas import CLOCK, NEAR, Reader, check_names, check_periodic
 from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions, surface_of
+from nsmaps.exact.modes.definitions.stated import formulas_stated
 from nsmaps.exact.systems.guards import Guard, Section, Sliding
 
 if TYPE_CHECKING:
@@ -41,11 +42,11 @@ def definition_of(system: "HybridSystem", driven: bool = False) -> Definition:
     known = (*symbols.values(), STEP) if driven else tuple(symbols.values())
     reader = Reader(cls.__name__, frozenset(known), variables | noise, rate, tuple(noise))
     y = cls._arguments(reader.states)
-    section = symbolic.section(t, y)
+    modes, guards, section = formulas_stated(symbolic, t, y)
     if cls.noise:
         check_noise(cls.__name__, cls.noise, cls.states, section)
-    rates = {mode: _rates(reader, mode, {**given, **noise_rates(noise)}) for mode, given in symbolic.modes(t, y).items()}
-    definition = _defined(reader, known, rates, symbolic.guards(t, y), section, _horizon(cls.horizon, period))
+    rates = {mode: _rates(reader, mode, {**given, **noise_rates(noise)}) for mode, given in modes.items()}
+    definition = _defined(reader, known, rates, guards, section, _horizon(cls.horizon, period))
     if driven:
         check_driven(cls.__name__, cls.noise, definition)
     return definition
