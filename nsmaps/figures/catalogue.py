@@ -193,7 +193,7 @@ _ROWS = (
     Row(
         "longrun.manifolds",
         "The stable and unstable manifolds of saddles as lines in the plane of states.",
-        "The stable (blue) and unstable (red) manifolds of the saddles (crosses), grown to the lengths of the study and "
+        "The stable (blue) and unstable (orange) manifolds of the saddles (crosses), grown to the lengths of the study and "
         "interrupted where the map jumps, over the basins or the words where the study has them.",
         (data.MANIFOLDS,),
     ),

@@ -256,7 +256,7 @@ def told(stored: StudyResult, composite: CompositeMap) -> PartitionResult:
 @pytest.fixture(scope="session")
 def stored() -> dict[str, StudyResult]:
     """The runs that are stored in the format of today, by the names of their folders."""
-    return {name: read_result(STORED / name) for name in ("run", "partition", "accurate", "long")}
+    return {name: read_result(STORED / name) for name in ("run", "partition", "accurate", "long", "chart", "manifolds")}
 
 
 @pytest.fixture(scope="session")
@@ -293,7 +293,9 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         observables={"bifurcation": _observed()},
         **_stability(),
         lyapunov=_exponents(),
+        chart=stored["chart"].chart,
         basins=basins(Toy(), GRID, returns=50),
+        manifolds=stored["manifolds"].manifolds,
         noise=_noisy(),
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),

@@ -54,6 +54,8 @@ MISSING = {
     "stability": ("stability", None, "'stability'"),
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
+    "chart": ("chart", None, "'chart'"),
+    "manifolds": ("manifolds", {}, "'manifolds'"),
     "observables": ("observables", {}, "'observables', and a 'bifurcation' of the exact map or 'branches'"),
     "noise": ("noise", None, "'noise'"),
     "auxiliary": ("domains", {}, "'domains'"),
