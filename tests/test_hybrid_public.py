@@ -70,10 +70,16 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "StripMap": lambda s: nsmaps.StripMap(s, None),
     "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s), 1, samples=3),
     "basins": lambda s: nsmaps.basins(s, grid(s), returns=20),
+    "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(
+        plane(s), near(s), getattr(s, SECOND[s]), (tuple(values(s)), (0.0, 1.0))
+    ),
     "bifurcation": lambda s: nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9),
     "boundary": lambda s: nsmaps.boundary(s, nsmaps.basins(s, grid(s), returns=200), 0.01),
     "box_map": lambda s: nsmaps.box_map(s),
     "cascade": lambda s: nsmaps.cascade(along(s), near(s), float(values(s)[0]), tuple(values(s)), "up", 1),
+    "chart": lambda s: nsmaps.chart(
+        s, {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]}, STARTS[s], 4, 9, 2, observables=["work"]
+    ),
     "closed_box": lambda s: nsmaps.closed_box(s, box(s), 1),
     "coexistence": lambda s: nsmaps.coexistence([nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9)]),
     "compose": lambda s: nsmaps.compose(s, ["R1"]),
@@ -91,8 +97,19 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "iterate": lambda s: nsmaps.iterate(s, 2),
     "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),
     "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), values(s), STARTS[s], 32, 4),
+    "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
     "morse_sets": lambda s: nsmaps.morse_sets(s, box(s), 0, 2),
     "noisy_orbits": lambda s: nsmaps.noisy_orbits(s, STARTS[s], 2, nsmaps.Noise(sigma=0.1, tau=1)),
+    "observe": lambda s: nsmaps.observe(s, STARTS[s], 4, ["work"], batches=2),
+    "observe_attractors": lambda s: nsmaps.observe_attractors(s, nsmaps.basins(s, grid(s), returns=200).attractors, ["work"], 64),
+    "observe_branch": lambda s: nsmaps.observe_branch(along(s), branch(s), ["work"]),
+    "observe_diagram": lambda s: nsmaps.observe_diagram(
+        along(s), nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9), ["work"], 64
+    ),
+    "observe_noisy": lambda s: nsmaps.observe_noisy(
+        s, nsmaps.noisy_orbits(s, STARTS[s], 2, nsmaps.Noise(sigma=0.1, tau=1)), ["work"]
+    ),
+    "observe_orbit": lambda s: nsmaps.observe_orbit(s, near(s), ["work"]),
     "orbit": lambda s: nsmaps.orbit(s, STARTS[s], 3),
     "partition": lambda s: nsmaps.partition(s, grid(s), nsmaps.Partition(tolerance=0.1)),
     "periodic_orbit": near,
@@ -115,11 +132,14 @@ def test_every_public_name_is_called_here_or_takes_no_system() -> None:
 
 #: names that refuse a system with modes, or one of four coordinates, with a part of their reason
 REFUSED = {
+    "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: Event",
     "compose": "requires a map of pieces; expected: CompositeMap or ParametricMap",
     "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",
     "doubled_branch": "begins at an event of another branch; expected: Event",
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
+    "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",
+    "observe_noisy": "the states at events under noise are not stored; expected: ImpactSystem",
     "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "two_cycles": "`find_cycles` encloses those of other maps; expected: PolyMap",
 }

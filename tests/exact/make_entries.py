@@ -30,6 +30,11 @@ def call_all() -> None:
     capsule.first_return(row)
     capsule.trajectory(row[0], 4)
     capsule.arrivals(np.array([[0.0, 0.1, 0.2, 0.3, 1.0]]))
+    for system, start in ((pair, state[0]), (capsule, row[0])):
+        nsmaps.observe(system, start, 2, ["loss"], batches=1)
+        nsmaps.observe_orbit(
+            system, nsmaps.periodic_orbit(system, nsmaps.orbit(system, start, 300).final, 2), ["loss"], {"d": 1.0}
+        )
     for call in CALLS.values():
         call(pair)
     CALLS["boxes"](capsule)
