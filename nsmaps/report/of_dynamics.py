@@ -54,11 +54,12 @@ def chart(result: StudyResult, part: str) -> str:
 
 def observables(result: StudyResult, part: str) -> str:
     """The names of the observables, and the number of returns over which is averaged."""
-    spec = result.study.observables
+    study, spec = result.study, result.study.observables
     if spec is None:
         return ""
+    varied = [sweep.parameter for sweep in (study.bifurcation, *study.branches) if sweep is not None]
     names = ", ".join([*spec.quantities, *(one.name for one in spec.formulas)])
-    return f"{names}; {returns_text(spec.returns)} of each orbit."
+    return f"{at(result, varied)}{names}; {returns_text(spec.returns)} of each orbit."
 
 
 def lyapunov(result: StudyResult, part: str) -> str:

@@ -36,7 +36,7 @@ class Squared(HybridSystem):
     def guards(self, t, y):
         from nsmaps import Guard
 
-        return {"s": Guard(-sp.sin(t / 2))}
+        return {"s": Guard("free", -sp.sin(t / 2))}
 """
 
 

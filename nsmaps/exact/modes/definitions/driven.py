@@ -3,21 +3,20 @@
 These states are the noise and its derivatives by the time in units of the step, so that all are as large as the noise.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.systems.guards import Section
 
 STEP = sp.Symbol("_h", positive=True)  #: of the grid in time, the last of the symbols
 DEGREE = 3  #: of the noise over a step
 
 
-def check_noise(name: str, noise: str, states: tuple[str, ...], section: Section) -> None:
+def check_noise(name: str, noise: str, taken: Sequence[str]) -> None:
     """Refuse a name of the noise that is that of something else."""
-    if not noise.isidentifier() or noise in (*states, *section.coordinates):
+    if not noise.isidentifier() or noise in taken:
         raise SystemDefinitionError(
             f"{name}.noise is {noise!r}; expected: a name of its own for the noise, such as 'eta', which formulas use as y.eta"
         )

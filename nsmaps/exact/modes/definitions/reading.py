@@ -42,9 +42,11 @@ def definition_of(system: "HybridSystem", driven: bool = False) -> Definition:
     known = (*symbols.values(), STEP) if driven else tuple(symbols.values())
     reader = Reader(cls.__name__, frozenset(known), variables | noise, rate, tuple(noise))
     y = cls._arguments(reader.states)
+    if cls.noise:
+        check_noise(cls.__name__, cls.noise, cls.states)
     modes, guards, section = formulas_stated(symbolic, t, y)
     if cls.noise:
-        check_noise(cls.__name__, cls.noise, cls.states, section)
+        check_noise(cls.__name__, cls.noise, section.coordinates)
     rates = {mode: _rates(reader, mode, {**given, **noise_rates(noise)}) for mode, given in modes.items()}
     definition = _defined(reader, known, rates, guards, section, _horizon(cls.horizon, period))
     if driven:
