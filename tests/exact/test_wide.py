@@ -1,11 +1,14 @@
 """Many returns in parallel are those of each state by itself, whatever is computed beside it."""
 
+import numba
 import numpy as np
 import pytest
 from hybrid import SYSTEMS, numbers, reference, system
 
 from nsmaps.exact.modes.blocks.wide import FEW
+from nsmaps.exact.modes.kernel import kernel_of
 from nsmaps.exact.outcome import Outcome
+from nsmaps.plugins import system_class
 
 CASES = [(name, key) for name in SYSTEMS for key in reference(name)["parameters"]]
 
@@ -65,3 +68,13 @@ def test_orbits_in_parallel_end_where_each_ends():
     outcomes = np.array([one.outcome for one in single]).T.ravel()
     assert len(set(outcomes.tolist())) > 1
     assert many.outcome.tolist() == outcomes.tolist()
+
+
+def test_tables_of_all_systems_are_of_one_type() -> None:
+    """The engine is compiled for the types of the tables: once, whatever the numbers of modes, states and harmonics."""
+    found = set()
+    for name in ("belt", "buck_converter", "recoil_pair", "rocking_block", "soft_impact", "two_masses"):
+        made = system_class(name)
+        tables = kernel_of(made(**dict.fromkeys(made.parameter_names(), 0.5))).table
+        found.add(str(numba.typeof(tables)))
+    assert len(found) == 1

@@ -117,7 +117,7 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
     flows = flows_of(rows, rate, min(horizon, max_step))
     functions = functions_of(definition, rows, rate, flows)
-    return Tables(
+    tables = Tables(
         rate=rate,
         horizon=horizon,
         **flows,
@@ -129,6 +129,14 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
         states=rows.starts,
         places=np.array(places),
     )
+    return Tables(*map(_in_rows, tables))
+
+
+def _in_rows(value: Any) -> Any:
+    """A field with its arrays row by row, so that the tables of all systems are of one type, for which the engine is compiled."""
+    if isinstance(value, tuple):
+        return tuple(map(_in_rows, value))
+    return np.require(value, requirements=["C", "W"]) if isinstance(value, np.ndarray) else value
 
 
 def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
