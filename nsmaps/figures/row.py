@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import Need
+from nsmaps.figures.need import Need
 
 if TYPE_CHECKING:
     from nsmaps.figures.page import Sheet
