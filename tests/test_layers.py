@@ -136,6 +136,7 @@ def loaded_by(program: str) -> list[str]:
         "import nsmaps_vi_pair",
         "sys.argv = ['nsmaps', 'systems']; runpy.run_module('nsmaps', run_name='__main__')",
         "import nsmaps.figures; nsmaps.figures.NAMES",
+        "import nsmaps.study.reading.reader",
     ],
 )
 def test_nothing_heavy_is_loaded(program: str) -> None:

@@ -139,12 +139,8 @@ def _ranges(boxes: Floats, taken: Floats, pieces: Pieces) -> Ranges:
 
 def _join(known: Floats, source: Ints, values: Floats) -> None:
     """Widen what is known of each source (N, ..., 2) by the least and largest of its values (M, ..., 2)."""
-    order = np.argsort(source, kind="stable")
-    there, first = np.unique(source[order], return_index=True)
-    if len(there):
-        low, high = np.minimum.reduceat(values[order, ..., 0], first), np.maximum.reduceat(values[order, ..., 1], first)
-        known[there, ..., 0] = np.minimum(known[there, ..., 0], low)
-        known[there, ..., 1] = np.maximum(known[there, ..., 1], high)
+    np.minimum.at(known[..., 0], source, values[..., 0])
+    np.maximum.at(known[..., 1], source, values[..., 1])
 
 
 def _cut(boxes: Floats, bend: Floats, slices: int) -> Floats:

@@ -13,7 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.errors import NsmapsError, StateError, check_class
-from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.words import decoded
@@ -145,6 +144,8 @@ def usual_step(system: "ImpactSystem | HybridSystem", tau: float) -> float:
 
 def linear_law(system: "ImpactSystem") -> tuple[float, float]:
     """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
+    from nsmaps.exact.kernel import closed_form_of
+
     return closed_form_of(system, "orbits under noise").law
 
 
@@ -181,6 +182,8 @@ def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
 def _kernel_of(system: "ImpactSystem | HybridSystem", step: float) -> "Kernel | DrivenKernel":
     """What computes one realisation."""
     if not isinstance(system, HybridSystem):
+        from nsmaps.exact.kernel import closed_form_of
+
         return closed_form_of(system, "orbits under noise")
     from nsmaps.exact.noise.driven import driven_kernel
 

@@ -83,7 +83,7 @@ def write(result: StudyResult, folder: Path) -> None:
     objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
     study = resolved(result.study).encode()
     record = json.dumps(_record(result) | {"study_sha256": _digest(study), "objects": objects}, indent=1).encode()
-    replace_results(folder, {"study.yaml": study, "arrays.npz": packed(arrays), RECORD: record})
+    replace_results(folder, {"study.yaml": study, "arrays.npz": packed(arrays, zipfile.ZIP_DEFLATED), RECORD: record})
 
 
 def _digest(content: bytes) -> str:
