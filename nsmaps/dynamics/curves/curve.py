@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -12,7 +13,7 @@ from nsmaps.continuation.core import Control, Step, correct, follow, passes, tan
 from nsmaps.continuation.zeros import locate
 from nsmaps.dynamics.continuation.events import Event
 from nsmaps.dynamics.continuation.problem import OrbitCurve
-from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind
+from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.errors import NsmapsError, check_class
@@ -20,11 +21,16 @@ from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
 SMALLEST = 1e-7  #: step at which a curve is abandoned
-LEAST = 1e-4  #: clearance at which curves of grazing orbits are followed, in the units of branches
-MOST = 3e-4  #: clearance of an orbit beside a graze from which such a curve is begun
-ASIDE = (1e-8, 0.1)  #: distances from a graze, in units of the first parameter's range, within which that orbit is looked for
+LEAST = 1e-4  #: clearance at which curves of grazes and borders are followed, in the units of branches
+MOST = 3e-4  #: clearance of an orbit beside a graze or a border from which such a curve is begun
+NEARER = {"grazing": (2, 4), "border collision": (8, 64, 128, 256)}  #: fractions of it, from which parameters are extrapolated
+ASIDE = (
+    1e-8,
+    0.1,
+)  #: distances from it, in units of the first parameter's range, within which that orbit is looked for
 COARSEST = 1e-8  #: precision of a point of codimension two, in units of the parameters' ranges
 CUSP, FLIP, ONE, TWO = "cusp", "fold-flip", "1:1 resonance", "1:2 resonance"
+RESONANCES = {ONE: 2.0, TWO: -2.0, "1:3 resonance": -1.0, "1:4 resonance": 0.0}  #: sums of the two multipliers on the unit circle
 Bounds = tuple[float, float]
 
 
@@ -33,7 +39,8 @@ class SpecialPoint:
     """A point of codimension two: two conditions hold at once.
 
     On curves of folds a `cusp` (two folds meet), a `fold-flip` (another multiplier is -1) or a `1:1 resonance` (a second is 1);
-    on curves of period doublings a `fold-flip` (another multiplier is 1) or a `1:2 resonance` (a second is -1).
+    on curves of period doublings a `fold-flip` (another multiplier is 1) or a `1:2 resonance` (a second is -1). On Neimark-Sacker
+    curves the strong resonances: both multipliers are 1 or -1, where such a curve ends, or third or fourth roots of 1.
     """
 
     kind: str
@@ -49,8 +56,8 @@ class BifurcationCurve:
     __repr__ = brief
 
     kind: Kind
-    parameters: Floats  #: shape (K, 2); at a graze extrapolated to a clearance of zero
-    points: Floats  #: shape (K, q, n), the states; at a graze those at a small clearance
+    parameters: Floats  #: shape (K, 2); at a graze or a border extrapolated to a clearance of zero
+    points: Floats  #: shape (K, q, n), the states; at a graze or a border those at a small clearance
     words: tuple[str, ...]  #: of the q returns
     multipliers: NDArray[np.complex128]  #: shape (K, n), the largest first
     special: tuple[SpecialPoint, ...]  #: in the order of the curve
@@ -70,13 +77,15 @@ def bifurcation_curve(
     """The curve of an event of a branch in two parameters, by pseudo-arclength continuation in both directions.
 
     The orbit and the event's condition are solved at once, so that the curve is followed around its own turning points. All
-    orbits have the words of the first. At a `grazing` this is the orbit that does not touch: it is followed at a clearance of
-    1e-4 in the units of branches, and the parameters are extrapolated from that clearance, its half and its quarter to zero, an
-    estimate. Two points of codimension two of one kind within a step are missed; none is looked for on curves of grazing.
+    orbits have the words of the first. At a `grazing` this is the orbit that does not touch, at a `border collision` that of the
+    event: it is followed at a clearance of 1e-4 in the units of branches, and the parameters are extrapolated to zero, an
+    estimate, from that clearance (at a border from 1/64 of it), its half and its quarter. Two points of codimension two of one
+    kind within a step are missed; none is looked for on curves of grazes and borders. A Neimark-Sacker curve ends where its
+    multipliers become real.
 
     Args:
         map_of: the return map at a value of each parameter, such as `nsmaps.Along(system, "d", "r")`.
-        event: a `period doubling`, a `fold` or a `grazing` of a branch in the first parameter.
+        event: a `period doubling`, `fold`, `Neimark-Sacker`, `grazing` or `border collision` of a branch in the first parameter.
         second: value of the second parameter on that branch.
         bounds: least and greatest value of the first parameter, and of the second; their differences are units of the
             arclength, in which speeds count as shares of the largest on the orbit and phases in radians.
@@ -88,8 +97,8 @@ def bifurcation_curve(
         NsmapsError: another kind of event, invalid bounds, or no orbit that meets the condition near the event.
     """
     check_class(event, Event, "a curve in two parameters begins at an event of a branch")
-    curve = _curve(map_of, event, bounds, tolerance)
     _check(event, second, bounds, step, max_points)
+    curve = _curve(map_of, event, second, bounds, tolerance)
     y = _beside(curve, event, second) if curve.least else curve.along.y(event.orbit.states, event.parameter)
     fixed = np.append(np.zeros(event.orbit.states.size + 1), 1.0)
     start = None if y is None else correct(curve, np.append(y, second / curve.unit), fixed)
@@ -103,8 +112,8 @@ def bifurcation_curve(
 
 
 def _beside(curve: CriticalCurve, event: Event, second: float) -> Floats | None:
-    """An orbit beside a graze that does not touch, by little, as unknowns of a branch, or None."""
-    branch = curve.in_first(second)
+    """An orbit beside a graze or a border that does not meet it, by little, as unknowns of a branch, or None."""
+    branch, own = curve.in_first(second), event.orbit.returns.codes
     for side in (1.0, -1.0):
         share = ASIDE[0]
         while share < ASIDE[1]:
@@ -113,7 +122,8 @@ def _beside(curve: CriticalCurve, event: Event, second: float) -> Floats | None:
             if map is not None:
                 states = event.orbit.states
                 found = periodic_orbit(map, states, len(states), branch.tolerance, branch.scale)
-                if found.converged and found.exists and curve.least <= branch.margins(map, found.states)[0] <= MOST:
+                same = curve.side is None or np.array_equal(found.returns.codes, own)
+                if found.converged and found.exists and same and curve.least <= curve.clearance(map, found.states) <= MOST:
                     return branch.y(found.states, value)
             share *= 1.5
     return None
@@ -137,6 +147,10 @@ class _Way:
                 ended = f"the range of the first parameter ends before {first:.9g}"
                 break
             points.append(step.end)
+            if curve.kind == "Neimark-Sacker" and special and special[-1].kind in (ONE, TWO):
+                points.pop()
+                ended = special[-1].kind
+                break
             if step.last:
                 ended = f"the range of the second parameter ends at {step.end.values[1]:g}"
             elif len(points) > 3 and passes(curve, step, start, along, BEND):
@@ -169,14 +183,17 @@ def _result(curve: CriticalCurve, start: CriticalPoint, before: _Way, after: _Wa
 
 
 def _parameters(curve: CriticalCurve, point: CriticalPoint) -> tuple[float, float]:
-    """The parameters of a point, at a graze extrapolated to a clearance of zero, or NaN."""
-    if curve.kind != "grazing":
+    """The parameters of a point, at a graze or a border extrapolated to a clearance of zero, or NaN."""
+    if not curve.least:
         return point.values
     normal, rows = tangent(point, np.ones(len(point.y))), [point.values]
-    for part in (2, 4):
+    for part in NEARER[curve.kind]:
         nearer = correct(replace(curve, least=curve.least / part), point.y, normal)
-        rows.append(nearer.values if nearer is not None else (np.nan, np.nan))
-    whole, half, quarter = np.array(rows)
+        if nearer is None:
+            return np.nan, np.nan
+        point = nearer
+        rows.append(point.values)
+    whole, half, quarter = np.array(rows[-3:])
     first, second = ((whole - 6 * half + 8 * quarter) / 3).tolist()
     return first, second
 
@@ -191,10 +208,20 @@ def _remaining(point: CriticalPoint, known: float) -> Floats:
 Test = Callable[[CriticalPoint, Floats], float]
 
 
+def _beyond(value: float, point: CriticalPoint, _: Floats) -> float:
+    """The sum of the two multipliers whose product is nearest to 1, less a value."""
+    multipliers = point.orbit.multipliers
+    i, j = np.triu_indices(len(multipliers), 1)
+    k = int(np.abs(multipliers[i] * multipliers[j] - 1).argmin())
+    return float((multipliers[i[k]] + multipliers[j[k]]).real) - value
+
+
 def _tests(kind: Kind, direction: Floats) -> dict[str, Test]:
     """The functions whose zeros are points of codimension two."""
-    if kind == "grazing":
+    if kind in NEARER:
         return {}
+    if kind == "Neimark-Sacker":
+        return {name: partial(_beyond, value) for name, value in RESONANCES.items()}
     own = -1.0 if kind == "period doubling" else 1.0
 
     def at(x: float) -> Test:
@@ -219,7 +246,11 @@ def _special(curve: CriticalCurve, step: Step[CriticalPoint]) -> list[SpecialPoi
 
 
 def _curve(
-    map_of: Callable[[float, float], ReturnMap], event: Event, bounds: tuple[Bounds, Bounds], tolerance: float
+    map_of: Callable[[float, float], ReturnMap],
+    event: Event,
+    second: float,
+    bounds: tuple[Bounds, Bounds],
+    tolerance: float,
 ) -> CriticalCurve:
     """The curve of the event's condition."""
     if event.kind not in get_args(Kind):
@@ -232,7 +263,24 @@ def _curve(
         raise NsmapsError("the second parameter is not known")
 
     along = OrbitCurve(nothing, len(orbit.states), *bounds[0], tolerance, coordinates, scale)
-    return CriticalCurve(map_of, along, *bounds[1], kind, LEAST if kind == "grazing" else 0.0)
+    side = None
+    if kind == "border collision":
+        side = _side(map_of(event.parameter, second), orbit.states, scale)
+    return CriticalCurve(map_of, along, *bounds[1], kind, LEAST if kind in NEARER else 0.0, side)
+
+
+def _side(map: ReturnMap, states: Floats, scale: Floats) -> Side:
+    """Where the border is nearest to an orbit that all but meets it.
+
+    Raises:
+        NsmapsError: there are no states of other words near the orbit.
+    """
+    steps = [sign * row for row in np.diag(scale) for sign in (1.0, -1.0)]
+    sides = [Side(k, step) for k in range(len(states)) for step in steps]
+    distances = [side.distance(map, states) for side in sides]
+    if not min(distances) < LEAST:
+        raise NsmapsError(f"no state within {LEAST:g} of the orbit has other words; expected: an orbit at the border")
+    return sides[int(np.argmin(distances))]
 
 
 def _check(event: Event, second: float, bounds: tuple[Bounds, Bounds], step: float, max_points: int) -> None:
