@@ -7,6 +7,7 @@ from math import inf, pi
 
 import numpy as np
 import pytest
+from screens import Terminal
 
 import nsmaps
 from nsmaps import progress
@@ -15,13 +16,6 @@ from nsmaps.parallel import Jobs
 from nsmaps.progress import CLEAR, beat, display, outermost, portion, shows, silent, working
 
 BOX = [[0.7, 1.0], [0.2, 1.14]]
-
-
-class Terminal(StringIO):
-    """Standard error of somebody who looks on."""
-
-    def isatty(self):
-        return True
 
 
 def looked_at(monkeypatch):

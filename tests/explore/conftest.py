@@ -29,17 +29,27 @@ def chromium():
         browser.close()
 
 
+@pytest.fixture(scope="session")
+def new_page(chromium):
+    """Opens a page of 1280 x 900 pixels; its `problems` lists errors of the console and requests that leave the machine."""
+
+    def opened():
+        page = chromium.new_context(viewport={"width": 1280, "height": 900}).new_page()
+        page.problems = []
+        page.on("console", lambda message: message.type == "error" and page.problems.append(message.text))
+        page.on("pageerror", lambda error: page.problems.append(str(error)))
+        page.on("request", lambda request: _leaves(request.url) and page.problems.append(request.url))
+        return page
+
+    return opened
+
+
 @pytest.fixture
-def page(chromium):
-    """A new page of 1280 x 900 pixels; `page.problems` lists errors of the console and requests that leave the machine."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 900})
-    opened = context.new_page()
-    opened.problems = []
-    opened.on("console", lambda message: message.type == "error" and opened.problems.append(message.text))
-    opened.on("pageerror", lambda error: opened.problems.append(str(error)))
-    opened.on("request", lambda request: _leaves(request.url) and opened.problems.append(request.url))
+def page(new_page):
+    """A page for one test."""
+    opened = new_page()
     yield opened
-    context.close()
+    opened.context.close()
 
 
 def _leaves(address):

@@ -1,49 +1,62 @@
 """On a narrow terminal lines end between words, whatever is printed, and no word is cut."""
 
 import os
-import re
 import struct
 import subprocess
 import sys
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 import pytest
+from screens import lines_of, shown
 from typer.main import get_command
 
 from nsmaps.cli.cli import app
+from nsmaps.cli.terminal import show_markdown
 
 ROOT = Path(__file__).parents[2]
 STORED = ROOT / "tests" / "data" / "run-format-3"
-CODES = re.compile(r"\x1b\[[\d;?]*[a-zA-Z]|\x1b\][^\x1b]*\x1b\\")
 FRAME = "│╭╮╰╯─┃━*"
 WIDE = 150  #: columns, in which hardly a line is broken, and what verdicts say stands below their names
-TABLE = "from nsmaps.cli.terminal import show_markdown as show; from pathlib import Path; show(Path('table.md').read_text())"
 COMMANDS = {
-    "systems": ["-m", "nsmaps", "systems"],
-    "check": ["-m", "nsmaps", "check", "vi_pair/cd"],
-    "a wrong study": ["-m", "nsmaps", "check", "vi_pair/cdd"],
-    "bench": ["-c", TABLE],
-    **{f"show {path.name}": ["-m", "nsmaps", "show", str(path)] for path in sorted(STORED.iterdir())},
-    **{f"{name} --help": ["-m", "nsmaps", name, "--help"] for name in sorted(get_command(app).commands)},
+    "systems": ["systems"],
+    "check": ["check", "vi_pair/cd"],
+    "a wrong study": ["check", "vi_pair/cdd"],
+    "bench": [],
+    **{f"show {path.name}": ["show", str(path)] for path in sorted(STORED.iterdir())},
+    **{f"{name} --help": [name, "--help"] for name in sorted(get_command(app).commands)},
 }
 
 
+@cache
+def table() -> str:
+    """The text with a table in Markdown that `nsmaps bench` prints."""
+    page = (ROOT / "docs" / "accuracy.md").read_text()
+    return page.partition("bench.png)\n\n")[2].partition("## Summary")[0]
+
+
 def screen(width: int, *arguments: str) -> list[str]:
-    """The lines that a program writes to a terminal of a width."""
+    """The lines that a command, or the table of `nsmaps bench` without one, writes to a terminal of a width."""
+    return shown(width, lambda: app(arguments, prog_name="nsmaps") if arguments else show_markdown(table()))
+
+
+def of_a_program(width: int, *arguments: str) -> list[str]:
+    """The lines that the program writes to a terminal, which tells its width."""
     pty, fcntl, termios = (pytest.importorskip(name) for name in ("pty", "fcntl", "termios"))
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 60, width, 0, 0))
     kept = {key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES", "FORCE_COLOR", "CI")}
     environment = {**kept, "PYTHONPATH": os.pathsep.join(sys.path), "TERM": "xterm", "NO_COLOR": "1"}
-    running = subprocess.Popen([sys.executable, *arguments], stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
+    command = [sys.executable, "-m", "nsmaps", *arguments]
+    running = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
     os.close(theirs)
     written = b""
     with suppress(OSError), os.fdopen(ours, "rb", buffering=0) as output:  # which ends in an error on Linux
         while part := output.read(65536):
             written += part
     running.wait()
-    return CODES.sub("", written.decode()).replace("\r\n", "\n").split("\n")
+    return lines_of(written.decode())
 
 
 def words(lines: list[str]) -> set[str]:
@@ -54,9 +67,6 @@ def words(lines: list[str]) -> set[str]:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_word_is_broken_and_none_is_lost(command: str) -> None:
-    Path("table.md").write_text(
-        (ROOT / "docs" / "accuracy.md").read_text().partition("bench.png)\n\n")[2].partition("## Summary")[0]
-    )
     whole = screen(WIDE, *COMMANDS[command])
     for width in (60,) if "--help" in command else (80, 60):
         lines = screen(width, *COMMANDS[command])
@@ -65,6 +75,11 @@ def test_no_word_is_broken_and_none_is_lost(command: str) -> None:
         assert words(lines) - words(whole) == set()
         if "--help" not in command:  # whose tables have a head of their own
             assert words(whole) - words(lines) == set()
+
+
+@pytest.mark.parametrize("command", ["check", "show run", "run --help", "a wrong study"])
+def test_a_terminal_of_a_program_shows_the_same(command: str) -> None:
+    assert of_a_program(60, *COMMANDS[command]) == screen(60, *COMMANDS[command])
 
 
 def test_a_broken_word_is_seen() -> None:

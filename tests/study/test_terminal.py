@@ -9,9 +9,13 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from screens import shown
 from typer.main import get_command
+from typer.testing import CliRunner
 
+from nsmaps import read_result
 from nsmaps.cli.cli import app
+from nsmaps.cli.terminal import summary
 from nsmaps.progress import clock
 
 CODES = re.compile(r"\x1b")
@@ -84,7 +88,14 @@ def test_examples_of_help_are_accepted() -> None:
 
 @pytest.mark.parametrize("given", HELP, ids=lambda given: given[0])
 def test_piped_help_has_no_escape_codes(given: list[str]) -> None:
-    done = program(*given)
+    done = CliRunner().invoke(app, given, color=True, env={"TERM": "xterm-256color", "NO_COLOR": None, "FORCE_COLOR": None})
+    assert done.exit_code == 0
+    assert len(done.output) > 200
+    assert not CODES.search(done.output)
+
+
+def test_piped_help_of_the_program_has_no_escape_codes() -> None:
+    done = program("--help")
     assert done.returncode == 0
     assert not CODES.search(done.stdout + done.stderr)
 
@@ -119,8 +130,6 @@ def test_quiet_is_quiet_on_a_terminal(slow: str) -> None:
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(slow: str) -> None:
-    from nsmaps import read_result
-
     text = Path(slow).read_text()
     Path(slow).write_text(text.replace("returns: 4000000", "returns: 8000000"))
     code, written = on_terminal("run", slow, "--out", "out", stop_at="left of orbits")
@@ -199,13 +208,21 @@ def test_a_run_ends_with_what_its_verdicts_come_to(good: str) -> None:
     assert "1 of 1 required verdicts fails: covered (composite map)." in done.stdout
 
 
-@pytest.mark.parametrize(("columns", "narrow"), [("80", True), ("120", True), ("160", True), ("161", False), ("200", False)])
-def test_verdicts_stand_below_their_names_on_a_narrow_terminal(good: str, columns: str, narrow: bool) -> None:
-    Path("s.yaml").write_text(good)
-    _, written = on_terminal("run", "s.yaml", "--no-figures", "--no-report", COLUMNS=columns, NO_COLOR="1")
-    lines = [re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", line) for line in written.splitlines()]
+def verdict(lines: list[str], width: int) -> tuple[str, str]:
+    """The line of a verdict and the one above it."""
     told = "every state of the grid lies in a piece"
     (number,) = (k for k, line in enumerate(lines) if told in line)
-    assert ("covered (composite map, required)" in lines[number - 1]) is narrow
-    assert ("covered" in lines[number]) is not narrow
-    assert max(len(line) for line in lines if told in line) <= int(columns)
+    assert max(len(line) for line in lines if told in line) <= width
+    return lines[number], lines[number - 1]
+
+
+def test_verdicts_stand_below_their_names_on_a_narrow_terminal(good: str) -> None:
+    Path("s.yaml").write_text(good)
+    _, written = on_terminal("run", "s.yaml", "--no-figures", "--no-report", COLUMNS="80", NO_COLOR="1")
+    of_a_run = verdict([re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", line) for line in written.splitlines()], 80)
+    made = read_result("runs/s")
+    for width, narrow in ((80, True), (120, True), (160, True), (161, False), (200, False)):
+        line, above = verdict(shown(width, lambda: summary(made)), width)
+        assert ("covered (composite map, required)" in above) is narrow
+        assert ("covered" in line) is not narrow
+        assert width > 80 or (line, above) == of_a_run
