@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.follow import doubled_branch as doubled_branch
     from nsmaps.dynamics.curves.curve import BifurcationCurve as BifurcationCurve
     from nsmaps.dynamics.curves.curve import bifurcation_curve as bifurcation_curve
+    from nsmaps.dynamics.design.optimum import Optimum as Optimum
+    from nsmaps.dynamics.design.optimum import optimize as optimize
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation as bifurcation
     from nsmaps.dynamics.diagrams.stability import EventCurve as EventCurve
@@ -137,6 +139,7 @@ _PUBLIC = {
     "cells.periodic_points": ("CycleSearch", "find_cycles"),
     "cells.exit_times": ("ExitTimes", "exit_times"),
     "dynamics.attractors.basins": ("Basins", "Boundary", "basins", "boundary"),
+    "dynamics.design.optimum": ("Optimum", "optimize"),
     "dynamics.diagrams.bifurcation": ("Bifurcation", "bifurcation"),
     "dynamics.attractors.attractor": ("Attractor",),
     "dynamics.continuation.events": ("Event",),

@@ -110,6 +110,9 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         s, nsmaps.noisy_orbits(s, STARTS[s], 2, nsmaps.Noise(sigma=0.1, tau=1)), ["work"]
     ),
     "observe_orbit": lambda s: nsmaps.observe_orbit(s, near(s), ["work"]),
+    "optimize": lambda s: nsmaps.optimize(
+        s.at, "work", {SWEPT[s]: tuple(values(s))}, {SWEPT[s]: values(s)[0]}, near(s).states, starts=1
+    ),
     "orbit": lambda s: nsmaps.orbit(s, STARTS[s], 3),
     "partition": lambda s: nsmaps.partition(s, grid(s), nsmaps.Partition(tolerance=0.1)),
     "periodic_orbit": near,

@@ -146,7 +146,7 @@ def periodic_orbit(
     now = map.first_return(states, derivative=True)
     size = coordinates.magnitudes(states) if scale is None else np.asarray(scale, float)
     for _ in range(MOST_STEPS):
-        step = _step(now, size)
+        step = newton_step(now, size)
         nearer = _nearer(map, now, step, size)
         if nearer is None:
             break
@@ -174,7 +174,7 @@ def shooting_jacobian(derivative: Floats, scale: Floats) -> Floats:
     return jacobian.reshape(q * n, q * n)
 
 
-def _step(returns: Returns, scale: Floats) -> Floats:
+def newton_step(returns: Returns, scale: Floats) -> Floats:
     """Newton's step of all states, shape (q, n); NaN where there is none."""
     assert returns.derivative is not None
     try:

@@ -118,7 +118,7 @@ class OrbitCurve(WithCoordinates):
             exact = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit))
             if np.isfinite(exact).all():
                 return exact
-        return _derivative(images, value, self.unit, self.scale)
+        return derivative_of(images, value, self.unit, self.scale)
 
     def missing(self, value: float) -> str:
         """The reason why there is no map at a value of the parameter, or an empty string."""
@@ -142,11 +142,11 @@ def parameter_rates(map_of: Callable[[float], ReturnMap], value: float, unit: fl
     map = map_of(value)
     assert isinstance(map, ExactMap)
     known = np.abs(parameters(value))
-    rates = _derivative(parameters, value, unit, np.where(known == 0, 1.0, known))
+    rates = derivative_of(parameters, value, unit, np.where(known == 0, 1.0, known))
     return dict(zip(map.parameter_names(), rates.tolist(), strict=True))
 
 
-def _derivative(f: Callable[[float], Floats | None], x: float, unit: float, scale: Floats) -> Floats:
+def derivative_of(f: Callable[[float], Floats | None], x: float, unit: float, scale: Floats) -> Floats:
     """The derivative of an array by a number, by central differences of two widths, extrapolated (Richardson).
 
     The widest pair that agrees, in a unit and a scale of order one, is used; one-sided where the other side has no value, as

@@ -77,14 +77,14 @@ def observe_orbit(
     plan = plan_of(system, every)
     q, n = orbit.states.shape
     slopes = slopes_of(system, plan, orbit.states, way) if way.any() else np.zeros((q, len(plan.columns), n + 1))
-    moved = np.concatenate([_moved_states(system, orbit, way), np.ones((len(slopes), 1))], axis=1)
+    moved = np.concatenate([moved_states(system, orbit, way), np.ones((len(slopes), 1))], axis=1)
     each = np.full((2, len(every)), np.nan)
     for column, (k, part) in enumerate(plan.columns):
         each[part, k] = (slopes[:, column] * moved).sum()
     return _cycle(system, found, len(orbit.states), means.totals[0, :, 0], means.weights[0, :, 0], each)
 
 
-def _moved_states(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, way: Floats) -> Floats:
+def moved_states(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, way: Floats) -> Floats:
     """The derivatives of the states of a periodic orbit along a direction of the parameters, shape (q, n)."""
     states = orbit.states
     if not way.any():

@@ -1,0 +1,1 @@
+"""Design: an observable of a periodic motion, maximised over parameters under conditions."""

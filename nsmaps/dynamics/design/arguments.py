@@ -1,0 +1,82 @@
+"""The arguments of a search, read and refused."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import StateLike
+from nsmaps.dynamics.design.conditions import margins
+from nsmaps.dynamics.design.problem import Point, Problem, System
+from nsmaps.dynamics.observables.observe import LACKING
+from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.errors import NsmapsError, check_class
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.system import ImpactSystem
+
+if TYPE_CHECKING:
+    from nsmaps.exact.observables.spec import Observable, ObservableLike
+
+Range = tuple[float, float]
+
+
+def box(bounds: Mapping[str, Range], x0: Mapping[str, float]) -> tuple[tuple[str, ...], Floats, Floats, Floats]:
+    """The names of the parameters, their least and greatest values, and the first ones as shares of their ranges."""
+    names = tuple(bounds)
+    if not names or set(names) != set(x0):
+        given = f"bounds are of {', '.join(names) or 'nothing'}, x0 of {', '.join(x0) or 'nothing'}"
+        raise NsmapsError(f"{given}; expected: both of the same parameters, at least one")
+    low, high = (np.array([float(bounds[name][k]) for name in names]) for k in (0, 1))
+    values = np.array([float(x0[name]) for name in names])
+    for name, lowest, value, highest in zip(names, low, values, high, strict=True):
+        if not (np.isfinite([lowest, highest]).all() and lowest < highest and lowest <= value <= highest):
+            text = f"{name} begins at {value:g} with bounds {lowest:g} and {highest:g}"
+            raise NsmapsError(f"{text}; expected: finite bounds in ascending order, and a value within them")
+    return names, low, high, (values - low) / (high - low)
+
+
+def check_limits(sense: str, multiplier: float | None, graze: float, share: float, starts: int, sampled: bool) -> None:
+    """Refuse limits that mean nothing."""
+    if sense not in ("max", "min") or starts < 1:
+        raise NsmapsError(f"sense is {sense!r}, with {starts} starts; expected: 'max' or 'min', and at least one start")
+    if not (multiplier is None or 0 < multiplier <= 1) or not 0 <= graze < 1 or not 0 <= share <= 1:
+        text = f"multiplier is {multiplier}, graze {graze:g}, share {share:g}"
+        raise NsmapsError(f"{text}; expected: a multiplier up to 1 or None, a margin from 0 up to below 1, a share from 0 to 1")
+    if share and not sampled:
+        raise NsmapsError(f"share is {share:g} of no states; expected: 'states', of which that share is to come to the motion")
+
+
+def observed(system: System, observable: "ObservableLike", per: str | None) -> "tuple[Observable, str]":
+    """The observable of an exact system, and what its mean is per."""
+    from nsmaps.exact.observables.formulas import resolved
+
+    check_class(system, (ImpactSystem, HybridSystem), LACKING)
+    forced = system.period() is not None
+    known = ("period", "return", "time") if forced else ("return", "time")
+    if per is not None and per not in known:
+        raise NsmapsError(f"per is {per!r}; expected: {' or '.join(map(repr, known))}{'' if forced else ', without forcing'}")
+    return resolved(system, [observable])[0], per or known[0]
+
+
+def first_point(problem: Problem, at: Floats, start: StateLike, period: int, motion: str) -> Point:
+    """The motion at the first parameters."""
+    system, where = problem.system(at), text(problem.parameters(at))
+    orbit = periodic_orbit(system, start, period)
+    if not (orbit.converged and orbit.exists):
+        raise NsmapsError(f"no periodic orbit was found at {where} from the start; expected: a start near the motion there")
+    if motion not in ("", orbit.word, orbit.label):
+        raise NsmapsError(f"the motion at {where} is {orbit.label} with the word {orbit.word}; expected: {motion}")
+    if problem.grazes(system, orbit):
+        margin = margins(system, orbit).min()
+        raise NsmapsError(f"the motion at {where} has a margin of {margin:.3g} from a graze; expected: {problem.graze:g} or more")
+    found = problem.measured(at, system, orbit)
+    if found is None:
+        name, kinds = problem.observable.name, "as those of largest values, and of motion with rest or chatter"
+        raise NsmapsError(f"{name!r} has no derivative at {where}, {kinds}; expected: a mean of a motion without them")
+    return found
+
+
+def text(parameters: Mapping[str, float]) -> str:
+    """Parameters in words."""
+    return ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items())

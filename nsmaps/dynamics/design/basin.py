@@ -1,0 +1,68 @@
+"""The basin of a motion as a condition: its share of some states, sampled, and a search without its derivative."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.attractors.basins import follow
+from nsmaps.dynamics.design.problem import Point
+from nsmaps.dynamics.design.search import Search
+
+REACH = 1e-6  #: distance from the motion, in the scale of its states, within which a state has come to it
+FIRST, LAST = 0.05, 1e-3  #: steps of COBYLA, as shares of the parameters' ranges
+TRIALS = 60  #: points of COBYLA, at most
+
+
+def attractor_of(point: Point) -> Attractor:
+    """The motion as an attractor."""
+    orbit = point.orbit
+    coordinates = orbit.returns.coordinates
+    scale = coordinates.magnitudes(orbit.states)
+    return Attractor(coordinates, orbit.states, len(orbit.states), orbit.label, orbit.words, REACH, scale)
+
+
+@dataclass(slots=True, eq=False)
+class Basin:
+    """The basin of a motion over the parameters, as shares of the same states."""
+
+    search: Search
+    states: Floats  #: shape (N, n)
+    returns: int  #: within which a state is to come to the motion
+    least: float  #: share that is asked for
+    shares: dict[bytes, float] = field(default_factory=dict)
+    met: list[Point] = field(default_factory=list)  #: motions that meet all conditions
+
+    def share(self, point: Point) -> float:
+        """The share of the states that come to a motion."""
+        key = point.at.tobytes()
+        if key not in self.shares:
+            label = follow(point.system, self.states, [attractor_of(point)], self.returns).label
+            self.shares[key] = float((label == 0).mean())
+        return self.shares[key]
+
+    def conditions(self, at: Floats) -> Floats:
+        """The conditions and the share beyond what is asked for, shape (c + 1,)."""
+        point, found = self.search.here(at)
+        if point is None:
+            return np.append(found, -1.0)
+        beyond = self.share(point) - self.least
+        if beyond >= 0 and self.search.met(at):
+            self.met.append(point)
+        return np.append(found, beyond)
+
+    def best(self, begin: Floats) -> Point | None:
+        """The best motion among the points of COBYLA that meets all conditions; None without one."""
+        from scipy.optimize import minimize
+
+        minimize(
+            lambda x: min(self.search.sought(np.clip(x, 0.0, 1.0)), 1e3),
+            begin,
+            bounds=[(0.0, 1.0)] * len(begin),
+            constraints=[{"type": "ineq", "fun": lambda x: self.conditions(np.clip(x, 0.0, 1.0))}],
+            method="COBYLA",
+            tol=LAST,
+            options={"rhobeg": FIRST, "maxiter": TRIALS},
+        )
+        return min(self.met, key=lambda point: self.search.sign * point.value, default=None)

@@ -1,0 +1,203 @@
+"""The parameters at which a periodic motion delivers most, or least, of an observable, under conditions."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.coordinates import StateLike, as_states
+from nsmaps.dynamics.attractors.basins import Basins, basins
+from nsmaps.dynamics.design.arguments import box, check_limits, first_point, observed, text
+from nsmaps.dynamics.design.basin import Basin
+from nsmaps.dynamics.design.conditions import BINDING, Condition, gains
+from nsmaps.dynamics.design.problem import Point, Problem, System
+from nsmaps.dynamics.design.search import Search
+from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.observables.spec import Observable, ObservableLike
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.progress import Progress, beat, shows
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """What became of one start of the search."""
+
+    start: dict[str, float]  #: the parameters from which it was begun, where the motion is
+    end: dict[str, float]  #: those at which it ended
+    value: float  #: of the observable there
+    feasible: bool  #: whether all conditions but the share of the basin are met there
+    message: str  #: why it ended
+    evaluations: int  #: number of orbits computed with their observable
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Optimum:
+    """The largest or least value of an observable that was found, with the motion there and all that limits it."""
+
+    __repr__ = brief
+
+    observable: Observable
+    per: str  #: mean per period of the forcing, per return or per time
+    sense: str  #: max or min
+    parameters: dict[str, float]
+    value: float
+    gradient: dict[str, float]  #: exact derivative of the value by each parameter
+    residual: float  #: gradient over the ranges of the parameters that active conditions leave, a share of the value; see `gains`
+    conditions: tuple[Condition, ...]
+    orbit: PeriodicOrbit
+    basins: Basins | None  #: what attracts at the optimum, of the given states
+    attempts: tuple[Attempt, ...]  #: every start, in order
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """The names of the conditions and parameters on whose bounds it lies; empty inside of all."""
+        return tuple(one.name for one in self.conditions if one.active)
+
+    @property
+    def evaluations(self) -> int:
+        """The number of orbits computed with their observable, of all starts."""
+        return sum(one.evaluations for one in self.attempts)
+
+
+@shows
+def optimize(
+    system_of: Callable[..., System],
+    observable: ObservableLike,
+    bounds: Mapping[str, tuple[float, float]],
+    x0: Mapping[str, float],
+    start: StateLike,
+    period: int = 1,
+    *,
+    sense: Literal["max", "min"] = "max",
+    per: Literal["period", "return", "time"] | None = None,
+    motion: str = "",
+    multiplier: float | None = 0.95,
+    graze: float = 0.01,
+    states: Grid | ArrayLike | None = None,
+    share: float = 0.0,
+    returns: int = 1000,
+    starts: int = 5,
+    progress: Progress | None = None,
+) -> Optimum:
+    """The parameters within bounds at which a periodic motion delivers most, or least, of an observable: a local optimum.
+
+    The motion is followed over the parameters from where it is known, with the same words. SLSQP finds the optimum of the mean
+    with its exact gradient, from several starts; derivatives of the conditions are extrapolated central differences of
+    neighbouring orbits. A step to where the motion is lost, or the class refuses the parameters, is shortened.
+
+    Args:
+        system_of: an exact system by its parameters, such as `system.at`, or a function of others, as of physical quantities.
+        observable: a name, an `Observable` or its keys, as of `observe`.
+        bounds: least and greatest value of each parameter.
+        x0: the parameters, within the bounds, at which `start` is near the motion.
+        start: its first state, or all of them, as of `periodic_orbit`.
+        period: of the motion, in returns.
+        sense: "max" or "min".
+        per: the mean per "period" of the forcing, the default where there is one, per "return" or per unit of "time".
+        motion: its word or its name, such as BTB or 1:1/T, if it is to be checked.
+        multiplier: largest magnitude of its multipliers, up to 1; None admits unstable motion.
+        graze: least margin from a graze, in the units of branches: impact speeds as shares of the largest on the orbit, gaps to
+            walls that are not met as shares of the distance flown at it in a radian of phase.
+        states: whose basins are computed at the optimum, as of `basins`; None for none.
+        share: of these states that is at least to come to the motion. It is sampled and has no derivative: where the optimum of
+            SLSQP has less, COBYLA continues from there, with the same states, to steps of 1e-3 of the bounds.
+        returns: within which a state is to come to the motion.
+        starts: `x0`, and points of a Halton sequence in the bounds, each moved towards `x0` as far as the motion is lost there.
+        progress: called now and then with the fraction of the starts that is done, from 0 to 1.
+
+    Raises:
+        NsmapsError: an argument is not valid, there is no such motion at `x0`, the observable has no derivative, or no motion
+            was found that meets the conditions.
+    """
+    names, low, high, first = box(bounds, x0)
+    check_limits(sense, multiplier, graze, share, starts, states is not None)
+    what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
+    problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
+    problem.known.append(first_point(problem, first, start, period, motion))
+    search, ends, attempts = Search(problem, -1.0 if sense == "max" else 1.0), [], []
+    for number, at in enumerate(_spread(first, starts)):
+        end, attempt = _attempt(search, at)
+        ends.append(end)
+        attempts.append(attempt)
+        beat((number + 1) / starts)
+    best, lies_on_share, found = _best(search, ends, attempts), False, None
+    if states is not None:
+        sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
+        basin = Basin(search, sample, returns, share)
+        lies_on_share = basin.share(best) < share
+        best = _with_share(basin, best) if lies_on_share else best
+        found = basins(best.system, states, returns=returns)
+    conditions, left = _conditions(search, best, lies_on_share)
+    if states is not None:
+        conditions += (Condition("share", basin.share(best), share, np.inf, lies_on_share, np.nan),)
+    gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
+    about = what, mean, sense, problem.parameters(best.at), best.value, gradient, left
+    return Optimum(*about, conditions, best.orbit, found, tuple(attempts))
+
+
+def _spread(first: Floats, starts: int) -> Floats:
+    """The first parameters and points of a Halton sequence, shape (starts, k)."""
+    from scipy.stats.qmc import Halton
+
+    return np.vstack([first, Halton(len(first), scramble=False).random(starts)[1:]])
+
+
+def _attempt(search: Search, at: Floats) -> tuple[Floats, Attempt]:
+    """Where the search ends from one start, and what became of it."""
+    problem = search.problem
+    before, begun = len(problem.known), search.begun(at)
+    end, message = search.run(begun)
+    point, _ = search.here(end)
+    assert point is not None
+    places = problem.parameters(begun), problem.parameters(end)
+    return end, Attempt(*places, point.value, search.met(end), message, len(problem.known) - before)
+
+
+def _best(search: Search, ends: list[Floats], attempts: list[Attempt]) -> Point:
+    """The best motion that meets the conditions."""
+    points = [search.here(end)[0] for end, attempt in zip(ends, attempts, strict=True) if attempt.feasible]
+    if points:
+        return min((point for point in points if point is not None), key=lambda point: search.sign * point.value)
+    near = search.here(max(ends, key=lambda end: float(search.here(end)[1].min(initial=0.0))))[0]
+    assert near is not None
+    missed = [one for one in _conditions(search, near)[0] if one.margin < 0]
+    what = ", ".join(f"{one.name} {one.value:.6g}" for one in missed)
+    limit = ", ".join(f"at most {one.high:g}" if one.value > one.high else f"at least {one.low:g}" for one in missed)
+    where = text(search.problem.parameters(near.at))
+    raise NsmapsError(f"no motion that meets the conditions was found; nearest at {where}: {what}; expected: {limit}")
+
+
+def _with_share(basin: Basin, best: Point) -> Point:
+    """The best motion whose basin holds the share that is asked for."""
+    found = basin.best(best.at)
+    if found is None:
+        largest = max(basin.shares.values())
+        raise NsmapsError(
+            f"the basin holds at most {largest:.3g} of {len(basin.states)} states, over {len(basin.shares)} parameters from the "
+            f"optimum at {text(basin.search.problem.parameters(best.at))} on; expected: {basin.least:g}"
+        )
+    return found
+
+
+def _conditions(search: Search, point: Point, unknown: bool = False) -> tuple[tuple[Condition, ...], float]:
+    """The conditions at a motion, and what those that are active leave of the gradient, as a share of the value.
+
+    Both are not `unknown` unless a condition without derivative is active.
+    """
+    problem = search.problem
+    now, count = problem.conditions(point.system, point.orbit), len(problem.names)
+    slopes = np.vstack([problem.slopes(point), np.eye(count), -np.eye(count)])
+    active = np.concatenate([now, point.at, 1 - point.at]) <= BINDING
+    each = np.zeros(len(active))
+    each[active], left = gains(-search.sign * point.gradient, slopes[active])
+    if unknown:
+        each[active], left = np.nan, np.nan
+    motion, sides = problem.limits(point, active[: len(now)], each[: len(now)]), slice(len(now), None)
+    gain = each[sides].reshape(2, -1).sum(axis=0) / (problem.high - problem.low)
+    on = np.atleast_1d(active[sides].reshape(2, -1).any(axis=0)).tolist()
+    rows = problem.parameters(point.at).items(), problem.low.tolist(), problem.high.tolist(), on, gain.tolist()
+    own = [Condition(*value, low, high, there, more) for value, low, high, there, more in zip(*rows, strict=True)]
+    return (*motion, *own), left / (abs(point.value) or 1.0)

@@ -1,0 +1,243 @@
+"""Optima of observables over parameters: closed forms, conditions that bind, gradients, and what is refused."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from math import pi
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+from nsmaps_vi_pair import VIPair
+
+import nsmaps
+from nsmaps.dynamics.design.conditions import stability
+
+PAIR = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113275192854541)
+NEAR = {"d": 0.35, "g_bar": 0.2113275192854541}
+BOUNDS = {"d": (0.2, 1.2), "g_bar": (-0.1, 0.24)}
+START = [0.83, 0.36]
+BALL = nsmaps.load_system("bouncing_ball", Gamma=1.15, r=0.5)
+RECOIL = nsmaps.load_system("recoil_pair", eta=0.1, kappa=0.04, Lambda=0.2, d=0.35, r=0.5, g_bar=0.2113)
+ALONE: dict[str, Any] = {"bounds": {"d": (0.34, 1.2)}, "x0": {"d": 0.35}}
+TABLE = {"Gamma": (1.1, 1.2), "r": (0.3, 0.7)}
+
+
+@pytest.fixture(scope="module")
+def harvester() -> nsmaps.Optimum:
+    return nsmaps.optimize(PAIR.at, "loss", BOUNDS, NEAR, START, motion="1:1/T")
+
+
+def test_five_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.Optimum) -> None:
+    """No 1:1 motion of the pair loses more in a period than 4 (1 + r)/(pi^2 (1 - r)), and one without tilt loses that.
+
+    With impacts at the phases a and b the work of the forcing is (1 + r)(v sin a - w sin b)/pi <= (1 + r)(v + w)/pi, the loss
+    (1 - r^2)(v^2 + w^2)/2, and the impacts balance gravity, (1 + r)(v - w) = 2 g_bar. So the loss is bounded, most at v = w. Both
+    impacts are in phase with the velocity of the capsule if flights last half a period: g_bar = 0, d = (1 + r)/(pi (1 - r)).
+    """
+    r = PAIR.r
+    expected = {"d": (1 + r) / (pi * (1 - r)), "g_bar": 0.0}
+    assert len(harvester.attempts) == 5
+    for attempt in harvester.attempts:
+        assert attempt.feasible
+        assert attempt.end == pytest.approx(expected, rel=1e-6, abs=1e-6 * 0.34)
+        assert attempt.value == pytest.approx(4 * (1 + r) / (pi**2 * (1 - r)), rel=1e-12)
+    assert harvester.active == ()
+    assert harvester.residual < 1e-6
+    assert harvester.orbit.word == "BTB"
+    assert harvester.orbit.states[0] == pytest.approx([2 / (pi * (1 - r)), pi / 2], rel=1e-6)
+    assert harvester.evaluations == sum(attempt.evaluations for attempt in harvester.attempts) > 5
+
+
+def least_restitution(bound: Any, drive: Any) -> Any:
+    """The restitution at which a multiplier of the ball's motion is the bound; see `test_chart.py` for the multipliers."""
+
+    def at(s: Any) -> Any:
+        q = mp.sqrt(drive**2 - s**2) / mp.pi
+        return (1 - q) / (1 + q)
+
+    def beyond(s: Any) -> Any:
+        return bound + at(s) ** 2 / bound - 1 - at(s) ** 2 + (1 + at(s)) ** 2 * s
+
+    return at(mp.findroot(beyond, 0.04))
+
+
+def test_an_optimum_on_the_bound_of_a_multiplier_has_the_closed_form() -> None:
+    """The ball's loss is 2 pi^2 (1 - r)/(1 + r), so that r is as small as the multiplier 0.9 and the drive allow."""
+    found = nsmaps.optimize(BALL.at, "loss", TABLE, {"Gamma": 1.15, "r": 0.5}, [4.2, 0.4], multiplier=0.9, starts=2)
+    with mp.workdps(30):
+        r = least_restitution(mp.mpf("0.9"), mp.mpf("1.2"))
+        slope = -4 * mp.pi**2 / (1 + r) ** 2
+        by_bound = slope * mp.diff(lambda bound: least_restitution(bound, mp.mpf("1.2")), mp.mpf("0.9"))
+        by_drive = slope * mp.diff(lambda drive: least_restitution(mp.mpf("0.9"), drive), mp.mpf("1.2"))
+        assert found.value == pytest.approx(float(2 * mp.pi**2 * (1 - r) / (1 + r)), rel=1e-8)
+    for attempt in found.attempts:
+        assert attempt.end == pytest.approx({"Gamma": 1.2, "r": float(r)}, rel=1e-6)
+    assert found.active == ("multiplier", "Gamma")
+    assert found.gradient == pytest.approx({"Gamma": 0.0, "r": float(slope)}, rel=1e-8, abs=1e-8)
+    gains = {one.name: one.gain for one in found.conditions}
+    assert gains["multiplier"] == pytest.approx(float(by_bound), rel=1e-5)
+    assert gains["Gamma"] == pytest.approx(float(by_drive), rel=1e-5)
+    assert found.residual < 1e-8
+    assert {one.name: one.margin for one in found.conditions}["multiplier"] == pytest.approx(0.0, abs=1e-7)
+
+
+def value_at(system: Any, orbit: nsmaps.PeriodicOrbit) -> float:
+    """The loss per period of the motion near one, refined by Newton's method."""
+    found = nsmaps.periodic_orbit(system, orbit.states, len(orbit.states))
+    assert found.words == orbit.words
+    return float(nsmaps.observe_orbit(system, found, ["loss"]).per_period.value[0])
+
+
+def differences(system_of: Callable[..., Any], found: nsmaps.Optimum, steps: dict[str, float]) -> dict[str, float]:
+    """The derivatives of the loss by the parameters: central differences of four widths, extrapolated (Romberg)."""
+    slopes = {}
+    for name, step in steps.items():
+        rows = []
+        for k in range(4):
+            h = step / 2**k
+            ends = [value_at(system_of(**{**found.parameters, name: found.parameters[name] + x}), found.orbit) for x in (h, -h)]
+            rows.append((ends[0] - ends[1]) / (2 * h))
+        for order in (1, 2, 3):
+            rows = [(4**order * b - a) / (4**order - 1) for a, b in pairwise(rows)]
+        slopes[name] = rows[0]
+    return slopes
+
+
+@pytest.mark.parametrize(
+    ("system", "bounds", "start", "steps"),
+    [
+        (PAIR, {"d": (0.34, 0.36), "r": (0.45, 0.55)}, START, {"d": 4e-3, "r": 8e-3}),
+        (RECOIL, {"d": (0.34, 0.36), "kappa": (0.03, 0.05)}, [0.84, 0.19, -0.67, 0.32], {"d": 4e-3, "kappa": 4e-3}),
+    ],
+    ids=["vi_pair", "recoil_pair"],
+)
+def test_the_gradient_is_that_of_extrapolated_differences(
+    system: Any, bounds: dict[str, tuple[float, float]], start: list[float], steps: dict[str, float]
+) -> None:
+    """On the bounds of the parameters, where the gradient does not vanish; its gains are the gradient's sizes."""
+    guess = nsmaps.orbit(system, start, 500).final
+    x0 = {name: sum(ends) / 2 for name, ends in bounds.items()}
+    found = nsmaps.optimize(system.at, "loss", bounds, x0, guess, starts=1)
+    assert found.active == tuple(bounds)
+    assert found.gradient == pytest.approx(differences(system.at, found, steps), rel=1e-8)
+    assert found.conditions[-1].gain == pytest.approx(abs(found.gradient[found.conditions[-1].name]), rel=1e-12)
+
+
+def harvester_of(s: float, beta: float) -> Any:
+    """The pair by the length of the capsule in m and its tilt in radians."""
+    return VIPair(s=s, beta=beta, M=0.1245, g=9.8, F=5, omega=5 * pi)
+
+
+def test_physical_parameters_have_the_same_optimum() -> None:
+    found = nsmaps.optimize(
+        harvester_of, "loss", {"s": (0.5, 2.0), "beta": (-0.2, pi / 2)}, {"s": 0.6, "beta": 0.5}, [0.85, 0.5], starts=1
+    )
+    assert found.parameters == pytest.approx({"s": 3 / pi * 5 / (0.1245 * 25), "beta": 0.0}, rel=1e-6, abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def double() -> tuple[Any, ...]:
+    """The first arguments for the motion with two impacts on B in a period."""
+    pair = nsmaps.load_system("vi_pair", d=0.2, r=0.25, M=0.1245, g=9.8, beta=pi / 6, F=5)
+    return pair.at, "loss", {"d": (0.15, 0.3)}, {"d": 0.2}, nsmaps.orbit(pair, [0.5, 0.5], 2000).final, 2
+
+
+def test_impacts_stay_away_from_a_graze(double: tuple[Any, ...]) -> None:
+    found = nsmaps.optimize(*double, graze=0.15, starts=2)
+    assert found.active == ("impact speed",)
+    assert found.attempts[0].end == pytest.approx(found.attempts[1].end, rel=1e-6)
+    hits = double[0](**found.parameters).impacts(found.orbit.states[0], 4)
+    assert hits.speed.min() == pytest.approx(0.15 * hits.speed[hits.wall == 0].max(), rel=1e-6)
+    gain = {one.name: one.gain for one in found.conditions}["impact speed"]
+    wider = nsmaps.optimize(*double, graze=0.1499, starts=1)
+    assert (wider.value - found.value) / 1e-4 == pytest.approx(gain, rel=0.01)
+    assert found.residual < 1e-6
+
+
+def test_a_flight_that_turns_back_beside_a_wall_ends_the_search(double: tuple[Any, ...]) -> None:
+    """The loss falls with d to where a flight first turns back, at once nearer to the wall than the margin."""
+    found = nsmaps.optimize(*double, sense="min", graze=0.02, starts=1)
+    (attempt,) = found.attempts
+    assert attempt.feasible
+    assert "edge" in attempt.message
+
+    def nearest(d: float) -> float:
+        orbit = nsmaps.periodic_orbit(double[0](d=d), found.orbit.states, 2)
+        return float(double[0](d=d).itineraries(orbit.states).clearance.min())
+
+    d = found.parameters["d"]
+    assert nearest(d) > 20 * nearest(d - 1e-4)
+    assert found.active == ()
+    assert found.residual > 0.01
+
+
+def test_a_class_that_refuses_some_parameters_shortens_the_steps() -> None:
+    """Beyond d = 0.8 there is no system, and the optimum is beyond: every start ends below, none with an error."""
+
+    def short(d: float, g_bar: float) -> VIPair:
+        if d > 0.8:
+            raise nsmaps.NsmapsError(f"d is {d:g}; expected: up to 0.8")
+        return VIPair(d=d, g_bar=g_bar)
+
+    found = nsmaps.optimize(short, "loss", {"d": (0.2, 1.2), "g_bar": (0.0, 0.24)}, NEAR, START, starts=2)
+    assert all(attempt.feasible and attempt.end["d"] <= 0.8 for attempt in found.attempts)
+    assert found.parameters["d"] == pytest.approx(0.8, abs=1e-4)
+    assert [attempt.start["d"] for attempt in found.attempts] == pytest.approx([0.35, 0.7])
+
+
+def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.Optimum) -> None:
+    """The share is counted again from orbits of the same states."""
+    grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.05, high=1.95, points=12), "phi": nsmaps.Axis(low=0, high=6, points=12)})
+    how = PAIR.at(d=0.7, g_bar=0.1).at, "loss", {"d": (0.5, 1.2)}, {"d": 0.7}, [1.08, 1.0]
+    found = nsmaps.optimize(*how, states=grid, share=0.8, starts=1, returns=300)
+    assert found.active == ("share",)
+    last = nsmaps.orbit(PAIR.at(g_bar=0.1, **found.parameters), grid.states(), 300).final
+    assert 0.8 <= (np.abs(last - found.orbit.states[0]).max(axis=1) < 1e-4).mean() == found.conditions[-1].value
+    assert 0.85 * harvester.value < found.value < harvester.value
+    assert np.isnan([found.residual, found.conditions[-1].gain]).all()
+    assert found.basins is not None
+    assert found.basins.fractions[0] == found.conditions[-1].value
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"multiplier": 0.2},
+            "no motion that meets the conditions was found; nearest at .*: multiplier 0.25.*; expected: at most 0.2",
+        ),
+        ({"motion": "2:1/T"}, "the motion at d = 0.35, g_bar = 0.211328 is 1:1/T with the word BTB; expected: 2:1/T"),
+        ({"bounds": {"d": (0.2, 0.3)}, "x0": {"d": 0.35}}, "d begins at 0.35 with bounds 0.2 and 0.3; expected: finite bounds"),
+        ({"bounds": {"d": (0.3, float("inf"))}, "x0": {"d": 0.35}}, "expected: finite bounds in ascending order"),
+        ({"x0": {"d": 0.35}}, "bounds are of d, g_bar, x0 of d; expected: both of the same parameters"),
+        ({"sense": "most"}, "sense is 'most', with 1 starts; expected: 'max' or 'min'"),
+        ({"multiplier": 1.5}, "multiplier is 1.5, graze 0.01, share 0; expected: a multiplier up to 1"),
+        ({"share": 0.5}, "share is 0.5 of no states; expected: 'states'"),
+        ({"per": "year"}, "per is 'year'; expected: 'period' or 'return' or 'time'"),
+        ({"observable": "los"}, "'los' is not an observable of VIPair"),
+        ({"observable": {"name": "peak", "formula": "v", "largest": True}}, "'peak' has no derivative at d = 0.35"),
+        ({"start": [0.01, 3.0], "period": 7}, "no periodic orbit was found at d = 0.35, g_bar = 0.211328 from the start"),
+        (
+            {"graze": 0.06, "start": [0.0820254, 3.7085256], "period": 3},
+            "the motion at d = 0.35, g_bar = 0.211328 has a margin of .* from a graze; expected: 0.06 or more",
+        ),
+        ({"states": [[1.9, 0.1], [0.1, 0.2]], "share": 1.0, **ALONE}, "the basin holds at most"),
+    ],
+)
+def test_what_cannot_be_answered_is_refused(changes: dict[str, Any], message: str) -> None:
+    given = {"observable": "loss", "bounds": BOUNDS, "x0": NEAR, "start": START, "starts": 1} | changes
+    with pytest.raises(nsmaps.NsmapsError, match=message):
+        nsmaps.optimize(PAIR.at, **given)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_the_numbers_of_stability_are_determinants(n: int) -> None:
+    """det(1 - J), det(1 + J), and det(1 - B) with the bialternate square B, the minors of two rows and two columns."""
+    matrix, bound = np.random.default_rng(n).normal(size=(n, n)), 0.9
+    scaled = matrix / bound
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
+    minors = np.array([[np.linalg.det(scaled[np.ix_(rows, columns)]) for columns in pairs] for rows in pairs])
+    expected = [np.linalg.det(np.eye(n) - scaled), np.linalg.det(np.eye(n) + scaled)]
+    expected.append(np.linalg.det(np.eye(len(pairs)) - minors) if pairs else 1.0)
+    assert stability(matrix, bound) == pytest.approx(expected, rel=1e-10, abs=1e-12)
