@@ -1,13 +1,14 @@
 """First returns of forced oscillators with a stop by Taylor series in mpmath: a slow reference without code of nsmaps."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import mpmath as mp
+import numpy as np
 
 DIGITS, ORDER, STEP, LOOKS, FAR = 40, 40, mp.mpf(1) / 4, 8, 100
+PLACES = [mp.mpf(0), *(STEP * mp.mpf(10) ** -k for k in range(16, 1, -1)), *(STEP * k / LOOKS for k in range(1, LOOKS + 1))]
 
 
 @dataclass(frozen=True)
@@ -53,20 +54,24 @@ def value(a: list[Any], s: Any) -> Any:
 
 def first_zero(a: list[Any]) -> Any:
     """The first zero in (0, STEP] of a polynomial, positive at first: between its extrema, which are found between looks."""
-    slope = [n * c for n, c in enumerate(a)][1:]
-    places = [mp.mpf(0), *(STEP * mp.mpf(10) ** -k for k in range(16, 1, -1)), *(STEP * k / LOOKS for k in range(1, LOOKS + 1))]
-    places = sorted(set(places))
-    extrema = [bisected(slope, low, high) for low, high in pairwise(places)]
-    marks = sorted({*places, *(x for x in extrema if x is not None)})
-    zeros = (bisected(a, low, high) for low, high in pairwise(marks))
-    return next((x for x in zeros if x is not None), None)
+    extrema = zeros([n * c for n, c in enumerate(a)][1:], PLACES)
+    return next(zeros(a, sorted({*PLACES, *extrema})), None)
 
 
-def bisected(a: list[Any], low: Any, high: Any) -> Any:
-    """A change of sign of a polynomial, or None."""
-    if value(a, low) * value(a, high) > 0:
-        return None
-    return mp.findroot(lambda s: value(a, s), (low, high), solver="anderson", tol=mp.mpf(10) ** -70, verify=False)
+def zeros(a: list[Any], places: list[Any]) -> Iterator[Any]:
+    """The zeros of a polynomial at which its sign changes between places, in order."""
+    signs = sure_signs(a, places)
+    for low, high, before, beyond in zip(places, places[1:], signs, signs[1:], strict=False):
+        if before * beyond <= 0:
+            yield mp.findroot(lambda s: value(a, s), (low, high), solver="anderson", tol=mp.mpf(10) ** -70, verify=False)
+
+
+def sure_signs(a: list[Any], places: list[Any]) -> list[int]:
+    """The signs of a polynomial at places >= 0: of its value in floats where that is larger than its rounding."""
+    coefficients, powers = np.array(a, float), np.array(places, float)[:, None] ** np.arange(len(a))
+    sums, sizes = powers @ coefficients, powers @ np.abs(coefficients)
+    sure = (np.abs(sums) > 1e-12 * sizes) & (np.abs(sums) > 1e-250)
+    return [int(np.sign(x)) if ok else int(mp.sign(value(a, s))) for x, ok, s in zip(sums, sure, places, strict=True)]
 
 
 def cubic(a: Any, b: Any) -> Callable[[list[Any], list[Any]], Any]:

@@ -189,7 +189,7 @@ def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
     """Slices of n states: of at most `size` each, at least an eighth of that, and otherwise a share of the remaining states."""
     begin = 0
     while begin < n:
-        end = begin + min(size, max(size // 8, (n - begin) // (2 * cores)), n - begin)
+        end = begin + min(size, max(size // 8, (n - begin) // (2 * cores), 1), n - begin)
         yield slice(begin, end)
         begin = end
 

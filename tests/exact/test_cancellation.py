@@ -23,7 +23,8 @@ def formulas(system):
     fixed = {name: getattr(system, name) for name in type(system).model_fields if name not in symbols}
     expr = type(system).model_construct(**symbols, **fixed).displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
     values = [mp.mpf(value) for value in system.parameters.values()]
-    place, velocity = (sp.lambdify((t, t0, z0, w0, *symbols.values()), f, "mpmath") for f in (expr, sp.diff(expr, t)))
+    given = t, t0, z0, w0, *symbols.values()
+    place, velocity = (sp.lambdify(given, f, "mpmath", cse=True) for f in (expr, sp.diff(expr, t)))
     return (lambda *args: place(*args, *values)), (lambda *args: velocity(*args, *values))
 
 
@@ -137,7 +138,7 @@ def test_derivatives_of_the_textbook_form():
 
     zeta, t, t0, z0, w0 = sp.symbols("zeta t t0 z0 w0", real=True)
     expr = Textbook.model_construct(**{**system.parameters, "zeta": zeta}).displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
-    symbolic = [sp.lambdify((zeta, t, t0, z0, w0), f, "mpmath") for f in (expr, sp.diff(expr, t))]
+    symbolic = [sp.lambdify((zeta, t, t0, z0, w0), f, "mpmath", cse=True) for f in (expr, sp.diff(expr, t))]
     with mp.workdps(40):
         for k, (v, phi) in enumerate(states):
             at = [mp.mpf(3), mp.mpf(float(v)), mp.mpf(float(phi))]

@@ -8,14 +8,17 @@ import pytest
 from nsmaps.exact.kernel import chunks_of, in_chunks
 
 
-@pytest.mark.parametrize(("n", "size", "cores"), [(26_000, 25_000, 2), (200_000, 25_000, 2), (1_000_003, 25_000, 64), (9, 8, 3)])
+@pytest.mark.parametrize(
+    ("n", "size", "cores"),
+    [(26_000, 25_000, 2), (200_000, 25_000, 2), (1_000_003, 25_000, 64), (9, 8, 3), (9, 5, 3), (5, 2, 4), (3, 1, 64)],
+)
 def test_chunks_cover_all_and_are_small_in_the_end(n: int, size: int, cores: int) -> None:
     chunks = list(chunks_of(n, size, cores))
     assert [0, *(k.stop for k in chunks)] == [*(k.start for k in chunks), n]
     lengths = [k.stop - k.start for k in chunks]
     assert max(lengths) <= size
     assert lengths == sorted(lengths, reverse=True)
-    assert max(lengths[-cores:]) <= max(size // 8, n // (2 * cores))
+    assert max(lengths[-cores:]) <= max(size // 8, n // (2 * cores), 1)
     assert len(chunks) >= cores or n < cores * size // 8
 
 

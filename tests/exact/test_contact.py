@@ -107,12 +107,16 @@ def test_chatter_on_the_other_wall_is_one_event_of_the_word() -> None:
     values = {"d": 0.35, "g_bar": -0.9, "r": 0.3}
     given = starts(100, 1.5)
     expected = VIPair(**values).first_return(given)
-    rows = np.column_stack([given[:, 0], np.zeros((100, 2)), given[:, 1]])
+    endless = np.flatnonzero(~expected.valid)[:5]
+    assert np.char.find(expected.words[endless], "T~T~").min() > 0
+    compared = np.concatenate([np.flatnonzero(expected.valid), endless])
+    assert len(compared) > 10
+    rows = np.column_stack([given[compared, 0], np.zeros((len(compared), 2)), given[compared, 1]])
     returns = RecoilPair(eta=0, kappa=0, Lambda=0, contact=True, **values).first_return(rows)
-    assert np.char.find(expected.words, "T~").max() > 0
-    whole = expected.valid & ~np.char.endswith(expected.words, "...")
-    assert np.array_equal(expected.words[whole], returns.words[whole])
-    assert np.abs(expected.lifted - returns.lifted[:, [0, 3]])[whole].max() < 1e-10
+    for mine, theirs in zip(returns.words, expected.words[compared], strict=True):
+        assert mine == theirs or (mine.endswith("...") and mine[:20] == theirs[:20])
+    whole = expected.valid[compared]
+    assert np.abs(expected.lifted[compared] - returns.lifted[:, [0, 3]])[whole].max() < 1e-10
 
 
 def test_ball_and_capsule_move_as_one_in_contact() -> None:

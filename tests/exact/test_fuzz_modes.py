@@ -64,13 +64,12 @@ def matrix(given, mode):
     return full
 
 
-def flown(full, z, s):
-    """exp(full s) z by its series."""
-    total = term = z
+def series(full, z):
+    """The coefficients of the powers of s in exp(full s) z, the highest first, shape (60, n + 3)."""
+    terms = [z]
     for k in range(1, 60):
-        term = full * term * (s / k)
-        total = total + term
-    return total
+        terms.append(full * terms[-1] / k)
+    return [*reversed(terms)]
 
 
 def march(given, mode, z, steps):
@@ -81,11 +80,11 @@ def march(given, mode, z, steps):
         if abs(new[0]) < 1:
             z, t = new, t + STEP
             continue
-        full, low, high = matrix(given, mode), mp.mpf(0), mp.mpf(STEP)
+        columns, low, high = [*zip(*series(matrix(given, mode), z), strict=True)], mp.mpf(0), mp.mpf(STEP)
         for _ in range(BITS):
             middle = (low + high) / 2
-            low, high = (middle, high) if abs(flown(full, z, middle)[0]) < 1 else (low, middle)
-        z, t = flown(full, z, high), t + high
+            low, high = (middle, high) if abs(mp.polyval(columns[0], middle)) < 1 else (low, middle)
+        z, t = mp.matrix([mp.polyval(column, high) for column in columns]), t + high
         up = z[0] > 0
         word += "U" if up else "L"
         if up and mode == 0:

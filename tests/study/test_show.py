@@ -93,11 +93,10 @@ class Logistic:
 
     def first_return(self, states, derivative=False):
         x = np.asarray(states, float)
-        none = np.zeros(len(x))
         slopes = (self.a * (1 - 2 * x))[:, :, None] if derivative else None
         zeros = np.zeros(x.shape, np.int32)
-        codes, outcome = np.full(len(x), 5), none.astype(np.int8)
-        return Returns(self.coordinates, ("B",), x, self.a * x * (1 - x), zeros, codes, outcome, none, slopes)
+        codes, outcome = np.full(len(x), 5), np.zeros(len(x), np.int8)
+        return Returns(self.coordinates, ("B",), x, self.a * x * (1 - x), zeros, codes, outcome, np.ones(len(x)), slopes)
 
 
 def test_exponents_are_told_by_their_sign_in_intervals() -> None:
