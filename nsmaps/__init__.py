@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import basins as basins
     from nsmaps.dynamics.attractors.basins import boundary as boundary
     from nsmaps.dynamics.attractors.coexistence import coexistence as coexistence
+    from nsmaps.dynamics.attractors.continued import GlobalContinuation as GlobalContinuation
     from nsmaps.dynamics.attractors.distance import hausdorff as hausdorff
+    from nsmaps.dynamics.attractors.global_continuation import global_continuation as global_continuation
     from nsmaps.dynamics.charts.chart import Chart as Chart
     from nsmaps.dynamics.charts.chart import chart as chart
     from nsmaps.dynamics.continuation.branch import Branch as Branch
@@ -145,7 +147,9 @@ _PUBLIC = {
     "dynamics.continuation.events": ("Event",),
     "dynamics.continuation.follow": ("cascade", "continue_branch", "doubled_branch"),
     "dynamics.attractors.coexistence": ("coexistence",),
+    "dynamics.attractors.continued": ("GlobalContinuation",),
     "dynamics.attractors.distance": ("hausdorff",),
+    "dynamics.attractors.global_continuation": ("global_continuation",),
     "dynamics.iterated": ("Iterated",),
     "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "lyapunov"),
     "dynamics.curves.curve": ("BifurcationCurve", "bifurcation_curve"),

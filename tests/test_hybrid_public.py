@@ -93,6 +93,9 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "exit_times": lambda s: nsmaps.exit_times(s, {"all": nsmaps.Where(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2),
     "export": lambda s: nsmaps.export(s, "latex"),
     "find_cycles": lambda s: nsmaps.find_cycles(s, box(s), 1, 0, 2),
+    "global_continuation": lambda s: nsmaps.global_continuation(
+        along(s), values(s), box(s), 4, 200, kicks=2, directions=2, points=1
+    ),
     "held_iterate": lambda s: nsmaps.held_iterate(s, [0.1]),
     "iterate": lambda s: nsmaps.iterate(s, 2),
     "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),

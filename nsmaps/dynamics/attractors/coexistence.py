@@ -94,7 +94,7 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
             every = zip(states[k], period[k].tolist(), labels[k].tolist(), strict=True)
             sets = [kept(coordinates, *each, near, scale) for each, on in zip(every, there, strict=True) if on]
             groups = grouped(sets)
-            last = _numbered([_shown([sets[s] for s in group]) for group in groups], last, numbers.max() + 1, scale, step)
+            last = numbered([_shown([sets[s] for s in group]) for group in groups], last, numbers.max() + 1, scale, step)
             for (number, shown), group in zip(last.items(), groups, strict=True):
                 own = np.flatnonzero(there)[group]
                 numbers[k, own], names[k, own] = number, shown.label
@@ -115,7 +115,7 @@ def _shown(sets: list[Attractor]) -> Attractor:
     return min(sets, key=lambda each: (each.period or np.inf, each.label != "C"))
 
 
-def _numbered(sets: list[Attractor], last: dict[int, Attractor], unused: int, scale: Floats, step: float) -> dict[int, Attractor]:
+def numbered(sets: list[Attractor], last: dict[int, Attractor], unused: int, scale: Floats, step: float) -> dict[int, Attractor]:
     """Sets of states by number: that of the last one that they continue, the nearest pairs first, otherwise an unused number."""
     pairs = sorted(
         (hausdorff(old.states, new.states, new.coordinates, scale), number, i)
