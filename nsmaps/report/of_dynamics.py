@@ -49,7 +49,17 @@ def chart(result: StudyResult, part: str) -> str:
     over = f"{range_text(spec.sweep)}, {range_text(spec.across)}"
     motions = {label or "none": share for label, share in found.shares().items()}
     text = f"{over}; motions {listed(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
-    return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{text}"
+    return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{text}{_optimum(result)}"
+
+
+def _optimum(result: StudyResult) -> str:
+    """A sentence on the optimum that a chart shows."""
+    found, spec = result.optimum, result.study.chart
+    if found is None or spec is None or not {spec.sweep.parameter, spec.across.parameter} <= set(found.parameters):
+        return ""
+    where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
+    value = " ".join(filter(None, (f"{found.value:.5g}", found.observable.unit, f"per {found.per}")))
+    return f" The star is the {found.sense}imum of {found.observable.name} of {found.orbit.label}: {value} at {where}."
 
 
 def observables(result: StudyResult, part: str) -> str:

@@ -11,8 +11,8 @@ from nsmaps.errors import StudyError
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "branches, stability, chart, lyapunov, basins, manifolds, observables, noise, domains, second_iterate, morse, exit_times, "
-    "figures, require, expected_failures"
+    "branches, stability, chart, lyapunov, basins, manifolds, observables, optimum, noise, domains, second_iterate, morse, "
+    "exit_times, figures, require, expected_failures"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"

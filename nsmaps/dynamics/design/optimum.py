@@ -132,7 +132,7 @@ def optimize(
         found = basins(best.system, states, returns=returns)
     conditions, left = _conditions(search, best, lies_on_share)
     if states is not None:
-        conditions += (Condition("share", basin.share(best), share, np.inf, lies_on_share, np.nan),)
+        conditions += (Condition("share", basin.share(best), share, np.inf, lies_on_share, np.nan if lies_on_share else 0.0),)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
     about = what, mean, sense, problem.parameters(best.at), best.value, gradient, left
     return Optimum(*about, conditions, best.orbit, found, tuple(attempts))

@@ -30,11 +30,21 @@ LINES = ("-", "--", ":", "-.")
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: the periods with the curves of events, the exponents, and a panel for each observable."""
+    """One sheet: the periods with the curves of events, the exponents, and a panel for each observable, each with the optimum."""
     diagram, curves = CHART.of(result, "chart"), result.chart_curves
     means = (partial(mean, diagram, name=name) for name in diagram.observables)
     panels: tuple[Panel, ...] = (partial(chart, diagram, curves=curves), partial(exponents, diagram), *means)
-    return (Sheet("chart", panels, 2, 0.85, legend=True),)
+    return (Sheet("chart", tuple(partial(_with_optimum, panel, result) for panel in panels), 2, 0.85, legend=True),)
+
+
+def _with_optimum(panel: Panel, result: "StudyResult", ax: Axes) -> Axes:
+    """A panel with a star at the optimum of the study, if it is over both parameters."""
+    found, diagram = result.optimum, CHART.of(result, "chart")
+    panel(ax)
+    if found is not None and set(diagram.parameters) <= set(found.parameters):
+        place = [[found.parameters[name]] for name in diagram.parameters]
+        ax.plot(*place, "*", ms=9, color=RED, mec="#FFFFFF", mew=0.6, clip_on=False, label="optimum")
+    return ax
 
 
 def chart(

@@ -21,6 +21,7 @@ from nsmaps.study.sections.parameters.bifurcation import BIFURCATION
 from nsmaps.study.sections.parameters.branches import BRANCHES
 from nsmaps.study.sections.parameters.chart import CHART
 from nsmaps.study.sections.parameters.lyapunov import LYAPUNOV
+from nsmaps.study.sections.parameters.optimum import OPTIMUM
 from nsmaps.study.sections.parameters.stability import STABILITY
 from nsmaps.study.sections.sets.domains import DOMAINS
 from nsmaps.study.sections.sets.exit_times import EXIT_TIMES
@@ -44,6 +45,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     BASINS,
     MANIFOLDS,
     OBSERVABLES,
+    OPTIMUM,
     NOISE,
     DOMAINS,
     SECOND_ITERATE,
@@ -54,7 +56,7 @@ SECTIONS: tuple[Section[Any], ...] = (
 if TYPE_CHECKING:
     from nsmaps.study.sections.longrun import basins, noise, observables, orbits
     from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
-    from nsmaps.study.sections.parameters import bifurcation, branches, chart, lyapunov, stability
+    from nsmaps.study.sections.parameters import bifurcation, branches, chart, lyapunov, optimum, stability
     from nsmaps.study.sections.sets import domains, exit_times, manifolds, morse
 
     class Kept(
@@ -73,6 +75,7 @@ if TYPE_CHECKING:
         basins.Stored,
         manifolds.Stored,
         observables.Stored,
+        optimum.Stored,
         noise.Stored,
         domains.Stored,
         exit_times.Stored,

@@ -1,0 +1,232 @@
+"""The section `optimum`: the parameters at which a periodic motion of the exact map delivers most of an observable."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.observables.spec import Observable
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
+from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
+from nsmaps.study.reading.values import SPEC, Bounds, Side
+from nsmaps.study.sections.base import Section, Table, Verdict
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.design.optimum import Optimum
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+IMPACTS = 40  #: room for impacts of each return under noise
+POINTS = 200  #: of a start, for an estimate of the time
+SAME = 1e-6  #: share of the value within which starts lead to one optimum
+
+
+class OptimumNoiseSection(BaseModel):
+    """Ornstein-Uhlenbeck forcing at an optimum."""
+
+    model_config = SPEC
+    sigma: tuple[Number, ...] = Field(min_length=1)
+    tau: Number = Field(gt=0)
+    returns: int = Field(500, ge=1)
+    realisations: int = Field(16, ge=2)
+    seed: int = Field(0, ge=0)
+
+
+class OptimumSection(BaseModel):
+    """The largest or least mean of an observable of a periodic motion over parameters, under conditions."""
+
+    model_config = SPEC
+    observable: str | Observable
+    parameters: Bounds = Field(min_length=1)
+    start: dict[str, Number]
+    period: int = Field(1, ge=1)
+    sense: Literal["max", "min"] = "max"
+    per: Literal["period", "return", "time"] | None = None
+    motion: str = ""
+    multiplier: Number | None = Field(0.95, gt=0, le=1)
+    graze: Number = Field(0.01, ge=0, lt=1)
+    grid: dict[str, Side] | None = None  #: of states whose basins are computed
+    share: Number = Field(0.0, ge=0, le=1)
+    returns: int = Field(1000, ge=1)
+    starts: int = Field(5, ge=1)
+    noisy: OptimumNoiseSection | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoisyOptimum:
+    """The observable at an optimum under noise, for each of K amplitudes."""
+
+    sigma: tuple[float, ...]
+    value: Floats  #: shape (K,), mean over all realisations that did not end
+    error: Floats  #: shape (K,), standard error
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for an optimum."""
+
+    optimum: "Optimum | None" = None
+    noisy_optimum: NoisyOptimum | None = None
+
+
+def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
+    from nsmaps.dynamics.design.arguments import box, check_limits, observed
+
+    source, known = binding.study.source, binding.system.parameters
+    for name in spec.parameters:
+        source.known(("optimum", "parameters", name), name, known, "parameter", key=True)
+    x0 = {name: known[name] for name in spec.parameters}
+    with source.located(("optimum", "parameters")):
+        box(spec.parameters, x0)
+    with source.located(("optimum",)):
+        check_limits(spec.sense, spec.multiplier, spec.graze, spec.share, spec.starts, spec.grid is not None)
+    with source.located(("optimum", "observable")):
+        what, _ = observed(binding.system, spec.observable, spec.per)
+        if spec.noisy and what.of == "flights":
+            raise source.error(("optimum", "noisy"), f"{what.name!r} is of flights, which noise moves; expected: of impacts")
+    grid = None if spec.grid is None else binding.grid(("optimum", "grid"), spec.grid)
+    return {"x0": x0, "start": binding.start(("optimum", "start"), spec.start), "states": grid}
+
+
+def _compute(spec: OptimumSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    """The optimum, and the observable there under noise."""
+    from nsmaps.dynamics.design.optimum import optimize
+
+    names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "returns", "starts"
+    how = {name: getattr(spec, name) for name in names}
+    jobs = plan.portion(0, 2 if spec.noisy else 1)
+    with plan.study.source.located(("optimum",)):
+        found = optimize(plan.system.at, spec.observable, spec.parameters, **plan.bound["optimum"], **how, progress=jobs.progress)
+        noisy = _noisy(spec.noisy, plan, found) if spec.noisy else None
+    return {"optimum": found, "noisy_optimum": noisy}
+
+
+def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> NoisyOptimum:
+    """The mean of the observable from the motion on, under noise of each amplitude."""
+    from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+    from nsmaps.dynamics.observables.attractors import observe_noisy
+
+    system, rows = plan.system.at(**found.parameters), []
+    for number, sigma in enumerate(spec.sigma):
+        how = spec.returns, Noise(sigma=sigma, tau=spec.tau), spec.realisations, spec.seed
+        jobs = plan.portion(len(spec.sigma) + number, 2 * len(spec.sigma), f"sigma-{number}")
+        orbits = noisy_orbits(system, found.orbit.states[0], *how, impacts=IMPACTS * spec.returns, jobs=jobs)
+        mean = getattr(observe_noisy(system, orbits, [found.observable]), f"per_{found.per}")
+        rows.append((mean.value[0], mean.error[0]))
+    return NoisyOptimum(spec.sigma, *np.array(rows).T)
+
+
+def _describe(spec: OptimumSection, study: "Study") -> str:
+    name = spec.observable if isinstance(spec.observable, str) else spec.observable.name
+    sample = f"; basins of {grid_text(spec.grid)}" if spec.grid else ""
+    noise = spec.noisy
+    under = f"; {returns_text(noise.returns * noise.realisations * len(noise.sigma))} under noise" if noise else ""
+    return f"{spec.sense} of {name} over {', '.join(spec.parameters)}, {spec.starts} starts{sample}{under}"
+
+
+def _size(spec: OptimumSection, study: "Study", system: "ImpactSystem") -> Size:
+    search = Size(POINT * POINTS * spec.starts)
+    basin = Size(RETURN * spec.returns).times(states(spec.grid) * (60 if spec.share else 1) if spec.grid else 0.0)
+    noise = spec.noisy
+    return search + basin + Size(NOISY * noise.returns * noise.realisations * len(noise.sigma) if noise else 0.0)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """The optimum with its conditions, what coexists, every start, and means under noise."""
+    found, noisy = result.optimum, result.noisy_optimum
+    if found is None:
+        return {}
+    of = {"observable": found.observable.name, "unit": found.observable.unit, "per": found.per, "sense": found.sense}
+    at = {"parameters": found.parameters, "value": found.value, "gradient": found.gradient, "residual": _number(found.residual)}
+    motion = {"motion": found.orbit.label, "word": found.orbit.word, "states": found.orbit.states.tolist()}
+    conditions = [
+        {name: _number(value) for name, value in (asdict(one) | {"margin": one.margin}).items()} for one in found.conditions
+    ]
+    attempts = [asdict(one) for one in found.attempts]
+    rows = of | at | motion | {"conditions": conditions, "attempts": attempts, "coexisting": list(_coexisting(found))}
+    under = {} if noisy is None else {"sigma": list(noisy.sigma), "value": plain(noisy.value), "error": plain(noisy.error)}
+    return {"optimum": rows | ({"noise": under} if under else {})}
+
+
+def _number(value: Any) -> Any:
+    """A number that is not finite as None."""
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def _coexisting(found: "Optimum") -> Iterator[dict[str, Any]]:
+    """The attractors at the optimum with the shares of their basins."""
+    if found.basins is not None:
+        for attractor, share, error in zip(
+            found.basins.attractors, found.basins.fractions.tolist(), found.basins.fraction_error.tolist(), strict=False
+        ):
+            yield {"label": attractor.label, "share": share, "error": error}
+
+
+def same(found: "Optimum") -> int:
+    """The number of starts that lead to the best value of all."""
+    met = [one.value for one in found.attempts if one.feasible]
+    best = (max if found.sense == "max" else min)(met)
+    return sum(abs(value - best) <= SAME * abs(best) for value in met)
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    found = result.optimum
+    if found is not None:
+        count, total = same(found), len(found.attempts)
+        text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
+        yield Verdict("optimum: the same from every start", result.system.map_name, count == total, False, text)
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The optimum, its conditions, what attracts there, and the means under noise."""
+    found, noisy = result.optimum, result.noisy_optimum
+    if found is None:
+        return
+    unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
+    rows = [(one.name, f"{one.value:.6g}", _bounds(one.low, one.high), _gain(one.active, one.gain)) for one in found.conditions]
+    title = f"{found.sense.capitalize()}imum of {found.observable.name} of {found.orbit.label}: {found.value:.6g} {unit}"
+    yield Table(title, ("", "value", "allowed", "active, gain"), tuple(rows), ("gain: of the value, a unit of the bound.",))
+    if found.basins is not None:
+        shares = [(row["label"], f"{100 * row['share']:.3g} %", f"{100 * row['error']:.2g} %") for row in _coexisting(found)]
+        yield Table("What attracts at the optimum", ("motion", "share", "error"), tuple(shares))
+    if noisy is not None:
+        each = zip(noisy.sigma, noisy.value.tolist(), noisy.error.tolist(), strict=True)
+        under = [
+            (f"{sigma:g}", f"{value:.6g}", f"{error:.2g}", f"{100 * value / found.value:.4g} %") for sigma, value, error in each
+        ]
+        yield Table("The optimum under noise", ("sigma", "mean", "error", "of the optimum"), tuple(under))
+
+
+def _bounds(low: float, high: float) -> str:
+    if np.isfinite([low, high]).all():
+        return f"{low:g} to {high:g}"
+    return f"at least {low:g}" if np.isfinite(low) else f"at most {high:g}"
+
+
+def _gain(active: bool, gain: float) -> str:
+    return "" if not active else f"yes, {gain:.4g}" if np.isfinite(gain) else "yes"
+
+
+OPTIMUM = Section[OptimumSection](
+    key="optimum",
+    type=OptimumSection | None,
+    stored=Stored,
+    holds={
+        "dynamics.attractors.basins": ("Basins",),
+        "dynamics.design.conditions": ("Condition",),
+        "dynamics.design.optimum": ("Attempt", "Optimum"),
+        "exact.observables.spec": ("Observable",),
+        "study.sections.parameters.optimum": ("NoisyOptimum",),
+    },
+    bind=_bind,
+    calls=lambda spec: ("noise",) if spec.noisy else (),
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)

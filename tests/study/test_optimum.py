@@ -1,0 +1,109 @@
+"""The section `optimum` of a study: against the function, in numbers, tables, captions and the figure of a chart."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.errors import StudyError
+from nsmaps.figures.longrun.chart import sheets
+from nsmaps.report.captions import caption
+from nsmaps.study.result import StudyResult
+from nsmaps.study.store.archive import FORMAT, read_result
+
+STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "optimum"
+ENERGY = {"name": "energy", "formula": "(v**2 - v_after**2)/2", "scale": 2.0, "unit": "J"}
+HEAD = "system: vi_pair\nparameters: {d: 0.7, g_bar: 0.1}\n"
+
+
+@pytest.fixture(scope="module")
+def result() -> StudyResult:
+    return nsmaps.run(nsmaps.load_study(STORED / "study.yaml"))
+
+
+def test_it_is_what_the_functions_give(result: StudyResult) -> None:
+    found, noisy = result.optimum, result.noisy_optimum
+    assert found is not None
+    assert noisy is not None
+    how = {"d": (0.5, 0.8), "g_bar": (0.05, 0.15)}, {"d": 0.7, "g_bar": 0.1}, [1.08, 1.0]
+    direct = nsmaps.optimize(result.system.at, ENERGY, *how, starts=1)
+    assert found.value == pytest.approx(direct.value, rel=1e-12)
+    assert found.active == direct.active == ("d", "g_bar")
+    system = result.system.at(**found.parameters)
+    orbits = nsmaps.noisy_orbits(system, found.orbit.states[0], 50, nsmaps.Noise(sigma=0.05, tau=0.5), 4, 3, impacts=2000)
+    mean = nsmaps.observe_noisy(system, orbits, [ENERGY]).per_period
+    assert (noisy.value[1], noisy.error[1]) == (mean.value[0], mean.error[0])
+    assert noisy.value[0] == pytest.approx(found.value, rel=1e-12)
+
+
+def test_a_stored_run_is_read_back(result: StudyResult) -> None:
+    stored = read_result(STORED)
+    assert stored.optimum is not None
+    assert stored.optimum.parameters == pytest.approx(result.optimum.parameters)
+    assert stored.optimum.conditions[-1].name == "share"
+    assert stored.optimum.basins.fractions.tolist() == result.optimum.basins.fractions.tolist()
+    assert stored.optimum.attempts[1].start == pytest.approx({"d": 0.65, "g_bar": 0.05 + 0.1 / 3})
+
+
+def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResult) -> None:
+    section = next(each for each in nsmaps.study.sections.SECTIONS if each.key == "optimum")
+    numbers = section.numbers(result)["optimum"]
+    assert (numbers["unit"], numbers["per"], numbers["motion"], numbers["word"]) == ("J", "period", "1:1/T", "BTB")
+    by_name = {row["name"]: row for row in numbers["conditions"]}
+    assert by_name["d"]["active"]
+    assert by_name["d"]["gain"] == pytest.approx(numbers["gradient"]["d"])
+    assert by_name["share"]["low"] == 0.2
+    assert numbers["coexisting"] == [{"label": "1:1/T", "share": 1.0, "error": 0.0}]
+    (verdict,) = [each for each in result.verdicts if each.name == "optimum: the same from every start"]
+    assert verdict.holds
+    assert verdict.text == "yes: 2 of 2 starts within 1e-06 of its value"
+    conditions, beside, under = section.tables(result)
+    assert conditions.title == "Maximum of energy of 1:1/T: 2.06391 J per period"
+    assert conditions.rows[3][:3] == ("d", "0.8", "0.5 to 0.8")
+    assert beside.rows == (("1:1/T", "100 %", "0 %"),)
+    assert [row[0] for row in under.rows] == ["0", "0.05"]
+    assert "maximum of energy of 1:1/T: 2.0639 J per period at d = 0.8, g_bar = 0.15" in caption(result, "chart")
+    about = section.describe(result.study.optimum, result.study)
+    assert about == "max of energy over d, g_bar, 2 starts; basins of 6 x 6 states; 400 returns under noise"
+    assert section.size(result.study.optimum, result.study, result.system).seconds > 0
+
+
+def test_the_chart_has_a_star_at_the_optimum(result: StudyResult) -> None:
+    (sheet,) = sheets(result)
+    for panel in sheet.panels:
+        _, ax = plt.subplots()
+        panel(ax)
+        (star,) = [line for line in ax.lines if line.get_marker() == "*"]
+        assert np.allclose(star.get_xydata(), [[0.8, 0.15]])
+        plt.close()
+
+
+@pytest.mark.parametrize(
+    ("entry", "place", "message"),
+    [
+        ("observable: los, parameters: {d: [0.5, 0.8]}", "los", "'los' is not an observable of VIPair"),
+        ("observable: loss, parameters: {q: [0.5, 0.8]}", "q", "unknown parameter 'q'; expected: d, r, g_bar"),
+        (
+            "observable: loss, parameters: {d: [0.8, 0.9]}",
+            "{d",
+            "d begins at 0.7 with bounds 0.8 and 0.9; expected: finite bounds",
+        ),
+        ("observable: loss, share: 0.5, parameters: {d: [0.5, 0.8]}", "{obs", "share is 0.5 of no states; expected: 'states'"),
+        (
+            "observable: loss, multiplier: 2, parameters: {d: [0.5, 0.8]}",
+            "2",
+            "multiplier is 2; expected: less than or equal to 1",
+        ),
+        ("observable: work, noisy: {sigma: [0], tau: 1}, parameters: {d: [0.5, 0.8]}", "{sigma", "'work' is of flights"),
+        ("observable: loss, motion: 2:1/T, parameters: {d: [0.5, 0.8]}", "{obs", "the motion at d = 0.7 is 1:1/T with the word"),
+    ],
+)
+def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, entry: str, place: str, message: str) -> None:
+    line = f"optimum: {{{entry}, start: {{v: 1.08, phi: 1.0}}}}"
+    (tmp_path / "study.yaml").write_text(HEAD + line)
+    with pytest.raises(StudyError, match=r"study\.yaml:3:") as error:
+        nsmaps.run(tmp_path / "study.yaml")
+    assert message in str(error.value)
+    assert f"study.yaml:3:{line.index(place) + 1}: " in str(error.value)
