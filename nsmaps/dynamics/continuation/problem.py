@@ -6,6 +6,7 @@ shares of the largest on the first orbit. On the curve each x_k is mapped to x_{
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -135,9 +136,7 @@ def parameter_rates(map_of: Callable[[float], ReturnMap], value: float, unit: fl
     """The rates at which the parameters of an exact system change with a parameter of which it is a function, in this unit."""
 
     def parameters(value: float) -> Floats:
-        there = map_of(value)
-        assert isinstance(there, ExactMap)
-        return np.array(list(there.parameters.values()))
+        return np.array(list(cast(ExactMap, map_of(value)).parameters.values()))  # of a protocol a check takes longer
 
     map = map_of(value)
     assert isinstance(map, ExactMap)

@@ -18,6 +18,7 @@ from nsmaps.exact.systems.parameters import ParametricSystem
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
     from nsmaps.exact.events import Arrivals
+    from nsmaps.exact.modes.definitions.definition import Definition
     from nsmaps.exact.modes.kernel import ModeKernel
 
 
@@ -52,17 +53,17 @@ class HybridSystem(ParametricSystem):
     @property
     def coordinates(self) -> Coordinates:
         """The names of the coordinates of the return map, the phase of the forcing an `Angle`."""
-        return self._kernel().coordinates
+        return self._definition().coordinates
 
     @property
     def letters(self) -> tuple[str, ...]:
         """The letters of events, of which words consist."""
-        return self._kernel().letters
+        return self._definition().letters
 
     @property
     def section_letters(self) -> tuple[str, ...]:
         """The letters with which words begin, those of the section's events; "" for an event without one."""
-        definition = self._kernel().definition
+        definition = self._definition()
         return tuple(dict.fromkeys(definition.transitions[start.transition].letter for start in definition.starts))
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
@@ -158,6 +159,12 @@ class HybridSystem(ParametricSystem):
     def _arguments(cls, states: Mapping[str, Any]) -> SimpleNamespace:
         """What formulas take as y: states by name, and the noise, zero unless it is among them."""
         return SimpleNamespace(**{**({cls.noise: 0} if cls.noise else {}), **states})
+
+    def _definition(self) -> "Definition":
+        """The formulas of the class, for all values of its parameters."""
+        from nsmaps.exact.modes.kernel import known_definition
+
+        return known_definition(self)
 
     def _kernel(self) -> "ModeKernel":
         from nsmaps.exact.modes.kernel import kernel_of
