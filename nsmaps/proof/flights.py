@@ -1,0 +1,214 @@
+"""Flights of cells in floats: the cells in which their next impacts can be, and the first of these that is not certified yet.
+
+What is found here is proved by `nsmaps.verify` alone, which bounds the same images with all rounding; here bounds are widened by `PAD`.
+"""
+
+from math import floor
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Doubles = NDArray[np.float64]
+Integers = NDArray[np.int64]
+OPEN, SPLIT = 65535, 65534
+PAD = 16.0  #: times the bound of rounding of the verification
+
+
+class Flow(NamedTuple):
+    """Tables at n phases of p, p' and force; at times from -before on of a, a' and q; walls and bounds of derivatives."""
+
+    phases: Doubles
+    flights: Doubles
+    before: int
+    b: float
+    k: float
+    g: float
+    r: float
+    walls: Doubles  #: (2, number of walls): places and sides
+    step: float
+    pad: float
+    gap: float
+    bounds: Doubles  #: largest |a'|, |a''|, |z'_00|, |z'_01|, |jerk|, |rate of the force|
+
+
+class Cells(NamedTuple):
+    """The nodes of the quadtrees; `order` has room for the cells of one more division."""
+
+    side: int
+    n: int
+    top: float
+    child: Integers
+    parent: Integers
+    order: Integers
+    place: Integers  #: (M, 4): wall, first phase, width, row
+
+
+@njit(cache=True, nogil=True)
+def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, int]:
+    """The first cell that blocks `leaf`, -1 for none and -2 where it can never be certified, and the largest order met so far.
+
+    `state` is where the last call stopped, and is brought up to date: time, slowest and fastest departure, largest order.
+    """
+    wall, first, width, row = cells.place[leaf]
+    if state[0] < 0:
+        tall = cells.top * width / cells.n
+        state[1], state[2], state[3] = max(flow.r * row * tall - flow.pad, 0.0), flow.r * (row + 1) * tall + flow.pad, 0
+        blocker, start, highest = first_times(flow, cells, leaf, state[1], state[2])
+        if blocker != -1:
+            return blocker, 0
+        state[3] = highest
+        if start < 0:
+            return -1, highest
+        state[0] = start
+    shortest, block, start, highest = max(width // 4, 2), width, int(state[0]), int(state[3])
+    start -= start % shortest
+    end = first + flow.flights.shape[0] - flow.before - cells.n // cells.side
+    while start + block <= end:
+        while start % block:
+            block //= 2
+        blocker, below, above, met = impacts(flow, cells, leaf, state[1], state[2], start, block)
+        if blocker == -1:
+            highest, state[1], state[2] = max(highest, met), below, above
+            if below > above:
+                return -1, highest
+            start += block
+            block *= 2 if 2 * block <= cells.n // 32 else 1
+        elif block <= shortest:
+            state[0], state[3] = start, highest
+            return blocker, highest
+        else:
+            block //= 2
+    return -2, highest
+
+
+@njit(cache=True, nogil=True)
+def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) -> tuple[int, int, int]:
+    """A blocking cell (-1: none), the time from which blocks follow (-1: all flights have ended), and the largest order met."""
+    wall, first, width, row = cells.place[leaf]
+    at, side, step, n = flow.walls[0, wall], flow.walls[1, wall], flow.step, cells.n
+    room = abs(flow.walls[0].max() - flow.walls[0].min()) - 2 * flow.gap if flow.walls.shape[1] > 1 else np.inf
+    away = -side * (flow.phases[(first + width // 2) % n, 2] - flow.k * at + flow.b * side * 0.5 * (low + high))
+    spread, jerk, r0, s, start, highest = 0.5 * flow.b * (high - low) + flow.pad, flow.bounds[4], 0.5 * width * step, max(width // 4, 1), -1, 0
+    if row == 0:
+        edge = -side * (flow.phases[(first + width) % n, 2] - flow.k * at)
+        start_edge = -side * (flow.phases[first % n, 2] - flow.k * at)
+        if edge <= flow.pad and start_edge <= flow.bounds[5] * width * step + flow.pad:
+            blocker, highest = blocking(cells, leaf, False, wall, first + width, first + width + 1, 0.0, 0.0)
+            if blocker != -1:
+                return blocker, 0, 0
+    while s < n // 4:
+        t = s * step
+        change = spread + jerk * (r0 + t)
+        if not low + 0.5 * t * (away - change) > flow.pad and not (low > 0 and away > change):
+            break
+        if t * (high + 0.5 * t * max(away + change, 0.0)) + flow.pad >= room:
+            break
+        start, s = first + s, 2 * s
+    if start >= 0 or row > 0:
+        return -1, max(start, first), highest
+    s = max(width // 4, 1)
+    while s < 16 * width and high + 0.5 * s * step * (away + spread + jerk * (r0 + s * step)) > -flow.pad:
+        s *= 2
+    closed = s < 16 * width
+    s = s if closed else 2 * width
+    t, change = s * step, spread + jerk * (r0 + s * step)
+    if t * (high + 0.5 * t * max(away + change, 0.0)) + flow.pad >= room:
+        return -2, 0, 0
+    blocker, met = blocking(cells, leaf, True, wall, first, first + width + s, 0.0, high + 2 * t * change + flow.pad)
+    return blocker, -1 if closed else first + s, max(met, highest)
+
+
+@njit(cache=True, nogil=True)
+def expansion(flow: Flow, cells: Cells, wall: int, c0: int, c1: int, kappa: float, radii: tuple[float, float, float]) -> tuple[Any, Any]:
+    """At the centre of a block: z, z' and their derivatives by departure time, speed and arrival time; and the remainders."""
+    n, m, (r0, rk, r1) = cells.n, c1 - c0 + flow.before, radii
+    a, da, fall = flow.flights[m]
+    c, w0, side = da + flow.b * a, -flow.walls[1, wall] * kappa, flow.walls[1, wall]
+    x, y = flow.walls[0, wall] - flow.phases[c0 % n, 0], w0 - flow.phases[c0 % n, 1]
+    z = flow.phases[c1 % n, 0] + fall + x * c + y * a
+    v = flow.phases[c1 % n, 1] + flow.g * a - x * flow.k * a + y * da
+    start = flow.phases[c0 % n, 2] - flow.k * flow.walls[0, wall] - flow.b * w0
+    push = flow.phases[c1 % n, 2] - flow.k * z - flow.b * v
+    z0, v0 = -(w0 * c + start * a), w0 * flow.k * a - start * da
+    top, dda, v00, v01, jerk, rate = flow.bounds
+    late = abs(v0) + v00 * r0 + v01 * r1 + dda * rk
+    still = 0.5 * (late + rate * (abs(a) + top * (r0 + r1))) * r0 * r0 + top * r0 * rk + flow.pad + flow.gap * (1 + abs(c))
+    off = still + late * r0 * r1 + top * r1 * rk + 0.5 * (abs(push) + jerk * r1 + v01 * r0 + dda * rk) * r1 * r1
+    off_v = 0.5 * v00 * r0 * r0 + v01 * r0 * r1 + dda * (r0 + r1) * rk + 0.5 * jerk * r1 * r1 + flow.pad
+    return (z, v, z0, -side * a, v0, -side * da, push), (still, off, off_v)
+
+
+@njit(cache=True, nogil=True)
+def impacts(flow: Flow, cells: Cells, leaf: int, low: float, high: float, start: int, block: int) -> tuple[int, float, float, int]:
+    """A blocking cell, the departure speeds still in flight (none: reversed), and the largest order, of one block of times."""
+    wall, first, width, _ = cells.place[leaf]
+    middle = 0.5 * (low + high)
+    radii = 0.5 * width * flow.step, 0.5 * (high - low) + flow.pad, 0.5 * block * flow.step
+    (z, v, z0, zk, v0, vk, push), (still, off, off_v) = expansion(flow, cells, wall, first + width // 2, start + block // 2, middle, radii)
+    reach = abs(z0) * radii[0] + abs(zk) * radii[1] + abs(v) * radii[2] + off
+    below, above, highest = low, high, 0
+    for other in range(flow.walls.shape[1]):
+        side = flow.walls[1, other]
+        f, lift = side * (z - flow.walls[0, other]), side * zk
+        if f > reach:
+            return -1, 1.0, 0.0, highest
+        if f < -reach:
+            continue
+        slow, fast = speeds(f, side * v, (side * z0, lift, side * v), (side * v0, side * vk, side * push), radii, off, off_v)
+        if fast >= 0 and slow <= fast:
+            if 2 * block > 4 * cells.n // cells.side or fast - slow > 0.25 * cells.top:
+                return -2, low, high, 0
+            same = other == wall and start < first + width
+            blocker, met = blocking(cells, leaf, same, other, start, start + block, max(slow, 0.0), fast)
+            if blocker != -1:
+                return blocker, low, high, 0
+            highest = max(highest, met)
+        beyond = f - abs(z0) * radii[0] - still
+        if lift < 0 and beyond > lift * radii[1]:
+            below = max(below, middle - beyond / lift)
+        elif lift > 0 and beyond > -lift * radii[1]:
+            above = min(above, middle - beyond / lift)
+    return -1, below, above, highest
+
+
+@njit(cache=True, nogil=True)
+def speeds(f: float, u: float, df: Any, du: Any, radii: Any, off: float, off_v: float) -> tuple[float, float]:
+    """Bounds of the arrival speed u on the line f = 0, by the multiples of f that remove one of the three derivatives, or none."""
+    low, high = -np.inf, np.inf
+    for i in range(4):
+        m = du[i % 3] / df[i % 3] if i < 3 and df[i % 3] != 0 else 0.0
+        spread = off_v + abs(m) * off
+        for j in range(3):
+            spread += abs(du[j] - m * df[j]) * radii[j]
+        low, high = max(low, u - m * f - spread), min(high, u - m * f + spread)
+    return low, high
+
+
+@njit(cache=True, nogil=True)
+def blocking(cells: Cells, leaf: int, same: bool, wall: int, first: int, end: int, low: float, high: float) -> tuple[int, int]:
+    """The first open cell that meets a box, other than `leaf` if `same` (-1: none, -2: above all cells), and the largest order."""
+    base, height, highest = cells.n // cells.side, cells.top / cells.side, 0
+    if high >= cells.top:
+        return -2, 0
+    stack = np.empty(64, np.int64)
+    for column in range(first // base, (end - 1) // base + 1):
+        turn = column // cells.side * cells.n
+        for row in range(max(floor(low / height) - 1, 0), min(floor(high / height) + 1, cells.side - 1) + 1):
+            stack[0], count = (wall * cells.side + column % cells.side) * cells.side + row, 1
+            while count:
+                count -= 1
+                node = stack[count]
+                left, width, tall = turn + cells.place[node, 1], cells.place[node, 2], cells.top * cells.place[node, 2] / cells.n
+                if left >= end or left + width <= first or cells.place[node, 3] * tall > high or (cells.place[node, 3] + 1) * tall < low:
+                    continue
+                if cells.order[node] < OPEN:
+                    highest = max(highest, cells.order[node])
+                elif cells.child[node] >= 0:
+                    for i in range(4):
+                        stack[count + i] = cells.child[node] + i
+                    count += 4
+                elif not (same and node == leaf):
+                    return node, 0
+    return -1, highest

@@ -1,0 +1,133 @@
+"""A system as a certificate states it: linear flights under a harmonic force, walls and a restitution, read from its formulas."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+
+from nsmaps.coordinates import TWO_PI
+from nsmaps.errors import ProofError
+from nsmaps.exact.flows.formulas import PHI, S, V, W, Z, is_linear
+from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
+from nsmaps.proof.flights import PAD, Flow
+
+if TYPE_CHECKING:
+    from nsmaps.exact.systems.system import ImpactSystem
+
+DIGITS = 50
+NEGLIGIBLE = 1e-35
+RADIUS = 2.0**-50  #: of a number relative to it: it holds the decimal, the double and a double computed in a few steps
+
+Entry = list[Any]
+
+
+def equation_of(system: "ImpactSystem", radii: Mapping[str, float] | None = None) -> dict[str, Any]:
+    """The numbers of z'' = -b z' - k z + g + F cos(w t) + S sin(w t), of walls and restitution, each a decimal and a radius.
+
+    Args:
+        radii: of parameters on which walls alone depend, for a certificate of an interval of them.
+
+    Raises:
+        ProofError: the system is not of this kind; states in which respect.
+    """
+    middle = _numbers(system, {})
+    for name, radius in (radii or {}).items():
+        for i, wall in enumerate(middle["walls"]):
+            ends = [_numbers(system, {name: sign * radius})["walls"][i]["at"][0] for sign in (-1, 1)]
+            wall["at"][1] = repr(float(wall["at"][1]) + max(abs(float(x) - float(wall["at"][0])) for x in ends) * (1 + RADIUS))
+    return middle
+
+
+def _numbers(system: "ImpactSystem", shifts: Mapping[str, float]) -> dict[str, Any]:
+    """The numbers at the parameters of a system, some of them shifted."""
+    cls = type(system)
+    given = {name: getattr(system, name) for name in cls.model_fields}
+    exact = {name: sp.Rational(repr(given[name])) + sp.Rational(repr(shifts.get(name, 0.0))) for name in cls.parameter_names()}
+    at = cls.model_construct(**{**given, **exact})
+    period = period_of(at)
+    start = PHI * period / (2 * sp.pi)
+    push = sp.diff(displacement_of(at, start + S, start, Z, W), S, 2).subs(S, 0)
+    b, k = -_constant(system, sp.diff(push, W)), -_constant(system, sp.diff(push, Z))
+    force = push.subs({Z: 0, W: 0})
+    there, across, back = (sp.N(force.subs(PHI, x), DIGITS) for x in (0, sp.pi / 2, sp.pi))
+    g, cosine = (there + back) / 2, (there - back) / 2
+    sine = across - g
+    for phase in (sp.Rational(1, 3), sp.Rational(11, 5), sp.Rational(27, 5)):
+        rest = sp.N((force - cosine * sp.cos(PHI) - sine * sp.sin(PHI)).subs(PHI, phase), DIGITS) - g
+        if abs(rest) > NEGLIGIBLE * (1 + abs(there)):
+            raise ProofError(f"the force of {cls.__name__} is not g + F cos(w t) + S sin(w t): {sp.N(rest, 5)} is left at phase {phase}")
+    turns = sp.simplify(2 / period)  # the frequency over pi
+    power = 0 if turns.has(sp.pi) else 1
+    walls = walls_of(at)
+    laws = {letter: law_of(at, V, letter) for letter in walls}
+    if len(set(laws.values())) > 1 or not is_linear(next(iter(laws.values()))):
+        raise ProofError(f"impacts of {cls.__name__} are not left with a constant share of their speed, the same for all walls")
+    restitution = next(iter(laws.values())).subs(V, 1)
+    return {
+        "damping": _entry(b),
+        "stiffness": _entry(k),
+        "force": _entry(g),
+        "cosine": _entry(cosine),
+        "sine": _entry(sine),
+        "frequency": [*_entry(turns * sp.pi ** (1 - power)), power],
+        "restitution": _entry(restitution),
+        "walls": [{"letter": letter, "at": _entry(wall.at), "side": wall.side} for letter, wall in walls.items()],
+    }
+
+
+def _constant(system: "ImpactSystem", coefficient: sp.Expr) -> sp.Expr:
+    """A coefficient of the acceleration, which must not depend on the phase and the flight."""
+    values = [sp.N(coefficient.subs({PHI: x, Z: x, W: x}), DIGITS) for x in (sp.Rational(1, 3), sp.Rational(11, 5))]
+    if abs(values[0] - values[1]) > NEGLIGIBLE * (1 + abs(values[0])):
+        raise ProofError(f"the acceleration of {type(system).__name__} is not linear with constant coefficients: {coefficient}")
+    return values[0]
+
+
+def _entry(value: Any) -> Entry:
+    """A number as a decimal and a radius; integers, and numbers below all rounding, are exact."""
+    number = float(sp.N(value, DIGITS))
+    if abs(number) < NEGLIGIBLE:
+        return ["0", "0"]
+    return [str(int(number)), "0"] if number.is_integer() and abs(sp.N(value, DIGITS) - int(number)) < NEGLIGIBLE else [repr(number), repr(abs(number) * RADIUS)]
+
+
+def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, speed: float) -> Flow:
+    """Tables in floats at n phases, for flights up to a number of periods and cells with speeds up to `speed`."""
+    names = ("damping", "stiffness", "force", "cosine", "sine", "restitution")
+    b, k, g, cosine, sine, r = (float(equation[name][0]) for name in names)
+    w = float(equation["frequency"][0]) * np.pi ** equation["frequency"][2]
+    places = np.array([float(wall["at"][0]) for wall in equation["walls"]])
+    gap = max(float(wall["at"][1]) for wall in equation["walls"])
+    phase, d, e = TWO_PI / n * np.arange(n), k - w * w, b * w
+    p, q = (d * cosine - e * sine) / (d * d + e * e), (d * sine + e * cosine) / (d * d + e * e)
+    co, si = np.cos(phase), np.sin(phase)
+    phases = np.stack([p * co + q * si, w * (q * co - p * si), g + cosine * co + sine * si], 1)
+    s = np.arange(-before, periods * n + 1) * (TWO_PI / w / n)
+    flights = np.stack(_free(b, k, g, s), 1)
+    a, da, fall = np.abs(flights).max(0)
+    wave, force, wall, depart = np.hypot(p, q), np.hypot(cosine, sine), np.abs(places).max(), r * speed
+    push, c, dc, dda, start = w * force, da + b * a, k * a, b * da + k * a, abs(g) + force + k * wall + b * depart
+    z = wave + fall + (wall + wave) * c + (depart + w * wave) * a
+    v = w * wave + abs(g) * a + (wall + wave) * dc + (depart + w * wave) * da
+    late = depart * dc + start * da
+    jerk = b * (abs(g) + force + k * z + b * v) + k * v + push
+    bounds = np.array([da, dda, depart * k * da + start * dda + push * da, b * late + k * (depart * c + start * a), jerk, push])
+    size = max(1.0, speed, *(float(np.abs(x).max()) for x in (phases, flights, places, bounds)))
+    pad = PAD * 2.0**12 * size**4 * (size * 2.0**-49 + (gap if k else 0.0))
+    sides = [float(wall["side"]) for wall in equation["walls"]]
+    step = TWO_PI / w / n
+    return Flow(phases, flights, before, b, k, g, r, np.array([places, sides]), step, pad, 0.0 if k else gap, bounds * (1 + 1e-9))
+
+
+def _free(b: float, k: float, g: float, s: Any) -> tuple[Any, Any, Any]:
+    """The functions a, a' and q of the free motion."""
+    inside, decay = b * b / 4 - k, np.exp(-b * s / 2)
+    root = np.sqrt(abs(inside))
+    if inside == 0:
+        a, da = decay * s, decay * (1 - b / 2 * s)
+    else:
+        sine, cosine = (np.sin(root * s), np.cos(root * s)) if inside < 0 else (np.sinh(root * s), np.cosh(root * s))
+        a = decay * sine / root
+        da = decay * cosine - b / 2 * a
+    return a, da, g * (1 - da - b * a) / k if k else g * (s - a) / b if b else g * s * s / 2

@@ -1,0 +1,246 @@
+"""Whether all orbits that start in a cell have their next impact in given cells, in doubles whose rounding is bounded.
+
+A cell is a box of a wall, phases and impact speeds. A flight from the time t0 with the speed kappa is at z(t0, kappa, t1) at the time t1.
+It is followed through blocks of arrival times. In a block f = side (z - wall) and the arrival speed u = side dz/dt1 are a value at
+the centre, known first derivatives times the distances |t0 - c0| <= r0, |kappa - ck| <= rk, |t1 - c1| <= r1, and a remainder by
+second derivatives. Impacts of the block have f = 0 and u >= 0, and for every number m, u = u - m f: each m bounds the speeds.
+The speeds kappa that are beyond a wall at the centre of a block for all t0 have hit before, and are left out of later blocks.
+
+Rounding. `slack` of `Frame` is 2^12 M^4 (e + 2^-53), where e bounds the error of every table entry and M >= 1 bounds all entries,
+speeds and bounds. Each value and derivative of `_centre` is a polynomial of degree at most four in at most ten such numbers, of
+absolute value at most 16 M^4 and error at most 2^9 M^4 (e + 2^-53); a sum u - m f adds at most 2^-51 16 M^4 (1 + |m|).
+Radii are at most one, so that all these errors are below slack (1 + |m|)/2, and each bound has slack + |m| slack. Sums of numbers without sign
+have at most twelve roundings and are multiplied by `WIDER`. Numbers of cells are integers times a power of two, and exact.
+"""
+
+from math import floor
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+LEFT = 65535  #: order of a cell that is not certified
+WIDER = 1 + 2.0**-40
+CLOSE = 4  #: cells of the base grid along the phase, of the longest block that is compared with cells
+
+
+class Tree(NamedTuple):
+    """Cells: a base grid of `side` x `side` per wall and the four parts of those that are split, each a node."""
+
+    side: int
+    n: int  #: phases of the tables; all first phases and widths are in these units
+    top: float  #: speed at the upper edge, an integer times a power of two with less than 20 binary digits
+    child: NDArray[np.int64]  #: the first of four children, or -1
+    order: NDArray[np.int64]  #: the order of a cell, of a node with children the largest among them
+    wall: NDArray[np.int64]
+    first: NDArray[np.int64]  #: the first phase of a node
+    width: NDArray[np.int64]
+    row: NDArray[np.int64]  #: its speeds are row to row + 1 times top width/n
+
+
+class Frame(NamedTuple):
+    """Tables of a system as in `formula.Tables`, with the bound of rounding."""
+
+    phases: NDArray[np.float64]
+    flights: NDArray[np.float64]
+    before: int
+    numbers: NDArray[np.float64]
+    places: NDArray[np.float64]
+    sides: NDArray[np.float64]
+    step: float
+    gap: float  #: radius of the places of the walls that is not in `slack`
+    slack: float
+    bounds: NDArray[np.float64]
+
+
+def frame_of(tables: Any) -> Frame:
+    """The tables with their bound of rounding."""
+    slack = 2.0**12 * tables.size**4 * (tables.eps + 2.0**-53)
+    return Frame(*tables[:7], tables.gap, slack, tables.bounds)
+
+
+@njit(cache=True, nogil=True)
+def covered(frame: Frame, tree: Tree, leaf: int, limit: int, fine: bool) -> bool:
+    """True if every orbit from the cell `leaf` is later in a cell of an order below `limit`; `fine`: by the shortest blocks only."""
+    width, n = tree.width[leaf], tree.n
+    height = tree.top * width / n
+    low = frame.numbers[3] * tree.row[leaf] * height - frame.slack
+    high = frame.numbers[3] * (tree.row[leaf] + 1) * height + frame.slack
+    if tree.row[leaf] == 0 and not _rests(frame, tree, leaf, limit):
+        return False
+    start = _early(frame, tree, leaf, max(low, 0.0), high, limit)
+    if start < 0:
+        return start == -1
+    shortest = max(width // 4, 2)
+    block = shortest if fine else width
+    end = tree.first[leaf] + frame.flights.shape[0] - frame.before - n // tree.side
+    start -= start % shortest
+    while start + block <= end:
+        while start % block:
+            block //= 2
+        ok, below, above = _block(frame, tree, leaf, max(low, 0.0), high, start, block, limit)
+        if ok:
+            low, high = below, above
+            if low > high:
+                return True
+            start += block
+            block *= 1 if fine or 2 * block > n // 32 else 2
+        elif block <= shortest:
+            return False
+        else:
+            block //= 2
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _rests(frame: Frame, tree: Tree, leaf: int, limit: int) -> bool:
+    """True if a ball that rests in the phases of a cell is released in them, or rests on into a cell of an order below `limit`."""
+    wall, end = tree.wall[leaf], tree.first[leaf] + tree.width[leaf]
+    away = -frame.sides[wall] * (frame.phases[end % tree.n, 2] - frame.numbers[1] * frame.places[wall])
+    if away > frame.slack:
+        return True
+    away = -frame.sides[wall] * (frame.phases[tree.first[leaf] % tree.n, 2] - frame.numbers[1] * frame.places[wall])
+    rate = frame.bounds[5] * tree.width[leaf] * frame.step * WIDER
+    return away > rate + frame.slack or _below(frame, tree, leaf, False, wall, end, end + 1, 0.0, 0.0, limit)
+
+
+@njit(cache=True, nogil=True)
+def _early(frame: Frame, tree: Tree, leaf: int, low: float, high: float, limit: int) -> int:
+    """The time from which blocks follow the flights of a cell; -1 if all of them have hit in allowed cells, -2 for a failure.
+
+    Until a time s the acceleration from the wall is within `change` of that at the centre of the cell.
+    """
+    wall, first, width = tree.wall[leaf], tree.first[leaf], tree.width[leaf]
+    side, middle, r0 = frame.sides[wall], 0.5 * (low + high), 0.5 * width * frame.step
+    force = frame.phases[(first + width // 2) % tree.n, 2] - frame.numbers[1] * frame.places[wall]
+    away = -side * (force + frame.numbers[0] * side * middle)
+    spread = abs(frame.numbers[0]) * 0.5 * (high - low) + frame.slack
+    gap = abs(frame.places[0] - frame.places[1]) - 2 * frame.gap - frame.slack if frame.places.size > 1 else np.inf
+    start, s = -1, max(width // 4, 1)
+    while s < tree.n // 4:
+        t = s * frame.step
+        change = (spread + frame.bounds[4] * (r0 + t)) * WIDER
+        if not (low + 0.5 * t * (away - change) > frame.slack or (low > 0 and away > change)):
+            break
+        if t * (high + 0.5 * t * max(away + change, 0.0)) * WIDER + frame.slack >= gap:
+            break
+        start, s = first + s, 2 * s
+    if start >= 0 or tree.row[leaf] > 0:
+        return max(start, first)
+    s = max(width // 4, 1)
+    while s < 16 * width and high + 0.5 * s * frame.step * (away + _change(frame, spread, r0, s)) > -frame.slack:
+        s *= 2
+    closed = s < 16 * width
+    s = s if closed else 2 * width
+    fastest = (high + 2 * s * frame.step * _change(frame, spread, r0, s)) * WIDER + frame.slack
+    t = s * frame.step
+    if t * (high + 0.5 * t * max(away + _change(frame, spread, r0, s), 0.0)) * WIDER + frame.slack >= gap:
+        return -2
+    if not _below(frame, tree, leaf, True, wall, first, first + width + s, 0.0, fastest, limit):
+        return -2
+    return -1 if closed else first + s
+
+
+@njit(cache=True, nogil=True)
+def _change(frame: Frame, spread: float, r0: float, s: int) -> float:
+    return (spread + frame.bounds[4] * (r0 + s * frame.step)) * WIDER
+
+
+@njit(cache=True, nogil=True)
+def _centre(frame: Frame, wall: int, i0: int, kappa: float, i1: int, m: int) -> tuple[float, ...]:
+    """At the centre: z, z', their derivatives by t0, a, a', c and the acceleration on arrival."""
+    b, k, g = frame.numbers[0], frame.numbers[1], frame.numbers[2]
+    a, da, fall = frame.flights[m, 0], frame.flights[m, 1], frame.flights[m, 2]
+    c, dc, w0 = da + b * a, -k * a, -frame.sides[wall] * kappa
+    x, y = frame.places[wall] - frame.phases[i0, 0], w0 - frame.phases[i0, 1]
+    z = frame.phases[i1, 0] + fall + x * c + y * a
+    v = frame.phases[i1, 1] + g * a + x * dc + y * da
+    start = frame.phases[i0, 2] - k * frame.places[wall] - b * w0
+    return z, v, -(w0 * c + start * a), -(w0 * dc + start * da), a, da, c, frame.phases[i1, 2] - k * z - b * v
+
+
+@njit(cache=True, nogil=True)
+def _block(
+    frame: Frame, tree: Tree, leaf: int, low: float, high: float, start: int, block: int, limit: int
+) -> tuple[bool, float, float]:
+    """True if all impacts of a block of times are in allowed cells, and the speeds that have not hit surely by its centre."""
+    wall, first, width = tree.wall[leaf], tree.first[leaf], tree.width[leaf]
+    middle, c0, c1 = 0.5 * (low + high), first + width // 2, start + block // 2
+    r0, r1 = 0.5 * width * frame.step * WIDER, 0.5 * block * frame.step * WIDER
+    rk = (0.5 * (high - low) + frame.slack) * WIDER
+    z, v, z0, v0, a, da, c, push = _centre(frame, wall, c0 % tree.n, middle, c1 % tree.n, c1 - c0 + frame.before)
+    top, dda, v00, v01, jerk, rate = frame.bounds
+    late = abs(v0) + v00 * r0 + v01 * r1 + dda * rk
+    bend = 0.5 * (late + rate * (abs(a) + top * (r0 + r1))) * r0 * r0 + top * r0 * rk + frame.slack + frame.gap * (1 + abs(c))
+    off = bend + late * r0 * r1 + top * r1 * rk + 0.5 * (abs(push) + jerk * r1 + v01 * r0 + dda * rk) * r1 * r1
+    off_v = 0.5 * v00 * r0 * r0 + v01 * r0 * r1 + dda * (r0 + r1) * rk + 0.5 * jerk * r1 * r1 + frame.slack
+    reach = (abs(z0) * r0 + abs(a) * rk + abs(v) * r1 + off) * WIDER
+    below, above = low, high
+    for other in range(frame.places.size):
+        side = frame.sides[other]
+        f, lift = side * (z - frame.places[other]), -side * frame.sides[wall] * a
+        if f > reach:
+            return True, 1.0, 0.0
+        if f < -reach:
+            continue
+        slopes = (side * z0, lift, side * v), (side * v0, -side * frame.sides[wall] * da, side * push)
+        slow, fast = _speeds(f, side * v, slopes, (r0, rk, r1), off * WIDER, off_v * WIDER)
+        if fast >= 0 and slow <= fast:
+            if 2 * block > CLOSE * tree.n // tree.side or fast - slow > 0.25 * tree.top:
+                return False, low, high
+            same = other == wall and start < first + width
+            if not _below(frame, tree, leaf, same, other, start, start + block, max(slow, 0.0), fast, limit):
+                return False, low, high
+        beyond = f - (abs(z0) * r0 + bend) * WIDER - frame.slack
+        if lift < 0 and beyond > lift * rk:
+            below = max(below, middle - beyond / lift - frame.slack)
+        elif lift > 0 and beyond > -lift * rk:
+            above = min(above, middle - beyond / lift + frame.slack)
+    return True, below, above
+
+
+@njit(cache=True, nogil=True)
+def _speeds(f: float, u: float, slopes: Any, radii: tuple[float, float, float], off: float, off_v: float) -> tuple[float, float]:
+    """Bounds of the arrival speed where f = 0: with m = 0, or so that one of the three derivatives of u - m f is zero."""
+    low, high = -np.inf, np.inf
+    df, du = slopes
+    for i in range(4):
+        m = 0.0 if i == 3 or df[i % 3] == 0 else du[i % 3] / df[i % 3]
+        spread = off_v + abs(m) * off
+        for j in range(3):
+            spread += abs(du[j] - m * df[j]) * radii[j]
+        low, high = max(low, u - m * f - spread * WIDER), min(high, u - m * f + spread * WIDER)
+    return low, high
+
+
+@njit(cache=True, nogil=True)
+def _below(
+    frame: Frame, tree: Tree, leaf: int, same: bool, wall: int, first: int, end: int, low: float, high: float, limit: int
+) -> bool:
+    """True if all cells that meet a box have orders below `limit`; the cell `leaf` itself is passed over if `same`."""
+    base, height = tree.n // tree.side, tree.top / tree.side
+    if high >= tree.top:
+        return False
+    stack = np.empty(64, np.int64)
+    bottom, upper = max(int(floor(low / height)) - 1, 0), min(int(floor(high / height)) + 1, tree.side - 1)
+    for column in range(first // base, (end - 1) // base + 1):
+        turn = column // tree.side * tree.n
+        for row in range(bottom, upper + 1):
+            stack[0], count = (wall * tree.side + column % tree.side) * tree.side + row, 1
+            while count:
+                count -= 1
+                node = stack[count]
+                left, width = turn + tree.first[node], tree.width[node]
+                tall = tree.top * width / tree.n
+                apart = left >= end or left + width <= first or tree.row[node] * tall > high or (tree.row[node] + 1) * tall < low
+                if apart or tree.order[node] < limit:
+                    continue
+                if tree.child[node] < 0:
+                    if not (same and node == leaf):
+                        return False
+                    continue
+                for i in range(4):
+                    stack[count] = tree.child[node] + i
+                    count += 1
+    return True
