@@ -1,7 +1,7 @@
 """The search for cells whose orbits all reach a trap: certified from the trap outwards, and what is left is divided.
 
-A cell is certified if all its next impacts are in certified cells; its order is one more than the largest of theirs. A cell that is not waits for
-the first open cell that it meets, and is resumed from there when that one is certified.
+A cell is certified if all its next impacts are in certified cells; its order is one more than the largest of theirs. Any other
+waits for the first open cell that it meets, and is resumed from there when that one is certified.
 """
 
 from collections.abc import Callable
@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from nsmaps.proof.flights import OPEN, SPLIT, Cells, Doubles, Flow, Integers, follow
+from nsmaps.proof.flights import OPEN, SPLIT, Cells, Doubles, Flow, Integers, compiled, follow
 
 FINEST = 8  #: phases of the tables in the narrowest cell
 
@@ -53,7 +52,7 @@ def search(
         certify(flow, cells, queue[np.argsort(-cells.place[queue, 1], kind="stable")])
         leaf = cells.child < 0
         certified = leaf & (cells.order < OPEN)
-        shares = np.bincount(cells.place[certified, 0], (cells.place[certified, 2] / n) ** 2, walls)
+        shares = np.bincount(cells.place[certified, 0], (cells.place[certified, 2] / n) ** 2, walls).astype(np.float64)
         if not progress(level, shares) or level == depth:
             break
         cells, new = _divided(cells, np.flatnonzero(leaf & ~certified))
@@ -82,11 +81,14 @@ def _divided(cells: Cells, leaves: Integers) -> tuple[Cells, Integers]:
     return Cells(cells.side, cells.n, cells.top, *columns), len(cells.child) + np.arange(more)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
     """Certify what can be of the cells in a queue, the last first; `order` is changed in place."""
     total = cells.child.size
-    waiting, following = np.full(total, -1), np.full(total, -1)  # the first that waits for a node, and the next that waits with it
+    waiting, following = (
+        np.full(total, -1),
+        np.full(total, -1),
+    )  # the first that waits for a node, and the next that waits with it
     number = np.full(total, -1)
     number[queue] = np.arange(queue.size)
     states = np.full((queue.size, 4), -1.0)
@@ -112,7 +114,7 @@ def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
                 node = _parent(cells, node)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _parent(cells: Cells, node: int) -> int:
     """The parent of a node, with its order brought up to date; -1 for a cell of the base grid."""
     parent = cells.parent[node]
@@ -121,7 +123,7 @@ def _parent(cells: Cells, node: int) -> int:
     return int(parent)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _raise(cells: Cells, nodes: Integers) -> None:
     """Bring the orders of all ancestors up to date."""
     for node in nodes:

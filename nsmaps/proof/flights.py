@@ -1,10 +1,11 @@
 """Flights of cells in floats: the cells in which their next impacts can be, and the first of these that is not certified yet.
 
-What is found here is proved by `nsmaps.verify` alone, which bounds the same images with all rounding; here bounds are widened by `PAD`.
+Nothing is proved here: `nsmaps.verify` bounds the same images with all rounding. Here bounds are widened by `PAD`.
 """
 
+from collections.abc import Callable
 from math import floor
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numba import njit
@@ -14,6 +15,13 @@ Doubles = NDArray[np.float64]
 Integers = NDArray[np.int64]
 OPEN, SPLIT = 65535, 65534
 PAD = 16.0  #: times the bound of rounding of the verification
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def compiled(function: F) -> F:
+    """A function compiled by numba, which calls others compiled so and lets other threads run."""
+    return cast(F, njit(cache=True, nogil=True)(function))
 
 
 class Flow(NamedTuple):
@@ -45,13 +53,13 @@ class Cells(NamedTuple):
     place: Integers  #: (M, 4): wall, first phase, width, row
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, int]:
     """The first cell that blocks `leaf`, -1 for none and -2 where it can never be certified, and the largest order met so far.
 
     `state` is where the last call stopped, and is brought up to date: time, slowest and fastest departure, largest order.
     """
-    wall, first, width, row = cells.place[leaf]
+    _, first, width, row = cells.place[leaf]
     if state[0] < 0:
         tall = cells.top * width / cells.n
         state[1], state[2], state[3] = max(flow.r * row * tall - flow.pad, 0.0), flow.r * (row + 1) * tall + flow.pad, 0
@@ -83,14 +91,21 @@ def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, in
     return -2, highest
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) -> tuple[int, int, int]:
     """A blocking cell (-1: none), the time from which blocks follow (-1: all flights have ended), and the largest order met."""
     wall, first, width, row = cells.place[leaf]
     at, side, step, n = flow.walls[0, wall], flow.walls[1, wall], flow.step, cells.n
     room = abs(flow.walls[0].max() - flow.walls[0].min()) - 2 * flow.gap if flow.walls.shape[1] > 1 else np.inf
     away = -side * (flow.phases[(first + width // 2) % n, 2] - flow.k * at + flow.b * side * 0.5 * (low + high))
-    spread, jerk, r0, s, start, highest = 0.5 * flow.b * (high - low) + flow.pad, flow.bounds[4], 0.5 * width * step, max(width // 4, 1), -1, 0
+    spread, jerk, r0, s, start, highest = (
+        0.5 * flow.b * (high - low) + flow.pad,
+        flow.bounds[4],
+        0.5 * width * step,
+        max(width // 4, 1),
+        -1,
+        0,
+    )
     if row == 0:
         edge = -side * (flow.phases[(first + width) % n, 2] - flow.k * at)
         start_edge = -side * (flow.phases[first % n, 2] - flow.k * at)
@@ -120,8 +135,10 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
     return blocker, -1 if closed else first + s, max(met, highest)
 
 
-@njit(cache=True, nogil=True)
-def expansion(flow: Flow, cells: Cells, wall: int, c0: int, c1: int, kappa: float, radii: tuple[float, float, float]) -> tuple[Any, Any]:
+@compiled
+def expansion(
+    flow: Flow, cells: Cells, wall: int, c0: int, c1: int, kappa: float, radii: tuple[float, float, float]
+) -> tuple[Any, Any]:
     """At the centre of a block: z, z' and their derivatives by departure time, speed and arrival time; and the remainders."""
     n, m, (r0, rk, r1) = cells.n, c1 - c0 + flow.before, radii
     a, da, fall = flow.flights[m]
@@ -140,13 +157,17 @@ def expansion(flow: Flow, cells: Cells, wall: int, c0: int, c1: int, kappa: floa
     return (z, v, z0, -side * a, v0, -side * da, push), (still, off, off_v)
 
 
-@njit(cache=True, nogil=True)
-def impacts(flow: Flow, cells: Cells, leaf: int, low: float, high: float, start: int, block: int) -> tuple[int, float, float, int]:
+@compiled
+def impacts(
+    flow: Flow, cells: Cells, leaf: int, low: float, high: float, start: int, block: int
+) -> tuple[int, float, float, int]:
     """A blocking cell, the departure speeds still in flight (none: reversed), and the largest order, of one block of times."""
     wall, first, width, _ = cells.place[leaf]
     middle = 0.5 * (low + high)
     radii = 0.5 * width * flow.step, 0.5 * (high - low) + flow.pad, 0.5 * block * flow.step
-    (z, v, z0, zk, v0, vk, push), (still, off, off_v) = expansion(flow, cells, wall, first + width // 2, start + block // 2, middle, radii)
+    (z, v, z0, zk, v0, vk, push), (still, off, off_v) = expansion(
+        flow, cells, wall, first + width // 2, start + block // 2, middle, radii
+    )
     reach = abs(z0) * radii[0] + abs(zk) * radii[1] + abs(v) * radii[2] + off
     below, above, highest = low, high, 0
     for other in range(flow.walls.shape[1]):
@@ -173,9 +194,9 @@ def impacts(flow: Flow, cells: Cells, leaf: int, low: float, high: float, start:
     return -1, below, above, highest
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def speeds(f: float, u: float, df: Any, du: Any, radii: Any, off: float, off_v: float) -> tuple[float, float]:
-    """Bounds of the arrival speed u on the line f = 0, by the multiples of f that remove one of the three derivatives, or none."""
+    """Bounds of the arrival speed u on the line f = 0, by multiples of f that remove one of the three derivatives, or none."""
     low, high = -np.inf, np.inf
     for i in range(4):
         m = du[i % 3] / df[i % 3] if i < 3 and df[i % 3] != 0 else 0.0
@@ -186,9 +207,9 @@ def speeds(f: float, u: float, df: Any, du: Any, radii: Any, off: float, off_v: 
     return low, high
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def blocking(cells: Cells, leaf: int, same: bool, wall: int, first: int, end: int, low: float, high: float) -> tuple[int, int]:
-    """The first open cell that meets a box, other than `leaf` if `same` (-1: none, -2: above all cells), and the largest order."""
+    """The first open cell in a box, other than `leaf` if `same` (-1: none, -2: above all cells), and the largest order."""
     base, height, highest = cells.n // cells.side, cells.top / cells.side, 0
     if high >= cells.top:
         return -2, 0
@@ -201,7 +222,12 @@ def blocking(cells: Cells, leaf: int, same: bool, wall: int, first: int, end: in
                 count -= 1
                 node = stack[count]
                 left, width, tall = turn + cells.place[node, 1], cells.place[node, 2], cells.top * cells.place[node, 2] / cells.n
-                if left >= end or left + width <= first or cells.place[node, 3] * tall > high or (cells.place[node, 3] + 1) * tall < low:
+                if (
+                    left >= end
+                    or left + width <= first
+                    or cells.place[node, 3] * tall > high
+                    or (cells.place[node, 3] + 1) * tall < low
+                ):
                     continue
                 if cells.order[node] < OPEN:
                     highest = max(highest, cells.order[node])

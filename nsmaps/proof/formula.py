@@ -56,7 +56,9 @@ def _numbers(system: "ImpactSystem", shifts: Mapping[str, float]) -> dict[str, A
     for phase in (sp.Rational(1, 3), sp.Rational(11, 5), sp.Rational(27, 5)):
         rest = sp.N((force - cosine * sp.cos(PHI) - sine * sp.sin(PHI)).subs(PHI, phase), DIGITS) - g
         if abs(rest) > NEGLIGIBLE * (1 + abs(there)):
-            raise ProofError(f"the force of {cls.__name__} is not g + F cos(w t) + S sin(w t): {sp.N(rest, 5)} is left at phase {phase}")
+            raise ProofError(
+                f"the force of {cls.__name__} is not g + F cos(w t) + S sin(w t): {sp.N(rest, 5)} is left at phase {phase}"
+            )
     turns = sp.simplify(2 / period)  # the frequency over pi
     power = 0 if turns.has(sp.pi) else 1
     walls = walls_of(at)
@@ -89,7 +91,11 @@ def _entry(value: Any) -> Entry:
     number = float(sp.N(value, DIGITS))
     if abs(number) < NEGLIGIBLE:
         return ["0", "0"]
-    return [str(int(number)), "0"] if number.is_integer() and abs(sp.N(value, DIGITS) - int(number)) < NEGLIGIBLE else [repr(number), repr(abs(number) * RADIUS)]
+    return (
+        [str(int(number)), "0"]
+        if number.is_integer() and abs(sp.N(value, DIGITS) - int(number)) < NEGLIGIBLE
+        else [repr(number), repr(abs(number) * RADIUS)]
+    )
 
 
 def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, speed: float) -> Flow:
@@ -113,8 +119,8 @@ def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, spee
     late = depart * dc + start * da
     jerk = b * (abs(g) + force + k * z + b * v) + k * v + push
     bounds = np.array([da, dda, depart * k * da + start * dda + push * da, b * late + k * (depart * c + start * a), jerk, push])
-    size = max(1.0, speed, *(float(np.abs(x).max()) for x in (phases, flights, places, bounds)))
-    pad = PAD * 2.0**12 * size**4 * (size * 2.0**-49 + (gap if k else 0.0))
+    size = 1 + max(b, k, *(float(np.abs(x).max()) for x in (phases, places)))
+    pad = PAD * 2.0**12 * size * (2.0**-49 + (gap if k else 0.0)) * (size**2 * (1 + a + da) * (size + speed) + 1 + fall)
     sides = [float(wall["side"]) for wall in equation["walls"]]
     step = TWO_PI / w / n
     return Flow(phases, flights, before, b, k, g, r, np.array([places, sides]), step, pad, 0.0 if k else gap, bounds * (1 + 1e-9))

@@ -1,7 +1,8 @@
-"""The cells of a certificate: every orbit that starts in one with an order is later in a cell of a lower order, and in the end in the trap.
+"""The cells of a certificate: orbits that start in one are later in a cell of a lower order, and in the end in the trap.
 
-The cells are one array of codes, breadth first: those of the base grid of every wall, phase by phase with the speed running fastest,
-then the four parts of each cell that is split, in the order of the split cells: earlier phase with lower and higher speed, later phase.
+The cells are one array of codes, breadth first: those of the base grid of every wall, phase by phase with the speed running
+fastest, then the four parts of each cell that is split, in the order of the split cells: those of the earlier half of its
+phases, the lower speeds first, then those of the later half.
 """
 
 from collections.abc import Callable
@@ -9,11 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from nsmaps.verify.formula import System, tables_of
-from nsmaps.verify.images import LEFT, Frame, Tree, covered, frame_of
+from nsmaps.verify.images import LEFT, Frame, Tree, compiled, covered, frame_of
 
 SPLIT = 65534  #: code of a cell that is split; codes below are orders, zero that of the trap
 FINEST = 8  #: phases of the tables in the narrowest cell, at least
@@ -73,16 +73,20 @@ def check_cells(
     """The share of the phases x speeds up to `top` of each wall that is proved, or `Refused`.
 
     Args:
-        trapped: which boxes of a wall, phases (M, 2) in parts of 2 pi/n with this n and speeds (M, 2), are inside the trap that is
-            proved apart; unused for `closed` grids.
+        trapped: which boxes of a wall, phases (M, 2) in parts of 2 pi/n with this n and speeds (M, 2), are inside the trap, whose
+            orbits are shown to converge elsewhere; unused for `closed` grids.
     """
     tree = tree_of(grid, len(system.walls), codes)
     tables = tables_of(system, tree.n, tree.n // tree.side, grid.periods, grid.top)
+    if tables.step * tree.n > 16 or grid.top > grid.side:
+        raise Refused(
+            "cells are too large for the bounds of rounding: expected a period < 16 and a speed below the cells of a side"
+        )
     leaves = np.flatnonzero((tree.child < 0) & (tree.order < LEFT))
     if not grid.closed:
         _check_trap(tree, leaves[tree.order[leaves] == 0], trapped)
         leaves = leaves[tree.order[leaves] > 0]
-    frame, limits = frame_of(tables), np.maximum(tree.order[leaves], 1)
+    frame, limits = frame_of(tables, grid.top), np.maximum(tree.order[leaves], 1)
     parts = [slice(i, i + CHUNK) for i in range(0, len(leaves), CHUNK)]
     with ThreadPoolExecutor(workers) as pool:
         for done, failed in enumerate(pool.map(lambda part: _first_failure(frame, tree, leaves[part], limits[part]), parts)):
@@ -91,14 +95,15 @@ def check_cells(
                 raise Refused(f"not proved: that orbits from {place_of(tree, failed)} are later in cells of a lower order")
             progress(min(CHUNK * (done + 1), len(leaves)), len(leaves))
     proved = (tree.child < 0) & (tree.order < LEFT)
-    return np.bincount(tree.wall[proved], (tree.width[proved] / tree.n) ** 2, len(system.walls))
+    return np.bincount(tree.wall[proved], (tree.width[proved] / tree.n) ** 2, len(system.walls)).astype(np.float64)
 
 
 def place_of(tree: Tree, node: int) -> str:
     """A cell in words."""
     turn, high = 2 * np.pi / tree.n, tree.top * tree.width[node] / tree.n
     first, row, end = tree.first[node], tree.row[node], tree.first[node] + tree.width[node]
-    return f"the cell {node} of wall {tree.wall[node]}: phases {first * turn:.6f}..{end * turn:.6f}, speeds {row * high:.6f}..{(row + 1) * high:.6f}"
+    speeds = f"{row * high:.6f}..{(row + 1) * high:.6f}"
+    return f"the cell {node} of wall {tree.wall[node]}: phases {first * turn:.6f}..{end * turn:.6f}, speeds {speeds}"
 
 
 def _check_trap(tree: Tree, leaves: NDArray[np.int64], trapped: Callable[..., NDArray[np.bool_]]) -> None:
@@ -111,7 +116,7 @@ def _check_trap(tree: Tree, leaves: NDArray[np.int64], trapped: Callable[..., ND
             raise Refused(f"not in the trap: {place_of(tree, cells[~inside][0])}")
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _first_failure(frame: Frame, tree: Tree, leaves: NDArray[np.int64], limits: NDArray[np.int64]) -> int:
     """The first of some cells that is not proved, or -1."""
     for i in range(leaves.size):
@@ -126,7 +131,7 @@ def _highest(child: NDArray[np.int64], codes: NDArray[np.uint16]) -> NDArray[np.
     return _largest_below(child, order)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _largest_below(child: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.int64]:
     for i in range(child.size - 1, -1, -1):
         if child[i] >= 0:

@@ -1,10 +1,12 @@
-"""A scalar impact system with linear flights, in Arb balls, and its flights as tables of doubles with one bound of their errors.
+"""A scalar impact system with linear flights, in Arb balls, and its flights as tables of doubles with bounds of their errors.
 
-Between impacts z'' = -b z' - k z + g + F cos(w t) + S sin(w t); a wall at z = at stops growing (side 1) or falling (side -1) z, and
-an impact of speed u is left with r u. With the harmonic motion p of the same equation, a flight that leaves the wall at z0 with the
-velocity w0 at the time t0 is, the time s later,
+Between impacts z'' = -b z' - k z + g + F cos(w t) + S sin(w t). A wall stops growing (side 1) or falling (side -1) z, and an
+impact of speed u is left with r u. With the harmonic motion p of the equation with g = 0, a flight that leaves the place z0
+with the velocity w0 at the time t0 is, the time s later,
 
-    z = p(t0 + s) + q(s) + (z0 - p(t0)) c(s) + (w0 - p'(t0)) a(s),   a'' = -b a' - k a, a(0) = 0, a'(0) = 1, c = a' + b a, q' = g a, q(0) = 0.
+    z = p(t0 + s) + q(s) + (z0 - p(t0)) c(s) + (w0 - p'(t0)) a(s),
+
+where a'' = -b a' - k a with a(0) = 0, a'(0) = 1, and c = a' + b a, q' = g a with q(0) = 0.
 """
 
 from typing import Any, NamedTuple
@@ -57,8 +59,8 @@ class Tables(NamedTuple):
     places: Doubles  #: of the walls
     sides: Doubles  #: of the walls
     step: float  #: period/N, rounded up
-    eps: float  #: bound of the error of every number above, apart from `gap`
-    size: float  #: bound of the absolute value of every number above and of all speeds, at least 1
+    eps: float  #: bound of the error of every number y above relative to max(1, |y|), apart from `gap`
+    size: float  #: one more than all absolute values in `phases`, `numbers` and `places`
     bounds: Doubles  #: as of `bounds_of`
     gap: float  #: bound of the error of `places` where k = 0, else within `eps`
 
@@ -66,31 +68,31 @@ class Tables(NamedTuple):
 def tables_of(system: System, n: int, before: int, periods: int, speed: float) -> Tables:
     """Tables at n phases, for flights up to a number of periods, of cells with speeds up to `speed`; `before` < n."""
     b, k, g, cosine, sine, w, walls, r = system
-    p, q = _harmonic(system)
+    p, q = harmonic_motion(system)
     rounded = _Rounded()
     phases = np.empty((n, 3))
     for i in range(n):
         si, co = (arb(2 * i) / n).sin_cos_pi()
         phases[i] = rounded(p * co + q * si), rounded(w * (q * co - p * si)), rounded(g + cosine * co + sine * si)
     step = 2 * arb.pi() / w / n
-    flights = np.array([[rounded(x) for x in _free(system, step * m)] for m in range(-before, periods * n + 1)])
+    flights = np.array([[rounded(x) for x in free_motion(system, step * m)] for m in range(-before, periods * n + 1)])
     numbers = np.array([rounded(x) for x in (b, k, g, r)])
     separate = _Rounded() if k == 0 else rounded
     places = np.array([separate(at) for at, _ in walls])
     bounds = bounds_of(system, p, q, step * before, step * (periods * n), speed)
-    size = max(1.0, speed, *(float(np.abs(x).max()) for x in (phases, flights, numbers, places, bounds)))
+    size = 1 + max(float(np.abs(x).max()) for x in (phases, numbers, places))
     sides = np.array([float(side) for _, side in walls])
     return Tables(phases, flights, before, numbers, places, sides, _up(step), rounded.worst, size, bounds, separate.worst)
 
 
 def bounds_of(system: System, p: arb, q: arb, before: arb, longest: arb, speed: float) -> Doubles:
-    """Bounds for all departures and for the times from -before to `longest`: of the derivatives by which remainders are estimated.
+    """Bounds of the derivatives that remainders depend on, for all departures and the times from -before to `longest`.
 
     They are the largest |a'| and |a''|, and, of z(t1; t0, kappa) with the departure at t0 and the departure speed kappa, those of
-    |d2 z'/dt0 dt0|, |d2 z'/dt0 dt1|, |d3 z/dt1^3| (the derivative of the acceleration along a flight) and of the force's derivative.
+    |d2 z'/dt0 dt0|, |d2 z'/dt0 dt1|, |d3 z/dt1^3| (of the acceleration along a flight) and of the force's derivative.
     """
     b, k, g, cosine, sine, w, walls, r = system
-    pieces = [_free(system, t) for t in _pieces(before, longest)]
+    pieces = [free_motion(system, t) for t in _pieces(before, longest)]
     a, da, fall = (_largest([x[i] for x in pieces]) for i in range(3))
     wave, force = (p * p + q * q).sqrt(), (cosine * cosine + sine * sine).sqrt()
     wall, depart = _largest([at for at, _ in walls]), abs(r) * arb(speed)
@@ -104,14 +106,14 @@ def bounds_of(system: System, p: arb, q: arb, before: arb, longest: arb, speed: 
     return np.array([_up(x) for x in (da, dda, depart * k * da + start * dda + push * da, b * late + k * early, jerk, push)])
 
 
-def _harmonic(system: System) -> tuple[arb, arb]:
+def harmonic_motion(system: System) -> tuple[arb, arb]:
     """The coefficients of cos(w t) and sin(w t) of the harmonic motion."""
     b, k, _, cosine, sine, w, _, _ = system
     d, e = k - w * w, b * w
     return (d * cosine - e * sine) / (d * d + e * e), (d * sine + e * cosine) / (d * d + e * e)
 
 
-def _free(system: System, s: arb) -> tuple[arb, arb, arb]:
+def free_motion(system: System, s: arb) -> tuple[arb, arb, arb]:
     """The functions a, a' and q at a ball of times; equations at the edge between two regimes of damping are not enclosed."""
     b, k, g = system.b, system.k, system.g
     if b == 0 and k == 0:
@@ -146,12 +148,12 @@ def _up(x: arb) -> float:
 
 
 class _Rounded:
-    """Doubles of balls; `worst` is a bound of all errors so far."""
+    """Doubles of balls; `worst` bounds all errors so far, each relative to max(1, |y|) with the double y."""
 
     def __init__(self) -> None:
         self.worst = 0.0
 
     def __call__(self, x: arb) -> float:
         y = float(x.mid())
-        self.worst = max(self.worst, _up(x - arb(y)))
+        self.worst = max(self.worst, _up(x - arb(y)) / max(1.0, abs(y)) * (1 + 4 * UNIT))
         return y

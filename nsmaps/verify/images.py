@@ -1,28 +1,48 @@
 """Whether all orbits that start in a cell have their next impact in given cells, in doubles whose rounding is bounded.
 
-A cell is a box of a wall, phases and impact speeds. A flight from the time t0 with the speed kappa is at z(t0, kappa, t1) at the time t1.
-It is followed through blocks of arrival times. In a block f = side (z - wall) and the arrival speed u = side dz/dt1 are a value at
-the centre, known first derivatives times the distances |t0 - c0| <= r0, |kappa - ck| <= rk, |t1 - c1| <= r1, and a remainder by
-second derivatives. Impacts of the block have f = 0 and u >= 0, and for every number m, u = u - m f: each m bounds the speeds.
-The speeds kappa that are beyond a wall at the centre of a block for all t0 have hit before, and are left out of later blocks.
+A cell is a box of phases and impact speeds on a wall. A flight from the time t0 with the speed kappa is at z(t0, kappa, t1) at
+the time t1. It is followed through blocks of arrival times. In a block f = side (z - wall) and the arrival speed u = side
+dz/dt1 are a value at the centre, first derivatives there times the distances |t0 - c0| <= r0, |kappa - ck| <= rk, |t1 - c1| <=
+r1, and a remainder by second derivatives. Impacts of the block have f = 0 and u >= 0, and there u = u - m f for every number m:
+each m bounds the speeds. Speeds kappa that are beyond a wall at the centre of a block for all t0 have hit before, and are left
+out later.
 
-Rounding. `slack` of `Frame` is 2^12 M^4 (e + 2^-53), where e bounds the error of every table entry and M >= 1 bounds all entries,
-speeds and bounds. Each value and derivative of `_centre` is a polynomial of degree at most four in at most ten such numbers, of
-absolute value at most 16 M^4 and error at most 2^9 M^4 (e + 2^-53); a sum u - m f adds at most 2^-51 16 M^4 (1 + |m|).
-Radii are at most one, so that all these errors are below slack (1 + |m|)/2, and each bound has slack + |m| slack. Sums of numbers without sign
-have at most twelve roundings and are multiplied by `WIDER`. Numbers of cells are integers times a power of two, and exact.
+Three arguments complete this. An orbit with endless impacts in one cell during one passage of its phases has flights whose
+times add up to less than a period: their times, and so the speeds, tend to zero. Then the cell is of the lowest row, and the
+orbit rests on the wall. So the next impact may be in the cell itself, if a ball that rests there is released in it or comes to
+rest in a cell of a lower order, which the lowest row is checked for. A ball released at v = 0 is one of the starts of its cell.
+Where a flight touches a wall at speed zero, both the impact and the flight without it are followed.
+
+Rounding. Let e = eps + 2^-53, and K = `size` > 1. A table entry y has an error below e max(1, |y|); entries for phases, numbers
+and places are below K. With A = 1 + |a| + |a'| and Y = K + kappa: the differences x, y of `_centre` are below 2 Y with errors
+below 8 K e; c, dc are below 2 K A with errors below 8 K A e. A product of a factor below p with an error d p and one below q
+with an error d' q has an error below (d + d' + d d' + 2^-53) p q, so z and z' are below 8 K^2 A Y + |q| + K with errors below
+2^8 (K^2 A Y + 1 + |q|) e; the derivatives have one more factor K. A sum u - m f adds less than 2^-50 (1 + |m|) of these sizes,
+and radii are at most one. All errors are below (1 + |m|)/2 times the slack 2^12 K (K^2 A Y + 1 + |q|) e, and each bound has
+slack (1 + |m|). Sums of numbers without sign have few roundings and are multiplied by `WIDER`. Numbers of cells are integers
+times a power of two, and exact.
 """
 
+from collections.abc import Callable
 from math import floor
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from nsmaps.verify.formula import Tables
+
 LEFT = 65535  #: order of a cell that is not certified
 WIDER = 1 + 2.0**-40
 CLOSE = 4  #: cells of the base grid along the phase, of the longest block that is compared with cells
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def compiled(function: F) -> F:
+    """A function compiled by numba, which calls others compiled so and lets other threads run."""
+    return cast(F, njit(cache=True, nogil=True)(function))
 
 
 class Tree(NamedTuple):
@@ -50,19 +70,23 @@ class Frame(NamedTuple):
     sides: NDArray[np.float64]
     step: float
     gap: float  #: radius of the places of the walls that is not in `slack`
-    slack: float
+    unit: float  #: errors of rounding are below unit (size^2 (1 + |a| + |a'|) (size + kappa) + 1 + |q|)
+    size: float
+    slack: float  #: that bound at a = 0, a' = 1, q = 0 with the fastest departure
     bounds: NDArray[np.float64]
 
 
-def frame_of(tables: Any) -> Frame:
-    """The tables with their bound of rounding."""
-    slack = 2.0**12 * tables.size**4 * (tables.eps + 2.0**-53)
-    return Frame(*tables[:7], tables.gap, slack, tables.bounds)
+def frame_of(tables: Tables, speed: float) -> Frame:
+    """The tables with their bound of rounding, for cells with speeds up to `speed`."""
+    unit, size = 2.0**12 * tables.size * (tables.eps + 2.0**-53), tables.size
+    slack = unit * (2 * size**2 * (size + speed) + 1) * WIDER
+    phases, flights, before, numbers, places, sides, step = tables[:7]
+    return Frame(phases, flights, before, numbers, places, sides, step, tables.gap, unit, size, slack, tables.bounds)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def covered(frame: Frame, tree: Tree, leaf: int, limit: int, fine: bool) -> bool:
-    """True if every orbit from the cell `leaf` is later in a cell of an order below `limit`; `fine`: by the shortest blocks only."""
+    """True if every orbit from the cell `leaf` is later in a cell of an order below `limit`; `fine`: by short blocks only."""
     width, n = tree.width[leaf], tree.n
     height = tree.top * width / n
     low = frame.numbers[3] * tree.row[leaf] * height - frame.slack
@@ -93,9 +117,9 @@ def covered(frame: Frame, tree: Tree, leaf: int, limit: int, fine: bool) -> bool
     return False
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _rests(frame: Frame, tree: Tree, leaf: int, limit: int) -> bool:
-    """True if a ball that rests in the phases of a cell is released in them, or rests on into a cell of an order below `limit`."""
+    """True if a ball at rest in the phases of a cell is released in them, or is next in a cell of an order below `limit`."""
     wall, end = tree.wall[leaf], tree.first[leaf] + tree.width[leaf]
     away = -frame.sides[wall] * (frame.phases[end % tree.n, 2] - frame.numbers[1] * frame.places[wall])
     if away > frame.slack:
@@ -105,7 +129,7 @@ def _rests(frame: Frame, tree: Tree, leaf: int, limit: int) -> bool:
     return away > rate + frame.slack or _below(frame, tree, leaf, False, wall, end, end + 1, 0.0, 0.0, limit)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _early(frame: Frame, tree: Tree, leaf: int, low: float, high: float, limit: int) -> int:
     """The time from which blocks follow the flights of a cell; -1 if all of them have hit in allowed cells, -2 for a failure.
 
@@ -131,23 +155,33 @@ def _early(frame: Frame, tree: Tree, leaf: int, low: float, high: float, limit: 
     s = max(width // 4, 1)
     while s < 16 * width and high + 0.5 * s * frame.step * (away + _change(frame, spread, r0, s)) > -frame.slack:
         s *= 2
-    closed = s < 16 * width
-    s = s if closed else 2 * width
-    fastest = (high + 2 * s * frame.step * _change(frame, spread, r0, s)) * WIDER + frame.slack
-    t = s * frame.step
-    if t * (high + 0.5 * t * max(away + _change(frame, spread, r0, s), 0.0)) * WIDER + frame.slack >= gap:
-        return -2
-    if not _below(frame, tree, leaf, True, wall, first, first + width + s, 0.0, fastest, limit):
-        return -2
-    return -1 if closed else first + s
+    if s < 16 * width and _hits_until(frame, tree, leaf, high, (away, spread, gap), s, limit):
+        return -1
+    return first + 2 * width if _hits_until(frame, tree, leaf, high, (away, spread, gap), 2 * width, limit) else -2
 
 
-@njit(cache=True, nogil=True)
+@compiled
+def _hits_until(frame: Frame, tree: Tree, leaf: int, high: float, known: tuple[float, float, float], s: int, limit: int) -> bool:
+    """True if all impacts within a time s of departures from the lowest row are on the same wall and in allowed cells.
+
+    Their speed differs from that of departure by s times the variation of the acceleration, at most.
+    """
+    away, spread, gap = known
+    wall, first, width, t = tree.wall[leaf], tree.first[leaf], tree.width[leaf], s * frame.step
+    change = _change(frame, spread, 0.5 * width * frame.step, s)
+    if t * (high + 0.5 * t * max(away + change, 0.0)) * WIDER + frame.slack >= gap:
+        return False
+    fastest = (high + 2 * t * change) * WIDER + frame.slack
+    return bool(_below(frame, tree, leaf, True, wall, first, first + width + s, 0.0, fastest, limit))
+
+
+@compiled
 def _change(frame: Frame, spread: float, r0: float, s: int) -> float:
+    """How much the acceleration of a flight changes from the centre of a cell until the time s, at most."""
     return (spread + frame.bounds[4] * (r0 + s * frame.step)) * WIDER
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _centre(frame: Frame, wall: int, i0: int, kappa: float, i1: int, m: int) -> tuple[float, ...]:
     """At the centre: z, z', their derivatives by t0, a, a', c and the acceleration on arrival."""
     b, k, g = frame.numbers[0], frame.numbers[1], frame.numbers[2]
@@ -160,7 +194,7 @@ def _centre(frame: Frame, wall: int, i0: int, kappa: float, i1: int, m: int) -> 
     return z, v, -(w0 * c + start * a), -(w0 * dc + start * da), a, da, c, frame.phases[i1, 2] - k * z - b * v
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _block(
     frame: Frame, tree: Tree, leaf: int, low: float, high: float, start: int, block: int, limit: int
 ) -> tuple[bool, float, float]:
@@ -171,10 +205,12 @@ def _block(
     rk = (0.5 * (high - low) + frame.slack) * WIDER
     z, v, z0, v0, a, da, c, push = _centre(frame, wall, c0 % tree.n, middle, c1 % tree.n, c1 - c0 + frame.before)
     top, dda, v00, v01, jerk, rate = frame.bounds
+    fall = frame.flights[c1 - c0 + frame.before, 2]
+    slack = frame.unit * (frame.size**2 * (1 + abs(a) + abs(da)) * (frame.size + high) + 1 + abs(fall)) * WIDER + frame.slack
     late = abs(v0) + v00 * r0 + v01 * r1 + dda * rk
-    bend = 0.5 * (late + rate * (abs(a) + top * (r0 + r1))) * r0 * r0 + top * r0 * rk + frame.slack + frame.gap * (1 + abs(c))
+    bend = 0.5 * (late + rate * (abs(a) + top * (r0 + r1))) * r0 * r0 + top * r0 * rk + slack + frame.gap * (1 + abs(c))
     off = bend + late * r0 * r1 + top * r1 * rk + 0.5 * (abs(push) + jerk * r1 + v01 * r0 + dda * rk) * r1 * r1
-    off_v = 0.5 * v00 * r0 * r0 + v01 * r0 * r1 + dda * (r0 + r1) * rk + 0.5 * jerk * r1 * r1 + frame.slack
+    off_v = 0.5 * v00 * r0 * r0 + v01 * r0 * r1 + dda * (r0 + r1) * rk + 0.5 * jerk * r1 * r1 + slack
     reach = (abs(z0) * r0 + abs(a) * rk + abs(v) * r1 + off) * WIDER
     below, above = low, high
     for other in range(frame.places.size):
@@ -192,7 +228,7 @@ def _block(
             same = other == wall and start < first + width
             if not _below(frame, tree, leaf, same, other, start, start + block, max(slow, 0.0), fast, limit):
                 return False, low, high
-        beyond = f - (abs(z0) * r0 + bend) * WIDER - frame.slack
+        beyond = f - (abs(z0) * r0 + bend) * WIDER - slack
         if lift < 0 and beyond > lift * rk:
             below = max(below, middle - beyond / lift - frame.slack)
         elif lift > 0 and beyond > -lift * rk:
@@ -200,7 +236,7 @@ def _block(
     return True, below, above
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _speeds(f: float, u: float, slopes: Any, radii: tuple[float, float, float], off: float, off_v: float) -> tuple[float, float]:
     """Bounds of the arrival speed where f = 0: with m = 0, or so that one of the three derivatives of u - m f is zero."""
     low, high = -np.inf, np.inf
@@ -214,7 +250,7 @@ def _speeds(f: float, u: float, slopes: Any, radii: tuple[float, float, float], 
     return low, high
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _below(
     frame: Frame, tree: Tree, leaf: int, same: bool, wall: int, first: int, end: int, low: float, high: float, limit: int
 ) -> bool:
@@ -223,7 +259,7 @@ def _below(
     if high >= tree.top:
         return False
     stack = np.empty(64, np.int64)
-    bottom, upper = max(int(floor(low / height)) - 1, 0), min(int(floor(high / height)) + 1, tree.side - 1)
+    bottom, upper = max(floor(low / height) - 1, 0), min(floor(high / height) + 1, tree.side - 1)
     for column in range(first // base, (end - 1) // base + 1):
         turn = column // tree.side * tree.n
         for row in range(bottom, upper + 1):
