@@ -24,6 +24,7 @@ RANK = {
     "datasets": 0.7,
     "parallel": 0.7,
     "continuation": 0.8,
+    "verify": 0.8,  # shares nothing with the rooms whose results it verifies
     "exact": 1,
     "dynamics": 1.5,  # below `reduced`, which follows orbits to tell where a map attracts
     "reduced": 2,
@@ -31,6 +32,7 @@ RANK = {
     "symbolic": 2.7,
     "auxiliary": 3,
     "cells": 3.5,
+    "proof": 3.7,
     "exports": 4,
     "plugins": 4,
     "testing": 4,
