@@ -54,10 +54,10 @@ def _numbers(system: "ImpactSystem", shifts: Mapping[str, float]) -> dict[str, A
     g, cosine = (there + back) / 2, (there - back) / 2
     sine = across - g
     for phase in (sp.Rational(1, 3), sp.Rational(11, 5), sp.Rational(27, 5)):
-        rest = sp.N((force - cosine * sp.cos(PHI) - sine * sp.sin(PHI)).subs(PHI, phase), DIGITS) - g
-        if abs(rest) > NEGLIGIBLE * (1 + abs(there)):
+        remainder = sp.N((force - cosine * sp.cos(PHI) - sine * sp.sin(PHI)).subs(PHI, phase), DIGITS) - g
+        if abs(remainder) > NEGLIGIBLE * (1 + abs(there)):
             raise ProofError(
-                f"the force of {cls.__name__} is not g + F cos(w t) + S sin(w t): {sp.N(rest, 5)} is left at phase {phase}"
+                f"the force of {cls.__name__} is not g + F cos(w t) + S sin(w t): {sp.N(remainder, 5)} is left at phase {phase}"
             )
     turns = sp.simplify(2 / period)  # the frequency over pi
     power = 0 if turns.has(sp.pi) else 1

@@ -85,14 +85,14 @@ def tables_of(system: System, n: int, before: int, periods: int, speed: float) -
     return Tables(phases, flights, before, numbers, places, sides, _up(step), rounded.worst, size, bounds, separate.worst)
 
 
-def bounds_of(system: System, p: arb, q: arb, before: arb, longest: arb, speed: float) -> Doubles:
-    """Bounds of the derivatives that remainders depend on, for all departures and the times from -before to `longest`.
+def bounds_of(system: System, p: arb, q: arb, before: arb, horizon: arb, speed: float) -> Doubles:
+    """Bounds of the derivatives that remainders depend on, for all departures and the times from -before to `horizon`.
 
     They are the largest |a'| and |a''|, and, of z(t1; t0, kappa) with the departure at t0 and the departure speed kappa, those of
     |d2 z'/dt0 dt0|, |d2 z'/dt0 dt1|, |d3 z/dt1^3| (of the acceleration along a flight) and of the force's derivative.
     """
     b, k, g, cosine, sine, w, walls, r = system
-    pieces = [free_motion(system, t) for t in _pieces(before, longest)]
+    pieces = [free_motion(system, t) for t in _pieces(before, horizon)]
     a, da, fall = (_largest([x[i] for x in pieces]) for i in range(3))
     wave, force = (p * p + q * q).sqrt(), (cosine * cosine + sine * sine).sqrt()
     wall, depart = _largest([at for at, _ in walls]), abs(r) * arb(speed)
@@ -131,9 +131,9 @@ def free_motion(system: System, s: arb) -> tuple[arb, arb, arb]:
     return a, da, g * (1 - da - b * a) / k if k != 0 else g * (s - a) / b
 
 
-def _pieces(before: arb, longest: arb) -> list[arb]:
-    """Balls that cover the times from -before to `longest`."""
-    width = (before + longest) / PIECES
+def _pieces(before: arb, horizon: arb) -> list[arb]:
+    """Balls that cover the times from -before to `horizon`."""
+    width = (before + horizon) / PIECES
     return [((2 * i + 1) * width / 2 - before) + width * arb(0, 0.5) for i in range(PIECES)]
 
 

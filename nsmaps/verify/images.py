@@ -269,8 +269,10 @@ def _below(
                 node = stack[count]
                 left, width = turn + tree.first[node], tree.width[node]
                 tall = tree.top * width / tree.n
-                apart = left >= end or left + width <= first or tree.row[node] * tall > high or (tree.row[node] + 1) * tall < low
-                if apart or tree.order[node] < limit:
+                outside = (
+                    left >= end or left + width <= first or tree.row[node] * tall > high or (tree.row[node] + 1) * tall < low
+                )
+                if outside or tree.order[node] < limit:
                     continue
                 if tree.child[node] < 0:
                     if not (same and node == leaf):
