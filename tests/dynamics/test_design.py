@@ -231,6 +231,11 @@ def test_what_cannot_be_answered_is_refused(changes: dict[str, Any], message: st
         nsmaps.optimize(PAIR.at, **given)
 
 
+def test_a_system_in_place_of_a_function_is_refused() -> None:
+    with pytest.raises(nsmaps.NsmapsError, match="VIPair is not a function of parameters; expected: its `at`"):
+        nsmaps.optimize(PAIR, "loss", BOUNDS, NEAR, START)
+
+
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
 def test_the_numbers_of_stability_are_determinants(n: int) -> None:
     """det(1 - J), det(1 + J), and det(1 - B) with the bialternate square B, the minors of two rows and two columns."""

@@ -21,6 +21,13 @@ if TYPE_CHECKING:
 Range = tuple[float, float]
 
 
+def check_function(system_of: object) -> None:
+    """Refuse a system in place of a function that gives one."""
+    if not callable(system_of):
+        name = type(system_of).__name__
+        raise NsmapsError(f"{name} is not a function of parameters; expected: its `at`, or a function with keywords")
+
+
 def box(bounds: Mapping[str, Range], x0: Mapping[str, float]) -> tuple[tuple[str, ...], Floats, Floats, Floats]:
     """The names of the parameters, their least and greatest values, and the first ones as shares of their ranges."""
     names = tuple(bounds)

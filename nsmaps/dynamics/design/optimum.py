@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import StateLike, as_states
 from nsmaps.dynamics.attractors.basins import Basins, basins
-from nsmaps.dynamics.design.arguments import box, check_limits, first_point, observed, text
+from nsmaps.dynamics.design.arguments import box, check_function, check_limits, first_point, observed, text
 from nsmaps.dynamics.design.basin import Basin
 from nsmaps.dynamics.design.conditions import BINDING, Condition, gains
 from nsmaps.dynamics.design.problem import Point, Problem, System
@@ -112,6 +112,7 @@ def optimize(
         NsmapsError: an argument is not valid, there is no such motion at `x0`, the observable has no derivative, or no motion
             was found that meets the conditions.
     """
+    check_function(system_of)
     names, low, high, first = box(bounds, x0)
     check_limits(sense, multiplier, graze, share, starts, states is not None)
     what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
@@ -185,7 +186,7 @@ def _with_share(basin: Basin, best: Point) -> Point:
 def _conditions(search: Search, point: Point, unknown: bool = False) -> tuple[tuple[Condition, ...], float]:
     """The conditions at a motion, and what those that are active leave of the gradient, as a share of the value.
 
-    Both are not `unknown` unless a condition without derivative is active.
+    Gains and the latter are NaN where they are `unknown`, since a condition without derivative is active.
     """
     problem = search.problem
     now, count = problem.conditions(point.system, point.orbit), len(problem.names)

@@ -19,6 +19,7 @@ LONGEST = 0.2  #: largest predicted change of an orbit, in the scale of its stat
 BEND = 0.2  #: largest correction of it, as a share of the change
 ROUNDED = 1e-8  #: correction that is always allowed, as a share of the scale of the states
 SHORTEST = 1 / 64  #: share of the way to other parameters below which the motion counts as lost
+NEARLY = 1e-4  #: share of its bound by which a multiplier may exceed it, the root of what `stability` resolves
 TRIES = 60  #: steps on the way to other parameters
 
 
@@ -127,6 +128,10 @@ class Problem:
         """Numbers at least zero where the motion is stable and far enough from a graze, shape (c,)."""
         stable = np.empty(0) if self.multiplier is None else stability(orbit.derivative, self.multiplier)
         return np.append(stable, np.minimum(margins(system, orbit), FAR).ravel() - self.graze)
+
+    def stable(self, orbit: PeriodicOrbit) -> bool:
+        """Whether all multipliers are within the bound, which `stability` does not show of more than two."""
+        return self.multiplier is None or bool(np.abs(orbit.multipliers).max() <= self.multiplier * (1 + NEARLY))
 
     def slopes(self, point: Point) -> Floats:
         """Their derivatives, shape (c, k): central differences of neighbouring orbits, extrapolated."""

@@ -41,7 +41,7 @@ class Search:
     def met(self, at: Floats) -> bool:
         """Whether the motion is there and all conditions are met."""
         point, conditions = self.here(at)
-        return point is not None and bool(conditions.min(initial=0.0) >= -MET)
+        return point is not None and bool(conditions.min(initial=0.0) >= -MET) and self.problem.stable(point.orbit)
 
     def sought(self, at: Floats) -> float:
         """What is minimised, of order one; infinite where the motion is lost, which shortens the step."""
