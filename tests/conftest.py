@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Callable
+from importlib import import_module
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,10 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the many programs that tests 
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
 
+from nsmaps import observe, run
 from nsmaps.study.ahead import CALLS
+
+fcntl = None if os.name == "nt" else import_module("fcntl")
 
 settings.register_profile("checks", derandomize=True)  # the same examples every time, where nobody looks on
 if os.environ.get("CI"):
@@ -38,6 +42,10 @@ COMPILED = [
     lambda: CALLS["noise"](PAIR),
     lambda: RECOIL.first_return([[0.5, 0.1, -0.6, 1.0]]),
     lambda: CALLS["boxes"](RECOIL),
+    lambda: CALLS["noise"](RECOIL),
+    lambda: RECOIL.arrivals([[0.0, 0.1, 0.2, 0.3, 1.0]]),
+    lambda: observe(RECOIL, [0.5, 0.1, -0.6, 1.0], 2, ["loss"], batches=1),
+    lambda: observe(PAIR, [0.5, 1.0], 2, ["loss"], batches=1),
 ]
 
 
@@ -51,6 +59,24 @@ def pair() -> Callable[..., VIPair]:
 def reference() -> Callable[[str], list[dict[str, Any]]]:
     """The rows of one of the files of 50-digit references."""
     return lambda name: json.loads((DATA / f"{name}.json").read_text())["rows"]
+
+
+@pytest.fixture(scope="session")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """The folder of the run of a shipped study: the first test that asks for it runs the study, those of other processes wait."""
+    own = tmp_path_factory.getbasetemp()
+    base = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+    def folder(name: str) -> Path:
+        made = base / "shipped" / name
+        with (base / "shipped.lock").open("w") as lock:
+            if fcntl is not None:
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            if not (made / "result.json").is_file():
+                run(name, out=made)
+        return made
+
+    return folder
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
