@@ -191,6 +191,14 @@ _ROWS = (
         (data.BASINS,),
     ),
     Row(
+        "longrun.global_continuation",
+        "Shares of basins as stacked bands over a parameter, above distances to the boundary and return times of the attractors.",
+        "Attractors along the parameter, matched from value to value: the share of the random starts that each reaches; the "
+        "smallest kick found that leads elsewhere, an upper estimate of the distance to the boundary (an arrow: none up to one); "
+        "the mean return time after a kick, with two standard errors. Kicks are in shares of the region's sides.",
+        (data.GLOBAL_CONTINUATION,),
+    ),
+    Row(
         "longrun.manifolds",
         "The stable and unstable manifolds of saddles as lines in the plane of states.",
         "The stable (blue) and unstable (orange) manifolds of the saddles (crosses), grown to the lengths of the study and "

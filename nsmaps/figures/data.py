@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.morse_sets import MorseCover
     from nsmaps.dynamics.attractors.basins import Basins
+    from nsmaps.dynamics.attractors.continued import GlobalContinuation
     from nsmaps.dynamics.charts.chart import Chart
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
@@ -241,6 +242,9 @@ STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",)
 CHART: "Need[Chart]" = Need("a chart of two parameters", ("chart",), lambda result: result.chart)
 LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
 BASINS: "Need[Basins]" = Need("basins over a grid", ("basins",), _basins)
+GLOBAL_CONTINUATION: "Need[GlobalContinuation]" = Need(
+    "attractors along a parameter", ("global_continuation",), lambda result: result.global_continuation
+)
 MANIFOLDS: "Need[Mapping[str, Sequence[Manifold]]]" = Need("manifolds of saddles", ("manifolds",), _manifolds)
 OBSERVABLES: "Need[Mapping[str, Any]]" = Need(
     "observables along a parameter",

@@ -35,6 +35,7 @@ _FOUND: Mapping[str, Found] = {
     "observables": of_dynamics.observables,
     "lyapunov": of_dynamics.lyapunov,
     "basins": of_dynamics.basins,
+    "global_continuation": of_dynamics.global_continuation,
     "manifolds": of_dynamics.manifolds,
     "noise": of_dynamics.noise,
     "auxiliary": of_maps.domain,

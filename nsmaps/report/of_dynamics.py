@@ -93,6 +93,16 @@ def basins(result: StudyResult, part: str) -> str:
     return f"{at(result)}{len(found.label):,} states, of which reach {listed(shares)}."
 
 
+def global_continuation(result: StudyResult, part: str) -> str:
+    """The numbers of attractors, births and deaths."""
+    found = result.global_continuation
+    if found is None:
+        return ""
+    kinds = [change.kind for change in found.changes]
+    starts = f"{len(found.values)} values with {found.samples:,} random starts each"
+    return f"{starts}: attractors {found.share.shape[1]}, births {kinds.count('birth')}, deaths {kinds.count('death')}."
+
+
 def manifolds(result: StudyResult, part: str) -> str:
     """The saddles, with the states and pieces of each of their manifolds."""
     rows = [

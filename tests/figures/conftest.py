@@ -103,6 +103,7 @@ SECTIONS: dict[str, Any] = {
     },
     "observables": {"quantities": ["loss", "speed"]},
     "lyapunov": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "start": START},
+    "global_continuation": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "region": {"v": [0, 1], "phi": [0, 1]}},
     "noise": {
         "sigma": [0, 0.1],
         "tau": 1,
@@ -256,7 +257,9 @@ def told(stored: StudyResult, composite: CompositeMap) -> PartitionResult:
 @pytest.fixture(scope="session")
 def stored() -> dict[str, StudyResult]:
     """The runs that are stored in the format of today, by the names of their folders."""
-    return {name: read_result(STORED / name) for name in ("run", "partition", "accurate", "long", "chart", "manifolds")}
+    return {
+        name: read_result(STORED / name) for name in ("run", "partition", "accurate", "long", "chart", "manifolds", "resilience")
+    }
 
 
 @pytest.fixture(scope="session")
@@ -295,6 +298,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         lyapunov=_exponents(),
         chart=stored["chart"].chart,
         basins=basins(Toy(), GRID, returns=50),
+        global_continuation=stored["resilience"].global_continuation,
         manifolds=stored["manifolds"].manifolds,
         noise=_noisy(),
         domains=domains,

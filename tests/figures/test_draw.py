@@ -30,6 +30,7 @@ STORED = {
     "accurate": "words surfaces projections strips speed_error",
     "long": "motion impacts slices words regions surfaces projections diagonal diagonal_surface orders fit_error orbits cobweb "
     "branches stability lyapunov basins noise auxiliary envelopes domain_size morse exit_times",
+    "resilience": "global_continuation",
 }  #: what can be drawn of each stored run, beside what asks nothing
 MISSING = {
     "motion": ("orbits", (), "'track' in an entry of 'orbits'"),
@@ -55,6 +56,7 @@ MISSING = {
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
     "chart": ("chart", None, "'chart'"),
+    "global_continuation": ("global_continuation", None, "'global_continuation'"),
     "manifolds": ("manifolds", {}, "'manifolds'"),
     "observables": ("observables", {}, "'observables', and a 'bifurcation' of the exact map or 'branches'"),
     "noise": ("noise", None, "'noise'"),

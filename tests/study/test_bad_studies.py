@@ -11,8 +11,8 @@ from nsmaps.errors import StudyError
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "branches, stability, chart, lyapunov, basins, manifolds, observables, optimum, noise, domains, second_iterate, morse, "
-    "exit_times, figures, require, expected_failures"
+    "branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, optimum, noise, domains, "
+    "second_iterate, morse, exit_times, figures, require, expected_failures"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
@@ -213,8 +213,8 @@ BAD = {
         "cobwebs",
         "unknown word 'cobwebs'; expected: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
         "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
-        "orbits, cobweb, bifurcation, branches, stability, chart, lyapunov, basins, manifolds, observables, noise, auxiliary, "
-        "envelopes, domain_size, second_iterate, morse, exit_times, did you mean 'cobweb'?",
+        "orbits, cobweb, bifurcation, branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, "
+        "noise, auxiliary, envelopes, domain_size, second_iterate, morse, exit_times, did you mean 'cobweb'?",
     ),
     "deltas of no orders": (
         "require:",

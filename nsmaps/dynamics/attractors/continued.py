@@ -95,6 +95,7 @@ class GlobalContinuation(WithCoordinates):
             "returned": (each, self.returned, NONE, "share of the timed kicks that come back"),
             "motion": (each, self.labels, NONE, "name of the motion; empty where it was not found"),
             "period": (each, period, "returns", "of the attractor; 0: none, -1: it was not found"),
+            "index": (each, self.index, NONE, "place of the attractor among those of all values; -1: it was not found"),
             "unresolved": ("value", self.unresolved, NONE, "share of the starts that arrive at no attractor"),
             "ended": ("value", self.ended, NONE, "share of the starts whose orbits end"),
             "scale": ("coordinate", self.scale, "", "unit of kicks and distances in each coordinate"),

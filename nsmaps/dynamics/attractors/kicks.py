@@ -71,10 +71,10 @@ def nonlocal_stability(
     """The stability of attractors against finite kicks of their states; the orbits of all attractors are one batch.
 
     A kick leads elsewhere if its orbit arrives at another attractor, by the criterion of `basins`, or ends. If it arrives at none
-    within `returns`, it counts neither as one that leaves nor as one that comes back. A kick to a point that cannot be a state, as with
-    a negative impact speed, is not counted, and ends its ray. Along each ray kicks up to the scale are tried, with ratios of
-    sqrt 2; where the first of them leads elsewhere, the change is bisected to 1e-3. The distance is therefore an upper estimate:
-    other directions, and thin basins between two kicks of a ray, may be nearer.
+    within `returns`, it counts neither as one that leaves nor as one that comes back. A kick to a point that cannot be a state,
+    as with a negative impact speed, is not counted, and ends its ray. Along each ray kicks up to the scale are tried, with ratios
+    of sqrt 2; where the first of them leads elsewhere, the change is bisected to 1e-3. The distance is therefore an upper
+    estimate: other directions, and thin basins between two kicks of a ray, may be nearer.
 
     Args:
         attractors: all that are known, as kicks may lead to any.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.surfaces.surface import Grid
     from nsmaps.study.result import StudyResult
 
-_COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)
+COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)  #: of attractors, by their number
 _MARKS = "oDs^vP"
 _DECADE = 10  #: counts of returns that differ by more than this factor are shown on a logarithmic scale
 _KINDS = {-1: ("unresolved", "0.6"), -2: ("ended", "0.15")}
@@ -33,7 +33,7 @@ def basins(result: "StudyResult", ax: Axes) -> Axes:
     """A colour for each basin, its attractor marked on it; what came to none is grey, what ended is black."""
     found = BASINS.of(result, "basins")
     present = [k for k in (*range(len(found.attractors)), *_KINDS) if (found.label == k).any()]
-    colours = [_KINDS[k][1] if k < 0 else tint(_COLOURS[k % len(_COLOURS)], 0.35) for k in present]
+    colours = [_KINDS[k][1] if k < 0 else tint(COLOURS[k % len(COLOURS)], 0.35) for k in present]
     numbers = np.select([found.label == k for k in present], range(len(present)), 0)
     _paint(ax, result, numbers, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(present) - 0.5)
     handles, shown = [], plane(_grid(result))
@@ -42,7 +42,7 @@ def basins(result: "StudyResult", ax: Axes) -> Axes:
         handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * found.fractions[k]:.3g} %"))
         if k >= 0:
             states, many = found.attractors[k].states, found.attractors[k].period == 0
-            look = {"mfc": _COLOURS[k % len(_COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
+            look = {"mfc": COLOURS[k % len(COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
             ax.plot(*states[:, shown].T, _MARKS[k % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
     ax.legend(handles=handles)
     return _dressed(ax, result)

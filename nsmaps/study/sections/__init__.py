@@ -20,6 +20,7 @@ from nsmaps.study.sections.maps.surfaces import FAMILIES, GRID
 from nsmaps.study.sections.parameters.bifurcation import BIFURCATION
 from nsmaps.study.sections.parameters.branches import BRANCHES
 from nsmaps.study.sections.parameters.chart import CHART
+from nsmaps.study.sections.parameters.global_continuation import GLOBAL_CONTINUATION
 from nsmaps.study.sections.parameters.lyapunov import LYAPUNOV
 from nsmaps.study.sections.parameters.optimum import OPTIMUM
 from nsmaps.study.sections.parameters.stability import STABILITY
@@ -43,6 +44,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     CHART,
     LYAPUNOV,
     BASINS,
+    GLOBAL_CONTINUATION,
     MANIFOLDS,
     OBSERVABLES,
     OPTIMUM,
@@ -56,7 +58,7 @@ SECTIONS: tuple[Section[Any], ...] = (
 if TYPE_CHECKING:
     from nsmaps.study.sections.longrun import basins, noise, observables, orbits
     from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
-    from nsmaps.study.sections.parameters import bifurcation, branches, chart, lyapunov, optimum, stability
+    from nsmaps.study.sections.parameters import bifurcation, branches, chart, global_continuation, lyapunov, optimum, stability
     from nsmaps.study.sections.sets import domains, exit_times, manifolds, morse
 
     class Kept(
@@ -73,6 +75,7 @@ if TYPE_CHECKING:
         chart.Stored,
         lyapunov.Stored,
         basins.Stored,
+        global_continuation.Stored,
         manifolds.Stored,
         observables.Stored,
         optimum.Stored,

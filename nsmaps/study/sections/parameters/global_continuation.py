@@ -1,0 +1,141 @@
+"""The section `global_continuation`: attractors of the exact map over a parameter, and their stability against kicks."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import Field
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.conclusions.texts import plain
+from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
+from nsmaps.study.reading.values import Bounds, Range
+from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.parameters.bifurcation import missing_values
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.attractors.continued import GlobalContinuation
+    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+ROWS = 12  #: largest number of attractors, and of births and deaths, in a table
+
+
+class GlobalContinuationSection(Range):
+    """Attractors over a parameter: shares of their basins in a region, distances to the boundary, return times."""
+
+    region: Bounds
+    samples: int = Field(1000, ge=1)
+    returns: int = Field(1000, ge=1)
+    tolerance: Number = Field(1e-6, gt=0)
+    max_period: int = Field(32, ge=1)
+    step: Number = Field(0.1, gt=0)
+    kick: Number = Field(0.01, gt=0)
+    kicks: int = Field(100, ge=1)
+    directions: int = Field(16, ge=1)
+    states: int = Field(8, ge=1)
+    seed: int = Field(0, ge=0)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored:
+    """The fields of a result for attractors over a parameter."""
+
+    global_continuation: "GlobalContinuation | None" = None
+
+
+def _bind(spec: GlobalContinuationSection, binding: "Binding") -> Box:
+    binding.some_values(("global_continuation",), spec)
+    return binding.box(("global_continuation", "region"), spec.region)
+
+
+def _compute(spec: GlobalContinuationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+    from nsmaps.dynamics.attractors.global_continuation import global_continuation
+
+    values = np.linspace(spec.low, spec.high, spec.points)
+    names = {"samples", "returns", "tolerance", "max_period", "step", "kick", "kicks", "directions", "seed"}
+    how: Any = spec.model_dump(include=names) | {"points": spec.states}
+    with plan.study.source.located(("global_continuation",)):
+        region = plan.bound["global_continuation"]
+        found = global_continuation(Along(plan.system, spec.parameter), values, region, **how, jobs=plan.jobs)
+        return {"global_continuation": found}
+
+
+def _describe(spec: GlobalContinuationSection, study: "Study") -> str:
+    values = f"{spec.points} values of {spec.parameter} from {spec.low:g} to {spec.high:g}"
+    return f"{values}, {spec.samples} starts each, up to {spec.returns} returns"
+
+
+def _size(spec: GlobalContinuationSection, study: "Study", system: "ImpactSystem") -> Size:
+    """At most all starts and 100 more for all returns."""
+    return Size(VALUE + RETURN * spec.returns * (spec.samples + 100), COPIES * STATE).times(spec.points)
+
+
+def _numbers(result: "StudyResult") -> dict[str, Any]:
+    """Every quantity of each attractor at each value, and the births and deaths."""
+    found = result.global_continuation
+    if found is None:
+        return {}
+    names = "share", "share_error", "distance", "return_time", "return_error", "returned", "unresolved", "ended"
+    rows = {name: plain(getattr(found, name)) for name in names}
+    about = {"values": found.values.tolist(), "labels": found.labels.tolist(), **rows}
+    changes = [{"attractor": c.attractor, "kind": c.kind, "label": c.label, "between": [c.low, c.high]} for c in found.changes]
+    return {"global_continuation": about | {"scale": found.scale.tolist(), "changes": changes}}
+
+
+def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
+    if result.global_continuation is not None:
+        yield from missing_values("global_continuation", result.system.map_name, result.global_continuation.reasons)
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The attractors with the ranges of their quantities, and the births and deaths."""
+    found, section = result.global_continuation, result.study.global_continuation
+    if found is None or section is None:
+        return
+    count, rows = found.share.shape[1], []
+    for number in range(count):
+        there = found.found[:, number]
+        names = " ".join(dict.fromkeys(found.labels[there, number].tolist()))
+        span = f"{found.values[there].min():.9g}", f"{found.values[there].max():.9g}"
+        ranges = (_range(100 * found.share[there, number]), *(_range(x[there, number]) for x in _measured(found)))
+        rows.append((str(number), names if len(names) <= 24 else "several", *span, *ranges))
+    notes = [f"There are {count - ROWS} more attractors."] if count > ROWS else []
+    where = "distance: the smallest kick found that leads elsewhere, an upper estimate, in shares of the region's sides"
+    notes.append(f"share: of the random starts; {where}; returns: after a kick of {section.kick:g}.")
+    heads = "attractor", "motions", f"{section.parameter} from", "to", "share (%)", "distance", "returns"
+    yield Table("Attractors along the parameter", heads, tuple(rows[:ROWS]), tuple(notes))
+    changes = [(str(c.attractor), c.label, c.kind, f"{c.low:.9g}", f"{c.high:.9g}") for c in found.changes]
+    if changes:
+        more = (f"There are {len(changes) - ROWS} more.",) if len(changes) > ROWS else ()
+        between = "attractor", "motion", "change", f"{section.parameter} from", "to"
+        yield Table("Births and deaths on the way up", between, tuple(changes[:ROWS]), more)
+
+
+def _measured(found: "GlobalContinuation") -> tuple[Floats, Floats]:
+    return found.distance, found.return_time
+
+
+def _range(values: Floats) -> str:
+    """The least and the greatest value."""
+    known = values[~np.isnan(values)]
+    ends = [f"{end:.3g}" for end in (known.min(), known.max())] if known.size else ["none"]
+    return ends[0] if ends[0] == ends[-1] else " to ".join(ends)
+
+
+GLOBAL_CONTINUATION = Section[GlobalContinuationSection](
+    key="global_continuation",
+    type=GlobalContinuationSection | None,
+    stored=Stored,
+    holds={"dynamics.attractors.continued": ("GlobalContinuation",)},
+    bind=_bind,
+    compute=_compute,
+    describe=_describe,
+    size=_size,
+    numbers=_numbers,
+    verdicts=_verdicts,
+    tables=_tables,
+)
