@@ -43,6 +43,16 @@ def box(bounds: Mapping[str, Range], x0: Mapping[str, float]) -> tuple[tuple[str
     return names, low, high, (values - low) / (high - low)
 
 
+def offsets_of(tolerances: Mapping[str, float], bounds: Mapping[str, Range]) -> Floats:
+    """None and every parameter more and less by its tolerance, as shares of their ranges, shape (m, k)."""
+    if not set(tolerances) <= set(bounds) or not all(0 < value < np.inf for value in tolerances.values()):
+        given = ", ".join(f"{name} = {value:g}" for name, value in tolerances.items())
+        raise NsmapsError(f"the tolerances are {given}; expected: numbers above zero, of {', '.join(bounds)}")
+    sizes = np.diag([tolerances.get(name, 0.0) / (high - low) for name, (low, high) in bounds.items()])
+    sizes = sizes[sizes.any(axis=1)]
+    return np.vstack([np.zeros((1, len(bounds))), sizes, -sizes])
+
+
 def check_limits(sense: str, multiplier: float | None, graze: float, share: float, starts: int, sampled: bool) -> None:
     """Refuse limits that mean nothing."""
     if sense not in ("max", "min") or starts < 1:

@@ -31,16 +31,28 @@ class Basin:
     states: Floats  #: shape (N, n)
     returns: int  #: within which a state is to come to the motion
     least: float  #: share that is asked for
+    offsets: Floats  #: shape (m, k), of parameters at which the share is asked for, as shares of their ranges, zero first
     shares: dict[bytes, float] = field(default_factory=dict)
     met: list[Point] = field(default_factory=list)  #: motions that meet all conditions
 
     def share(self, point: Point) -> float:
-        """The share of the states that come to a motion."""
+        """The least share of the states that come to a motion, at its parameters and beside them; or the first one too small."""
         key = point.at.tobytes()
         if key not in self.shares:
-            label = follow(point.system, self.states, [attractor_of(point)], self.returns).label
-            self.shares[key] = float((label == 0).mean())
+            found = 1.0
+            for offset in self.offsets:
+                found = min(found, self._share(point.at + offset))
+                if found < self.least:
+                    break
+            self.shares[key] = found
         return self.shares[key]
+
+    def _share(self, at: Floats) -> float:
+        """The share at parameters, zero where the motion is lost."""
+        point = self.search.here(at)[0]
+        if point is None:
+            return 0.0
+        return float((follow(point.system, self.states, [attractor_of(point)], self.returns).label == 0).mean())
 
     def conditions(self, at: Floats) -> Floats:
         """The conditions and the share beyond what is asked for, shape (c + 1,)."""

@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import StateLike, as_states
 from nsmaps.dynamics.attractors.basins import Basins, basins
-from nsmaps.dynamics.design.arguments import box, check_function, check_limits, first_point, observed, text
+from nsmaps.dynamics.design.arguments import box, check_function, check_limits, first_point, observed, offsets_of, text
 from nsmaps.dynamics.design.basin import Basin
 from nsmaps.dynamics.design.conditions import BINDING, Condition, gains
 from nsmaps.dynamics.design.problem import Point, Problem, System
@@ -78,6 +78,7 @@ def optimize(
     graze: float = 0.01,
     states: Grid | ArrayLike | None = None,
     share: float = 0.0,
+    tolerances: Mapping[str, float] | None = None,
     returns: int = 1000,
     starts: int = 5,
     progress: Progress | None = None,
@@ -104,6 +105,8 @@ def optimize(
         states: whose basins are computed at the optimum, as of `basins`; None for none.
         share: of these states that is at least to come to the motion. It is sampled and has no derivative: where the optimum of
             SLSQP has less, COBYLA continues from there, with the same states, to steps of 1e-3 of the bounds.
+        tolerances: of parameters. The share is also to be kept where one of them differs by its tolerance, either way, since the
+            basins of attractors that come and go change with every parameter.
         returns: within which a state is to come to the motion.
         starts: `x0`, and points of a Halton sequence in the bounds, each moved towards `x0` as far as the motion is lost there.
         progress: called now and then with the fraction of the starts that is done, from 0 to 1.
@@ -115,6 +118,7 @@ def optimize(
     check_function(system_of)
     names, low, high, first = box(bounds, x0)
     check_limits(sense, multiplier, graze, share, starts, states is not None)
+    offsets = offsets_of(tolerances or {}, bounds)
     what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
     problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
     problem.known.append(first_point(problem, first, start, period, motion))
@@ -127,7 +131,7 @@ def optimize(
     best, lies_on_share, found = _best(search, ends, attempts), False, None
     if states is not None:
         sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
-        basin = Basin(search, sample, returns, share)
+        basin = Basin(search, sample, returns, share, offsets)
         lies_on_share = basin.share(best) < share
         best = _with_share(basin, best) if lies_on_share else best
         found = basins(best.system, states, returns=returns)

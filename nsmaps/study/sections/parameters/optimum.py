@@ -50,6 +50,7 @@ class OptimumSection(BaseModel):
     graze: Number = Field(0.01, ge=0, lt=1)
     grid: dict[str, Side] | None = None  #: of states whose basins are computed
     share: Number = Field(0.0, ge=0, le=1)
+    tolerances: dict[str, Number] = Field(default_factory=dict)
     returns: int = Field(1000, ge=1)
     starts: int = Field(5, ge=1)
     noisy: OptimumNoiseSection | None = None
@@ -73,7 +74,7 @@ class Stored:
 
 
 def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
-    from nsmaps.dynamics.design.arguments import box, check_limits, observed
+    from nsmaps.dynamics.design.arguments import box, check_limits, observed, offsets_of
 
     source, known = binding.study.source, binding.system.parameters
     for name in spec.parameters:
@@ -87,6 +88,8 @@ def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
         what, _ = observed(binding.system, spec.observable, spec.per)
         if spec.noisy and what.of == "flights":
             raise source.error(("optimum", "noisy"), f"{what.name!r} is of flights, which noise moves; expected: of impacts")
+    with source.located(("optimum", "tolerances")):
+        offsets_of(spec.tolerances, spec.parameters)
     grid = None if spec.grid is None else binding.grid(("optimum", "grid"), spec.grid)
     return {"x0": x0, "start": binding.start(("optimum", "start"), spec.start), "states": grid}
 
@@ -95,7 +98,7 @@ def _compute(spec: OptimumSection, plan: "Plan", result: "StudyResult") -> dict[
     """The optimum, and the observable there under noise."""
     from nsmaps.dynamics.design.optimum import optimize
 
-    names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "returns", "starts"
+    names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "tolerances", "returns", "starts"
     how = {name: getattr(spec, name) for name in names}
     jobs = plan.portion(0, 2 if spec.noisy else 1)
     with plan.study.source.located(("optimum",)):
