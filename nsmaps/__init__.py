@@ -34,6 +34,11 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.global_continuation import global_continuation as global_continuation
     from nsmaps.dynamics.charts.chart import Chart as Chart
     from nsmaps.dynamics.charts.chart import chart as chart
+    from nsmaps.dynamics.chatter.cascade import ChatterScaling as ChatterScaling
+    from nsmaps.dynamics.chatter.cascade import IncompleteChatter as IncompleteChatter
+    from nsmaps.dynamics.chatter.cascade import chatter_cascade as chatter_cascade
+    from nsmaps.dynamics.chatter.cascade import chatter_scaling as chatter_scaling
+    from nsmaps.dynamics.chatter.complete import CompleteChatter as CompleteChatter
     from nsmaps.dynamics.continuation.branch import Branch as Branch
     from nsmaps.dynamics.continuation.events import Event as Event
     from nsmaps.dynamics.continuation.follow import cascade as cascade
@@ -144,6 +149,8 @@ _PUBLIC = {
     "dynamics.design.optimum": ("Optimum", "optimize"),
     "dynamics.diagrams.bifurcation": ("Bifurcation", "bifurcation"),
     "dynamics.attractors.attractor": ("Attractor",),
+    "dynamics.chatter.cascade": ("ChatterScaling", "IncompleteChatter", "chatter_cascade", "chatter_scaling"),
+    "dynamics.chatter.complete": ("CompleteChatter",),
     "dynamics.continuation.events": ("Event",),
     "dynamics.continuation.follow": ("cascade", "continue_branch", "doubled_branch"),
     "dynamics.attractors.coexistence": ("coexistence",),

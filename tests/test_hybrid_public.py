@@ -64,6 +64,7 @@ def branch(system: Any) -> Any:
 #: a call with a system of each public name that can be given one
 CALLS: dict[str, Callable[[Any], Any]] = {
     "Along": lambda s: along(s)(values(s)[1]),
+    "CompleteChatter": lambda s: nsmaps.CompleteChatter(s),
     "Iterated": lambda s: nsmaps.Iterated(s, 2).first_return([STARTS[s]]),
     "ReturnMap": lambda s: isinstance(s, nsmaps.ReturnMap),
     "FullAuxiliaryMap": lambda s: nsmaps.FullAuxiliaryMap(s, [box(s)]),
@@ -77,6 +78,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "boundary": lambda s: nsmaps.boundary(s, nsmaps.basins(s, grid(s), returns=200), 0.01),
     "box_map": lambda s: nsmaps.box_map(s),
     "cascade": lambda s: nsmaps.cascade(along(s), near(s), float(values(s)[0]), tuple(values(s)), "up", 1),
+    "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), near(s), tuple(values(s)), 1),
     "chart": lambda s: nsmaps.chart(
         s, {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]}, STARTS[s], 4, 9, 2, observables=["work"]
     ),
@@ -129,7 +131,17 @@ CALLS: dict[str, Callable[[Any], Any]] = {
 }
 #: public names that are no functions of a system: results, specs, names and the like
 OTHERS = {name for name in nsmaps.__all__ if name[0].isupper() or name == "__version__"} - set(CALLS)
-OTHERS |= {"hausdorff", "load_study", "load_system", "read_map", "read_result", "run", "show_versions", "systems"}
+OTHERS |= {
+    "chatter_scaling",
+    "hausdorff",
+    "load_study",
+    "load_system",
+    "read_map",
+    "read_result",
+    "run",
+    "show_versions",
+    "systems",
+}
 
 
 def test_every_public_name_is_called_here_or_takes_no_system() -> None:
@@ -138,6 +150,8 @@ def test_every_public_name_is_called_here_or_takes_no_system() -> None:
 
 #: names that refuse a system with modes, or one of four coordinates, with a part of their reason
 REFUSED = {
+    "CompleteChatter": "chatter of a .* is not one event here; expected: ImpactSystem",
+    "chatter_cascade": "a cascade begins at the end of a branch; expected: Event",
     "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: Event",
     "compose": "requires a map of pieces; expected: CompositeMap or ParametricMap",
     "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",

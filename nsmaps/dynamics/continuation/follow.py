@@ -8,10 +8,9 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Control, correct, follow, passes, tangent
-from nsmaps.continuation.zeros import extrapolated
-from nsmaps.dynamics.continuation.border import border_type
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
-from nsmaps.dynamics.continuation.events import BORDER, COARSEST, DOMAIN, DOUBLING, GRAZING, HALVING, TESTS, Event, between
+from nsmaps.dynamics.continuation.ends import SMALLEST, end_of
+from nsmaps.dynamics.continuation.events import DOUBLING, HALVING, TESTS, Event, between
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap
@@ -19,10 +18,7 @@ from nsmaps.errors import NsmapsError, check_class
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
-SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch is abandoned
-CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends while it falls is taken to end there
 CLOSED = "closed"  #: the reason of a branch that returns to its first orbit
-MARGINS = ("a clearance", "an impact speed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,45 +181,12 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
         if ended:
             break
         last, fresh = step.turned, False
-    return grown.branch(ended or _end(grown, last), extent.step / 50)
-
-
-def _end(grown: GrowingBranch, along: Floats) -> str:
-    """The reason why a branch cannot be continued beyond its last point; if it is an event, it is added to the branch."""
-    last, unit = grown.points[-1], grown.curve.unit
-    if reason := grown.curve.missing(last.value + 10 * SMALLEST * unit * float(np.sign(along[-1]))):
-        grown.events.append(Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, reason))
-        return DOMAIN
-    graze = False
-    for k, margin in enumerate(MARGINS):
-        m, values = _spaced(grown, k)
-        if m[0] > CLOSE or len(m) < 3 or m[0] >= min(m[1:]):
-            continue
-        graze = True
-        value, precision = extrapolated(m, np.array(values))
-        if precision <= COARSEST * unit:
-            border = border_type(grown.curve, last, graze)
-            grown.events.append(Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border))
-            return GRAZING
-    if not graze and (border := border_type(grown.curve, last, graze)):
-        grown.events.append(Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, "the words change", border))
-        return BORDER
-    return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
+    return grown.branch(ended or end_of(grown, last), extent.step / 50)
 
 
 def _lost(curve: OrbitCurve, orbit: PeriodicOrbit, value: float) -> str:
     """An addition to the reason for a guess that has no images."""
     return "" if orbit.returns.valid.all() else f", and the guess has no image: {curve.outcomes(orbit.states, value)}"
-
-
-def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]]:
-    """A margin and the parameter at the last point and at up to three well-separated points before it."""
-    rows, least = [(len(grown.points) - 1)], 1e-6
-    for k in range(len(grown.points) - 2, -1, -1):
-        if len(rows) < 4 and grown.arclength[-1] - grown.arclength[k] >= least:
-            rows.append(k)
-            least *= 10
-    return [float(grown.points[k].margins[margin]) for k in rows], [grown.points[k].value for k in rows]
 
 
 def _extent(

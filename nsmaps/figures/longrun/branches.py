@@ -35,6 +35,7 @@ _MARKERS = {
     "Neimark-Sacker": "^",
     "grazing": "X",
     "border collision": "D",
+    "end of complete chatter": "*",
     "end of the valid domain": "|",
 }
 

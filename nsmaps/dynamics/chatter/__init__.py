@@ -1,0 +1,1 @@
+"""Complete chatter as one event, and what replaces it beyond the orbit at which it ends."""

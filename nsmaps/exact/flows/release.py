@@ -1,0 +1,37 @@
+"""The phase at which the base wall releases a ball, as a function of the parameters."""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.flows.formulas import PHI, S, W, Z
+from nsmaps.exact.flows.tables import Formulas, formulas_of
+
+if TYPE_CHECKING:
+    from nsmaps.exact.systems.system import ImpactSystem
+
+
+def release_rates(system: "ImpactSystem", phases: Floats, rates: Mapping[str, float]) -> Floats:
+    """The derivatives of release phases, shape (N,), by the parameters, which change at these rates.
+
+    The acceleration of a ball that is held at the wall is zero there, whence they follow by the implicit function theorem.
+    """
+    by_phase, *by_each = _slopes(formulas_of(system))(phases, *system.parameters.values())
+    moved = sum(rates.get(name, 0.0) * each for name, each in zip(system.parameter_names(), by_each, strict=True))
+    return np.asarray(-moved / by_phase * np.ones(len(phases)))
+
+
+@lru_cache(maxsize=64)
+def _slopes(formulas: Formulas) -> Callable[..., Any]:
+    """The derivatives of that acceleration by the phase and by each parameter, at a phase and the parameters."""
+    at, turning = formulas.numbers[0 if formulas.sides[2] else 1], formulas.numbers[2]
+    if formulas.acceleration is None:
+        held = sp.diff(formulas.displacement.formula, S, 2).subs({S: 0, Z: at, W: 0})
+    else:
+        held = formulas.acceleration.subs({S: PHI / turning, Z: at, W: 0})
+    arguments = (PHI, *formulas.symbols)
+    return sp.lambdify(arguments, [sp.diff(held, x) for x in arguments], "numpy", cse=True)

@@ -1,0 +1,180 @@
+"""Complete chatter as one event, against impacts summed in 50 digits; where it ends; and the cascade beyond."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from nsmaps_bouncing_ball import BouncingBall
+from nsmaps_impact_oscillator import ImpactOscillator
+
+import nsmaps
+from nsmaps import CompleteChatter, chatter_cascade, chatter_scaling, continue_branch
+from nsmaps.errors import NsmapsError
+
+GAMMA, R = 1.3, 0.5
+ENDS = "end of complete chatter"
+BALL = CompleteChatter(BouncingBall(Gamma=GAMMA, r=R))
+
+
+def flight(gamma, speed, phase, guess):
+    """The ball's next impact, from the speed after one: impact speed and phase in the digits of mpmath."""
+    up = speed + gamma * mp.cos(phase)
+    near = guess, guess * (1 + mp.mpf(10) ** -6)
+    s = mp.findroot(lambda s: up - s / 2 - gamma * (mp.sin(phase + s) - mp.sin(phase)) / s, near, tol=1e-100, verify=False)
+    return gamma * mp.cos(phase + s) - up + s, phase + s
+
+
+def until_rest(gamma, r, v, phase):
+    """The phase at which impacts accumulate, or None where the table throws the ball off before."""
+    with mp.workdps(60):
+        gamma, r, v, phase = mp.mpf(gamma), mp.mpf(r), mp.mpf(v), mp.mpf(phase)
+        while v > mp.mpf(10) ** -45:
+            u, press, rate = r * v, 1 - gamma * mp.sin(phase), -gamma * mp.cos(phase)
+            if v > 0.01:
+                guess = system_flight(gamma, float(u), float(phase))
+            elif press**2 / 4 + 2 * rate * u / 3 < 0:  # no zero of u - press s/2 - rate s^2/6
+                return None
+            else:
+                guess = 2 * u / (press / 2 + mp.sqrt(press**2 / 4 + 2 * rate * u / 3))
+            v, phase = flight(gamma, u, phase, guess)
+        return phase + 2 * r * v / (1 - gamma * mp.sin(phase)) / (1 - r)
+
+
+def system_flight(gamma, speed, phase):
+    """The time of a flight to few digits, by the map of a ball that loses no speed."""
+    return float(BouncingBall(Gamma=float(gamma), r=1.0).first_return([[max(speed, 1e-9), phase]]).time[0])
+
+
+def after_release(gamma):
+    """Impact speed and phase of the flight from the release."""
+    with mp.workdps(60):
+        gamma = mp.mpf(gamma)
+        release = mp.asin(1 / gamma)
+        near = BALL.at(Gamma=float(gamma)).first_return([[0.5, 3.0]])
+        return flight(gamma, mp.mpf(0), release, float(near.lifted[0, 1] % (2 * np.pi) - release) % (2 * mp.pi))
+
+
+def test_the_image_is_the_flight_from_the_release_after_the_summed_impacts():
+    states = [[1.0, 2.0], [0.3, 3.5], [3.0, 5.0]]
+    made = BALL.first_return(states, derivative=True)
+    assert made.words.tolist() == ["B~B"] * 3
+    assert (made.derivative == 0).all()
+    v, phase = after_release(GAMMA)
+    assert np.abs(made.image - [float(v), float(phase)]).max() < 1e-13
+    rests = BALL.rests(states)
+    for rest, (speed, start) in zip(rests[:2], states, strict=False):
+        accumulated = until_rest(GAMMA, R, speed, start)
+        assert rest == pytest.approx(float((mp.asin(1 / mp.mpf(GAMMA)) - accumulated) % (2 * mp.pi)), abs=1e-4)
+    assert made.time == pytest.approx(made.lifted[:, 1] - np.array(states)[:, 1], abs=1e-12)
+
+
+def test_the_derivative_by_a_parameter_is_that_of_release_and_flight():
+    with mp.workdps(60):
+        h = mp.mpf(10) ** -15
+        ends = [after_release(GAMMA + sign * h) for sign in (-1, 1)]
+        exact = [float((b - a) / (2 * h)) for a, b in zip(*ends, strict=True)]
+    found = BALL.sensitivity([[1.0, 2.0], [0.3, 3.5]], {"Gamma": 1.0})
+    assert np.abs(found - exact).max() < 1e-12
+    assert (BALL.sensitivity([[1.0, 2.0]], {"r": 1.0}) == 0).all()
+
+
+def test_states_that_do_not_chatter_return_as_in_the_system(pair):
+    system = pair(0.35)
+    states = np.random.default_rng(0).uniform([0, 0], [2, 6.28], (300, 2))
+    made, single = CompleteChatter(system).first_return(states, derivative=True), system.first_return(states, derivative=True)
+    chatter = np.char.find(made.words, "B~") == 0
+    assert 0 < chatter.sum() < 300
+    assert np.array_equal(made.image[~chatter], single.image[~chatter])
+    assert np.array_equal(made.derivative[~chatter], single.derivative[~chatter])
+    assert set(made.words[chatter]) == {"B~TB"}
+    release = system.first_return([[0.0, np.arccos(-system.g_bar)]])
+    assert np.abs(made.image[chatter] - release.image).max() < 1e-12
+
+
+def test_the_branch_ends_where_impacts_accumulate_at_the_release():
+    orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
+    branch = continue_branch(lambda gamma: BALL.at(Gamma=gamma), orbit, GAMMA, (1.0, 2.0))
+    assert branch.ended == ENDS
+    assert set(branch.words.ravel()) == {"B~B"}
+    assert (branch.multipliers == 0).all()
+    (end,) = branch.events
+    assert end.precision < 1e-9
+    for step, complete in ((-end.precision, True), (end.precision, False)):
+        gamma = mp.mpf(end.parameter) + step
+        v, phase = after_release(gamma)
+        assert (until_rest(gamma, R, v, phase) is not None) == complete
+
+
+@pytest.mark.parametrize("k", [1, 2])
+def test_the_inelastic_ball_lands_at_its_release(k):
+    """A flight from the release, Gamma sin = 1, lasts k periods if Gamma cos = pi k."""
+    border = np.sqrt(1 + (np.pi * k) ** 2)
+    ball = CompleteChatter(BouncingBall(Gamma=border - 0.1, r=0))
+    orbit = nsmaps.periodic_orbit(ball, [1.0, 1.0])
+    assert orbit.words == ("B_B",)
+    branch = continue_branch(lambda gamma: ball.at(Gamma=gamma), orbit, border - 0.1, (border - 0.5, border + 0.5))
+    (end,) = branch.events
+    assert end.kind == ENDS
+    assert abs(end.parameter - border) < 2 * end.precision < 1e-11
+
+
+@pytest.mark.parametrize("r", [0.2, 0.5, 0.9])
+def test_the_scaling_is_that_of_a_force_that_vanishes_in_time(r):
+    """x'' = t: impacts from u = k t^2 on are at the times s t, s^2 t, ..., and others leave them by the ratio of parameters."""
+    scaling = chatter_scaling(r)
+    with mp.workdps(40):
+
+        def onward(u, t):
+            s = 3 * (-t / 2 - mp.sqrt(t**2 / 4 - 2 * u / 3))
+            return r * -(u + t * s + s**2 / 2), t + s
+
+        s = mp.mpf(scaling.time)
+        k, h = (1 - s) * (2 + s) / 6, mp.mpf(10) ** -10
+        u, t = onward(k, mp.mpf(-1))
+        assert -t == pytest.approx(scaling.time, abs=1e-14)
+        assert u / t**2 == pytest.approx(float(k), abs=1e-14)
+        beside = [u / t**2 for u, t in (onward(k + sign * h, mp.mpf(-1)) for sign in (-1, 1))]
+        assert float((beside[1] - beside[0]) / (2 * h)) == pytest.approx(scaling.parameter, rel=1e-12)
+    assert scaling.parameter ** (-scaling.exponent / 2) == pytest.approx(scaling.time)
+
+
+def measured(map, name, orbit, value, bounds, reach, orbits):
+    """The ratio of the distances of successive grazes from the border orbit, extrapolated by the next power in the theory."""
+    branch = continue_branch(lambda x: map.at(**{name: x}), orbit, value, bounds)
+    end = branch.events[-1]
+    assert end.kind == ENDS
+    found = chatter_cascade(lambda x: map.at(**{name: x}), end, (bounds[0], end.parameter + reach), orbits)
+    numbers = [each.impacts for each in found]
+    assert numbers == list(range(numbers[0], numbers[0] + orbits))
+    assert all(each.near.ended == "grazing" for each in found)
+    distances = np.array([each.near.events[-1].parameter - end.parameter for each in found])
+    scaling, ratios = chatter_scaling(map.parameters["r"]), distances[:-1] / distances[1:]
+    part = scaling.parameter ** (1 - scaling.exponent)
+    assert abs(ratios[-1] / scaling.parameter - 1) < 0.02
+    return (ratios[-1] - part * ratios[-2]) / (1 - part), scaling.parameter
+
+
+def test_orbits_of_the_ball_with_incomplete_chatter_accumulate_by_the_ratio_of_the_theory():
+    orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
+    ratio, expected = measured(BALL, "Gamma", orbit, GAMMA, (1.0, 2.0), 2e-6, 3)
+    assert ratio == pytest.approx(expected, rel=3e-3)
+
+
+@pytest.mark.thorough
+def test_orbits_of_the_oscillator_with_incomplete_chatter_accumulate_so_too():
+    map = CompleteChatter(ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6))
+    orbit = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
+    ratio, expected = measured(map, "A", orbit, 1.65, (1.6, 1.7), 1.2e-5, 3)
+    assert ratio == pytest.approx(expected, rel=1e-3)
+
+
+def test_what_has_no_chatter_or_no_cascade_is_refused():
+    with pytest.raises(NsmapsError, match="chatter of a BuckConverter is not one event here; expected: ImpactSystem"):
+        CompleteChatter(nsmaps.load_system("buck_converter", E=12.0))
+    with pytest.raises(NsmapsError, match="the restitution coefficient is 1; expected: between 0 and 1"):
+        chatter_scaling(1.0)
+    orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
+    event = nsmaps.Event("fold", GAMMA, 1e-9, orbit)
+    with pytest.raises(NsmapsError, match="3 orbits at a fold; expected: one or more at an end of complete chatter"):
+        chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), event, (1.0, 2.0), 3)
+    lost = BALL.first_return([[np.nan, 1.0], [1.0, 2.0]])
+    assert lost.counts() == {"returned": 1, "invalid": 1}
