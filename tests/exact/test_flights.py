@@ -43,7 +43,7 @@ def formula(system):
     """The user's displacement as a function of (t, t0, z0, w0) in mpmath: independent of the kernel."""
     t, t0, z0, w0 = sp.symbols("t t0 z0 w0", real=True)
     expr = system.displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
-    return sp.lambdify((t, t0, z0, w0), expr, "mpmath"), sp.lambdify((t, t0, z0, w0), sp.diff(expr, t), "mpmath")
+    return tuple(sp.lambdify((t, t0, z0, w0), each, "mpmath", cse=True) for each in (expr, sp.diff(expr, t)))
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,5 +1,6 @@
 """Grazing curves against 40 digits, against closed forms, and against fine grids: none is missed, all are where they are said."""
 
+from functools import cache
 from math import pi, sqrt
 from types import SimpleNamespace
 
@@ -29,11 +30,12 @@ def curves(pair):
     return of
 
 
+@cache
 def formula(system):
     """The user's displacement and its rate as functions of (t, t0, z0, w0) in mpmath."""
     t, t0, z0, w0 = sp.symbols("t t0 z0 w0", real=True)
     expr = system.displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
-    return sp.lambdify((t, t0, z0, w0), expr, "mpmath"), sp.lambdify((t, t0, z0, w0), sp.diff(expr, t), "mpmath")
+    return tuple(sp.lambdify((t, t0, z0, w0), each, "mpmath", cse=True) for each in (expr, sp.diff(expr, t)))
 
 
 def touching(system, curve, phi, v, times):
