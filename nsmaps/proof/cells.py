@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.errors import ProofError
 from nsmaps.proof.flights import OPEN, SPLIT, Cells, Doubles, Flow, Integers, compiled, follow
 
 FINEST = 8  #: phases of the tables in the narrowest cell
@@ -41,11 +42,9 @@ def search(
         trapped: which boxes, of walls (M,), first and last phases (M, 2) and speeds (M, 2), are within the trap.
         progress: called after each division with its number and the share certified of each wall.
     """
-    n, count = side * FINEST << depth, walls * side * side
-    index = np.arange(count)
-    place = np.stack([index // side**2, index // side % side * (n // side), np.full(count, n // side), index % side], 1)
-    cells = Cells(side, n, top, np.full(count, -1), np.full(count, -1), np.full(count, OPEN), place)
-    new = index
+    cells = _base(walls, side, side * FINEST << depth, top)
+    n = cells.n
+    new = np.arange(len(cells.child))
     for level in range(depth + 1):
         _trap(cells, new, trapped)
         queue = new[cells.order[new] == OPEN]
@@ -57,6 +56,30 @@ def search(
             break
         cells, new = _divided(cells, np.flatnonzero(leaf & ~certified))
     return Found(np.where(cells.child >= 0, SPLIT, cells.order).astype(np.uint16), shares)
+
+
+def closed_set(flow: Flow, walls: int, side: int, depth: int, top: float, seeds: Integers, largest: int) -> NDArray[np.bool_]:
+    """The cells of the base grids that orbits from some of them meet, a forward invariant set.
+
+    Args:
+        seeds: places of cells, (wall side + column) side + row; columns count phases, rows speeds.
+        largest: number of cells of the set, at most.
+
+    Raises:
+        ProofError: orbits meet more cells, or leave them.
+    """
+    cells = _base(walls, side, side * FINEST << depth, top)
+    if not _close(flow, cells, np.unique(seeds), largest):
+        raise ProofError(f"orbits from {len(seeds)} cells meet more than {largest} others, or speeds above {top}")
+    return cells.order == 0
+
+
+def _base(walls: int, side: int, n: int, top: float) -> Cells:
+    """The base grids, without orders."""
+    count = walls * side * side
+    index = np.arange(count)
+    place = np.stack([index // side**2, index // side % side * (n // side), np.full(count, n // side), index % side], 1)
+    return Cells(side, n, top, np.full(count, -1), np.full(count, -1), np.full(count, OPEN), place)
 
 
 def _trap(cells: Cells, new: Integers, trapped: Callable[..., NDArray[np.bool_]]) -> None:
@@ -112,6 +135,29 @@ def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
                         count += 1
                         waiter = following[waiter]
                 node = _parent(cells, node)
+
+
+@compiled
+def _close(flow: Flow, cells: Cells, seeds: Integers, largest: int) -> bool:
+    """Give the order zero to cells until their orbits stay in them; false if they are too many, or orbits leave all cells."""
+    stack, state = np.empty(largest + seeds.size, np.int64), np.empty(4)
+    count = total = seeds.size
+    stack[:count] = seeds
+    for seed in seeds:
+        cells.order[seed] = 0
+    while count:
+        count -= 1
+        state[0], leaf = -1.0, stack[count]
+        blocker, _ = follow(flow, cells, leaf, state)
+        while blocker >= 0:
+            cells.order[blocker], stack[count] = 0, blocker
+            count, total = count + 1, total + 1
+            if total > largest:
+                return False
+            blocker, _ = follow(flow, cells, leaf, state)
+        if blocker == -2:
+            return False
+    return True
 
 
 @compiled

@@ -13,7 +13,7 @@ pytest.importorskip("flint")
 
 from nsmaps_bouncing_ball import BouncingBall
 
-from nsmaps.proof.cells import FINEST, search
+from nsmaps.proof.cells import FINEST, closed_set, search
 from nsmaps.proof.flights import OPEN, SPLIT
 from nsmaps.proof.formula import equation_of, flow_of
 from nsmaps.verify.cells import Grid, Refused, check_cells
@@ -169,3 +169,29 @@ def test_other_impact_laws_are_refused():
 
     with pytest.raises(ProofError, match="constant share of their speed"):
         equation_of(Softer(Gamma=1.2))
+
+
+def test_closed_sets_are_verified_and_holes_in_them_refused(equation):
+    """A forward invariant set of cells around the fixed point, on both walls, takes the place of the trap."""
+    flow = flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
+    seed = np.array([int(POINT[0] / (2 * np.pi) * GRID.side) * GRID.side + int(POINT[1] / GRID.top * GRID.side)])
+    inside = closed_set(flow, 2, GRID.side, GRID.depth, GRID.top, seed, 2000)
+    cell = GRID.top / GRID.side
+    certified = search(
+        flow,
+        2,
+        GRID.side,
+        GRID.depth,
+        GRID.top,
+        lambda wall, phases, speeds: inside[
+            (wall * GRID.side + phases[:, 0] // FINEST) * GRID.side + np.rint(speeds[:, 0] / cell).astype(int)
+        ],
+    ).codes
+    closed = GRID._replace(closed=True)
+    assert (check_cells(system_of(equation), closed, certified, near) > 0.5).all()
+    assert inside[seed].all()
+    certified[np.flatnonzero(inside)[0]] = OPEN
+    with pytest.raises(Refused):
+        check_cells(system_of(equation), closed, certified, near)
+    with pytest.raises(ProofError, match="meet more than 20 others"):
+        closed_set(flow, 2, GRID.side, GRID.depth, GRID.top, seed, 20)
