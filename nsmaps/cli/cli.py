@@ -1,5 +1,5 @@
 """The command line: `nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR | show DIR |
-explore DIR | export DIR | new-plugin NAME | schema | cite | bench`.
+explore DIR | export DIR | prove STUDY | verify FILE | new-plugin NAME | schema | cite | bench`.
 
 Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read or the output not be written,
 130 stopped by Ctrl-C, 141 broken pipe.
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nsmaps.cli import commands, exploring
+from nsmaps.cli import commands, exploring, proving
 from nsmaps.cli.drawing import draw_listed, say_undrawn
 from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory
 from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
@@ -284,3 +284,5 @@ def _short(value: object) -> str:
 
 commands.add_to(app)
 app.command(epilog=exploring.EXAMPLES)(exploring.explore)
+app.command(epilog=proving.PROVE)(proving.prove)
+app.command(epilog=proving.VERIFY)(proving.verify)

@@ -28,6 +28,7 @@ from nsmaps.study.sections.sets.domains import DOMAINS
 from nsmaps.study.sections.sets.exit_times import EXIT_TIMES
 from nsmaps.study.sections.sets.manifolds import MANIFOLDS
 from nsmaps.study.sections.sets.morse import MORSE
+from nsmaps.study.sections.sets.proof import PROOF
 
 SECTIONS: tuple[Section[Any], ...] = (
     GRID,
@@ -53,6 +54,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     SECOND_ITERATE,
     MORSE,
     EXIT_TIMES,
+    PROOF,
 )
 
 if TYPE_CHECKING:

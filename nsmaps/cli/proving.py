@@ -1,0 +1,86 @@
+"""The commands `nsmaps prove` and `nsmaps verify`."""
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nsmaps.cli.options import InstalledOnly
+from nsmaps.cli.terminal import FAILED, examples, progress_line, reported_errors, say
+from nsmaps.errors import NsmapsError, ProofError
+from nsmaps.progress import beat, working
+
+if TYPE_CHECKING:
+    from nsmaps.verify.certificate import Certificate
+
+PROVE = examples("nsmaps prove vi_pair/proof-fp", "nsmaps prove mine.yaml --out mine.proof")
+VERIFY = examples("nsmaps verify proof-fp.proof", "python -m nsmaps.verify proof-fp.proof")
+
+
+def prove(
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study, with a section `proof`.")],
+    out: Annotated[Path | None, typer.Option(help="The certificate.", show_default="<study>.proof", dir_okay=False)] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+    installed_only: InstalledOnly = False,
+) -> None:
+    """Search for a proof that orbits of the exact map converge to a stable cycle, write it as a certificate, and verify that.
+
+    Ctrl-C ends the search after the division of cells that is under way; what was found is kept. Pressed twice it ends at once.
+    """
+    with reported_errors(), progress_line(quiet):
+        _check_flint()
+        from nsmaps.proof.prove import prove as search
+        from nsmaps.study.reading.reader import load_study
+        from nsmaps.verify.certificate import write
+
+        read = load_study(study, installed_only=installed_only)
+        if read.proof is None:
+            raise NsmapsError(
+                f"the study {read.name} names no proof; expected: a section 'proof' with a start near a stable cycle"
+            )
+        spec, path = read.proof, out or Path(f"{read.name.rpartition('/')[2]}.proof")
+        options = spec.model_dump(exclude={"start"})
+        certificate = search(read.system_object(), spec.start, options.pop("period"), **options)
+        write(path, certificate)
+        say(f"written to {path}: {path.stat().st_size / 1e6:.2f} MB")
+        _verified(certificate)
+
+
+def verify(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A certificate that `nsmaps prove` wrote.", dir_okay=False)],
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+) -> None:
+    """Verify a certificate: compute all it claims again, in ball arithmetic and doubles with bounds of all rounding.
+
+    The exit code is 0 if it is proved, 1 if it is refused.
+    """
+    with reported_errors(), progress_line(quiet):
+        _check_flint()
+        from nsmaps.verify.cells import Refused
+        from nsmaps.verify.certificate import read
+
+        try:
+            _verified(read(file))
+        except Refused as refused:
+            say(f"refused: {refused}", err=True)
+            raise typer.Exit(FAILED) from None
+
+
+def _verified(certificate: "Certificate") -> None:
+    """Verify a certificate and print the theorem."""
+    from nsmaps.verify.certificate import statement
+    from nsmaps.verify.certificate import verify as prove_again
+    from nsmaps.verify.trap import trap_of
+
+    with working("verification"):
+        found = prove_again(certificate, lambda done, total: beat(done / total, f"{done} of {total} cells"))
+    say("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
+    say(statement(found, trap_of(certificate.trap)))
+    say(f"seconds: trap {found.seconds[0]:.1f}, cells {found.seconds[1]:.1f}")
+
+
+def _check_flint() -> None:
+    """A clear error where python-flint is missing."""
+    if find_spec("flint") is None:
+        raise ProofError("proofs need ball arithmetic; expected: pip install 'nsmaps[proof]', which brings python-flint")

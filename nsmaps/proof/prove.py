@@ -1,0 +1,105 @@
+"""A certificate of global attraction: a trap around a stable cycle, and the cells from which all orbits come to it."""
+
+import math
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib.metadata import version
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.errors import ProofError
+from nsmaps.progress import Progress, beat, shows
+from nsmaps.proof.cells import FINEST, search
+from nsmaps.proof.formula import equation_of, flow_of
+from nsmaps.proof.trap import found_trap, trapped
+from nsmaps.verify.certificate import Certificate
+from nsmaps.verify.formula import system_of
+
+if TYPE_CHECKING:
+    from nsmaps.coordinates import StateLike
+    from nsmaps.exact.systems.system import ImpactSystem
+
+BITS = 10  #: of the speed at the upper edge behind the binary point
+
+
+@shows
+def prove(
+    system: "ImpactSystem",
+    start: "StateLike",
+    period: int = 1,
+    *,
+    top: float,
+    side: int = 128,
+    depth: int = 4,
+    periods: int = 4,
+    radii: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+) -> Certificate:
+    """Search for a proof that orbits of the exact map converge to a stable cycle, from as many states as possible.
+
+    The search works in floats, and proves nothing: `nsmaps.verify` does. Ctrl-C ends it after the division that is under way, and
+    what was found is kept; pressed twice it ends at once.
+
+    Args:
+        system: with flights of a linear equation under a harmonic force, and a constant restitution.
+        start: a state near the cycle, as of `periodic_orbit`.
+        period: of the cycle, in returns.
+        top: impact speed up to which states are considered, on each wall.
+        side: number of cells along phase and speed before any is divided, a power of two.
+        depth: how often cells that are left are divided into four.
+        periods: of the forcing, the longest flight that is followed.
+        radii: of parameters by name on which walls alone depend: the proof is for all their values within.
+        progress: called now and then with the fraction of the divisions that is done.
+
+    Raises:
+        ProofError: the system is of another kind, the cycle is not stable, or no trap is found around it.
+    """
+    if side < 8 or side & (side - 1) or not 0 <= depth <= 12 or periods < 1 or not top > 0:
+        raise ProofError(
+            f"side {side}, depth {depth}, periods {periods}, top {top:g}; expected: a power of two from 8 on, "
+            "up to 12, from 1 on, and above 0"
+        )
+    top = math.ceil(top * 2**BITS) / 2**BITS
+    equation = equation_of(system, radii)
+    letters = [wall["letter"] for wall in equation["walls"]]
+    trap = found_trap(system_of(equation), letters, periodic_orbit(system, start, period))
+    n = side * FINEST << depth
+    flow = flow_of(equation, n, n // side, periods, top)
+    with _stop_asked() as asked:
+
+        def reached(level: int, shares: Any) -> bool:
+            beat((level + 1) / (depth + 1), f"{level} divisions, {100 * float(np.mean(shares)):.3g} % found")
+            return not asked()
+
+        found = search(
+            flow, len(letters), side, depth, top, lambda wall, phases, speeds: trapped(trap, wall, phases, n, speeds), reached
+        )
+    about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"} | ({"radii": repr(dict(radii))} if radii else {})
+    grid = {"side": side, "depth": depth, "top": top, "periods": periods, "closed": False}
+    return Certificate(about, equation, trap._asdict(), grid, found.codes)
+
+
+@contextmanager
+def _stop_asked() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed; the second time it raises KeyboardInterrupt."""
+    pressed = False
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal pressed
+        if pressed:
+            signal.default_int_handler(number, frame)
+        pressed = True
+
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: pressed
+    finally:
+        signal.signal(signal.SIGINT, before)

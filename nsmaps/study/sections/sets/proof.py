@@ -1,0 +1,38 @@
+"""The section `proof`: a proof to be searched for by `nsmaps prove`; a run of the study skips it."""
+
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel, Field
+
+from nsmaps.arrays import Floats
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.reading.values import SPEC
+from nsmaps.study.sections.base import Section
+
+if TYPE_CHECKING:
+    from nsmaps.study.sections.base import Binding, Study
+
+
+class ProofSection(BaseModel):
+    """A stable cycle to which orbits are to be proved to converge, and the cells from which; see `nsmaps.proof.prove`."""
+
+    model_config = SPEC
+    start: dict[str, Number]
+    period: int = Field(1, ge=1)  #: of the cycle, in returns
+    top: Number = Field(gt=0)
+    side: int = Field(128, ge=8)
+    depth: int = Field(4, ge=0, le=12)
+    periods: int = Field(4, ge=1)
+    radii: dict[str, Number] = {}
+
+
+def _bind(spec: ProofSection, binding: "Binding") -> Floats:
+    """The start, shape (n,)."""
+    return binding.start(("proof", "start"), spec.start)
+
+
+def _describe(spec: ProofSection, study: "Study") -> str:
+    return f"by nsmaps prove: {spec.side << spec.depth} cells along speeds up to {spec.top:g} and phases"
+
+
+PROOF = Section[ProofSection](key="proof", type=ProofSection | None, bind=_bind, describe=_describe)

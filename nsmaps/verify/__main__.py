@@ -1,0 +1,26 @@
+"""`python -m nsmaps.verify FILE`: verify a certificate; exit code 0 if it is proved, 1 if it is refused."""
+
+import sys
+from pathlib import Path
+
+from nsmaps.verify.cells import Refused
+from nsmaps.verify.certificate import read, statement, verify
+from nsmaps.verify.trap import trap_of
+
+
+def main(path: str) -> int:
+    """Print what is proved, or why it is not."""
+    try:
+        certificate = read(Path(path))
+        print("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
+        found = verify(certificate, lambda done, total: print(f"\r{done} of {total} cells", end="", file=sys.stderr))
+    except Refused as refused:
+        print(f"\nRefused: {refused}")
+        return 1
+    print(f"\n{statement(found, trap_of(certificate.trap))}")
+    print(f"The trap took {found.seconds[0]:.1f} s, the cells {found.seconds[1]:.1f} s.")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]) if len(sys.argv) == 2 else "one certificate is expected: python -m nsmaps.verify FILE")

@@ -1,0 +1,153 @@
+"""From impact to impact in Arb balls: the next impact of all states of a box, shown to be the first one, with its derivative."""
+
+from math import frexp
+from typing import NamedTuple
+
+from flint import arb
+
+from nsmaps.verify.formula import System, free_motion, harmonic_motion
+
+FIRST, SHORTEST = 2.0**-5, 2.0**-40  #: longest and shortest part of a flight that is looked at at once, as shares of the period
+MOST = 100_000  #: parts of a flight
+ENDS = (1.0, 1.5, 0.75, 0.5, 0.25)  #: lengths of a part that is to end between arrivals, as shares
+ROUNDS = 60
+
+Matrix = tuple[tuple[arb, arb], tuple[arb, arb]]
+
+
+class Doubtful(ArithmeticError):
+    """It is not shown where the states of a box have their next impact."""
+
+
+class Impact(NamedTuple):
+    """The next impact of the states of a box."""
+
+    wall: int
+    phase: arb  #: not reduced to one turn
+    speed: arb
+    derivative: Matrix  #: of phase and speed by those of the start, for all states of the box
+
+
+class _Motion(NamedTuple):
+    """Displacement, velocity and acceleration, and the free motion, a time after the departure."""
+
+    z: arb
+    v: arb
+    push: arb
+    a: arb
+    da: arb
+
+
+class _Flight:
+    """The flights of a box of departures, phases and speeds of the impact before."""
+
+    def __init__(self, system: System, wall: int, phase: arb, speed: arb) -> None:
+        self.system, self.phase = system, phase
+        at, side = system.walls[wall]
+        self.place, self.w0 = at, -side * system.r * speed
+        self.p, self.q = harmonic_motion(system)
+        wave, slope = self._wave(phase)
+        self.x, self.y = at - wave, self.w0 - slope
+        self.start = self._force(phase) - system.k * at - system.b * self.w0
+
+    def _wave(self, phase: arb) -> tuple[arb, arb]:
+        sine, cosine = phase.sin_cos()
+        return self.p * cosine + self.q * sine, self.system.frequency * (self.q * cosine - self.p * sine)
+
+    def _force(self, phase: arb) -> arb:
+        sine, cosine = phase.sin_cos()
+        return self.system.g + self.system.cosine * cosine + self.system.sine * sine
+
+    def at(self, s: arb) -> _Motion:
+        """The motion at all times of a ball."""
+        b, k, g = self.system.b, self.system.k, self.system.g
+        a, da, fall = free_motion(self.system, s)
+        phase = self.phase + self.system.frequency * s
+        wave, slope = self._wave(phase)
+        z = wave + fall + self.x * (da + b * a) + self.y * a
+        v = slope + g * a - self.x * k * a + self.y * da
+        return _Motion(z, v, self._force(phase) - k * z - b * v, a, da)
+
+    def over(self, start: float, length: float) -> _Motion:
+        """The motion from a time on."""
+        return self.near(arb(start + length / 2, length / 2))
+
+    def near(self, time: arb) -> _Motion:
+        """The same as `at`, by the first derivatives at the middle of the times."""
+        middle = arb(time.mid())
+        here, all, way = self.at(middle), self.at(time), time - middle
+        v = here.v + all.push * way
+        return all._replace(z=here.z + here.v * way + all.push * way * way / 2, v=v)
+
+
+def next_impact(system: System, wall: int, phase: arb, speed: arb) -> Impact:
+    """The next impact of all states of a box of a wall, phases and speeds of impact; `Doubtful` unless it is the same for all."""
+    flight, period = _Flight(system, wall, phase, speed), float((2 * arb.pi() / system.frequency).mid())
+    start, part = 0.0, _dyadic(period * FIRST)
+    for _ in range(MOST):
+        if part < period * SHORTEST:
+            break
+        motion, rising = flight.over(start, part), -1
+        for other, (at, side) in enumerate(system.walls):
+            gap, rate = side * (motion.z - at), side * motion.v
+            if gap < 0 or (other == wall and start == 0 and rate < 0):
+                continue
+            if rising >= 0 or not rate > 0 or (other == wall and start == 0):
+                break
+            rising = other
+        else:
+            if rising < 0:
+                start, part = start + part, min(2 * part, _dyadic(period * FIRST))
+                continue
+            ended = _ended(flight, rising, start, part)
+            if ended is not None:
+                end, hit = ended
+                if hit:
+                    return _landed(flight, wall, rising, start, end)
+                start = end
+                continue
+        part /= 2
+    raise Doubtful(f"the next impact after those of wall {wall} at the phases {phase} with the speeds {speed} is not shown")
+
+
+def _dyadic(x: float) -> float:
+    """A number with few binary digits near x, so that sums of such are exact."""
+    return 2.0 ** frexp(x)[1] / 2
+
+
+def _ended(flight: _Flight, wall: int, start: float, part: float) -> tuple[float, bool] | None:
+    """The end of a part of the flight in which a wall comes nearer, and whether it is met by then; None if neither is sure."""
+    at, side = flight.system.walls[wall]
+    for share in ENDS:
+        end = start + share * part
+        gap = side * (flight.at(arb(end)).z - at)
+        if gap < 0 and share <= 1:
+            return end, False
+        if gap > 0 and side * flight.over(start, end - start).v > 0:
+            others = [s * (flight.over(start, end - start).z - x) for k, (x, s) in enumerate(flight.system.walls) if k != wall]
+            return (end, True) if all(other < 0 for other in others) or share <= 1 else None
+    return None
+
+
+def _landed(flight: _Flight, wall: int, hit: int, start: float, end: float) -> Impact:
+    """The impact on a wall that is met once between two times, by Newton's method."""
+    (at, side), system = flight.system.walls[hit], flight.system
+    time = arb((start + end) / 2, (end - start) / 2)
+    for _ in range(ROUNDS):
+        middle = arb(time.mid())
+        there = middle - (flight.at(middle).z - at) / flight.near(time).v
+        if not there.overlaps(time):
+            raise Doubtful("a flight that meets a wall was not followed to it")
+        new = there.intersection(time)
+        if not new.rad() < 0.9 * time.rad():
+            break
+        time = new
+    motion, w = flight.at(time), system.frequency
+    c, dc = motion.da + system.b * motion.a, -system.k * motion.a
+    early, early_v = -(flight.w0 * c + flight.start * motion.a), -(flight.w0 * dc + flight.start * motion.da)
+    loss = -system.walls[wall][1] * system.r
+    by_speed, by_speed_v = loss * motion.a, loss * motion.da
+    delay = -early / motion.v, -by_speed / motion.v
+    phases = delay[0], w * delay[1]
+    speeds = side * (early_v + motion.push * delay[0]) / w, side * (by_speed_v + motion.push * delay[1])
+    return Impact(hit, flight.phase + w * time, side * motion.v, (phases, speeds))

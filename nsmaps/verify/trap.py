@@ -1,0 +1,119 @@
+"""A trap: a parallelogram of states that an iterate of the impact map contracts into itself: orbits converge to one cycle.
+
+Let F be the map of m impacts and K = {c + M x: |x_1| <= h_1, |x_2| <= h_2}. K is cut into boxes. On each box the m next impacts
+are the same for all states, and DF is enclosed. If M^-1 DF M maps the box |x_i| <= h_i into q times itself for all of them, with
+q < 1, and |M^-1 (F(c) - c)|_i <= (1 - q) h_i, then F maps K into K and is a contraction in the norm max |x_i|/h_i, K being
+convex: all orbits from K converge to the one fixed point of F in K, which is a cycle of m impacts or of a divisor of them.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from flint import arb
+from numpy.typing import NDArray
+
+from nsmaps.verify.flights import Doubtful, Matrix, next_impact
+from nsmaps.verify.formula import System
+
+
+class Trap(NamedTuple):
+    """What a certificate states of a trap; its numbers are doubles, and exact."""
+
+    wall: int
+    centre: tuple[float, float]  #: phase and impact speed
+    matrix: tuple[tuple[float, float], tuple[float, float]]  #: M
+    half: tuple[float, float]  #: h
+    impacts: int  #: m
+    pieces: tuple[int, int]  #: into which the sides of K are cut
+
+
+def trap_of(data: Mapping[str, Any]) -> Trap:
+    """The trap of a certificate."""
+    (a, b), (c, d) = data["matrix"]
+    (phase, speed), (first, second), (rows, columns) = data["centre"], data["half"], data["pieces"]
+    trap = Trap(int(data["wall"]), (phase, speed), ((a, b), (c, d)), (first, second), int(data["impacts"]), (rows, columns))
+    if not (first > 0 and second > 0 and trap.impacts > 0 and min(trap.pieces) > 0 and speed > 0):
+        raise ValueError(f"the trap {trap} needs half-widths, a speed, impacts and pieces above zero")
+    return trap
+
+
+def contraction(system: System, trap: Trap, words: set[tuple[int, ...]] | None = None) -> float:
+    """A factor q < 1 by which the iterate contracts the trap; `Doubtful` if it is not shown to, with the reason."""
+    largest, met = arb(0), set[tuple[int, ...]]() if words is None else words
+    for i in range(trap.pieces[0]):
+        for j in range(trap.pieces[1]):
+            walls, _, derivative = carried(system, trap, (_part(trap, 0, i), _part(trap, 1, j)))
+            met.add(walls)
+            if len(met) > 1:
+                raise Doubtful(f"states of the trap have different impacts: {sorted(met)}")
+            largest = largest.max(_norm(trap, derivative))
+            if not largest < 1:
+                raise Doubtful(f"the trap is not contracted: a bound of the norm of the derivative is {float(largest.mid()):.6g}")
+    (walls, (phase, speed), _), inverse = carried(system, trap, (arb(0), arb(0))), _inverse(trap)
+    if walls[-1] != trap.wall:
+        raise Doubtful(f"the {trap.impacts} impacts of the trap end on wall {walls[-1]}")
+    turn = 2 * arb.pi()
+    turns = round(float(((phase - trap.centre[0]) / turn).mid()))
+    moved = phase - turns * turn - trap.centre[0], speed - trap.centre[1]
+    for row, half in zip(inverse, trap.half, strict=True):
+        if not abs(row[0] * moved[0] + row[1] * moved[1]) <= (1 - largest) * half:
+            raise Doubtful("the centre of the trap is moved too far for a contraction into the trap")
+    return float(largest.upper())
+
+
+def carried(system: System, trap: Trap, part: tuple[arb, arb]) -> tuple[tuple[int, ...], tuple[arb, arb], Matrix]:
+    """The walls of the impacts that follow states of a part of the trap, the last state of its middle, and M^-1 DF M there."""
+    middle = arb(part[0].mid()), arb(part[1].mid())
+    way = part[0] - middle[0], part[1] - middle[1]
+    matrix = tuple(tuple(map(arb, row)) for row in trap.matrix)
+    point = tuple(arb(trap.centre[k]) + matrix[k][0] * middle[0] + matrix[k][1] * middle[1] for k in (0, 1))
+    wall, walls = trap.wall, []
+    for _ in range(trap.impacts):
+        box = [point[k] + matrix[k][0] * way[0] + matrix[k][1] * way[1] for k in (0, 1)]
+        all, here = next_impact(system, wall, *box), next_impact(system, wall, *point)
+        matrix, point, wall = _times(all.derivative, matrix), (here.phase, here.speed), all.wall
+        walls.append(wall)
+    return tuple(walls), point, _times(_inverse(trap), matrix)  # type: ignore[return-value]
+
+
+def holds(trap: Trap, wall: int, phases: NDArray[np.int64], n: int, speeds: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which boxes of a wall lie in the trap: phases (N, 2) in parts of 2 pi/n, speeds (N, 2), up to whole turns of the phase."""
+    if wall != trap.wall:
+        return np.zeros(len(phases), bool)
+    inverse, turn = _inverse(trap), 2 * arb.pi() / n
+    return np.array(
+        [
+            all(_inside(trap, inverse, turn, n, int(i), float(v)) for i in row for v in speed)
+            for row, speed in zip(phases, speeds, strict=True)
+        ]
+    )
+
+
+def _inside(trap: Trap, inverse: Matrix, turn: arb, n: int, phase: int, speed: float) -> bool:
+    """Whether a corner of a box lies in the trap."""
+    turns = round(phase / n - trap.centre[0] / (2 * np.pi))
+    way = turn * (phase - turns * n) - trap.centre[0], arb(speed) - trap.centre[1]
+    return all(bool(abs(row[0] * way[0] + row[1] * way[1]) <= half) for row, half in zip(inverse, trap.half, strict=True))
+
+
+def _part(trap: Trap, side: int, k: int) -> arb:
+    """A part of a side of the trap."""
+    count, half = trap.pieces[side], arb(trap.half[side])
+    return half * (arb(2 * k + 1) / count - 1) + half / count * arb(0, 1)
+
+
+def _inverse(trap: Trap) -> Matrix:
+    (a, b), (c, d) = (tuple(map(arb, row)) for row in trap.matrix)
+    full = a * d - b * c
+    return (d / full, -b / full), (-c / full, a / full)
+
+
+def _times(left: Any, right: Any) -> Matrix:
+    return tuple(tuple(row[0] * right[0][k] + row[1] * right[1][k] for k in (0, 1)) for row in left)  # type: ignore[return-value]
+
+
+def _norm(trap: Trap, derivative: Matrix) -> arb:
+    """The factor by which a matrix stretches the box |x_i| <= h_i, as a ball without radius."""
+    rows = [(abs(row[0]) * trap.half[0] + abs(row[1]) * trap.half[1]) / trap.half[i] for i, row in enumerate(derivative)]
+    return arb(rows[0].max(rows[1]).upper())

@@ -1,0 +1,247 @@
+"""Certificates: traps and files, searched for, verified, refused where anything is changed; impacts against 60 digits."""
+
+import json
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import nsmaps
+from nsmaps.cli.cli import app
+from nsmaps.errors import ProofError
+
+pytest.importorskip("flint")
+
+from flint import arb, ctx
+
+from nsmaps.proof.prove import prove
+from nsmaps.proof.trap import found_trap, trapped
+from nsmaps.verify.__main__ import main
+from nsmaps.verify.cells import Refused
+from nsmaps.verify.certificate import read, statement, verify, write
+from nsmaps.verify.flights import Doubtful, next_impact
+from nsmaps.verify.formula import system_of
+from nsmaps.verify.trap import contraction, holds, trap_of
+
+PAIR = {"d": 0.35, "r": 0.5, "g_bar": 0.2113275}
+SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "periods": 2}
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return nsmaps.load_system("vi_pair", **PAIR)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarse():
+    """Traps of one size in fewer parts than by default."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("nsmaps.proof.trap.SIZES", (0.08,))
+        patch.setattr("nsmaps.proof.trap.PIECES", (40, 10))
+        yield
+
+
+@pytest.fixture(scope="module")
+def certificate(pair):
+    return prove(pair, [0.8334, 0.3636], **SHAPES)
+
+
+@pytest.fixture(scope="module")
+def proved(certificate):
+    return verify(certificate)
+
+
+def test_a_share_of_the_states_is_proved_to_converge(pair, certificate, proved):
+    """No random orbit from a certified cell ends elsewhere."""
+    assert proved.shares[0] > 0.1
+    assert proved.factor < 1
+    side, codes = certificate.grid["side"], certificate.codes.reshape(2, 256, 256)[0]
+    column, row = np.nonzero(codes < 65534)
+    rng = np.random.default_rng(3)
+    place = rng.uniform(size=(len(row), 2))
+    states = np.column_stack([(row + place[:, 0]) * certificate.grid["top"] / side, (column + place[:, 1]) * 2 * np.pi / side])
+    cycle = nsmaps.periodic_orbit(pair, [0.8334, 0.3636]).states[0]
+    for _ in range(200):
+        states = pair.first_return(states).image
+    np.testing.assert_allclose(states, np.broadcast_to(cycle, states.shape), atol=1e-9)
+
+
+def test_the_theorem_is_stated(certificate, proved):
+    text = statement(proved, trap_of(certificate.trap))
+    assert f"{100 * proved.shares[0]:.4g} % of wall B" in text
+    assert "left open" in text
+
+
+def changed(path: Path, out: Path, change) -> Path:
+    """The file with its text changed."""
+    with zipfile.ZipFile(path) as archive:
+        text, codes = json.loads(archive.read("certificate.json")), archive.read("codes")
+    text, codes = change(text, bytearray(codes))
+    with zipfile.ZipFile(out, "w") as archive:
+        archive.writestr("certificate.json", json.dumps(text))
+        archive.writestr("codes", bytes(codes))
+    return out
+
+
+def test_a_file_is_read_as_it_was_written(certificate, tmp_path):
+    write(tmp_path / "a.proof", certificate)
+    found = read(tmp_path / "a.proof")
+    np.testing.assert_array_equal(found.codes, certificate.codes)
+    assert (found.system, found.grid) == (certificate.system, certificate.grid)
+    assert trap_of(found.trap) == trap_of(certificate.trap)
+
+
+@pytest.mark.parametrize("wrong", ["bit of the codes", "bit of the file", "cut", "format", "missing", "none"])
+def test_a_broken_file_is_refused(certificate, tmp_path, wrong):
+    path = tmp_path / "a.proof"
+    write(path, certificate)
+    content = bytearray(path.read_bytes())
+    match wrong:
+        case "bit of the codes":
+            changed(path, path, lambda text, codes: (text, codes[:40] + bytes([codes[40] ^ 1]) + codes[41:]))
+        case "bit of the file":
+            content[len(content) // 2] ^= 16
+            path.write_bytes(content)
+        case "cut":
+            path.write_bytes(content[:-30])
+        case "format":
+            changed(path, path, lambda text, codes: ({**text, "format": 2}, codes))
+        case "missing":
+            changed(path, path, lambda text, codes: ({k: v for k, v in text.items() if k != "trap"}, codes))
+        case "none":
+            path.unlink()
+    with pytest.raises(Refused):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [
+        ("trap", {"half": (0.3, 0.3)}),
+        ("trap", {"centre": (0.37, 0.8334)}),
+        ("trap", {"wall": 1}),
+        ("trap", {"impacts": 1}),
+        ("trap", {"impacts": 0}),
+        ("trap", {"matrix": ((1.0, 1.0), (1.0, 1.0))}),
+        ("system", {"restitution": ["0.6", "0"]}),
+        ("system", {"force": ["0.2", "0"]}),
+        ("system", {"frequency": ["x", "0", 1]}),
+        ("grid", {"top": 1.5}),
+    ],
+    ids=str,
+)
+def test_a_changed_statement_is_refused(certificate, part, change):
+    with pytest.raises(Refused):
+        verify(replace(certificate, **{part: {**getattr(certificate, part), **change}}))
+
+
+def test_a_planted_error_of_the_search_is_found(pair, monkeypatch):
+    """A trap that is twice as large as what was shown makes orders of cells that do not reach it."""
+    wide = lambda trap, *boxes: trapped(trap._replace(half=(3 * trap.half[0], 3 * trap.half[1])), *boxes)  # noqa: E731
+    monkeypatch.setattr("nsmaps.proof.prove.trapped", wide)
+    with pytest.raises(Refused, match="not in the trap"):
+        verify(prove(pair, [0.8334, 0.3636], **SHAPES))
+
+
+def test_cells_in_the_trap_lie_in_it(certificate):
+    """Against the parallelogram in 60 digits."""
+    trap, n = trap_of(certificate.trap), 4096
+    rng = np.random.default_rng(5)
+    phases = np.round((trap.centre[0] + rng.uniform(-0.2, 0.2, 400)) * n / (2 * np.pi)).astype(int)
+    phases, speeds = np.stack([phases, phases + 1], 1), trap.centre[1] + rng.uniform(-0.2, 0.2, 400)
+    boxes = np.stack([speeds, speeds + 2**-12], 1)
+    inside = holds(trap, trap.wall, phases + n, n, boxes)
+    with mp.workdps(60):
+        inverse = mp.matrix(trap.matrix) ** -1
+        for k, (pair, two) in enumerate(zip(phases.tolist(), boxes.tolist(), strict=True)):
+            ways = [inverse * mp.matrix([2 * mp.pi * i / n - trap.centre[0], v - trap.centre[1]]) for i in pair for v in two]
+            assert inside[k] == all(abs(way[i]) <= trap.half[i] for way in ways for i in (0, 1))
+    assert 0.05 < inside.mean() < 0.5
+    assert not holds(trap, 1 - trap.wall, phases, n, boxes).any()
+
+
+def test_impacts_of_a_box_hold_those_of_its_states(pair):
+    """The next impact in 60 digits, from the closed form of the pair, and its derivative by differences."""
+    from nsmaps.proof.formula import equation_of
+
+    data = equation_of(pair)
+    for name in ("force", "restitution"):
+        data[name][1] = "0"
+    for wall in data["walls"]:
+        wall["at"][1] = "0"
+
+    def follow(phase, speed):
+        d, r, g = (mp.mpf(str(PAIR[name])) for name in ("d", "r", "g_bar"))
+
+        def z(s):
+            wave = (mp.cos(phase) - mp.cos(mp.pi * s + phase)) / mp.pi**2
+            return d / 2 + (-r * speed - mp.sin(phase) / mp.pi) * s + g * s * s / 2 + wave
+
+        s = mp.findroot(lambda s: z(s) + d / 2, (mp.mpf("0.9"), mp.mpf("1.3")), solver="anderson", tol=1e-110)
+        return phase + mp.pi * s, -mp.diff(z, s)
+
+    with mp.workdps(60), ctx.workprec(250):
+        system = system_of(data)
+        phase, speed, h = mp.mpf("0.3636"), mp.mpf("0.8334"), mp.mpf(10) ** -20
+        thin = next_impact(system, 0, arb("0.3636"), arb("0.8334"))
+        wide = next_impact(system, 0, arb("0.3636", "0.001"), arb("0.8334", "0.001"))
+        exact = follow(phase, speed)
+        for found, number in zip((thin.phase, thin.speed), exact, strict=True):
+            assert found.overlaps(arb(mp.nstr(number, 60)) + arb(0, 1e-57))
+            assert found.rad() < 1e-50
+        assert thin.wall == wide.wall == 1
+        assert wide.phase.contains(thin.phase)
+        assert wide.speed.contains(thin.speed)
+        for column, (by_phase, by_speed) in enumerate(((h, 0), (0, h))):
+            ahead, behind = follow(phase + by_phase, speed + by_speed), follow(phase - by_phase, speed - by_speed)
+            for row in (0, 1):
+                slope = arb(mp.nstr((ahead[row] - behind[row]) / (2 * h), 40)) + arb(0, 1e-30)
+                assert thin.derivative[row][column].overlaps(slope)
+                assert wide.derivative[row][column].contains(thin.derivative[row][column])
+
+
+def test_a_box_across_a_graze_is_doubtful(pair):
+    from nsmaps.proof.formula import equation_of
+
+    with pytest.raises(Doubtful):
+        next_impact(system_of(equation_of(pair)), 0, arb("0.3636", "1.5"), arb("0.5", "0.4"))
+
+
+@pytest.mark.parametrize(("name", "parameters", "start", "word"), [("bouncing_ball", {"Gamma": 1.2}, [4.19, 0.51], "BB")])
+def test_traps_of_other_systems(name, parameters, start, word):
+    from nsmaps.proof.formula import equation_of
+
+    system = nsmaps.load_system(name, **parameters)
+    equation, orbit = equation_of(system), nsmaps.periodic_orbit(system, start)
+    trap = found_trap(system_of(equation), [wall["letter"] for wall in equation["walls"]], orbit)
+    assert orbit.word == word
+    assert contraction(system_of(equation), trap) < 1
+
+
+def test_bad_arguments_are_refused(pair):
+    with pytest.raises(ProofError, match="power of two"):
+        prove(pair, [0.83, 0.36], top=1.0, side=100)
+    with pytest.raises(ProofError, match="stable"):
+        prove(pair, [0.34, 2.87], top=1.0)
+
+
+def test_the_commands_write_and_verify(tmp_path, certificate, monkeypatch, capsys):
+    monkeypatch.setattr("nsmaps.proof.prove.prove", lambda *given, **more: certificate)
+    path = tmp_path / "fp.proof"
+    done = CliRunner().invoke(app, ["prove", "vi_pair/proof-fp", "--out", str(path), "-q"])
+    assert done.exit_code == 0
+    assert "Proved: all orbits" in done.output
+    assert main(str(path)) == 0
+    assert "Proved: all orbits" in capsys.readouterr().out
+    write(path, replace(certificate, grid={**certificate.grid, "top": 1.5}))
+    refused = CliRunner().invoke(app, ["verify", str(path), "-q"])
+    assert refused.exit_code == 1
+    assert "refused" in refused.output
+    assert main(str(path)) == 1
+    other = CliRunner().invoke(app, ["prove", "vi_pair/fp"])
+    assert other.exit_code == 2
+    assert "section 'proof'" in other.output
