@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
-from nsmaps.dynamics.attractors.distance import distances, extents
+from nsmaps.dynamics.attractors.distance import Nearest, distances, extents
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.periodic import periodic_orbit
@@ -52,13 +53,19 @@ class Attractor(WithCoordinates):
         """A mask of the states, shape (N, n), angles in [0, 2 pi), within its reach, shape (N,); False for states that are not
         finite.
         """
-        near, scale = np.array(np.isfinite(states).all(axis=1)), 1.0 if self.scale is None else self.scale
-        near[near] = distances(self.states, states[near], self.coordinates, scale, np.inf) <= self.reach
+        near = np.array(np.isfinite(states).all(axis=1))
+        near[near] = _nearest(self).distances(states[near], np.inf) <= self.reach
         return near
 
     def holds(self, states: Floats) -> bool:
         """True if an orbit of these states stays on it: most are within its reach, as rounding and its edge may lead some out."""
         return bool(self.near(states).mean() > 0.5)
+
+
+@lru_cache(maxsize=32)
+def _nearest(attractor: Attractor) -> Nearest:
+    """The search tree of an attractor in its scale, kept, as an orbit is compared with it after every return."""
+    return Nearest(attractor.states, attractor.coordinates, 1.0 if attractor.scale is None else attractor.scale)
 
 
 def own_reach(states: Floats, coordinates: Coordinates, scale: Floats) -> float:

@@ -58,12 +58,23 @@ def distances(known: Floats, states: Floats, coordinates: Sequence[str], scale: 
         scale: unit of each coordinate.
         p: order of the norm: 2 for the Euclidean one, infinity for the largest coordinate.
     """
-    from scipy.spatial import KDTree
+    return Nearest(known, coordinates, scale).distances(states, p)
 
-    unit = np.broadcast_to(np.asarray(scale, float), len(coordinates))
-    above = np.nextafter(TWO_PI / unit, np.inf)  # above every state, after rounding too
-    around = np.where(Coordinates(coordinates).angles, above, 0.0)
-    return np.asarray(KDTree(known / unit, boxsize=around).query(states / unit, p=p)[0])
+
+class Nearest:
+    """The nearest of M known states (M, n) to others, searched for by one tree; arguments as of `distances`."""
+
+    def __init__(self, known: Floats, coordinates: Sequence[str], scale: ArrayLike = 1.0) -> None:
+        from scipy.spatial import KDTree
+
+        self.unit = np.broadcast_to(np.asarray(scale, float), len(coordinates))
+        above = np.nextafter(TWO_PI / self.unit, np.inf)  # above every state, after rounding too
+        around = np.where(Coordinates(coordinates).angles, above, 0.0)
+        self.tree = KDTree(known / self.unit, boxsize=around)
+
+    def distances(self, states: Floats, p: float = 2) -> Floats:
+        """The distance of each state (N, n) from the nearest known one, shape (N,)."""
+        return np.asarray(self.tree.query(states / self.unit, p=p)[0])
 
 
 def _placed(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
