@@ -94,13 +94,13 @@ def basins(result: StudyResult, part: str) -> str:
 
 
 def global_continuation(result: StudyResult, part: str) -> str:
-    """The numbers of attractors, births and deaths."""
-    found = result.global_continuation
-    if found is None:
+    """The range of the parameter, the starts, and the numbers of attractors, births and deaths."""
+    spec, found = result.study.global_continuation, result.global_continuation
+    if spec is None or found is None:
         return ""
     kinds = [change.kind for change in found.changes]
-    starts = f"{len(found.values)} values with {found.samples:,} random starts each"
-    return f"{starts}: attractors {found.share.shape[1]}, births {kinds.count('birth')}, deaths {kinds.count('death')}."
+    text = f"attractors {found.share.shape[1]}, births {kinds.count('birth')}, deaths {kinds.count('death')}"
+    return f"{at(result, (spec.parameter,))}{range_text(spec)}, {found.samples:,} random starts each; {text}."
 
 
 def manifolds(result: StudyResult, part: str) -> str:

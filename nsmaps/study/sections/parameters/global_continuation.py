@@ -11,7 +11,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
-from nsmaps.study.conclusions.texts import plain
+from nsmaps.study.conclusions.texts import plain, range_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.reading.values import Bounds, Range
 from nsmaps.study.sections.base import Section, Table, Verdict
@@ -65,8 +65,7 @@ def _compute(spec: GlobalContinuationSection, plan: "Plan", result: "StudyResult
 
 
 def _describe(spec: GlobalContinuationSection, study: "Study") -> str:
-    values = f"{spec.points} values of {spec.parameter} from {spec.low:g} to {spec.high:g}"
-    return f"{values}, {spec.samples} starts each, up to {spec.returns} returns"
+    return f"{range_text(spec)}, {spec.samples} starts each, up to {spec.returns} returns"
 
 
 def _size(spec: GlobalContinuationSection, study: "Study", system: "ImpactSystem") -> Size:
