@@ -37,8 +37,8 @@ class Refused(ValueError):
 def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16]) -> Tree:
     """The cells from their codes."""
     side, n = grid.side, grid.side * FINEST << grid.depth
-    if side < 8 or side & side - 1 or not 0 <= grid.depth <= 20 or not grid.top > 0 or grid.top * 2**10 % 1:
-        raise Refused(f"{grid}: expected a side that is a power of two >= 8, a depth <= 20, a speed that is a multiple of 2^-10")
+    if side < 32 or side & side - 1 or not 0 <= grid.depth <= 20 or not grid.top > 0 or grid.top * 2**10 % 1:
+        raise Refused(f"{grid}: expected a side that is a power of two >= 32, a depth <= 20, a speed that is a multiple of 2^-10")
     start, count, index = 0, walls * side * side, np.arange(walls * side * side)
     wall, first, row = index // side**2, index // side % side * (n // side), index % side
     levels, children, width = [], [], n // side

@@ -82,7 +82,7 @@ def tables_of(system: System, n: int, before: int, periods: int, speed: float) -
     bounds = bounds_of(system, p, q, step * before, step * (periods * n), speed)
     size = 1 + max(float(np.abs(x).max()) for x in (phases, numbers, places))
     sides = np.array([float(side) for _, side in walls])
-    return Tables(phases, flights, before, numbers, places, sides, _up(step), rounded.worst, size, bounds, separate.worst)
+    return Tables(phases, flights, before, numbers, places, sides, _up(step), rounded.worst, size, bounds, separate.worst * size)
 
 
 def bounds_of(system: System, p: arb, q: arb, before: arb, horizon: arb, speed: float) -> Doubles:
@@ -95,7 +95,7 @@ def bounds_of(system: System, p: arb, q: arb, before: arb, horizon: arb, speed: 
     pieces = [free_motion(system, t) for t in _pieces(before, horizon)]
     a, da, fall = (_largest([x[i] for x in pieces]) for i in range(3))
     wave, force = (p * p + q * q).sqrt(), (cosine * cosine + sine * sine).sqrt()
-    wall, depart = _largest([at for at, _ in walls]), abs(r) * arb(speed)
+    wall, depart = _largest([at for at, _ in walls]), abs(r) * arb(speed) * 1.01  # rounding included
     b, k, g = abs(b), abs(k), abs(g)
     push, c, dc, dda = w * force, da + b * a, k * a, b * da + k * a
     start = g + force + k * wall + b * depart  # the acceleration at departure

@@ -35,6 +35,7 @@ from nsmaps.verify.formula import Tables
 
 LEFT = 65535  #: order of a cell that is not certified
 WIDER = 1 + 2.0**-40
+TINY = 1e-9  #: derivatives by which nothing is divided
 CLOSE = 4  #: cells of the base grid along the phase, of the longest block that is compared with cells
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -242,7 +243,7 @@ def _speeds(f: float, u: float, slopes: Any, radii: tuple[float, float, float], 
     low, high = -np.inf, np.inf
     df, du = slopes
     for i in range(4):
-        m = 0.0 if i == 3 or df[i % 3] == 0 else du[i % 3] / df[i % 3]
+        m = 0.0 if i == 3 or abs(df[i]) < TINY else du[i] / df[i]
         spread = off_v + abs(m) * off
         for j in range(3):
             spread += abs(du[j] - m * df[j]) * radii[j]
