@@ -176,5 +176,7 @@ def test_what_has_no_chatter_or_no_cascade_is_refused():
     event = nsmaps.Event("fold", GAMMA, 1e-9, orbit)
     with pytest.raises(NsmapsError, match="3 orbits at a fold; expected: one or more at an end of complete chatter"):
         chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), event, (1.0, 2.0), 3)
+    with pytest.raises(NsmapsError, match="the return B~B passes a rest, which ends single returns"):
+        nsmaps.observe_orbit(BALL.system, orbit, ["loss"])
     lost = BALL.first_return([[np.nan, 1.0], [1.0, 2.0]])
     assert lost.counts() == {"returned": 1, "invalid": 1}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, newton
 from typer.testing import CliRunner
 
 from nsmaps import Along, Outcome, bifurcation, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
@@ -18,6 +18,7 @@ from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
 from nsmaps.dynamics.diagrams import stability
+from nsmaps.errors import StudyError
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import outermost
 from nsmaps.study.result import StudyResult
@@ -197,6 +198,59 @@ def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() 
     assert sum(numbers["shares"].values()) == pytest.approx(1)
     assert numbers["shares"]["1"] == (direct.period == 1).mean()
     assert numbers["curves"]["fold of one"]["values"] == made.curves["fold of one"].values.tolist()
+
+
+def graze(r: float, g: float) -> float:
+    """The length at which the pair's motion BB, once a period, touches T: v = 2 g/(1 + r), sin phi = pi g (1 - r)/(1 + r)."""
+    v, phi = 2 * g / (1 + r), pi - np.arcsin(pi * g * (1 - r) / (1 + r))
+    turn = newton(lambda s: -r * v + g * s + (np.sin(pi * s + phi) - np.sin(phi)) / pi, 0.7)
+    drift = -r * v - np.sin(phi) / pi
+    return float(-(drift * turn + g * turn**2 / 2 - (np.cos(pi * turn + phi) - np.cos(phi)) / pi**2))
+
+
+GRAZE = """\
+system: vi_pair
+parameters: {d: 0.35, r: 0.5, g_bar: 0.2113}
+branches: [{name: BB, parameter: d, from: 0.29, to: 0.36, at: 0.32, start: {v: 0.2817, phi: 2.918}}]
+stability:
+  sweep: {parameter: d, from: 0.32, to: 0.35, points: 2}
+  across: {parameter: r, from: 0.49, to: 0.51, points: 3}
+  start: {v: 0.9, phi: 0.5}
+  discard: 20
+  curves: [{branch: BB, event: grazing}]
+"""
+
+
+def test_a_curve_of_grazes_is_that_of_the_closed_form() -> None:
+    curve = ran(GRAZE).curves["grazing of BB"]
+    assert np.abs(curve.values - [graze(r, 0.2113) for r in (0.49, 0.5, 0.51)]).max() < 1e-9
+
+
+LOCKED = """\
+system: bouncing_ball
+parameters: {Gamma: 3.2, r: 0}
+branches:
+  - {name: locked, parameter: Gamma, from: 3, to: 3.5, start: {v: 1, phi: 1}, chatter: true, direction: up}
+"""
+
+
+def test_a_branch_with_complete_chatter_ends_at_its_border() -> None:
+    (branch,) = ran(LOCKED, out="out").branches["locked"]
+    assert branch.ended == "end of complete chatter"
+    assert branch.events[0].parameter == pytest.approx(sqrt(1 + pi**2), abs=1e-11)
+    assert set(branch.words.ravel().tolist()) == {"B_B"}
+    (again,) = read_result("out").branches["locked"]
+    assert again.events[0].parameter == branch.events[0].parameter
+    made = json.loads(Path("out/result.json").read_text())
+    (verdict,) = [each for each in made["verdicts"] if each["name"].startswith("branch locked")]
+    assert "end of complete chatter at 3.2969" in verdict["text"]
+
+
+def test_chatter_of_a_system_with_modes_is_refused() -> None:
+    text = "system: buck_converter\nparameters: {E: 20.0}\nbranches:\n"
+    text += "  - {name: one, parameter: E, from: 19, to: 21, start: {v: 11.97, i: 0.59}, chatter: true}\n"
+    with pytest.raises(StudyError, match="chatter of a BuckConverter is not one event here; expected: ImpactSystem"):
+        ran(text)
 
 
 RANGE = "parameter: r, from: 0.8, to: 1.2, points: 5"

@@ -15,6 +15,7 @@ from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.words import CHATTER, REST
 
 ELAPSED = Observable(name="_elapsed", formula="1", of="flights")
 
@@ -60,7 +61,7 @@ def observe_orbit(
             and of the observables through every impact, by implicit differentiation of the orbit; without `rates` they are zero.
 
     Raises:
-        NsmapsError: as of `observe`; a parameter is unknown; the orbit does not exist.
+        NsmapsError: as of `observe`; a parameter is unknown; the orbit does not exist, or is one of `CompleteChatter`.
     """
     from nsmaps.exact.observables.formulas import resolved
     from nsmaps.exact.observables.totals import plan_of, slopes_of
@@ -71,6 +72,9 @@ def observe_orbit(
     if unknown or not np.isfinite(orbit.states).all():
         what = f"{unknown[0]!r} is not a parameter; expected: {', '.join(names)}" if unknown else "the orbit does not exist"
         raise NsmapsError(what)
+    passed = tuple(system.letters[0] + mark for mark in (CHATTER, REST))
+    if whole := [word for word in orbit.words if word.startswith(passed) and word not in passed]:
+        raise NsmapsError(f"the return {whole[0]} passes a rest, which ends single returns; expected: an orbit of single returns")
     every = (*found, ELAPSED)
     way = np.array([(rates or {}).get(name, 0.0) for name in names])
     means = observe(system, orbit.states[:, None, :], 1, every, batches=1)

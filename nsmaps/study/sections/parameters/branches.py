@@ -1,6 +1,6 @@
 """The section `branches`: periodic orbits of the exact map followed in a parameter, with their events."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import floor, log10
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.events import Event
     from nsmaps.dynamics.periodic import PeriodicOrbit
+    from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
@@ -43,6 +44,7 @@ class BranchSection(BaseModel):
     start: dict[str, Number]
     at: Number | None = None  #: value of the parameter at the start; that of the study if omitted
     period: int = Field(1, ge=1)  #: in returns
+    chatter: bool = False  #: True: complete chatter on the base wall is one event of the map
     direction: Literal["up", "down", "both"] = "both"
     doublings: int = Field(0, ge=0, le=12)
     step: Number = Field(0.02, gt=1e-8, le=1)
@@ -116,8 +118,15 @@ def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
     from nsmaps.dynamics.periodic import periodic_orbit
 
     section = plan.study.branches[number]
-    there = plan.system.at(**{section.parameter: section.value(plan.system.parameters)})
+    there = mapped(section, Along(plan.system, section.parameter))(section.value(plan.system.parameters))
     return periodic_orbit(there, plan.bound["branches"][number], section.period)
+
+
+def mapped(section: BranchSection, map_of: Along) -> "Callable[..., ReturnMap]":
+    """The return map of a branch at values of the parameters: that of the system, or with complete chatter as one event."""
+    from nsmaps.dynamics.chatter.complete import CompleteChatter
+
+    return (lambda *values: CompleteChatter(map_of(*values))) if section.chatter else map_of
 
 
 def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "tuple[Branch, ...]":
@@ -126,7 +135,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
     from nsmaps.dynamics.motion import periods
 
-    value, map_of = section.value(plan.system.parameters), Along(plan.system, section.parameter)
+    value, map_of = section.value(plan.system.parameters), mapped(section, Along(plan.system, section.parameter))
     about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
     branches: list[Branch] = []
     for way in section.ways:

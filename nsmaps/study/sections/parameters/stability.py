@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
@@ -17,11 +17,14 @@ from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Section, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
-from nsmaps.study.sections.parameters.branches import Located, Way, cycle_of
+from nsmaps.study.sections.parameters.branches import Way, cycle_of, mapped
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+
+Crossed = Literal["period doubling", "fold", "branch point", "Neimark-Sacker", "grazing", "border collision"]
 
 
 class CurveSection(BaseModel):
@@ -29,7 +32,7 @@ class CurveSection(BaseModel):
 
     model_config = SPEC
     branch: str
-    event: Located
+    event: Crossed
 
 
 class StabilitySection(BaseModel):
@@ -108,7 +111,8 @@ def curve_of(plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: A
     assert map_of.second is not None
     own = int(np.abs(across - plan.system.parameters[map_of.second]).argmin())
     ends = across[:own][::-1], across[own:]
-    down, up = (event_curve(map_of, orbit, value, end, curve.event, section.bounds, way, section.step) for end in ends)
+    of = mapped(section, map_of)
+    down, up = (event_curve(of, orbit, value, end, curve.event, section.bounds, way, section.step) for end in ends)
     values, precision = (np.concatenate([getattr(down, name)[::-1], getattr(up, name)]) for name in ("values", "precision"))
     return EventCurve(curve.event, values, across, precision, down.reasons[::-1] + up.reasons)
 
