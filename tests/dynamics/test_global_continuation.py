@@ -12,6 +12,7 @@ from test_hybrid_public import PLANAR
 
 import nsmaps
 from nsmaps.coordinates import Angle
+from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -100,6 +101,13 @@ def test_share_distance_and_return_time_of_a_map_with_a_known_boundary():
             assert made.return_time[v, number] == pytest.approx(returns, abs=1)
             assert made.returned[v, number] == 1
     assert made.changes == ()
+
+
+def test_kicks_that_arrive_nowhere_in_time_say_nothing():
+    attractors = nsmaps.basins(Jump(0.0), [[-0.5], [0.5]], returns=100).attractors
+    found = nonlocal_stability(Jump(0.0), attractors, Kicks(0.1, 5, 2, 1, 0), np.ones(1), returns=1)
+    assert np.isnan([found.distance, found.return_time, found.return_error]).all()
+    assert found.returned.tolist() == [0, 0]
 
 
 def test_in_any_number_of_coordinates():

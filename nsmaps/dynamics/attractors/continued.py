@@ -31,7 +31,8 @@ class GlobalContinuation(WithCoordinates):
     """The A attractors that were found at V values of a parameter in ascending order, and their stability against kicks.
 
     Kicks and distances are Euclidean lengths in which each coordinate has its `scale` as the unit. Arrays of shape (V, A) are NaN
-    where an attractor was not found; `reasons` says where there is no map.
+    where an attractor was not found, and distances and times where no kicked orbit arrives in time; `reasons` says where there is
+    no map.
     """
 
     __repr__ = brief

@@ -59,7 +59,7 @@ def _units(vectors: Floats) -> Floats:
 class Stability:
     """How A attractors of one map stand kicks, each array of shape (A,)."""
 
-    distance: Floats  #: the smallest kick found that leads elsewhere, as of `nonlocal_stability`; inf where none does
+    distance: Floats  #: the smallest kick found that leads elsewhere, inf where none does, NaN where no orbit arrives in time
     return_time: Floats  #: mean of the returns after the timed kicks that come back; NaN where none does
     return_error: Floats  #: its standard error; NaN for less than two
     returned: Floats  #: share of the timed kicks that come back; NaN where none leads to a state
@@ -94,7 +94,8 @@ def nonlocal_stability(
         done, shape = own.stop, (len(LADDER), len(ray.start))
         left = _leaves(ends.label[own], number)
         low, high, rows = _brackets(left.reshape(shape), no_state[own].reshape(shape))
-        distance.append(_nearest(map, attractors, ray.select(rows), low, high, returns))
+        smallest = _nearest(map, attractors, ray.select(rows), low, high, returns)
+        distance.append(smallest if (ends.label[own] != UNRESOLVED).any() else np.nan)
     label, arrival, lost = (x[done:].reshape(len(rays), -1) for x in (ends.label, ends.arrival, no_state))
     times = [_times(arrival[k, label[k] == k], int((~lost[k]).sum())) for k in range(len(rays))]
     return Stability(np.array(distance), *np.array(times).T)
