@@ -22,7 +22,7 @@ from nsmaps.verify.flights import Doubtful, Matrix, next_impact
 from nsmaps.verify.formula import System
 
 BITS = 96  #: of the middles of balls
-ROUNDS = 12  #: steps at most by which a box is narrowed
+ROUNDS = 40  #: steps at most by which a box is narrowed
 KEYS = {"walls", "states", "radii"}
 
 State = tuple[arb, arb]
@@ -90,7 +90,7 @@ def verified(system: System, stated: Stated) -> Cycle:
         for _ in range(ROUNDS):
             before, box = box, [x.intersection(y) for x, y in zip(box, step.box, strict=True)]
             step = krawczyk(system, stated.walls, [arb(x.mid()) for x in box], box)
-            if sum(float(x.rad()) for x in box) > 0.5 * sum(float(x.rad()) for x in before):
+            if sum(float(x.rad()) for x in box) > 0.99 * sum(float(x.rad()) for x in before):
                 break
         return _described(stated.walls, box, step)
 
