@@ -40,8 +40,9 @@ def prove(
                 f"the study {read.name} names no proof; expected: a section 'proof' with a start near a stable cycle"
             )
         spec, path = read.proof, out or Path(f"{read.name.rpartition('/')[2]}.proof")
-        options = spec.model_dump(exclude={"start"})
-        certificate = search(read.system_object(), spec.start, options.pop("period"), **options)
+        options = spec.model_dump(exclude={"start", "cycles"})
+        cycles = [(cycle.start, cycle.period) for cycle in spec.cycles]
+        certificate = search(read.system_object(), spec.start, options.pop("period"), cycles=cycles, **options)
         write(path, certificate)
         say(f"written to {path}: {path.stat().st_size / 1e6:.2f} MB")
         _verified(certificate)
@@ -71,13 +72,12 @@ def _verified(certificate: "Certificate") -> None:
     """Verify a certificate and print the theorem."""
     from nsmaps.verify.certificate import statement
     from nsmaps.verify.certificate import verify as prove_again
-    from nsmaps.verify.trap import trap_of
 
     with working("verification"):
-        found = prove_again(certificate, lambda done, total: beat(done / total, f"{done} of {total} cells"))
+        found = prove_again(certificate, lambda done, total: beat(done / total, f"{done} of {total}"))
     say("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
-    say(statement(found, trap_of(certificate.trap)))
-    say(f"seconds: trap {found.seconds[0]:.1f}, cells {found.seconds[1]:.1f}")
+    say(statement(found, certificate))
+    say("seconds for cycles, trap and cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
 
 
 def _check_flint() -> None:

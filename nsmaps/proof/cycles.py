@@ -1,5 +1,7 @@
 """Cycles as a certificate states them, from periodic orbits that were found in floats."""
 
+from collections.abc import Iterable
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -7,8 +9,11 @@ from flint import arb, ctx
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import ProofError
+from nsmaps.proof.formula import equation_of
+from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.cycles import BITS, krawczyk, stated_of, verified
 from nsmaps.verify.flights import Doubtful
+from nsmaps.verify.formula import system_of
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit
@@ -41,6 +46,14 @@ def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -
         else:
             return data
     raise ProofError(f"the cycle {orbit.word} from {orbit.states[0]} is not shown to exist: {reason}")
+
+
+def certificate_of(system: "ImpactSystem", orbits: Iterable["PeriodicOrbit"]) -> Certificate:
+    """A certificate of cycles alone."""
+    equation = equation_of(system)
+    balls = system_of(equation)
+    about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"}
+    return Certificate(about, equation, cycles=[stated(system, balls, orbit) for orbit in orbits])
 
 
 def impacts_of(system: "ImpactSystem", orbit: "PeriodicOrbit") -> tuple[list[int], Floats]:

@@ -3,7 +3,7 @@
 import math
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from types import FrameType
@@ -15,6 +15,7 @@ from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.errors import ProofError
 from nsmaps.progress import Progress, beat, shows
 from nsmaps.proof.cells import FINEST, search
+from nsmaps.proof.cycles import stated
 from nsmaps.proof.formula import equation_of, flow_of
 from nsmaps.proof.trap import found_trap, trapped
 from nsmaps.verify.certificate import Certificate
@@ -38,6 +39,7 @@ def prove(
     depth: int = 4,
     periods: int = 4,
     radii: Mapping[str, float] | None = None,
+    cycles: Sequence[tuple["StateLike", int]] = (),
     progress: Progress | None = None,
 ) -> Certificate:
     """Search for a proof that orbits of the exact map converge to a stable cycle, from as many states as possible.
@@ -54,10 +56,11 @@ def prove(
         depth: how often cells that are left are divided into four.
         periods: of the forcing, the longest flight that is followed.
         radii: of parameters by name on which walls alone depend: the proof is for all their values within.
+        cycles: states near cycles, with their periods, that are to be proved to exist.
         progress: called now and then with the fraction of the divisions that is done.
 
     Raises:
-        ProofError: the system is of another kind, the cycle is not stable, or no trap is found around it.
+        ProofError: the system is of another kind, the cycle is not stable, no trap is found, or one of `cycles` is not proved.
     """
     if side < 8 or side & (side - 1) or not 0 <= depth <= 12 or periods < 1 or not top > 0:
         raise ProofError(
@@ -67,7 +70,9 @@ def prove(
     top = math.ceil(top * 2**BITS) / 2**BITS
     equation = equation_of(system, radii)
     letters = [wall["letter"] for wall in equation["walls"]]
-    trap = found_trap(system_of(equation), letters, periodic_orbit(system, start, period))
+    balls = system_of(equation)
+    known = [stated(system, balls, periodic_orbit(system, near, returns)) for near, returns in cycles]
+    trap = found_trap(balls, letters, periodic_orbit(system, start, period))
     n = side * FINEST << depth
     flow = flow_of(equation, n, n // side, periods, top)
     with _stop_asked() as asked:
@@ -81,7 +86,7 @@ def prove(
         )
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"} | ({"radii": repr(dict(radii))} if radii else {})
     grid = {"side": side, "depth": depth, "top": top, "periods": periods, "closed": False}
-    return Certificate(about, equation, trap._asdict(), grid, found.codes)
+    return Certificate(about, equation, trap._asdict(), grid, found.codes, known)
 
 
 @contextmanager

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from nsmaps.verify.cells import Refused
 from nsmaps.verify.certificate import read, statement, verify
-from nsmaps.verify.trap import trap_of
 
 
 def main(path: str) -> int:
@@ -13,12 +12,12 @@ def main(path: str) -> int:
     try:
         certificate = read(Path(path))
         print("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
-        found = verify(certificate, lambda done, total: print(f"\r{done} of {total} cells", end="", file=sys.stderr))
+        found = verify(certificate, lambda done, total: print(f"\r{done} of {total}", end="", file=sys.stderr))
     except Refused as refused:
         print(f"\nRefused: {refused}")
         return 1
-    print(f"\n{statement(found, trap_of(certificate.trap))}")
-    print(f"The trap took {found.seconds[0]:.1f} s, the cells {found.seconds[1]:.1f} s.")
+    print(f"\n{statement(found, certificate)}")
+    print("Seconds for cycles, trap and cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
     return 0
 
 

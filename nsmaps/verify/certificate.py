@@ -7,8 +7,8 @@ little-endian numbers of 16 bits. Nothing in it is believed but the formula of t
 import json
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
@@ -18,23 +18,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.verify.cells import Grid, Refused, check_cells
+from nsmaps.verify.cycles import Cycle, all_verified
 from nsmaps.verify.flights import Doubtful
 from nsmaps.verify.formula import system_of
 from nsmaps.verify.trap import Trap, contraction, holds, trap_of
 
 TEXT, CODES, FORMAT = "certificate.json", "codes", 1
-KEYS = {"format", "about", "system", "trap", "grid", "codes"}
+MOST = 12  #: cycles that are listed
+KEYS = {"format", "about", "system", "trap", "grid", "codes", "cycles"}
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What is claimed: orbits from all cells with an order come to the trap, and orbits from the trap to one cycle."""
+    """What is claimed: cycles; orbits from all cells with an order come to the trap, and orbits from the trap to one cycle."""
 
     about: Mapping[str, str]  #: of whom and of what: not verified
     system: Mapping[str, Any]  #: see `formula.system_of`
-    trap: Mapping[str, Any]  #: see `trap.Trap`
-    grid: Mapping[str, Any]  #: see `cells.Grid`
-    codes: NDArray[np.uint16]  #: see `cells`
+    trap: Mapping[str, Any] = field(default_factory=dict)  #: see `trap.Trap`; empty where only cycles are claimed
+    grid: Mapping[str, Any] = field(default_factory=dict)  #: see `cells.Grid`
+    codes: NDArray[np.uint16] = field(default_factory=lambda: np.zeros(0, np.uint16))  #: see `cells`
+    cycles: Sequence[Any] = ()  #: see `cycles.Stated`
 
 
 @dataclass(frozen=True)
@@ -42,17 +45,24 @@ class Verified:
     """What was proved of a certificate."""
 
     letters: tuple[str, ...]  #: of the walls
-    shares: tuple[float, ...]  #: of the states of each wall with a speed below `top`, from which orbits come to the cycle
-    top: float
-    factor: float  #: by which the iterate contracts the trap
-    impacts: int  #: of that iterate
-    seconds: tuple[float, float]  #: for the trap and for the cells
+    cycles: tuple[Cycle, ...]  #: all different
+    seconds: tuple[float, float, float]  #: for cycles, trap and cells
+    shares: tuple[float, ...] = ()  #: of the states of each wall with a speed below `top`, from which orbits come to the cycle
+    top: float = 0.0
+    factor: float = 1.0  #: by which the iterate contracts the trap
+    impacts: int = 0  #: of that iterate
 
 
 def write(path: Path, certificate: Certificate) -> None:
     """Write a certificate."""
     codes = certificate.codes.astype("<u2").tobytes()
-    parts = {"about": certificate.about, "system": certificate.system, "trap": certificate.trap, "grid": certificate.grid}
+    parts: dict[str, Any] = {
+        "about": certificate.about,
+        "system": certificate.system,
+        "trap": certificate.trap,
+        "grid": certificate.grid,
+    }
+    parts |= {"cycles": list(certificate.cycles)}
     text = json.dumps({"format": FORMAT, **parts, "codes": sha256(codes).hexdigest()}, indent=1)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(zipfile.ZipInfo(TEXT), text)
@@ -70,7 +80,8 @@ def read(path: Path) -> Certificate:
         raise Refused(f"{path} is not a certificate of format {FORMAT} with {', '.join(sorted(KEYS))}")
     if sha256(codes).hexdigest() != data["codes"] or len(codes) % 2:
         raise Refused(f"the codes of {path} are not those that it was written with")
-    return Certificate(data["about"], data["system"], data["trap"], data["grid"], np.frombuffer(codes, "<u2").astype(np.uint16))
+    orders = np.frombuffer(codes, "<u2").astype(np.uint16)
+    return Certificate(data["about"], data["system"], data["trap"], data["grid"], orders, data["cycles"])
 
 
 def verify(
@@ -79,13 +90,18 @@ def verify(
     """Prove what a certificate claims; `Refused`, with the reason, where that fails.
 
     Args:
-        progress: called with the number of cells that are verified, and that of all.
+        progress: called with the number of cycles, then of cells, that are verified, and that of all.
         workers: threads.
     """
+    begun = perf_counter()
     try:
-        system, trap, grid = system_of(dict(certificate.system)), trap_of(certificate.trap), Grid(**certificate.grid)
+        system = system_of(dict(certificate.system))
         letters = tuple(str(wall["letter"]) for wall in certificate.system["walls"])
-        begun = perf_counter()
+        cycles = all_verified(system, certificate.cycles, progress)
+        known = perf_counter()
+        if not (certificate.trap or certificate.grid or len(certificate.codes)) and cycles:
+            return Verified(letters, cycles, (known - begun, 0.0, 0.0))
+        trap, grid = trap_of(certificate.trap), Grid(**certificate.grid)
         factor = contraction(system, trap)
     except Doubtful as error:
         raise Refused(str(error)) from error
@@ -97,12 +113,34 @@ def verify(
         return holds(trap, wall, phases, n, speeds)
 
     shares = check_cells(system, grid, certificate.codes, trapped, progress, workers)
-    times = proved - begun, perf_counter() - proved
-    return Verified(letters, tuple(map(float, shares)), grid.top, factor, trap.impacts, times)
+    times = known - begun, proved - known, perf_counter() - proved
+    return Verified(letters, cycles, times, tuple(map(float, shares)), grid.top, factor, trap.impacts)
 
 
-def statement(found: Verified, trap: Trap) -> str:
+def statement(found: Verified, certificate: Certificate) -> str:
     """The theorem in words."""
+    return "\n".join(([_attraction(found, trap_of(certificate.trap))] if found.shares else []) + _of_cycles(found))
+
+
+def _of_cycles(found: Verified) -> list[str]:
+    """Cycles, the first of them one by one."""
+    if not found.cycles:
+        return []
+    kinds = ", ".join(f"{[x.kind for x in found.cycles].count(kind)} {kind}" for kind in ("stable", "saddle", "open"))
+    lines = [
+        f"Proved: {len(found.cycles)} different cycles exist, each the only one with its walls within the stated radii: {kinds}."
+    ]
+    for cycle in found.cycles[:MOST]:
+        word, (phase, speed) = "".join(found.letters[wall] for wall in cycle.walls), cycle.states[0]
+        numbers = (
+            f"trace {cycle.trace}" if cycle.multipliers is None else f"multipliers {cycle.multipliers[0]}, {cycle.multipliers[1]}"
+        )
+        lines.append(f"  {word}, phase {phase}, speed {speed}, {cycle.turns} periods, {cycle.kind}: {numbers}")
+    return lines + ([f"  and {len(found.cycles) - MOST} more"] if len(found.cycles) > MOST else [])
+
+
+def _attraction(found: Verified, trap: Trap) -> str:
+    """What follows from trap and cells."""
     areas = " and ".join(
         f"{100 * share:.4g} % of wall {letter}" for letter, share in zip(found.letters, found.shares, strict=True)
     )

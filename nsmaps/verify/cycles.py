@@ -11,7 +11,7 @@ Computing 4 (1969) 187). C is an inverse in doubles, whatever its errors. The nu
 for each system in them.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
@@ -93,6 +93,18 @@ def verified(system: System, stated: Stated) -> Cycle:
             if sum(float(x.rad()) for x in box) > 0.99 * sum(float(x.rad()) for x in before):
                 break
         return _described(stated.walls, box, step)
+
+
+def all_verified(
+    system: System, entries: Sequence[Any], progress: Callable[[int, int], Any] = lambda done, total: None
+) -> tuple[Cycle, ...]:
+    """The cycles of a certificate; `Doubtful` or ValueError where one is not proved, or not shown to differ from the others."""
+    cycles = []
+    for i, entry in enumerate(entries):
+        cycles.append(verified(system, stated_of(entry, len(system.walls))))
+        progress(i + 1, len(entries))
+    distinct(cycles)
+    return tuple(cycles)
 
 
 def distinct(cycles: Iterable[Cycle]) -> None:

@@ -71,7 +71,7 @@ def test_a_share_of_the_states_is_proved_to_converge(pair, certificate, proved):
 
 
 def test_the_theorem_is_stated(certificate, proved):
-    text = statement(proved, trap_of(certificate.trap))
+    text = statement(proved, certificate)
     assert f"{100 * proved.shares[0]:.4g} % of wall B" in text
     assert "left open" in text
 

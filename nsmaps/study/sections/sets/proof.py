@@ -13,6 +13,14 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Study
 
 
+class CycleStart(BaseModel):
+    """A state near a cycle that is to be proved to exist."""
+
+    model_config = SPEC
+    start: dict[str, Number]
+    period: int = Field(1, ge=1)  #: in returns
+
+
 class ProofSection(BaseModel):
     """A stable cycle to which orbits are to be proved to converge, and the cells from which; see `nsmaps.proof.prove`."""
 
@@ -24,10 +32,13 @@ class ProofSection(BaseModel):
     depth: int = Field(4, ge=0, le=12)
     periods: int = Field(4, ge=1)
     radii: dict[str, Number] = {}
+    cycles: list[CycleStart] = []
 
 
 def _bind(spec: ProofSection, binding: "Binding") -> Floats:
     """The start, shape (n,)."""
+    for i, cycle in enumerate(spec.cycles):
+        binding.start(("proof", "cycles", i, "start"), cycle.start)
     return binding.start(("proof", "start"), spec.start)
 
 

@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import mpmath as mp
@@ -13,8 +15,10 @@ from nsmaps_impact_oscillator import ImpactOscillator
 
 import nsmaps
 from nsmaps.errors import ProofError
-from nsmaps.proof.cycles import impacts_of, stated
+from nsmaps.proof.cycles import certificate_of, impacts_of, stated
 from nsmaps.proof.formula import equation_of
+from nsmaps.verify.cells import Refused
+from nsmaps.verify.certificate import read, statement, verify, write
 from nsmaps.verify.cycles import Cycle, distinct, stated_of, verified
 from nsmaps.verify.flights import Doubtful
 from nsmaps.verify.formula import System, system_of
@@ -211,3 +215,19 @@ def test_unreadable_statements_say_what_is_wrong(some: Any, change: dict[str, An
         stated_of({**some[2][1], **change}, 2)
     with pytest.raises(ValueError, match="expected"):
         stated_of(None, 2)
+
+
+def test_a_certificate_of_cycles_alone(pair: Callable[..., Any], reference: Callable[[str], Any], tmp_path: Path) -> None:
+    orbits = [of_row(pair(0.35), row) for row in reference("cycles")[:3]]
+    made = certificate_of(pair(0.35), orbits)
+    write(tmp_path / "a.proof", made)
+    found = verify(read(tmp_path / "a.proof"))
+    text = statement(found, made)
+    assert "3 different cycles" in text
+    assert "1 stable, 2 saddle, 0 open" in text
+    assert "converge" not in text
+    for wrong in ([], [*made.cycles, made.cycles[0]], [{**made.cycles[0], "walls": [1]}], [None], {"a": 1}):
+        with pytest.raises(Refused):
+            verify(replace(made, cycles=wrong))
+    with pytest.raises(Refused, match="not readable"):
+        verify(replace(made, codes=np.zeros(3, np.uint16)))
