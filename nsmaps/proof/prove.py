@@ -62,9 +62,9 @@ def prove(
     Raises:
         ProofError: the system is of another kind, the cycle is not stable, no trap is found, or one of `cycles` is not proved.
     """
-    if side < 8 or side & (side - 1) or not 0 <= depth <= 12 or periods < 1 or not top > 0:
+    if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or periods < 1 or not top > 0:
         raise ProofError(
-            f"side {side}, depth {depth}, periods {periods}, top {top:g}; expected: a power of two from 8 on, "
+            f"side {side}, depth {depth}, periods {periods}, top {top:g}; expected: a power of two from 32 on, "
             "up to 12, from 1 on, and above 0"
         )
     top = math.ceil(top * 2**BITS) / 2**BITS

@@ -28,7 +28,7 @@ class ProofSection(BaseModel):
     start: dict[str, Number]
     period: int = Field(1, ge=1)  #: of the cycle, in returns
     top: Number = Field(gt=0)
-    side: int = Field(128, ge=8)
+    side: int = Field(128, ge=32)
     depth: int = Field(4, ge=0, le=12)
     periods: int = Field(4, ge=1)
     radii: dict[str, Number] = {}
