@@ -112,7 +112,12 @@ def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, spee
     s = np.arange(-before, periods * n + 1) * (TWO_PI / w / n)
     flights = np.stack(_free(b, k, g, s), 1)
     a, da, fall = np.abs(flights).max(0)
-    wave, force, wall, depart = np.hypot(p, q), np.hypot(cosine, sine), np.abs(places).max(), r * speed
+    wave, force, wall, depart = (
+        np.hypot(p, q),
+        np.hypot(cosine, sine),
+        np.abs(places).max(),
+        1.02 * r * speed,
+    )  # above that of the verification
     push, c, dc, dda, start = w * force, da + b * a, k * a, b * da + k * a, abs(g) + force + k * wall + b * depart
     z = wave + fall + (wall + wave) * c + (depart + w * wave) * a
     v = w * wave + abs(g) * a + (wall + wave) * dc + (depart + w * wave) * da
