@@ -31,6 +31,7 @@ from nsmaps.exact.engine.block import (
     HIGH,
     JERK,
     LEAST,
+    LESS,
     LOW,
     MARCHED,
     ODD,
@@ -212,7 +213,7 @@ def land(p, t, n, up):
 @inner
 def fly(p, t, n, up, chatter, want):
     """From impacts on a wall to the next impacts; returns the number of returns that continue, which stand in front."""
-    first = D00 if want else RETURN
+    first = LESS if want else RETURN
     launch(p, t, n, up, chatter)
     m = to_front(p, t, n, first, MARCHED, TERMS)
     for _ in range(MOST_ROUNDS):

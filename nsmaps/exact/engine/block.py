@@ -14,10 +14,10 @@ from nsmaps.exact.engine.returns import is_state, turned
 
 BLOCK = 512  # returns in parallel: few enough to stay in the processor's cache
 PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all rows to one part of the cache
-# Rows stand at constant places, so that a compiler sees that they do not overlap. The motion, its derivatives and the
-# phase are rewritten when needed; the other rows are valid as long as their object: the derivative of a return; the
-# return and its last impact; the flight, the gap ahead with its rates, and bounds (see `layout`); two steps; after them the
-# coefficients of every rate.
+# Rows stand at constant places, so that a compiler sees that they do not overlap. The motion and its
+# derivatives are rewritten when needed; the other rows are valid as long as their object: the phase at the start of a flight,
+# where they are moved; the derivative of a return; the return and its last impact; the flight, the gap ahead with its rates, and
+# bounds (see `layout`); two steps; after them the coefficients of every rate.
 D, D1, D2, D3, D4, D5, BY_PHASE, BY_SPEED, BY_PHASE_1, BY_SPEED_1, SPARE, SPARE_1, LESS, SINE = range(0, 14 * PITCH, PITCH)
 D00, D01, D10, D11, RETURN = range(14 * PITCH, 19 * PITCH, PITCH)
 WHICH, TIME, TURNS, V, PHI, ODD, OPEN, FLIGHT = range(18 * PITCH, 26 * PITCH, PITCH)
@@ -178,11 +178,13 @@ def tangents_of_power(p, t, n):
 def tangents(p, t, n):
     """Write velocity and acceleration at S and the derivatives by phase and velocity of the start.
 
-    As `evaluate` and `tangent_at` of `flow.py`.
+    As `evaluate` and `tangent_at` of `flow.py`. The rows of the phase hold since the start of the flight, those of its
+    multiples do not.
     """
     f = p.table
     width, terms = 3 + 2 * int(f[HARMONICS]), int(f[AT_TERMS])
-    phases(p, t, n)
+    if f[HARMONICS] > 1.0:
+        phases(p, t, n)
     for k in range(n):
         s, x = t[S + k], t[STEADY + k]
         t[D1 + k], t[D2 + k] = t[W + k] + s * x, x

@@ -73,7 +73,9 @@ def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], im
     ends = np.cumsum([0, *(len(part[0]) for part in parts)])
     triangles = np.concatenate([part[1] + end for part, end in zip(parts, ends[:-1], strict=True)])
     Facets(space, points, triangles, np.concatenate([shaded(*part[:2], tint(part[2], TINT)) for part in parts]))
-    shown = points[np.unique(triangles)] if len(triangles) else points
+    used = np.full(len(points), len(triangles) == 0)
+    used[triangles] = True
+    shown = points[used]
     space.set_zmargin(0.05)
     space.auto_scale_xyz(*shown.T)
     for set_limits, starts in zip((space.set_xlim, space.set_ylim), shown.T[:2], strict=True):

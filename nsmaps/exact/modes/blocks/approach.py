@@ -151,7 +151,7 @@ def approached(p, f, n, b):
         return
     copied(count, b)
     wide = full(count)
-    combined(p.series[f], p.series_features[0][f], p.series_features[1][f], A, b.c, wide, t)
+    combined(p.series[f], p.series_features[0][f], p.series_features[1][f], ORDER, A, b.c, wide, t)
     for i in range(wide):
         t[LOW + i], t[BEND + i], t[THERE + i], t[RATE + i] = 0.0, 0.0, 0.0 if i < count else 1.0, 0.0
     for i in range(count):

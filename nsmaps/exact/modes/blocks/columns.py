@@ -32,7 +32,7 @@ from nsmaps.exact.modes.blocks.lanes import (
     Y,
 )  # fmt: skip
 from nsmaps.exact.modes.blocks.passing import waved
-from nsmaps.exact.modes.blocks.series import combined, copied, evaluated, full
+from nsmaps.exact.modes.blocks.series import combined, copied, full, valued
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought, within_turn
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING
 
@@ -70,7 +70,7 @@ def screened(p, f, n, b, w):
     """
     t, h, sign, constant = b.t, b.h, p.signs[f], p.functions[f, p.first.shape[1] - 1]
     if p.twins[f] == f:
-        combined(p.shapes[f], b.all, b.dense, B, b.z, n, t)
+        combined(p.shapes[f], b.all, b.dense, ORDER, B, b.z, n, t)
     for k in range(n):
         t[Y + k], t[U + k] = 0.0, 0.0
     for j in range(len(w.z)):
@@ -132,28 +132,38 @@ def next_events(p, mode, n, b, w):
 
 
 @inner
-def moved(p, mode, n, b, w):
+def whole_step(p, mode, i, n, b):
+    """Write a state at the end of the longest step."""
+    for k in range(n):
+        b.new[i, k] = b.z[i, k]
+    for j in range(len(b.z)):
+        whole = p.whole[mode, i * len(b.z) + j]
+        for k in range(n):
+            b.new[i, k] += whole * b.z[j, k]
+
+
+@inner
+def moved(p, mode, n, b):
     """Take the states of columns to their events; those without one to the end of the longest step."""
     t, h = b.t, b.h
-    states, width, count = p.first.shape[1] - 1, len(w.z), 0
+    states, count = p.first.shape[1] - 1, 0
     for k in range(n):
         if h[WHICH + k] != NO_FUNCTION:
             h[COLUMN + count], t[X + count] = k, t[WHEN + k]
             count += 1
     copied(count, b)
-    for i in range(states):
-        for k in range(n):
-            b.new[i, k] = b.z[i, k]
-        for j in range(width):
-            whole = p.whole[mode, i * width + j]
-            for k in range(n):
-                b.new[i, k] += whole * b.z[j, k]
+    for q in range(states):
+        i = p.flow_order[mode, q]
+        if count < n:
+            whole_step(p, mode, i, n, b)
         if count == 0:
             continue
-        combined(p.flows[mode, i], p.flow_features[0][mode, i], p.flow_features[1][mode, i], A, b.c, full(count), t)
-        evaluated(full(count), t)
+        base, degree = p.flow_bases[mode, i], p.flow_degrees[mode, i]
+        combined(p.flows[mode, i], p.flow_features[0][mode, i], p.flow_features[1][mode, i], degree, A, b.c, full(count), t)
+        valued(degree, full(count), t)
         for m in range(count):
-            b.new[i, h[COLUMN + m]] = b.z[i, h[COLUMN + m]] + t[Y + m]
+            b.other[i, m] = t[Y + m] + (b.other[base, m] if base != i else 0.0)
+            b.new[i, h[COLUMN + m]] = b.z[i, h[COLUMN + m]] + b.other[i, m]
     for i in range(states):
         for k in range(n):
             b.z[i, k] = b.new[i, k]

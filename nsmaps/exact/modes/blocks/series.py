@@ -6,12 +6,12 @@ from nsmaps.exact.modes.tables.taylor import ORDER
 
 
 @fused
-def combined(rows, order, used, at, z, n, t):
-    """Write combinations of the rows of z in n columns: row m from `at` on is the sum of rows[j, m] z[j].
+def combined(rows, order, used, degree, at, z, n, t):
+    """Write combinations of the rows of z in n columns: row m up to a degree from `at` on is the sum of rows[j, m] z[j].
 
     Of the features, those with more terms first in `order`, used[m] have a term m or further ones.
     """
-    for m in range(ORDER + 1):
+    for m in range(degree + 1):
         of, width, j = at + m * PITCH, used[m], 0
         i0, i1 = order[0], order[1]
         c, d = rows[i0, m] if width > 0 else 0.0, rows[i1, m]
@@ -50,6 +50,20 @@ def evaluated(n, t):
             u, y = u * x + y, y * x + t[of + 2 * PITCH + k]
             u, y = u * x + y, y * x + t[of + PITCH + k]
             t[U + k], t[Y + k] = u * x + y, y * x + t[of + k]
+
+
+@fused
+def valued(degree, n, t):
+    """Write the polynomials of A at X to Y, of degree ORDER or of one less than a multiple of three."""
+    for k in range(n):
+        t[Y + k] = t[A + ORDER * PITCH + k] if degree == ORDER else 0.0
+    for i in range(ORDER // 3):
+        if ORDER - 1 - 3 * i > degree:
+            continue
+        of = A + (ORDER - 3 - 3 * i) * PITCH
+        for k in range(n):
+            x = t[X + k]
+            t[Y + k] = ((t[Y + k] * x + t[of + 2 * PITCH + k]) * x + t[of + PITCH + k]) * x + t[of + k]
 
 
 @inner

@@ -205,7 +205,7 @@ def block(p, mode, found, r, o, b, w):
     n = min(BLOCK, o.length[mode])
     gathered(p, mode, n, o, b)
     next_events(p, mode, n, b, w)
-    moved(p, mode, n, b, w)
+    moved(p, mode, n, b)
     turned(p, mode, n, b)
     jumped(p, mode, n, b)
     for k in range(n):

@@ -47,6 +47,23 @@ def twins_of(n: int, functions: Floats, modes: Ints) -> tuple[Ints, Floats]:
     return twins, signs
 
 
+def differences(flows: Floats) -> tuple[Floats, Ints, Ints]:
+    """The flows of states (M, n, N, TERMS), of some less that of another state where this has less than half of the terms.
+
+    The numbers of these other states, (M, n), are their own for the rest; in the order given, (M, n), they come first.
+    """
+    flows, bases = flows.copy(), np.tile(np.arange(flows.shape[1]), (len(flows), 1))
+    for rows, base in zip(flows, bases, strict=True):
+        whole = rows.copy()
+        for i, row in enumerate(whole):
+            others = [j for j in range(len(rows)) if j != i and base[j] == j and i not in base[:i]]
+            counts = [np.count_nonzero(row - whole[j]) for j in others]
+            if others and 2 * min(counts) < np.count_nonzero(row):
+                base[i] = others[int(np.argmin(counts))]
+                rows[i] = row - whole[base[i]]
+    return flows, bases, np.argsort(bases != np.arange(flows.shape[1]), axis=1, kind="stable")
+
+
 def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds: Floats) -> dict[str, Any]:
     """The fields of a table that describe polynomials in the time, in units of a mode's longest step.
 
@@ -62,12 +79,17 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
     changes = terms[:, 1 : ORDER + 1, :n].reshape(len(flows), ORDER, -1)
     propagators = np.zeros((len(flows), TERMS, n * flows.shape[1]))
     propagators[:, 1 : ORDER + 1] = changes
-    by_feature = np.moveaxis(propagators, 1, 2).reshape(len(flows), n, flows.shape[1], TERMS).copy()
+    by_feature = np.moveaxis(propagators, 1, 2).reshape(len(flows), n, flows.shape[1], TERMS)
+    parts, bases, order = differences(by_feature)
+    degrees = np.where((parts != 0.0).any(axis=2), np.arange(TERMS), 0).max(axis=2)
     in_time = np.pad(series.astype(float), ((0, 0), (0, 0), (0, TERMS - ORDER - 1)))
     return {
         "propagators": propagators,
-        "flows": by_feature,
-        "flow_features": features_used(by_feature),
+        "flows": parts,
+        "flow_features": features_used(parts),
+        "flow_bases": bases,
+        "flow_order": order,
+        "flow_degrees": np.where(degrees < ORDER, degrees // 3 * 3 + 2, ORDER),
         "whole": changes.sum(axis=1).astype(float),
         "series": in_time,
         "series_features": features_used(in_time),

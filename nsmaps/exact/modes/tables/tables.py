@@ -37,9 +37,12 @@ class Tables(NamedTuple):
     functions: Any  #: shape (S, N), positive before their event
     bounds: Any  #: shape (S, N), |function| growth
     propagators: Any  #: shape (M, TERMS, n N), Taylor series of exp(Y step tau) - 1 in tau, rows of the states
-    flows: Any  #: shape (M, n, N, TERMS), the same by state and feature
+    flows: Any  #: shape (M, n, N, TERMS), the same by state and feature, of some states less that of another
     flow_features: Any  #: features of these, (M, n, N), those with more terms first, and how many each degree has, (M, n, TERMS)
-    whole: Any  #: shape (M, n N), its value at tau = 1
+    flow_bases: Any  #: shape (M, n), this other state, or the state itself
+    flow_order: Any  #: shape (M, n), the states, others than themselves last
+    flow_degrees: Any  #: shape (M, n), of these polynomials, ORDER or the next less than a multiple of three
+    whole: Any  #: shape (M, n N), the value of `propagators` at tau = 1
     series: Any  #: shape (S, N, TERMS), that of each function along the flow, by the features at the start
     series_features: Any  #: as `flow_features`, shapes (S, N) and (S, TERMS)
     points: Any  #: the same as `series`, coefficients over a longest step in the basis of Bernstein
