@@ -1,7 +1,8 @@
 """Charts of the pair over d and r: beside the bare compiled map, two dask workers beside one, and beside pynamicalsys.
 
 Run by hand, on a quiet machine: `python tests/bench/charts.py [PIXELS [RETURNS]]`, the numbers along each side and of each pixel,
-1000 and 10000 unless given; dask and pynamicalsys take a tenth of the pixels of a side. The bare map returns as often at a sample of the pixels.
+1000 and 10000 unless given; dask and pynamicalsys take a tenth of the pixels of a side. The bare map returns as often at a sample
+of the pixels.
 """
 
 import sys
@@ -67,7 +68,8 @@ def by_pynamicalsys(pixels: int, returns: int) -> None:
     peer = DiscreteDynamicalSystem(mapping=mapping, system_dimension=2, number_of_parameters=len(table(0.3, 0.5)))
     for r in across:
         others = np.delete(table(0.3, r), TOP)
-        peer.bifurcation_diagram(START, TOP, along / 2, parameters=others, total_time=returns, transient_time=returns - 2 * PERIODS)
+        times = {"total_time": returns, "transient_time": returns - 2 * PERIODS}
+        peer.bifurcation_diagram(START, TOP, along / 2, parameters=others, **times)
 
 
 def seconds(run: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
