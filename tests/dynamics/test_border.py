@@ -1,19 +1,15 @@
 """Border collisions: piecewise-linear maps whose orbits on either side are known, and grazes of impact systems."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 import sympy as sp
+from normal_form import NormalForm
 from nsmaps_soft_impact import SoftImpact
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Section
-from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.border import NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
 from nsmaps.dynamics.continuation.follow import continue_branch
-from nsmaps.exact.returns import Returns
-from nsmaps.exact.words import encode
 
 CASES = {  #: trace and determinant for x < 0 and for x > 0, and what happens at mu = 0
     "persistence": ((0.5, 0.3), (-0.5, 0.3), PERSISTENCE),
@@ -23,32 +19,6 @@ CASES = {  #: trace and determinant for x < 0 and for x > 0, and what happens at
     "fold and doubling": ((-2.0, 0.3), (2.0, 0.3), NONSMOOTH_FOLD + WITH_DOUBLING),
     "two saddles": ((2.0, 0.3), (3.0, 0.4), PERSISTENCE),
 }
-
-
-@dataclass(frozen=True)
-class NormalForm:
-    """x' = tau x + y + mu, y' = -delta x, with (tau, delta) by the sign of x: the normal form of a border collision."""
-
-    left: tuple[float, float]
-    right: tuple[float, float]
-    mu: float
-
-    coordinates = Coordinates(("x", "y"))
-
-    def matrices(self):
-        return [np.array([[tau, 1.0], [-delta, 0.0]]) for tau, delta in (self.left, self.right)]
-
-    def first_return(self, states, derivative=False):
-        start = np.asarray(states, float)
-        right = (start[:, 0] > 0).astype(int)
-        slopes = np.array(self.matrices())[right]
-        image = np.einsum("kij,kj->ki", slopes, start) + np.array([self.mu, 0.0])
-        codes = np.array([encode("LL", ("L", "R")), encode("RR", ("L", "R"))])[right]
-        blank = np.zeros(len(start))
-        turns = np.zeros(start.shape, np.int32)
-        return Returns(
-            self.coordinates, ("L", "R"), start, image, turns, codes, blank.astype(np.int8), blank, slopes if derivative else None
-        )
 
 
 class Ticks(HybridSystem):

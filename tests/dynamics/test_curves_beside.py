@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from boxmaps import plain_returns
-from test_border import NormalForm
+from normal_form import NormalForm
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Section
