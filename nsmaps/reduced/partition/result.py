@@ -41,7 +41,9 @@ class PartitionResult:
     covered: float  #: share of random states of the grid's box that lie in a piece
     uncovered: dict[str, float]  #: shares of those that lie in none, by the outcome of their exact return
     right_next: float  #: share of random states whose image lies in the same piece as their exact image
-    arrives: tuple[float, float]  #: share of random starts whose orbits end in attracting pieces: exact, composite map
+    arrives: tuple[
+        float, float
+    ]  #: share of random starts whose orbits end in attracting pieces, of the exact and of the composite map
 
     @property
     def met(self) -> bool:
