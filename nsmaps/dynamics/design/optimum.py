@@ -122,13 +122,9 @@ def optimize(
     what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
     problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
     problem.known.append(first_point(problem, first, start, period, motion))
-    search, ends, attempts = Search(problem, -1.0 if sense == "max" else 1.0), [], []
-    for number, at in enumerate(_spread(first, starts)):
-        end, attempt = _attempt(search, at)
-        ends.append(end)
-        attempts.append(attempt)
-        beat((number + 1) / starts)
-    best, lies_on_share, found = _best(search, ends, attempts), False, None
+    search = Search(problem, -1.0 if sense == "max" else 1.0)
+    best, attempts = _searched(search, first, starts)
+    lies_on_share, found = False, None
     if states is not None:
         sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
         basin = Basin(search, sample, returns, share, offsets)
@@ -140,7 +136,18 @@ def optimize(
         conditions += (Condition("share", basin.share(best), share, np.inf, lies_on_share, np.nan if lies_on_share else 0.0),)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
     about = what, mean, sense, problem.parameters(best.at), best.value, gradient, left
-    return Optimum(*about, conditions, best.orbit, found, tuple(attempts))
+    return Optimum(*about, conditions, best.orbit, found, attempts)
+
+
+def _searched(search: Search, first: Floats, starts: int) -> tuple[Point, tuple[Attempt, ...]]:
+    """The best motion of searches from several starts, and what became of each."""
+    ends, attempts = [], []
+    for number, at in enumerate(_spread(first, starts)):
+        end, attempt = _attempt(search, at)
+        ends.append(end)
+        attempts.append(attempt)
+        beat((number + 1) / starts)
+    return _best(search, ends, attempts), tuple(attempts)
 
 
 def _spread(first: Floats, starts: int) -> Floats:
