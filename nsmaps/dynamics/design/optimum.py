@@ -116,15 +116,13 @@ def optimize(
             was found that meets the conditions.
     """
     check_function(system_of)
-    names, low, high, first = box(bounds, x0)
     check_limits(sense, multiplier, graze, share, starts, states is not None)
-    offsets = offsets_of(tolerances or {}, bounds)
+    (names, low, high, first), offsets = box(bounds, x0), offsets_of(tolerances or {}, bounds)
     what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
     problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
     problem.known.append(first_point(problem, first, start, period, motion))
     search = Search(problem, -1.0 if sense == "max" else 1.0)
-    best, attempts = _searched(search, first, starts)
-    lies_on_share, found = False, None
+    (best, attempts), lies_on_share, found = _searched(search, first, starts), False, None
     if states is not None:
         sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
         basin = Basin(search, sample, returns, share, offsets)
@@ -135,8 +133,8 @@ def optimize(
     if states is not None:
         conditions += (Condition("share", basin.share(best), share, np.inf, lies_on_share, np.nan if lies_on_share else 0.0),)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
-    about = what, mean, sense, problem.parameters(best.at), best.value, gradient, left
-    return Optimum(*about, conditions, best.orbit, found, attempts)
+    about = what, mean, sense, problem.parameters(best.at), best.value, gradient, left, conditions
+    return Optimum(*about, best.orbit, found, attempts)
 
 
 def _searched(search: Search, first: Floats, starts: int) -> tuple[Point, tuple[Attempt, ...]]:
