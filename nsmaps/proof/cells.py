@@ -108,10 +108,8 @@ def _divided(cells: Cells, leaves: Integers) -> tuple[Cells, Integers]:
 def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
     """Certify what can be of the cells in a queue, the last first; `order` is changed in place."""
     total = cells.child.size
-    waiting, following = (
-        np.full(total, -1),
-        np.full(total, -1),
-    )  # the first that waits for a node, and the next that waits with it
+    waiting = np.full(total, -1)  # the first that waits for a node
+    following = np.full(total, -1)  # the next that waits with it
     number = np.full(total, -1)
     number[queue] = np.arange(queue.size)
     states = np.full((queue.size, 4), -1.0)

@@ -89,13 +89,9 @@ def _constant(system: "ImpactSystem", coefficient: sp.Expr) -> sp.Expr:
 def _entry(value: Any) -> Entry:
     """A number as a decimal and a radius; integers, and numbers below all rounding, are exact."""
     number = float(sp.N(value, DIGITS))
-    if abs(number) < NEGLIGIBLE:
-        return ["0", "0"]
-    return (
-        [str(int(number)), "0"]
-        if number.is_integer() and abs(sp.N(value, DIGITS) - int(number)) < NEGLIGIBLE
-        else [repr(number), repr(abs(number) * RADIUS)]
-    )
+    if abs(sp.N(value, DIGITS) - round(number)) < NEGLIGIBLE:
+        return [str(round(number)), "0"]
+    return [repr(number), repr(abs(number) * RADIUS)]
 
 
 def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, speed: float) -> Flow:
@@ -112,12 +108,8 @@ def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, spee
     s = np.arange(-before, periods * n + 1) * (TWO_PI / w / n)
     flights = np.stack(_free(b, k, g, s), 1)
     a, da, fall = np.abs(flights).max(0)
-    wave, force, wall, depart = (
-        np.hypot(p, q),
-        np.hypot(cosine, sine),
-        np.abs(places).max(),
-        1.02 * r * speed,
-    )  # above that of the verification
+    wave, force, wall = np.hypot(p, q), np.hypot(cosine, sine), np.abs(places).max()
+    depart = 1.02 * r * speed  # above that of the verification
     push, c, dc, dda, start = w * force, da + b * a, k * a, b * da + k * a, abs(g) + force + k * wall + b * depart
     z = wave + fall + (wall + wave) * c + (depart + w * wave) * a
     v = w * wave + abs(g) * a + (wall + wave) * dc + (depart + w * wave) * da
