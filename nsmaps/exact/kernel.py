@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
 
 STEPS = 2000  # of a realisation under noise, whose random numbers are drawn together
-CHUNK = 25_000  # returns that a thread takes at a time: enough to hide its cost, few enough for Ctrl-C
+CHUNK = 10_000  # returns that a thread takes at a time: enough to hide its cost, few enough for Ctrl-C
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,8 @@ def _room(n: int, m: int, derivative: bool) -> tuple[Any, ...]:
 def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
     """Run a task over n states on all cores, in chunks of at most `size`, if that is less than all.
 
-    Every core takes the next chunk when it has finished one; the last chunks are small, so that no core waits long for another.
+    Every core, this thread on one of them, takes the next chunk when it has finished one; the last chunks are small, so that no
+    core waits long for another.
     """
     if 0 < n <= size:
         run(slice(0, n))
@@ -172,17 +173,18 @@ def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
     waiting = iter(chunks)
 
     def work() -> None:
-        for k in waiting:
-            run(k)
-
-    with ThreadPoolExecutor(cores) as pool:
-        workers = [pool.submit(work) for _ in range(cores)]
         try:
-            wait(workers, return_when=FIRST_EXCEPTION)
-        finally:
+            for k in waiting:
+                run(k)
+        except BaseException:
             chunks.clear()  # after an error or an interrupt, the threads stop after their chunk
-        for worker in workers:
-            worker.result()
+            raise
+
+    with ThreadPoolExecutor(max(cores - 1, 1)) as pool:
+        workers = [pool.submit(work) for _ in range(cores - 1)]
+        work()
+    for worker in workers:
+        worker.result()
 
 
 def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
