@@ -164,11 +164,11 @@ def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
     Every core, this thread on one of them, takes the next chunk when it has finished one; the last chunks are small, so that no
     core waits long for another.
     """
-    if 0 < n <= size:
-        run(slice(0, n))
     if n <= size:
+        if n:
+            run(slice(0, n))
         return
-    cores = os.cpu_count() or 1
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     chunks = list(chunks_of(n, size, cores))
     waiting = iter(chunks)
 

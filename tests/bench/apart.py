@@ -1,4 +1,4 @@
-"""nsmaps in other ways than `nsmaps bench` has it: returns one by one, and two batches that know nothing of each other."""
+"""nsmaps in other ways than `nsmaps bench` has it: returns one by one, a large batch on one core, and two batches apart."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.bench.programs.ours import OneCore, cores, pair_system, read
+from nsmaps.bench.programs.ours import OneCore, TwoCores, cores, pair_system, read
 from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 from nsmaps.exact.engine.flight.layout import WIDE
@@ -43,12 +43,20 @@ class Single(Solver):
 
 
 @dataclass(frozen=True)
+class Large(OneCore):
+    """The batch that `nsmaps two cores` has, on one core."""
+
+    setting = "one core, large batch"  # type: ignore[assignment]
+    repeat = TwoCores.repeat
+
+
+@dataclass(frozen=True)
 class TwoBatches(Solver):
     """Two threads with half of the starts each, a batch after another: what two cores of this machine give at best."""
 
     family = "nsmaps"
     setting = "two batches apart"
-    repeat = 20
+    repeat = TwoCores.repeat
 
     def prepare(self) -> str:
         """Compile or load the kernel."""
