@@ -42,7 +42,11 @@ PHRASES = {
     r"\bstrangers?\b": "third party",
     r"\bmend(s|ed|ing)?\b": "correct",
     r"\bnothing of it\b": "a sentence with its subject",
+    r"\b(rigorous(ly)?|guarantee[sd]?)\b": "proved, enclosed, estimated or sampled: see docs/numerics.md",
 }
+
+#: what stands beside the word "proved"
+CERTIFIED = re.compile(r"proof\.md|not[- ]proved|`proof`|proof:|nsmaps prove|verify|kinds-of-bounds")
 
 #: name of a function, class, argument, field or variable -> what names it better
 NAMES = {
@@ -166,6 +170,15 @@ def test_studies_use_the_terms_of_the_field(study: Path) -> None:
 @pytest.mark.parametrize("file", [*MODULES, *SYSTEMS], ids=lambda file: str(file.relative_to(ROOT)))
 def test_code_uses_the_terms_of_the_field(file: Path) -> None:
     assert [*phrases(texts(file)), *private_names(names(file))] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_proved_is_what_a_certificate_proves(page: Path) -> None:
+    """A paragraph of another page that calls a bound proved refers to certificates, or states what is not proved."""
+    if page in [ROOT / "docs" / name for name in ("proof.md", "numerics.md", "study-reference.md")]:
+        return
+    said = re.split(r"\n\s*\n|\n(?=[-|#])", page.read_text(encoding="utf-8"))
+    assert [part for part in said if re.search(r"\bproved\b", part) and not CERTIFIED.search(part)] == []
 
 
 def test_private_words_are_found_where_they_are(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ REST = 1e-10  # largest move of a bound in an update, relative to the start box,
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AttractingDomain(WithCoordinates):
-    """A box to which the worst case of a map converges; `claim` states whether it bounds orbits, and of which map."""
+    """A box to which the worst case of a map converges; `claim` states on what basis, and for which map."""
 
     __repr__ = brief
     was: ClassVar = {"trapped": "forward_invariant", "settled": "converged"}  #: fields of earlier runs
@@ -54,10 +54,10 @@ class AttractingDomain(WithCoordinates):
 
     @property
     def claim(self) -> str:
-        """Whether the boxes are a bound, an estimate or no bound for the map named in `of`, and by which method."""
-        if self.status == "sampled":
-            return f"no bound for the {self.of}: sampled"
-        return f"{'an estimate' if self.status == ESTIMATED else 'a bound'} for the {self.of}: {self.status}"
+        """Whether the boxes are enclosed, estimated or sampled, for the map named in `of`, and by which method."""
+        if self.status in ("enclosed", "sampled"):
+            return f"{self.status} for the {self.of}"
+        return f"{'estimated' if self.status == ESTIMATED else 'enclosed'} for the {self.of}: {self.status}"
 
     @property
     def part(self) -> tuple[Part, ...]:

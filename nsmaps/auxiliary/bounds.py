@@ -19,7 +19,7 @@ from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.fit.polymap import PolyMap
 
 How = Literal["outer", "inflated", "enclosed", "sampled"]
-ESTIMATED = "inflated by held-out error"  #: the status of an estimate: the error was sampled at states
+ESTIMATED = "inflated by held-out error"  #: the status of what is estimated: the error was sampled at states
 Maker = Callable[[Floats], AuxiliaryMaps]
 
 

@@ -127,10 +127,10 @@ def test_inflated_bounds_are_those_of_the_map_that_the_polynomial_stands_for():
     assert error.values == pytest.approx([0.01, 0.012], abs=1e-12)  # the largest is at corners
     domain = attracting_domain(PAIR, ROOM, error=error)
     assert (domain.of, domain.status) == ("exact map", "inflated by held-out error")
-    assert domain.claim == "an estimate for the exact map: inflated by held-out error"
+    assert domain.claim == "estimated for the exact map: inflated by held-out error"
     certified = attracting_domain(PAIR, ROOM, error=ErrorBound(error.values, "certified"))
-    assert certified.claim == "a bound for the exact map: inflated by certified error"
-    assert attracting_domain(PAIR, ROOM, 1, bounds="sampled").claim == "no bound for the fitted map: sampled"
+    assert certified.claim == "enclosed for the exact map: inflated by certified error"
+    assert attracting_domain(PAIR, ROOM, 1, bounds="sampled").claim == "sampled for the fitted map"
     own = attracting_domain(truth, ROOM)
     assert (domain.box[:, 0] <= own.box[:, 0]).all()
     assert (own.box[:, 1] <= domain.box[:, 1]).all()

@@ -88,7 +88,7 @@ def test_the_study_of_cells_is_written_and_read_and_drawn(tmp_path):
     assert result.holds
     (verdict,) = [verdict for verdict in result.verdicts if verdict.name == "morse: forward invariant"]
     assert verdict.required
-    assert "certified by enclosure" in verdict.text
+    assert "(enclosed)" in verdict.text
     again = read_result(tmp_path / "run")
     assert np.array_equal(again.trap.numbers, result.trap.numbers)
     assert np.array_equal(again.morse.component, result.morse.component)

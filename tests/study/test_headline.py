@@ -48,7 +48,7 @@ def test_a_two_cycle_of_one_orbit_and_samples_that_prove_nothing() -> None:
     one = "orbits: [{start: {v: 0.2, phi: 0.1}, returns: 220}]\n"
     said = told(PAIR.replace("0.35", "0.30") + one)
     assert said == "Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends."
-    doubt = "; on a grid of states, every orbit from "
+    doubt = "; sampled on a grid of states: every orbit from "
     sampled = told(PAIR + one + BOX.replace("updates: 2", "updates: 2, bounds: sampled"))
     assert doubt in sampled
     assert "enclosed" not in sampled
@@ -84,7 +84,7 @@ def test_a_bound_of_a_fit_is_not_one_of_the_exact_map() -> None:
     assert "xact" not in said
     error = ErrorBound(np.full(1, 1e-3), "held-out")
     estimate = headline(of_half(error=error, of="exact map, by fitted map R1"))
-    assert estimate.startswith("Exact map, by fitted map R1: by the held-out error of the fit, every orbit from ")
+    assert estimate.startswith("Exact map, by fitted map R1: estimated by the held-out error of the fit: every orbit from ")
 
 
 def test_the_surest_box_is_told() -> None:

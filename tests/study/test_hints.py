@@ -66,9 +66,9 @@ def test_a_fit_that_does_not_follow_its_data_is_said(result: nsmaps.StudyResult)
 @pytest.mark.parametrize(
     ("error", "told"),
     [
-        (None, "a bound for the fitted map: outer"),
-        (ErrorBound(np.full(1, 1e-3), "certified"), "a bound for the exact map: inflated by certified error"),
-        (ErrorBound(np.full(1, 1e-3), "held-out"), "an estimate for the exact map: inflated by held-out error"),
+        (None, "enclosed for the fitted map: outer"),
+        (ErrorBound(np.full(1, 1e-3), "certified"), "enclosed for the exact map: inflated by certified error"),
+        (ErrorBound(np.full(1, 1e-3), "held-out"), "estimated for the exact map: inflated by held-out error"),
     ],
 )
 def test_what_rests_on_samples_is_told_as_an_estimate(error: ErrorBound | None, told: str) -> None:

@@ -173,9 +173,9 @@ domains:
         ("exact map", "sampled"),
     ]
     assert [d.claim for d in (own, moved, grid)] == [
-        "a bound for the fitted map all: outer",
-        "an estimate for the exact map, by fitted map all: inflated by held-out error",
-        "no bound for the exact map: sampled",
+        "enclosed for the fitted map all: outer",
+        "estimated for the exact map, by fitted map all: inflated by held-out error",
+        "sampled for the exact map",
     ]
     width = moved.updates[0].envelopes[0].upper - own.updates[0].envelopes[0].upper
     states = np.random.default_rng(7).uniform([0.1, 0.2], [0.3, 1], (2000, 2))

@@ -26,14 +26,14 @@ STABLE = {True: "stable ", False: "unstable ", None: ""}
 MOTIONS = 6  #: of a diagram that are listed
 ALL = 0.99  #: smallest ratio of sides at which the last box is taken as the start box
 FAR = 2  #: standard errors beyond which an exponent is positive
-DOUBTS = {ESTIMATED: "by the held-out error of the fit, ", "sampled": "on a grid of states, "}
+DOUBTS = {ESTIMATED: "estimated by the held-out error of the fit: ", "sampled": "sampled on a grid of states: "}
 
 
 def headline(result: StudyResult) -> str:
     """The attractors, and the box in which orbits stay, with the map to which each statement applies; empty without either.
 
     Attractors are those of the exact map that were found by basins, otherwise by orbits, otherwise by a diagram: there may be
-    others. The box is the smallest forward invariant one: of the exact map if that has one by bounds, otherwise of another map.
+    others. The box is the smallest forward invariant one: of the exact map if that has an enclosed one, otherwise of another map.
     """
     texts: dict[str, list[str]] = {}
     for of, text in (*_attracts(result), *_stays(result)):
@@ -141,21 +141,21 @@ def _stays(result: StudyResult) -> Iterator[tuple[str, str]]:
     exact = [domain for domain in invariant if domain.of == EXACT and domain.status not in DOUBTS]
     if not exact and result.trap is not None and result.trap.forward_invariant:
         cells, hull = result.trap.numbers, intervals(result.trap.cells.coordinates, result.trap.hull)
-        yield result.trap.of, f"every orbit from {len(cells)} cells within {hull} stays in them (by enclosure)"
+        yield result.trap.of, f"every orbit from {len(cells)} cells within {hull} stays in them (enclosed)"
     elif invariant:
         domain = min(invariant, key=_rank)
         yield domain.of, _domain(result, domain)
 
 
 def _rank(domain: "AttractingDomain") -> tuple[bool, bool, float]:
-    """A key by which bounds precede estimates, the exact map precedes others, and small boxes precede large ones."""
+    """A key by which what is enclosed precedes the rest, the exact map precedes others, and small boxes precede large ones."""
     return domain.status in DOUBTS, not domain.of.startswith(EXACT), float(np.prod(domain.sizes[-1] / domain.sizes[0]))
 
 
 def _domain(result: StudyResult, domain: "AttractingDomain") -> str:
     """The statement that orbits from the start box enter the last box and stay, and whether that contains the attractors."""
     start, end = intervals(domain.coordinates, domain.boxes[0], inward=True), intervals(domain.coordinates, domain.boxes[-1])
-    how = f" ({domain.status})" if domain.status not in DOUBTS else ""
+    how = "" if domain.status in DOUBTS else " (enclosed)"
     goes = f"enters {end} and stays there" if (domain.sizes[-1] < ALL * domain.sizes[0]).any() else f"stays in {end}"
     stays = f"every orbit from {start} {goes}{how}"
     return f"{DOUBTS.get(domain.status, '')}{stays}{_holds(result, domain)}"

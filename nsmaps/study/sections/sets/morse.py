@@ -74,7 +74,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         return
     text = "no orbit stays in the window"
     if held is not None:
-        hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (certified by enclosure)"
+        hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (enclosed)"
         text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
     holds = held is not None and held.forward_invariant
     yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
