@@ -110,6 +110,33 @@ def next_impact(system: System, wall: int, phase: arb, speed: arb) -> Impact:
     raise Doubtful(f"the next impact after those of wall {wall} at the phases {phase} with the speeds {speed} is not shown")
 
 
+def next_impacts(
+    system: System, wall: int, point: tuple[arb, arb], matrix: Matrix, way: tuple[arb, arb], impacts: int
+) -> tuple[tuple[int, ...], tuple[arb, arb], Matrix]:
+    """The walls of the next impacts of all states point + matrix way, the last state of `point`, and the derivative by ways."""
+    walls = []
+    for _ in range(impacts):
+        box = [x + row[0] * way[0] + row[1] * way[1] for x, row in zip(point, matrix, strict=True)]
+        all, here = next_impact(system, wall, *box), next_impact(system, wall, *point)
+        matrix, point, wall = times(all.derivative, matrix), (here.phase, here.speed), all.wall
+        walls.append(wall)
+    return tuple(walls), point, matrix
+
+
+def times(left: Matrix, right: Matrix) -> Matrix:
+    """The product of two matrices."""
+    return tuple(tuple(row[0] * right[0][k] + row[1] * right[1][k] for k in (0, 1)) for row in left)  # type: ignore[return-value]
+
+
+def inverse_of(matrix: tuple[tuple[float, float], tuple[float, float]]) -> Matrix:
+    """The inverse of a matrix; `Doubtful` if it may be singular."""
+    (a, b), (c, d) = (tuple(map(arb, row)) for row in matrix)
+    full = a * d - b * c
+    if full.contains(0):
+        raise Doubtful(f"the matrix {matrix} is not shown to be regular")
+    return (d / full, -b / full), (-c / full, a / full)
+
+
 def _dyadic(x: float) -> float:
     """A number with few binary digits near x, so that sums of such are exact."""
     return 2.0 ** frexp(x)[1] / 2

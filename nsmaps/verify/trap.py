@@ -13,7 +13,7 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from nsmaps.verify.flights import Doubtful, Matrix, next_impact
+from nsmaps.verify.flights import Doubtful, Matrix, inverse_of, next_impacts, times
 from nsmaps.verify.formula import System
 
 
@@ -50,7 +50,7 @@ def contraction(system: System, trap: Trap, words: set[tuple[int, ...]] | None =
             largest = largest.max(_norm(trap, derivative))
             if not largest < 1:
                 raise Doubtful(f"the trap is not contracted: a bound of the norm of the derivative is {float(largest.mid()):.6g}")
-    (walls, (phase, speed), _), inverse = carried(system, trap, (arb(0), arb(0))), _inverse(trap)
+    (walls, (phase, speed), _), inverse = carried(system, trap, (arb(0), arb(0))), inverse_of(trap.matrix)
     if walls[-1] != trap.wall:
         raise Doubtful(f"the {trap.impacts} impacts of the trap end on wall {walls[-1]}")
     turn = 2 * arb.pi()
@@ -68,20 +68,15 @@ def carried(system: System, trap: Trap, part: tuple[arb, arb]) -> tuple[tuple[in
     way = part[0] - middle[0], part[1] - middle[1]
     matrix = tuple(tuple(map(arb, row)) for row in trap.matrix)
     point = tuple(arb(trap.centre[k]) + matrix[k][0] * middle[0] + matrix[k][1] * middle[1] for k in (0, 1))
-    wall, walls = trap.wall, []
-    for _ in range(trap.impacts):
-        box = [point[k] + matrix[k][0] * way[0] + matrix[k][1] * way[1] for k in (0, 1)]
-        all, here = next_impact(system, wall, *box), next_impact(system, wall, *point)
-        matrix, point, wall = _times(all.derivative, matrix), (here.phase, here.speed), all.wall
-        walls.append(wall)
-    return tuple(walls), point, _times(_inverse(trap), matrix)  # type: ignore[return-value]
+    walls, end, derivative = next_impacts(system, trap.wall, point, matrix, way, trap.impacts)  # type: ignore[arg-type]
+    return walls, end, times(inverse_of(trap.matrix), derivative)
 
 
 def holds(trap: Trap, wall: int, phases: NDArray[np.int64], n: int, speeds: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which boxes of a wall lie in the trap: phases (N, 2) in parts of 2 pi/n, speeds (N, 2), up to whole turns of the phase."""
     if wall != trap.wall:
         return np.zeros(len(phases), bool)
-    inverse, turn = _inverse(trap), 2 * arb.pi() / n
+    inverse, turn = inverse_of(trap.matrix), 2 * arb.pi() / n
     return np.array(
         [
             all(_inside(trap, inverse, turn, n, int(i), float(v)) for i in row for v in speed)
@@ -101,16 +96,6 @@ def _part(trap: Trap, side: int, k: int) -> arb:
     """A part of a side of the trap."""
     count, half = trap.pieces[side], arb(trap.half[side])
     return half * (arb(2 * k + 1) / count - 1) + half / count * arb(0, 1)
-
-
-def _inverse(trap: Trap) -> Matrix:
-    (a, b), (c, d) = (tuple(map(arb, row)) for row in trap.matrix)
-    full = a * d - b * c
-    return (d / full, -b / full), (-c / full, a / full)
-
-
-def _times(left: Any, right: Any) -> Matrix:
-    return tuple(tuple(row[0] * right[0][k] + row[1] * right[1][k] for k in (0, 1)) for row in left)  # type: ignore[return-value]
 
 
 def _norm(trap: Trap, derivative: Matrix) -> arb:
