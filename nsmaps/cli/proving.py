@@ -77,7 +77,7 @@ def _verified(certificate: "Certificate") -> None:
         found = prove_again(certificate, lambda done, total: beat(done / total, f"{done} of {total}"))
     say("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
     say(statement(found, certificate))
-    say("seconds for cycles, trap and cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
+    say("seconds for cycles and horseshoe, trap, cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
 
 
 def _check_flint() -> None:

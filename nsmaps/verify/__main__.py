@@ -17,7 +17,7 @@ def main(path: str) -> int:
         print(f"\nRefused: {refused}")
         return 1
     print(f"\n{statement(found, certificate)}")
-    print("Seconds for cycles, trap and cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
+    print("Seconds for cycles and horseshoe, trap, cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
     return 0
 
 

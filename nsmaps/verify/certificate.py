@@ -21,11 +21,12 @@ from nsmaps.verify.cells import Grid, Refused, check_cells
 from nsmaps.verify.cycles import Cycle, all_verified
 from nsmaps.verify.flights import Doubtful
 from nsmaps.verify.formula import system_of
+from nsmaps.verify.horseshoe import Chaos, chaos_of, horseshoe_of, in_words
 from nsmaps.verify.trap import Trap, contraction, holds, trap_of
 
 TEXT, CODES, FORMAT = "certificate.json", "codes", 1
 MOST = 12  #: cycles that are listed
-KEYS = {"format", "about", "system", "trap", "grid", "codes", "cycles"}
+KEYS = {"format", "about", "system", "trap", "grid", "codes", "cycles", "horseshoe"}
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Certificate:
     grid: Mapping[str, Any] = field(default_factory=dict)  #: see `cells.Grid`
     codes: NDArray[np.uint16] = field(default_factory=lambda: np.zeros(0, np.uint16))  #: see `cells`
     cycles: Sequence[Any] = ()  #: see `cycles.Stated`
+    horseshoe: Mapping[str, Any] = field(default_factory=dict)  #: see `horseshoe.Horseshoe`; empty where none is claimed
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,12 @@ class Verified:
 
     letters: tuple[str, ...]  #: of the walls
     cycles: tuple[Cycle, ...]  #: all different
-    seconds: tuple[float, float, float]  #: for cycles, trap and cells
+    seconds: tuple[float, float, float]  #: for cycles and horseshoe, trap and cells
     shares: tuple[float, ...] = ()  #: of the states of each wall with a speed below `top`, from which orbits come to the cycle
     top: float = 0.0
     factor: float = 1.0  #: by which the iterate contracts the trap
     impacts: int = 0  #: of that iterate
+    chaos: Chaos | None = None  #: of the horseshoe
 
 
 def write(path: Path, certificate: Certificate) -> None:
@@ -62,7 +65,7 @@ def write(path: Path, certificate: Certificate) -> None:
         "trap": certificate.trap,
         "grid": certificate.grid,
     }
-    parts |= {"cycles": list(certificate.cycles)}
+    parts |= {"cycles": list(certificate.cycles), "horseshoe": certificate.horseshoe}
     text = json.dumps({"format": FORMAT, **parts, "codes": sha256(codes).hexdigest()}, indent=1)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(zipfile.ZipInfo(TEXT), text)
@@ -81,7 +84,7 @@ def read(path: Path) -> Certificate:
     if sha256(codes).hexdigest() != data["codes"] or len(codes) % 2:
         raise Refused(f"the codes of {path} are not those that it was written with")
     orders = np.frombuffer(codes, "<u2").astype(np.uint16)
-    return Certificate(data["about"], data["system"], data["trap"], data["grid"], orders, data["cycles"])
+    return Certificate(data["about"], data["system"], data["trap"], data["grid"], orders, data["cycles"], data["horseshoe"])
 
 
 def verify(
@@ -98,9 +101,11 @@ def verify(
         system = system_of(dict(certificate.system))
         letters = tuple(str(wall["letter"]) for wall in certificate.system["walls"])
         cycles = all_verified(system, certificate.cycles, progress)
+        stated = horseshoe_of(certificate.horseshoe, len(letters)) if certificate.horseshoe else None
+        chaos = chaos_of(system, stated, progress) if stated else None
         known = perf_counter()
-        if not (certificate.trap or certificate.grid or len(certificate.codes)) and cycles:
-            return Verified(letters, cycles, (known - begun, 0.0, 0.0))
+        if not (certificate.trap or certificate.grid or len(certificate.codes)) and (cycles or chaos):
+            return Verified(letters, cycles, (known - begun, 0.0, 0.0), chaos=chaos)
         trap, grid = trap_of(certificate.trap), Grid(**certificate.grid)
         factor = contraction(system, trap)
     except Doubtful as error:
@@ -114,12 +119,13 @@ def verify(
 
     shares = check_cells(system, grid, certificate.codes, trapped, progress, workers)
     times = known - begun, proved - known, perf_counter() - proved
-    return Verified(letters, cycles, times, tuple(map(float, shares)), grid.top, factor, trap.impacts)
+    return Verified(letters, cycles, times, tuple(map(float, shares)), grid.top, factor, trap.impacts, chaos)
 
 
 def statement(found: Verified, certificate: Certificate) -> str:
     """The theorem in words."""
-    return "\n".join(([_attraction(found, trap_of(certificate.trap))] if found.shares else []) + _of_cycles(found))
+    parts = [_attraction(found, trap_of(certificate.trap))] if found.shares else []
+    return "\n".join(parts + _of_cycles(found) + ([in_words(found.chaos, found.letters)] if found.chaos else []))
 
 
 def _of_cycles(found: Verified) -> list[str]:

@@ -38,10 +38,20 @@ class _Motion(NamedTuple):
     da: arb
 
 
-class _Flight:
-    """The flights of a box of departures, phases and speeds of the impact before."""
+class Part(NamedTuple):
+    """The states point + matrix way: the images of a parallelogram, which the box around them may exceed by far."""
 
-    def __init__(self, system: System, wall: int, phase: arb, speed: arb) -> None:
+    point: tuple[arb, arb]  #: phase and speed
+    matrix: Matrix
+    way: tuple[arb, arb]
+
+
+class _Flight:
+    """The flights of a box of departures, phases and speeds of the impact before, or of a parallelogram in it."""
+
+    def __init__(self, system: System, wall: int, phase: arb, speed: arb, part: "Part | None" = None) -> None:
+        self.loss, self.part = -system.walls[wall][1] * system.r, part
+        self.middle = _Flight(system, wall, *part.point) if part else None
         self.system, self.phase = system, phase
         at, side = system.walls[wall]
         self.place, self.w0 = at, -side * system.r * speed
@@ -66,7 +76,22 @@ class _Flight:
         wave, slope = self._wave(phase)
         z = wave + fall + self.x * (da + b * a) + self.y * a
         v = slope + g * a - self.x * k * a + self.y * da
-        return _Motion(z, v, self._force(phase) - k * z - b * v, a, da)
+        push = self._force(phase) - k * z - b * v
+        if self.part is None or self.middle is None:
+            return _Motion(z, v, push, a, da)
+        here, early, early_v = self.middle.at(s), *self.early(a, da)
+        for column, way in zip(zip(*self.part.matrix, strict=True), self.part.way, strict=True):
+            later = column[0] / self.system.frequency
+            here = here._replace(
+                z=here.z + ((early + v) * later + self.loss * a * column[1]) * way,
+                v=here.v + ((early_v + push) * later + self.loss * da * column[1]) * way,
+            )
+        return _Motion(z.intersection(here.z), v.intersection(here.v), push, a, da)
+
+    def early(self, a: arb, da: arb) -> tuple[arb, arb]:
+        """The derivatives of displacement and velocity at a given time by that of the departure."""
+        c, dc = da + self.system.b * a, -self.system.k * a
+        return -(self.w0 * c + self.start * a), -(self.w0 * dc + self.start * da)
 
     def over(self, start: float, length: float) -> _Motion:
         """The motion from a time on."""
@@ -80,9 +105,14 @@ class _Flight:
         return all._replace(z=here.z + here.v * way + all.push * way * way / 2, v=v)
 
 
-def next_impact(system: System, wall: int, phase: arb, speed: arb) -> Impact:
-    """The next impact of all states of a box of a wall, phases and speeds of impact; `Doubtful` unless it is the same for all."""
-    flight, period = _Flight(system, wall, phase, speed), float((2 * arb.pi() / system.frequency).mid())
+def next_impact(system: System, wall: int, phase: arb, speed: arb, states: Part | None = None) -> Impact:
+    """The next impact of all states of a box of a wall, or of some in it; `Doubtful` unless it is the same for all.
+
+    Args:
+        phase, speed: of the impact before.
+        states: those that are meant where they are not the whole box.
+    """
+    flight, period = _Flight(system, wall, phase, speed, states), float((2 * arb.pi() / system.frequency).mid())
     start, part = 0.0, _dyadic(period * FIRST)
     for _ in range(MOST):
         if part < period * SHORTEST:
@@ -103,7 +133,7 @@ def next_impact(system: System, wall: int, phase: arb, speed: arb) -> Impact:
             if ended is not None:
                 end, hit = ended
                 if hit:
-                    return _landed(flight, wall, rising, start, end)
+                    return _landed(flight, rising, start, end)
                 start = end
                 continue
         part /= 2
@@ -116,8 +146,8 @@ def next_impacts(
     """The walls of the next impacts of all states point + matrix way, the last state of `point`, and the derivative by ways."""
     walls = []
     for _ in range(impacts):
-        box = [x + row[0] * way[0] + row[1] * way[1] for x, row in zip(point, matrix, strict=True)]
-        all, here = next_impact(system, wall, *box), next_impact(system, wall, *point)
+        phase, speed = (x + row[0] * way[0] + row[1] * way[1] for x, row in zip(point, matrix, strict=True))
+        all, here = next_impact(system, wall, phase, speed, Part(point, matrix, way)), next_impact(system, wall, *point)
         matrix, point, wall = times(all.derivative, matrix), (here.phase, here.speed), all.wall
         walls.append(wall)
     return tuple(walls), point, matrix
@@ -156,7 +186,7 @@ def _ended(flight: _Flight, wall: int, start: float, part: float) -> tuple[float
     return None
 
 
-def _landed(flight: _Flight, wall: int, hit: int, start: float, end: float) -> Impact:
+def _landed(flight: _Flight, hit: int, start: float, end: float) -> Impact:
     """The impact on a wall that is met once between two times, by Newton's method."""
     (at, side), system = flight.system.walls[hit], flight.system
     time = arb((start + end) / 2, (end - start) / 2)
@@ -170,10 +200,8 @@ def _landed(flight: _Flight, wall: int, hit: int, start: float, end: float) -> I
             break
         time = new
     motion, w = flight.at(time), system.frequency
-    c, dc = motion.da + system.b * motion.a, -system.k * motion.a
-    early, early_v = -(flight.w0 * c + flight.start * motion.a), -(flight.w0 * dc + flight.start * motion.da)
-    loss = -system.walls[wall][1] * system.r
-    by_speed, by_speed_v = loss * motion.a, loss * motion.da
+    early, early_v = flight.early(motion.a, motion.da)
+    by_speed, by_speed_v = flight.loss * motion.a, flight.loss * motion.da
     delay = -early / motion.v, -by_speed / motion.v
     phases = delay[0], w * delay[1]
     speeds = side * (early_v + motion.push * delay[0]) / w, side * (by_speed_v + motion.push * delay[1])

@@ -11,24 +11,25 @@ pass make R there semiconjugate to the subshift of the matrix of relations. So t
 logarithm of the spectral radius of that matrix A, and the spectral radius at least min (A x)_i/x_i over x_i > 0, for any x >= 0.
 """
 
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from math import isfinite
+from math import floor, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from nsmaps.verify.flights import Doubtful, Matrix, inverse_of, next_impacts
+from nsmaps.verify.flights import Doubtful, Matrix, inverse_of, next_impacts, times
 from nsmaps.verify.formula import System
 
 BITS = 80  #: of the middles of balls
-MOST = 1024  #: parts of a set
+MOST = 8192  #: parts of a set
 ROUNDS, SCALE = 4096, 2**48  #: of the power iteration, and of its vector as whole numbers
 KEYS, OF_SET = {"wall", "sets", "relations"}, {"centre", "matrix", "walls"}
 
 Pair = tuple[arb, arb]
-Test = Callable[[int, arb, arb], bool]  #: of a set, and coordinates x and y in it
+Test = Callable[[int, arb, arb], bool | None]  #: of the number of a set, and coordinates x and y in it; None: not known
 
 
 class Parallelogram(NamedTuple):
@@ -92,11 +93,11 @@ def covers(system: System, wall: int, source: Parallelogram, targets: Sequence[P
     """Show that a set covers others, and return the number of parts that this took; `Doubtful` if it is not shown."""
     one, side = arb(1), arb(0, 1)
     image = _Image(system, wall, source, targets)
-    signs = [1 if x > 0 else -1 for x, _ in image.of(one, arb(0))]
+    signs = [1 if x > 0 else -1 for (x, _), _ in image.of(one, arb(0))]
     return (
-        image.satisfies(side, side, lambda k, x, y: bool(abs(y) < 1 or abs(x) > 1))
-        + image.satisfies(one, side, lambda k, x, y: bool(signs[k] * x > 1))
-        + image.satisfies(-one, side, lambda k, x, y: bool(signs[k] * x < -1))
+        image.satisfies(side, side, 1, lambda k, x, y: _either(abs(y) < 1 or abs(x) > 1, abs(y) >= 1 and abs(x) <= 1))
+        + image.satisfies(one, side, 0, lambda k, x, y: _either(signs[k] * x > 1, signs[k] * x <= 1))
+        + image.satisfies(-one, side, 0, lambda k, x, y: _either(signs[k] * x < -1, signs[k] * x >= -1))
     )
 
 
@@ -131,6 +132,24 @@ def entropy(size: int, relations: Sequence[tuple[int, int]]) -> float:
     return float(np.nextafter(float(arb(fmpq(least.numerator, least.denominator)).log().lower()), 0))
 
 
+def in_words(chaos: Chaos, letters: Sequence[str]) -> str:
+    """The theorem, with the letters of walls."""
+    wall, sets, relations = chaos.stated
+    words = Counter("".join(letters[k] for k in (wall, *each.walls)) for each in sets)
+    counts = ", ".join(f"{count} with the return {word}" for word, count in words.items())
+    return (
+        f"Proved: the returns to wall {letters[wall]} have a horseshoe of {len(sets)} disjoint parallelograms of states "
+        f"({counts}), of {len(relations)} pairs of which the "
+        "first covers the second. Orbits that stay in the parallelograms form a compact set, on which the return map is "
+        "continuous and semiconjugate to the subshift of these pairs: each sequence of them is that of some orbit, each periodic "
+        f"one that of a cycle. The topological entropy of the returns is at least {floor(1e9 * chaos.entropy) / 1e9}."
+    )
+
+
+class _Wrong(Doubtful):
+    """A relation does not hold."""
+
+
 class _Image:
     """The image of a set by the return map, in the coordinates of other sets."""
 
@@ -143,33 +162,41 @@ class _Image:
             turns = round(float((phase - each.centre[0]).mid()) / (2 * np.pi))
             self.centres.append((arb(each.centre[0]) + 2 * turns * arb.pi(), arb(each.centre[1])))
 
-    def of(self, x: arb, y: arb) -> list[Pair]:
-        """Boxes that hold the image of a part, a box of coordinates, in the coordinates of each other set."""
+    def of(self, x: arb, y: arb) -> list[tuple[Pair, tuple[Pair, Pair]]]:
+        """Balls that hold the image of a part, in the coordinates of each other set, and what x and y add to their radii."""
         point, slope = self._returned(x, y)
         way, found = (x - x.mid(), y - y.mid()), []
-        for (a, b), centre in zip(self.inverses, self.centres, strict=True):
+        for inverse, centre in zip(self.inverses, self.centres, strict=True):
             gap = point[0] - centre[0], point[1] - centre[1]
-            found.append(
-                tuple(
-                    u * gap[0] + v * gap[1] + sum((u * slope[0][k] + v * slope[1][k]) * way[k] for k in (0, 1)) for u, v in (a, b)
-                )
-            )
+            (a, b), (c, d) = parts = [[row[k] * way[k] for k in (0, 1)] for row in times(inverse, slope)]
+            u, v = (row[0] * gap[0] + row[1] * gap[1] for row in inverse)
+            found.append(((u + a + b, v + c + d), parts))
         return found  # type: ignore[return-value]
 
-    def satisfies(self, x: arb, y: arb, test: Test) -> int:
-        """Show that the image of a part passes a test for all other sets, cut as needed; the number of parts."""
-        parts, count = [(x, y)], 0
+    def satisfies(self, x: arb, y: arb, row: int, test: Test) -> int:
+        """Show that the image of a part passes a test for all other sets, cut as needed; the number of parts.
+
+        It is cut along what adds most to a coordinate of the image, x or y by the number of a row.
+        """
+        parts, count = deque([(x, y)]), 0
         while parts:
-            x, y = parts.pop()
+            x, y = parts.popleft()
             count += 1
             if count > MOST:
                 raise Doubtful(f"the image of the set at {self.source.centre} is not shown to cover others in {MOST} parts")
+            wide = [(_size(self.matrix[0][k]) + _size(self.matrix[1][k])) * _size(z.rad()) for k, z in enumerate((x, y))]
             try:
-                done = all(test(k, *place) for k, place in enumerate(self.of(x, y)))
+                seen = [(test(k, *place), shares[row]) for k, (place, shares) in enumerate(self.of(x, y))]
+                failed = [share for passed, share in seen if not passed]
+                if any(passed is False for passed, _ in seen):
+                    raise _Wrong(f"the set at {self.source.centre} does not cover one of those stated")
+            except _Wrong:
+                raise
             except Doubtful:
-                done = False
-            if not done:
-                parts += [(u, v) for u in _halves(x) for v in (_halves(y) if 4 * y.rad() > x.rad() else [y])]
+                failed = [wide]  # type: ignore[list-item]
+            if failed:
+                first, second = (max(_size(share[k]) for share in failed) for k in (0, 1))
+                parts += [(half, y) for half in _halves(x)] if first > second else [(x, half) for half in _halves(y)]
         return count
 
     def _returned(self, x: arb, y: arb) -> tuple[Pair, Matrix]:
@@ -178,7 +205,7 @@ class _Image:
         point: Pair = tuple(c + row[0] * middle[0] + row[1] * middle[1] for c, row in zip((u, v), m, strict=True))  # type: ignore[assignment]
         walls, end, slope = next_impacts(self.system, self.wall, point, m, (x - middle[0], y - middle[1]), len(self.source.walls))
         if walls != self.source.walls:
-            raise Doubtful(f"a return from the set at {self.source.centre} has the impacts {walls}, not {self.source.walls}")
+            raise _Wrong(f"a return from the set at {self.source.centre} has the impacts {walls}, not {self.source.walls}")
         return end, slope
 
 
@@ -191,6 +218,16 @@ def _separated(one: Parallelogram, other: Parallelogram, shift: arb) -> bool:
         if abs(middle) > 1 + wide:
             return True
     return False
+
+
+def _either(yes: bool, no: bool) -> bool | None:
+    """What is known of a condition."""
+    return True if yes else False if no else None
+
+
+def _size(x: arb | float) -> float:
+    """About the largest absolute value in a ball."""
+    return float(abs(arb(x)).upper())
 
 
 def _halves(x: arb) -> tuple[arb, arb]:
