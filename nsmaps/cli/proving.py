@@ -14,7 +14,7 @@ from nsmaps.progress import beat, working
 if TYPE_CHECKING:
     from nsmaps.verify.certificate import Certificate
 
-PROVE = examples("nsmaps prove vi_pair/proof-fp", "nsmaps prove mine.yaml --out mine.proof")
+PROVE = examples("nsmaps prove bouncing_ball/proof", "nsmaps prove mine.yaml --out mine.proof")
 VERIFY = examples("nsmaps verify proof-fp.proof", "python -m nsmaps.verify proof-fp.proof")
 
 
@@ -24,25 +24,25 @@ def prove(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Search for a proof that orbits of the exact map converge to a stable cycle, write it as a certificate, and verify that.
+    """Search for a proof that orbits converge to a stable cycle or arrive in a closed set, write a certificate, and verify that.
 
     Ctrl-C ends the search after the division of cells that is under way; what was found is kept. Pressed twice it ends at once.
     """
     with reported_errors(), progress_line(quiet):
         _check_flint()
+        from nsmaps.proof.closed import Around
         from nsmaps.proof.prove import prove as search
         from nsmaps.study.reading.reader import load_study
         from nsmaps.verify.certificate import write
 
         read = load_study(study, installed_only=installed_only)
         if read.proof is None:
-            raise NsmapsError(
-                f"the study {read.name} names no proof; expected: a section 'proof' with a start near a stable cycle"
-            )
+            raise NsmapsError(f"the study {read.name} names no proof; expected: a section 'proof' with a start near an attractor")
         spec, path = read.proof, out or Path(f"{read.name.rpartition('/')[2]}.proof")
-        options = spec.model_dump(exclude={"start", "cycles"})
-        cycles = [(cycle.start, cycle.period) for cycle in spec.cycles]
-        certificate = search(read.system_object(), spec.start, options.pop("period"), cycles=cycles, **options)
+        options = spec.model_dump(exclude={"start", "cycles", "closed_set"})
+        options["cycles"] = [(cycle.start, cycle.period) for cycle in spec.cycles]
+        options["around"] = Around(**spec.closed_set.model_dump()) if spec.closed_set else None
+        certificate = search(read.system_object(), spec.start, options.pop("period"), **options)
         write(path, certificate)
         say(f"written to {path}: {path.stat().st_size / 1e6:.2f} MB")
         _verified(certificate)

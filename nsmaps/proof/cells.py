@@ -5,76 +5,58 @@ waits for the first open cell that it meets, and is resumed from there when that
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.errors import ProofError
 from nsmaps.proof.flights import OPEN, SPLIT, Cells, Doubles, Flow, Integers, compiled, follow
 
 FINEST = 8  #: phases of the tables in the narrowest cell
 
 
-@dataclass(frozen=True)
-class Found:
-    """Codes of cells as in `nsmaps.verify.cells`, and the share that is certified of the cells of each wall."""
-
-    codes: NDArray[np.uint16]
-    shares: Doubles
-
-
 def search(
     flow: Flow,
-    walls: int,
-    side: int,
+    cells: Cells,
     depth: int,
-    top: float,
     trapped: Callable[[Integers, Integers, Doubles], NDArray[np.bool_]],
     progress: Callable[[int, Doubles], bool] = lambda level, shares: True,
-) -> Found:
-    """Certify the cells of `walls` base grids of side x side, dividing what is left `depth` times or until `progress` is false.
+) -> Cells:
+    """Certify cells, dividing those of the base grids that are left `depth` times or until `progress` is false.
 
     Args:
-        flow: tables at side * FINEST * 2^depth phases.
-        top: speed at the upper edge.
+        flow: tables at side * FINEST * 2^depth phases, or more.
+        cells: base grids, or those with a closed set of cells of order zero.
         trapped: which boxes, of walls (M,), first and last phases (M, 2) and speeds (M, 2), are within the trap.
-        progress: called after each division with its number and the share certified of each wall.
+        progress: called after each division with its number and the share certified of the cells of each wall.
     """
-    cells = _base(walls, side, side * FINEST << depth, top)
-    n = cells.n
-    new = np.arange(len(cells.child))
+    new = np.flatnonzero(cells.child < 0)
     for level in range(depth + 1):
         _trap(cells, new, trapped)
-        queue = new[cells.order[new] == OPEN]
+        queue = np.flatnonzero((cells.child < 0) & (cells.order == OPEN))
         certify(flow, cells, queue[np.argsort(-cells.place[queue, 1], kind="stable")])
         leaf = cells.child < 0
         certified = leaf & (cells.order < OPEN)
-        shares = np.bincount(cells.place[certified, 0], (cells.place[certified, 2] / n) ** 2, walls).astype(np.float64)
+        areas = (cells.place[certified, 2] / cells.n) ** 2
+        shares = np.bincount(cells.place[certified, 0], areas, flow.walls.shape[1]).astype(np.float64)
         if not progress(level, shares) or level == depth:
             break
-        cells, new = _divided(cells, np.flatnonzero(leaf & ~certified))
-    return Found(np.where(cells.child >= 0, SPLIT, cells.order).astype(np.uint16), shares)
+        wide = cells.place[:, 2] == cells.n // cells.side >> level
+        cells, new = divided(cells, np.flatnonzero(leaf & ~certified & wide))
+    return cells
 
 
-def closed_set(flow: Flow, walls: int, side: int, depth: int, top: float, seeds: Integers, largest: int) -> NDArray[np.bool_]:
-    """The cells of the base grids that orbits from some of them meet, a forward invariant set.
-
-    Args:
-        seeds: places of cells, (wall side + column) side + row; columns count phases, rows speeds.
-        largest: number of cells of the set, at most.
-
-    Raises:
-        ProofError: orbits meet more cells, or leave them.
-    """
-    cells = _base(walls, side, side * FINEST << depth, top)
-    if not _close(flow, cells, np.unique(seeds), largest):
-        raise ProofError(f"orbits from {len(seeds)} cells meet more than {largest} others, or speeds above {top}")
-    return cells.order == 0
+def codes_of(cells: Cells) -> NDArray[np.uint16]:
+    """The codes of cells as in `nsmaps.verify.cells`, breadth first."""
+    level, parts = np.flatnonzero(cells.parent < 0), []
+    while len(level):
+        split = cells.child[level] >= 0
+        parts.append(np.where(split, SPLIT, cells.order[level]))
+        level = (cells.child[level[split], None] + np.arange(4)).ravel()
+    return np.concatenate(parts).astype(np.uint16)
 
 
-def _base(walls: int, side: int, n: int, top: float) -> Cells:
+def base_grids(walls: int, side: int, n: int, top: float) -> Cells:
     """The base grids, without orders."""
     count = walls * side * side
     index = np.arange(count)
@@ -88,10 +70,10 @@ def _trap(cells: Cells, new: Integers, trapped: Callable[..., NDArray[np.bool_]]
     tall = cells.top * width / cells.n
     inside = trapped(wall, np.stack([first, first + width], 1), np.stack([row * tall, (row + 1) * tall], 1))
     cells.order[new[inside]] = 0
-    _raise(cells, new[inside])
+    bring_up(cells, new[inside])
 
 
-def _divided(cells: Cells, leaves: Integers) -> tuple[Cells, Integers]:
+def divided(cells: Cells, leaves: Integers) -> tuple[Cells, Integers]:
     """The cells with some of them split, and the places of the new ones."""
     cells.child[leaves] = len(cells.child) + 4 * np.arange(len(leaves))
     place, part = np.repeat(cells.place[leaves], 4, 0), np.tile(np.arange(4), len(leaves))
@@ -136,29 +118,6 @@ def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
 
 
 @compiled
-def _close(flow: Flow, cells: Cells, seeds: Integers, largest: int) -> bool:
-    """Give the order zero to cells until their orbits stay in them; false if they are too many, or orbits leave all cells."""
-    stack, state = np.empty(largest + seeds.size, np.int64), np.empty(4)
-    count = total = seeds.size
-    stack[:count] = seeds
-    for seed in seeds:
-        cells.order[seed] = 0
-    while count:
-        count -= 1
-        state[0], leaf = -1.0, stack[count]
-        blocker, _ = follow(flow, cells, leaf, state)
-        while blocker >= 0:
-            cells.order[blocker], stack[count] = 0, blocker
-            count, total = count + 1, total + 1
-            if total > largest:
-                return False
-            blocker, _ = follow(flow, cells, leaf, state)
-        if blocker == -2:
-            return False
-    return True
-
-
-@compiled
 def _parent(cells: Cells, node: int) -> int:
     """The parent of a node, with its order brought up to date; -1 for a cell of the base grid."""
     parent = cells.parent[node]
@@ -168,7 +127,7 @@ def _parent(cells: Cells, node: int) -> int:
 
 
 @compiled
-def _raise(cells: Cells, nodes: Integers) -> None:
+def bring_up(cells: Cells, nodes: Integers) -> None:
     """Bring the orders of all ancestors up to date."""
     for node in nodes:
         ancestor = _parent(cells, node)

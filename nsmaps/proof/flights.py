@@ -4,7 +4,7 @@ Nothing is proved here: `nsmaps.verify` bounds the same images with all rounding
 """
 
 from collections.abc import Callable
-from math import floor
+from math import floor, sqrt
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -131,7 +131,10 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
     t, change = s * step, spread + jerk * (r0 + s * step)
     if t * (high + 0.5 * t * max(away + change, 0.0)) + flow.pad >= room:
         return -2, 0, 0
-    blocker, met = blocking(cells, leaf, True, wall, first, first + width + s, 0.0, high + 2 * t * change + flow.pad)
+    fastest, weakest = high + 2 * t * change, -away - change - flow.pad
+    if weakest > 0:
+        fastest = min(fastest, high * sqrt((change - away) / weakest))
+    blocker, met = blocking(cells, leaf, True, wall, first, first + width + s, 0.0, fastest + flow.pad)
     return blocker, -1 if closed else first + s, max(met, highest)
 
 

@@ -1,4 +1,4 @@
-"""A certificate of global attraction: a trap around a stable cycle, and the cells from which all orbits come to it."""
+"""A certificate of attraction: a trap around a stable cycle, or a closed set, and cells from which all orbits come to it."""
 
 import math
 import signal
@@ -14,7 +14,8 @@ import numpy as np
 from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.errors import ProofError
 from nsmaps.progress import Progress, beat, shows
-from nsmaps.proof.cells import FINEST, search
+from nsmaps.proof.cells import FINEST, base_grids, codes_of, search
+from nsmaps.proof.closed import Around, closed_around
 from nsmaps.proof.cycles import stated
 from nsmaps.proof.formula import equation_of, flow_of
 from nsmaps.proof.trap import found_trap, trapped
@@ -38,29 +39,32 @@ def prove(
     side: int = 128,
     depth: int = 4,
     periods: int = 4,
+    around: Around | None = None,
     radii: Mapping[str, float] | None = None,
     cycles: Sequence[tuple["StateLike", int]] = (),
     progress: Progress | None = None,
 ) -> Certificate:
-    """Search for a proof that orbits of the exact map converge to a stable cycle, from as many states as possible.
+    """Search for a proof that orbits of the exact map converge to a stable cycle, or arrive in a closed set around an attractor.
 
     The search works in floats, and proves nothing: `nsmaps.verify` does. Ctrl-C ends it after the division that is under way, and
     what was found is kept; pressed twice it ends at once.
 
     Args:
         system: with flights of a linear equation under a harmonic force, and a constant restitution.
-        start: a state near the cycle, as of `periodic_orbit`.
+        start: a state near the cycle, as of `periodic_orbit`, or whose orbit comes to the attractor.
         period: of the cycle, in returns.
         top: impact speed up to which states are considered, on each wall.
         side: number of cells along phase and speed before any is divided, a power of two.
         depth: how often cells that are left are divided into four.
         periods: of the forcing, the longest flight that is followed.
+        around: the closed set to be found; None for convergence to the cycle.
         radii: of parameters by name on which walls alone depend: the proof is for all their values within.
         cycles: states near cycles, with their periods, that are to be proved to exist.
         progress: called now and then with the fraction of the divisions that is done.
 
     Raises:
-        ProofError: the system is of another kind, the cycle is not stable, no trap is found, or one of `cycles` is not proved.
+        ProofError: the system is of another kind, the cycle is not stable, no trap or closed set is found, or one of `cycles` is
+            not proved.
     """
     if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or periods < 1 or not top > 0:
         raise ProofError(
@@ -72,21 +76,26 @@ def prove(
     letters = [wall["letter"] for wall in equation["walls"]]
     balls = system_of(equation)
     known = [stated(system, balls, periodic_orbit(system, near, returns)) for near, returns in cycles]
-    trap = found_trap(balls, letters, periodic_orbit(system, start, period))
-    n = side * FINEST << depth
-    flow = flow_of(equation, n, n // side, periods, top)
+    finest = max(depth, around.depth if around else 0)
+    n = side * FINEST << finest
+    flow, cells = flow_of(equation, n, n // side, periods, top), base_grids(len(letters), side, n, top)
+    about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"} | ({"radii": repr(dict(radii))} if radii else {})
+    if around:
+        trap, (cells, about["attractor"]) = None, closed_around(system, start, flow, cells, around)
+    else:
+        trap = found_trap(balls, letters, periodic_orbit(system, start, period))
     with _stop_asked() as asked:
+
+        def inside(wall: Any, phases: Any, speeds: Any) -> Any:
+            return trapped(trap, wall, phases, n, speeds) if trap else np.zeros(len(wall), bool)
 
         def reached(level: int, shares: Any) -> bool:
             beat((level + 1) / (depth + 1), f"{level} divisions, {100 * float(np.mean(shares)):.3g} % found")
             return not asked()
 
-        found = search(
-            flow, len(letters), side, depth, top, lambda wall, phases, speeds: trapped(trap, wall, phases, n, speeds), reached
-        )
-    about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"} | ({"radii": repr(dict(radii))} if radii else {})
-    grid = {"side": side, "depth": depth, "top": top, "periods": periods, "closed": False}
-    return Certificate(about, equation, trap._asdict(), grid, found.codes, known)
+        cells = search(flow, cells, depth, inside, reached)
+    grid = {"side": side, "depth": finest, "top": top, "periods": periods, "closed": bool(around)}
+    return Certificate(about, equation, trap._asdict() if trap else {}, grid, codes_of(cells), known)
 
 
 @contextmanager

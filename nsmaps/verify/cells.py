@@ -30,6 +30,13 @@ class Grid(NamedTuple):
     closed: bool  #: the cells of order zero are a forward invariant set by themselves
 
 
+class Shares(NamedTuple):
+    """Of the phases x speeds up to the upper edge on each wall, shape (walls,)."""
+
+    proved: NDArray[np.float64]  #: of all cells with an order
+    zero: NDArray[np.float64]  #: of those of order zero
+
+
 class Refused(ValueError):
     """A certificate does not prove what it states."""
 
@@ -69,8 +76,8 @@ def check_cells(
     trapped: Callable[[int, NDArray[np.int64], int, NDArray[np.float64]], NDArray[np.bool_]],
     progress: Callable[[int, int], Any] = lambda done, total: None,
     workers: int = 2,
-) -> NDArray[np.float64]:
-    """The share of the phases x speeds up to `top` of each wall that is proved, or `Refused`.
+) -> Shares:
+    """The shares of each wall that are proved, or `Refused`.
 
     Args:
         trapped: which boxes of a wall, phases (M, 2) in parts of 2 pi/n with this n and speeds (M, 2), are inside the trap, whose
@@ -94,8 +101,13 @@ def check_cells(
                 pool.shutdown(cancel_futures=True)
                 raise Refused(f"not proved: that orbits from {place_of(tree, failed)} are later in cells of a lower order")
             progress(min(CHUNK * (done + 1), len(leaves)), len(leaves))
-    proved = (tree.child < 0) & (tree.order < LEFT)
-    return np.bincount(tree.wall[proved], (tree.width[proved] / tree.n) ** 2, len(system.walls)).astype(np.float64)
+    return Shares(*(_share(tree, last, len(system.walls)) for last in (SPLIT - 1, 0)))
+
+
+def _share(tree: Tree, last: int, walls: int) -> NDArray[np.float64]:
+    """The share of the cells of orders up to `last` of each wall."""
+    some = (tree.child < 0) & (tree.order <= last)
+    return np.bincount(tree.wall[some], (tree.width[some] / tree.n) ** 2, walls).astype(np.float64)
 
 
 def place_of(tree: Tree, node: int) -> str:

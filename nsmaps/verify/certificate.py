@@ -8,7 +8,7 @@ import json
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
@@ -31,11 +31,14 @@ KEYS = {"format", "about", "system", "trap", "grid", "codes", "cycles", "horsesh
 
 @dataclass(frozen=True)
 class Certificate:
-    """What is claimed: cycles; orbits from all cells with an order come to the trap, and orbits from the trap to one cycle."""
+    """What is claimed: cycles; orbits from all cells with an order come to the trap, and orbits from the trap to one cycle.
+
+    A grid that is `closed` has no trap: orbits come to its cells of order zero, and stay in them.
+    """
 
     about: Mapping[str, str]  #: of whom and of what: not verified
     system: Mapping[str, Any]  #: see `formula.system_of`
-    trap: Mapping[str, Any] = field(default_factory=dict)  #: see `trap.Trap`; empty where only cycles are claimed
+    trap: Mapping[str, Any] = field(default_factory=dict)  #: see `trap.Trap`; empty for a closed set, or for cycles alone
     grid: Mapping[str, Any] = field(default_factory=dict)  #: see `cells.Grid`
     codes: NDArray[np.uint16] = field(default_factory=lambda: np.zeros(0, np.uint16))  #: see `cells`
     cycles: Sequence[Any] = ()  #: see `cycles.Stated`
@@ -49,7 +52,8 @@ class Verified:
     letters: tuple[str, ...]  #: of the walls
     cycles: tuple[Cycle, ...]  #: all different
     seconds: tuple[float, float, float]  #: for cycles and horseshoe, trap and cells
-    shares: tuple[float, ...] = ()  #: of the states of each wall with a speed below `top`, from which orbits come to the cycle
+    shares: tuple[float, ...] = ()  #: of the states of each wall below `top` from which orbits come to the cycle or closed set
+    closed: tuple[float, ...] = ()  #: those of the closed set
     top: float = 0.0
     factor: float = 1.0  #: by which the iterate contracts the trap
     impacts: int = 0  #: of that iterate
@@ -106,8 +110,11 @@ def verify(
         known = perf_counter()
         if not (certificate.trap or certificate.grid or len(certificate.codes)) and (cycles or chaos):
             return Verified(letters, cycles, (known - begun, 0.0, 0.0), chaos=chaos)
-        trap, grid = trap_of(certificate.trap), Grid(**certificate.grid)
-        factor = contraction(system, trap)
+        grid = Grid(**certificate.grid)
+        if grid.closed and certificate.trap:
+            raise ValueError("a trap beside a closed set")
+        trap = None if grid.closed else trap_of(certificate.trap)
+        factor = contraction(system, trap) if trap else 1.0
     except Doubtful as error:
         raise Refused(str(error)) from error
     except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError) as error:
@@ -115,16 +122,19 @@ def verify(
     proved = perf_counter()
 
     def trapped(wall: int, phases: NDArray[np.int64], n: int, speeds: NDArray[np.float64]) -> NDArray[np.bool_]:
-        return holds(trap, wall, phases, n, speeds)
+        return np.zeros(len(phases), bool) if trap is None else holds(trap, wall, phases, n, speeds)
 
     shares = check_cells(system, grid, certificate.codes, trapped, progress, workers)
     times = known - begun, proved - known, perf_counter() - proved
-    return Verified(letters, cycles, times, tuple(map(float, shares)), grid.top, factor, trap.impacts, chaos)
+    found = Verified(letters, cycles, times, tuple(map(float, shares.proved)), top=grid.top, chaos=chaos)
+    if trap is None:
+        return replace(found, closed=tuple(map(float, shares.zero)))
+    return replace(found, factor=factor, impacts=trap.impacts)
 
 
 def statement(found: Verified, certificate: Certificate) -> str:
     """The theorem in words."""
-    parts = [_attraction(found, trap_of(certificate.trap))] if found.shares else []
+    parts = [_arrival(found)] if found.closed else [_attraction(found, trap_of(certificate.trap))] if found.shares else []
     return "\n".join(parts + _of_cycles(found) + ([in_words(found.chaos, found.letters)] if found.chaos else []))
 
 
@@ -147,12 +157,34 @@ def _of_cycles(found: Verified) -> list[str]:
 
 def _attraction(found: Verified, trap: Trap) -> str:
     """What follows from trap and cells."""
-    areas = " and ".join(
-        f"{100 * share:.4g} % of wall {letter}" for letter, share in zip(found.letters, found.shares, strict=True)
-    )
     point = f"(phase {trap.centre[0]:.9g}, speed {trap.centre[1]:.9g})"
     return (
-        f"Proved: all orbits that start in the cells with an order, {areas} (phases on the whole circle, impact speeds below "
-        f"{found.top:g}), converge to one cycle of {found.impacts} impacts or of a divisor of them, next to {point} on wall "
-        f"{found.letters[trap.wall]}. The rest is left open."
+        f"Proved: all orbits {_starts(found)}, converge to one cycle of {found.impacts} impacts or of a divisor of them, next to "
+        f"{point} on wall {found.letters[trap.wall]}. {_remainder(found)}"
     )
+
+
+def _arrival(found: Verified) -> str:
+    """What follows from a closed set and cells."""
+    return (
+        f"Proved: all orbits {_starts(found)}, arrive in the closed set of the cells of order zero, "
+        f"{_areas(found, found.closed)}, and stay there. {_remainder(found)}"
+    )
+
+
+def _starts(found: Verified) -> str:
+    """The starts that a theorem is about."""
+    return (
+        f"that start in the cells with an order, {_areas(found, found.shares)} (phases on the whole circle, impact speeds below "
+        f"{found.top:g})"
+    )
+
+
+def _remainder(found: Verified) -> str:
+    """Whether states are left; shares are exact sums of powers of two."""
+    return "The rest is left open." if min(found.shares) < 1 else "These are all states below that speed; none is left open."
+
+
+def _areas(found: Verified, shares: Sequence[float]) -> str:
+    """Shares of each wall in words."""
+    return " and ".join(f"{100 * share:.4g} % of wall {letter}" for letter, share in zip(found.letters, shares, strict=True))

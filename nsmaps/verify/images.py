@@ -24,7 +24,7 @@ times a power of two, and exact.
 """
 
 from collections.abc import Callable
-from math import floor
+from math import floor, sqrt
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -165,14 +165,19 @@ def _early(frame: Frame, tree: Tree, leaf: int, low: float, high: float, limit: 
 def _hits_until(frame: Frame, tree: Tree, leaf: int, high: float, known: tuple[float, float, float], s: int, limit: int) -> bool:
     """True if all impacts within a time s of departures from the lowest row are on the same wall and in allowed cells.
 
-    Their speed differs from that of departure by s times the variation of the acceleration, at most.
+    Their speed differs from that of departure by s times the variation of the acceleration, at most. If the acceleration to the
+    wall is between two numbers a1, a2 > 0, the flight rises to a height below high^2/(2 a1), and falls to a speed below
+    high sqrt(a2/a1).
     """
     away, spread, gap = known
     wall, first, width, t = tree.wall[leaf], tree.first[leaf], tree.width[leaf], s * frame.step
     change = _change(frame, spread, 0.5 * width * frame.step, s)
     if t * (high + 0.5 * t * max(away + change, 0.0)) * WIDER + frame.slack >= gap:
         return False
-    fastest = (high + 2 * t * change) * WIDER + frame.slack
+    fastest, weakest = high + 2 * t * change, -away - change - frame.slack
+    if weakest > 0:
+        fastest = min(fastest, high * sqrt((change - away) / weakest))
+    fastest = fastest * WIDER + frame.slack
     return bool(_below(frame, tree, leaf, True, wall, first, first + width + s, 0.0, fastest, limit))
 
 

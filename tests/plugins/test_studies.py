@@ -10,8 +10,8 @@ DOUBLES = np.hypot(np.pi / 3, 2 * 1.25 / 1.5**2)
 
 
 def test_both_systems_ship_studies():
-    assert set(study_files("bouncing_ball")) == {"auto", "doubling"}
-    assert set(study_files("impact_oscillator")) == {"auto", "grazing", "seam"}
+    assert set(study_files("bouncing_ball")) == {"auto", "doubling", "proof", "proof-rest"}
+    assert set(study_files("impact_oscillator")) == {"auto", "grazing", "proof", "seam"}
 
 
 def test_the_balls_diagram_doubles_where_the_closed_form_says(shipped):

@@ -13,7 +13,7 @@ pytest.importorskip("flint")
 
 from nsmaps_bouncing_ball import BouncingBall
 
-from nsmaps.proof.cells import FINEST, closed_set, search
+from nsmaps.proof.cells import FINEST, base_grids, codes_of, search
 from nsmaps.proof.flights import OPEN, SPLIT
 from nsmaps.proof.formula import equation_of, flow_of
 from nsmaps.verify.cells import Grid, Refused, check_cells
@@ -33,7 +33,10 @@ def near(wall, phases, n, speeds):
 
 def found(equation, flow=None):
     flow = flow or flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
-    return search(flow, 2, GRID.side, GRID.depth, GRID.top, lambda wall, phases, speeds: near(wall, phases, N, speeds))
+    cells = search(
+        flow, base_grids(2, GRID.side, N, GRID.top), GRID.depth, lambda wall, phases, speeds: near(wall, phases, N, speeds)
+    )
+    return codes_of(cells)
 
 
 @pytest.fixture(scope="module")
@@ -48,11 +51,11 @@ def equation(pair):
 
 @pytest.fixture(scope="module")
 def codes(equation):
-    return found(equation).codes
+    return found(equation)
 
 
 def test_what_is_found_is_verified(equation, codes):
-    shares = check_cells(system_of(equation), GRID, codes, near)
+    shares = check_cells(system_of(equation), GRID, codes, near).proved
     assert shares == pytest.approx([np.mean(part < OPEN) for part in codes.reshape(2, -1)])
     assert shares[0] > 0.5
 
@@ -87,7 +90,7 @@ def test_an_error_in_the_search_is_found(equation):
     phases = flow.phases.copy()
     phases[300, 2] += 1.0  # the force at one phase
     with pytest.raises(Refused, match="later in cells of a lower order"):
-        check_cells(system_of(equation), GRID, found(equation, flow._replace(phases=phases)).codes, near)
+        check_cells(system_of(equation), GRID, found(equation, flow._replace(phases=phases)), near)
 
 
 def test_orbits_from_certified_cells_descend(pair, codes):
@@ -169,29 +172,3 @@ def test_other_impact_laws_are_refused():
 
     with pytest.raises(ProofError, match="constant share of their speed"):
         equation_of(Softer(Gamma=1.2))
-
-
-def test_closed_sets_are_verified_and_holes_in_them_refused(equation):
-    """A forward invariant set of cells around the fixed point, on both walls, takes the place of the trap."""
-    flow = flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
-    seed = np.array([int(POINT[0] / (2 * np.pi) * GRID.side) * GRID.side + int(POINT[1] / GRID.top * GRID.side)])
-    inside = closed_set(flow, 2, GRID.side, GRID.depth, GRID.top, seed, 2000)
-    cell = GRID.top / GRID.side
-    certified = search(
-        flow,
-        2,
-        GRID.side,
-        GRID.depth,
-        GRID.top,
-        lambda wall, phases, speeds: inside[
-            (wall * GRID.side + phases[:, 0] // FINEST) * GRID.side + np.rint(speeds[:, 0] / cell).astype(int)
-        ],
-    ).codes
-    closed = GRID._replace(closed=True)
-    assert (check_cells(system_of(equation), closed, certified, near) > 0.5).all()
-    assert inside[seed].all()
-    certified[np.flatnonzero(inside)[0]] = OPEN
-    with pytest.raises(Refused):
-        check_cells(system_of(equation), closed, certified, near)
-    with pytest.raises(ProofError, match="meet more than 20 others"):
-        closed_set(flow, 2, GRID.side, GRID.depth, GRID.top, seed, 20)

@@ -21,11 +21,21 @@ class CycleStart(BaseModel):
     period: int = Field(1, ge=1)  #: in returns
 
 
+class ClosedSet(BaseModel):
+    """A closed set of cells around the attractor of an orbit; see `nsmaps.proof.closed.Around`."""
+
+    model_config = SPEC
+    depth: int = Field(4, ge=0, le=12)  #: how often its cells are divided
+    skip: int = Field(2000, ge=0)  #: impacts of the orbit, until it is on the attractor
+    sample: int = Field(1_000_000, ge=1)  #: after them, whose cells the closed set is compared with
+
+
 class ProofSection(BaseModel):
-    """A stable cycle to which orbits are to be proved to converge, and the cells from which; see `nsmaps.proof.prove`."""
+    """A stable cycle to which orbits are to be proved to converge, or a closed set; see `nsmaps.proof.prove`."""
 
     model_config = SPEC
     start: dict[str, Number]
+    closed_set: ClosedSet | None = None
     period: int = Field(1, ge=1)  #: of the cycle, in returns
     top: Number = Field(gt=0)
     side: int = Field(128, ge=32)

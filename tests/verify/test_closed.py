@@ -1,0 +1,141 @@
+"""Closed sets: found, verified, refused where cells are removed or added; theorems of other systems by the commands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+import nsmaps
+from nsmaps.cli.cli import app
+from nsmaps.errors import ProofError
+from nsmaps.plugins import study_files
+
+pytest.importorskip("flint")
+
+from nsmaps.proof.closed import Around
+from nsmaps.proof.prove import prove
+from nsmaps.verify.cells import SPLIT, Grid, Refused, tree_of
+from nsmaps.verify.certificate import statement, verify
+
+SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "periods": 2}
+START, FINE = [0.7, 0.3], 512
+LEFT, TOP = 65535, 1089 / 1024
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return nsmaps.load_system("vi_pair", d=0.26, g_bar=0.2113275)
+
+
+@pytest.fixture(scope="module")
+def certificate(pair):
+    return prove(pair, START, around=Around(depth=1, skip=500, sample=5000), **SHAPES)
+
+
+@pytest.fixture(scope="module")
+def orders(certificate):
+    """The order at every place of the finest grids: wall, column, row."""
+    tree = tree_of(Grid(**certificate.grid), 2, certificate.codes)
+    found = np.full((2, FINE, FINE), LEFT)
+    for node in np.flatnonzero(tree.child < 0):
+        wide = tree.width[node] * FINE // tree.n
+        column, row = tree.first[node] * FINE // tree.n, tree.row[node] * wide
+        found[tree.wall[node], column : column + wide, row : row + wide] = tree.order[node]
+    return found
+
+
+def met(orders, impacts):
+    """The orders of the cells that impacts meet."""
+    columns, rows = impacts.phase % (2 * np.pi) / (2 * np.pi) * FINE, impacts.speed / TOP * FINE
+    return orders[impacts.wall, columns.astype(int), rows.astype(int)]
+
+
+def test_a_closed_set_is_found_verified_and_stated(pair, certificate, orders):
+    """An orbit on the attractor stays in it, and its cells are those that are counted."""
+    proved = verify(certificate)
+    assert certificate.grid["top"] == TOP
+    assert proved.shares == pytest.approx((orders < SPLIT).mean(axis=(1, 2)))
+    assert proved.closed == pytest.approx((orders == 0).mean(axis=(1, 2)))
+    assert min(proved.shares) > 0.2
+    text = statement(proved, certificate)
+    assert f"arrive in the closed set of the cells of order zero, {100 * proved.closed[0]:.4g} % of wall B" in text
+    impacts = pair.impacts(START, 5500)
+    assert (met(orders, impacts)[500:] == 0).all()
+    seen = np.zeros_like(orders)
+    phases, speeds = impacts.phase[500:] % (2 * np.pi), impacts.speed[500:]
+    seen[impacts.wall[500:], (phases * FINE / (2 * np.pi)).astype(int), (speeds * FINE / TOP).astype(int)] = 1
+    cells = ", ".join(f"{(orders[i] == 0).sum()} and {seen[i].sum()} on wall {'BT'[i]}" for i in (0, 1))
+    assert certificate.about["attractor"].endswith(cells)
+
+
+def test_orbits_from_cells_with_orders_arrive_and_stay(pair, orders):
+    rng = np.random.default_rng(7)
+    for column, row in rng.permutation(np.argwhere((orders[0] > 0) & (orders[0] < SPLIT)))[:100]:
+        state = np.array([(row + rng.random()) * TOP, (column + rng.random()) * 2 * np.pi]) / FINE
+        later = met(orders, pair.impacts(state, 300))
+        arrived = np.flatnonzero(later == 0)
+        assert arrived.size
+        assert (later[arrived[0] :] == 0).all()
+
+
+@pytest.mark.parametrize("wrong", ["removed", "added", "changed", "not closed", "trap beside"])
+def test_changes_of_a_closed_set_are_refused(certificate, wrong):
+    codes, more = certificate.codes.copy(), {}
+    inside = np.flatnonzero(codes == 0)
+    match wrong:
+        case "removed":
+            codes[inside[len(inside) // 2]] = LEFT
+        case "added":
+            codes[np.flatnonzero(codes == LEFT)[0]] = 0
+        case "changed":
+            codes[inside[len(inside) // 2]] = 1
+        case "not closed":
+            more = {"grid": {**certificate.grid, "closed": False}}
+        case "trap beside":
+            more = {"trap": {"wall": 0}}
+    with pytest.raises(Refused):
+        verify(replace(certificate, codes=codes, **more))
+
+
+def test_a_closed_set_that_is_not_found(pair, monkeypatch):
+    with pytest.raises(ProofError, match="on the attractor below"):
+        prove(pair, START, around=Around(0, 100, 500), **{**SHAPES, "top": 0.5})
+    with pytest.raises(ProofError, match="has 1 impacts"):
+        prove(
+            nsmaps.load_system("impact_oscillator", zeta=0.1, w=2, A=0.1, wall=1, r=0.1),
+            [0.01, 1.0],
+            around=Around(0, 0, 9),
+            top=1,
+        )
+    monkeypatch.setattr("nsmaps.proof.closed.LARGEST", 50)
+    with pytest.raises(ProofError, match="meet more than 50 others"):
+        prove(pair, START, around=Around(0, 100, 500), **SHAPES)
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "words", "least"),
+    [
+        ("bouncing_ball/proof", {"side": 256, "depth": 0}, "converge to one cycle of", 5),
+        ("bouncing_ball/proof-rest", {"side": 128, "depth": 0}, "arrive in the closed set", 50),
+        ("impact_oscillator/proof", {"side": 64, "depth": 2}, "converge to one cycle of", 50),
+    ],
+)
+def test_theorems_of_other_systems(tmp_path, monkeypatch, name, shape, words, least):
+    """The shipped studies with coarser cells and traps."""
+    for key, value in (("SIZES", (0.08, 0.03)), ("PIECES", (8, 4)), ("TURNS", (2, 1))):
+        monkeypatch.setattr(f"nsmaps.proof.trap.{key}", value)
+    plugin, study = name.split("/")
+    data = yaml.safe_load(study_files(plugin)[study].read_text(encoding="utf-8"))
+    data["proof"] |= shape
+    if "closed_set" in data["proof"]:
+        data["proof"]["closed_set"] = {"depth": 0, "skip": 200, "sample": 100}
+    (tmp_path / "small.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
+    path = tmp_path / "small.proof"
+    made = CliRunner().invoke(app, ["prove", str(tmp_path / "small.yaml"), "--out", str(path), "-q"])
+    assert made.exit_code == 0, made.output
+    again = CliRunner().invoke(app, ["verify", str(path), "-q"])
+    assert again.exit_code == 0
+    assert words in again.output
+    assert float(again.output.split("order, ")[1].split(" %")[0]) > least
