@@ -1,5 +1,7 @@
 """The search for cells whose orbits all reach a trap: certified from the trap outwards, and what is left is divided.
 
+Squares are divided into four. Those that are left are cut into strips along the stable sets of saddles, which are halved.
+
 A cell is certified if all its next impacts are in certified cells; its order is one more than the largest of theirs. Any other
 waits for the first open cell that it meets, and is resumed from there when that one is certified.
 """
@@ -10,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.proof.flights import OPEN, SPLIT, Cells, Doubles, Flow, Integers, compiled, follow
+from nsmaps.proof.arrivals import CUT, OPEN, SPLIT, Cells, Doubles, Flow, Integers, compiled, parts
+from nsmaps.proof.flights import follow
+from nsmaps.proof.slopes import SHARES, slopes_of
 
 FINEST = 8  #: phases of the tables in the narrowest cell
 
@@ -21,39 +25,71 @@ def search(
     depth: int,
     trapped: Callable[[Integers, Integers, Doubles], NDArray[np.bool_]],
     progress: Callable[[int, Doubles], bool] = lambda level, shares: True,
+    cuts: int = 0,
 ) -> Cells:
-    """Certify cells, dividing those of the base grids that are left `depth` times or until `progress` is false.
+    """Certify cells, dividing what is left of the base grids until `progress` is false.
 
     Args:
         flow: tables at side * FINEST * 2^depth phases, or more.
         cells: base grids, or those with a closed set of cells of order zero.
+        depth: times that squares are divided into four.
         trapped: which boxes, of walls (M,), first and last phases (M, 2) and speeds (M, 2), are within the trap.
         progress: called after each division with its number and the share certified of the cells of each wall.
+        cuts: times that what is left then is cut into two strips; squares of the lowest row are not.
     """
     new = np.flatnonzero(cells.child < 0)
-    for level in range(depth + 1):
+    for level in range(depth + cuts + 1):
         _trap(cells, new, trapped)
         queue = np.flatnonzero((cells.child < 0) & (cells.order == OPEN))
         certify(flow, cells, queue[np.argsort(-cells.place[queue, 1], kind="stable")])
-        leaf = cells.child < 0
-        certified = leaf & (cells.order < OPEN)
-        areas = (cells.place[certified, 2] / cells.n) ** 2
-        shares = np.bincount(cells.place[certified, 0], areas, flow.walls.shape[1]).astype(np.float64)
-        if not progress(level, shares) or level == depth:
+        left = (cells.child < 0) & (cells.order == OPEN)
+        shares = np.bincount(cells.place[:, 0], areas(cells) * ((cells.child < 0) & ~left), flow.walls.shape[1])
+        if not progress(level, shares.astype(np.float64)) or level == depth + cuts:
             break
-        wide = cells.place[:, 2] == cells.n // cells.side >> level
-        cells, new = divided(cells, np.flatnonzero(leaf & ~certified & wide))
+        if level < depth:
+            cells, new = divided(cells, np.flatnonzero(left & (cells.place[:, 2] == cells.n // cells.side >> level)))
+        elif level == depth:
+            squares = np.flatnonzero(left & (cells.place[:, 3] > 0))
+            cells, new = halved(cells, squares, slopes_of(flow, cells, squares))
+        else:
+            cells, new = halved(cells, np.flatnonzero(left & (cells.lines[:, 0] != 0)))
     return cells
 
 
-def codes_of(cells: Cells) -> NDArray[np.uint16]:
-    """The codes of cells as in `nsmaps.verify.cells`, breadth first."""
-    level, parts = np.flatnonzero(cells.parent < 0), []
+def codes_of(cells: Cells) -> tuple[NDArray[np.uint16], NDArray[np.int8]]:
+    """The codes of cells and the slopes of those that are cut, as in `nsmaps.verify.cells`, breadth first."""
+    level, codes, slopes = np.flatnonzero(cells.parent < 0), [], []
     while len(level):
-        split = cells.child[level] >= 0
-        parts.append(np.where(split, SPLIT, cells.order[level]))
-        level = (cells.child[level[split], None] + np.arange(4)).ravel()
-    return np.concatenate(parts).astype(np.uint16)
+        child, number = cells.child[level], parts_of(cells, level)
+        codes.append(np.where(number == 0, cells.order[level], np.where(number == 4, SPLIT, CUT)))
+        slopes.append(cells.lines[child[(number == 2) & (cells.lines[level, 0] == 0)], 0])
+        part = np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number)
+        level = np.repeat(child, number) + part
+    eighths = np.rint(np.concatenate(slopes) * (SHARES * cells.n / cells.top))
+    return np.concatenate(codes).astype(np.uint16), eighths.astype(np.int8)
+
+
+def parts_of(cells: Cells, nodes: Integers) -> Integers:
+    """The number of parts of nodes."""
+    child = cells.child[nodes]
+    return np.where(child < 0, 0, np.where(cells.lines[child, 0] == 0, 4, 2))
+
+
+def areas(cells: Cells) -> Doubles:
+    """The share of the phases and speeds of a wall that each cell is."""
+    _, _, width, row = cells.place.T
+    slope, low, high = cells.lines.T
+    tall, rise = cells.top * width / cells.n, 0.5 * np.abs(slope) * width
+
+    def below(line: Doubles) -> Doubles:
+        """The part of a square below a line, as a share of its width times twice its rise."""
+        lower, upper = (np.clip(x - row * tall, 0, None) for x in (line - rise, line + rise))
+        return 0.5 * (np.minimum(upper, tall) ** 2 - np.minimum(lower, tall) ** 2) + tall * (
+            np.maximum(upper, tall) - np.maximum(lower, tall)
+        )
+
+    strips = (below(high) - below(low)) / np.where(slope == 0, 1.0, 2 * rise)
+    return np.asarray(np.where(slope == 0, tall, strips) * width / (cells.top * cells.n))
 
 
 def base_grids(walls: int, side: int, n: int, top: float) -> Cells:
@@ -61,28 +97,52 @@ def base_grids(walls: int, side: int, n: int, top: float) -> Cells:
     count = walls * side * side
     index = np.arange(count)
     place = np.stack([index // side**2, index // side % side * (n // side), np.full(count, n // side), index % side], 1)
-    return Cells(side, n, top, np.full(count, -1), np.full(count, -1), np.full(count, OPEN), place)
+    return Cells(side, n, top, np.full(count, -1), np.full(count, -1), np.full(count, OPEN), place, _square(place, top / n))
+
+
+def _square(place: Integers, unit: float) -> Doubles:
+    """The lines of squares: their edges, as of slope zero."""
+    tall = place[:, 2] * unit
+    return np.stack([np.zeros(len(place)), place[:, 3] * tall, (place[:, 3] + 1) * tall], 1)
 
 
 def _trap(cells: Cells, new: Integers, trapped: Callable[..., NDArray[np.bool_]]) -> None:
-    """Give the order zero to the new cells that are within the trap."""
-    wall, first, width, row = cells.place[new].T
-    tall = cells.top * width / cells.n
-    inside = trapped(wall, np.stack([first, first + width], 1), np.stack([row * tall, (row + 1) * tall], 1))
+    """Give the order zero to the new squares that are within the trap."""
+    new = new[cells.lines[new, 0] == 0]
+    wall, first, width, _ = cells.place[new].T
+    inside = trapped(wall, np.stack([first, first + width], 1), cells.lines[new, 1:])
     cells.order[new[inside]] = 0
     bring_up(cells, new[inside])
 
 
 def divided(cells: Cells, leaves: Integers) -> tuple[Cells, Integers]:
-    """The cells with some of them split, and the places of the new ones."""
-    cells.child[leaves] = len(cells.child) + 4 * np.arange(len(leaves))
+    """The cells with some squares divided into four, and the places of the new ones."""
     place, part = np.repeat(cells.place[leaves], 4, 0), np.tile(np.arange(4), len(leaves))
     place[:, 2] //= 2
     place[:, 1] += part // 2 * place[:, 2]
     place[:, 3] = 2 * place[:, 3] + part % 2
+    return _more(cells, leaves, place, _square(place, cells.top / cells.n))
+
+
+def halved(cells: Cells, leaves: Integers, slopes: Integers | None = None) -> tuple[Cells, Integers]:
+    """The cells with some divided into two strips: squares along lines of new slopes, or strips, along their own."""
+    place, lines, part = np.repeat(cells.place[leaves], 2, 0), np.repeat(cells.lines[leaves], 2, 0), np.tile([0, 1], len(leaves))
+    if slopes is not None:
+        lines[:, 0] = np.repeat(slopes, 2) * (cells.top / (SHARES * cells.n))
+        rise = 0.5 * np.abs(lines[:, 0]) * place[:, 2]
+        lines[:, 1:] += np.stack([-rise, rise], 1)
+    middle = 0.5 * (lines[:, 1] + lines[:, 2])
+    lines[part == 0, 2], lines[part == 1, 1] = middle[part == 0], middle[part == 1]
+    return _more(cells, leaves, place, lines)
+
+
+def _more(cells: Cells, leaves: Integers, place: Integers, lines: Doubles) -> tuple[Cells, Integers]:
+    """The cells with the parts of some of them, and the places of the parts."""
     more = len(place)
-    parts: list[Any] = [np.full(more, -1), np.repeat(leaves, 4), np.full(more, OPEN), place]
-    columns = (np.concatenate(pair) for pair in zip((cells.child, cells.parent, cells.order, cells.place), parts, strict=True))
+    each = more // max(len(leaves), 1)
+    cells.child[leaves] = len(cells.child) + each * np.arange(len(leaves))
+    added: list[Any] = [np.full(more, -1), np.repeat(leaves, each), np.full(more, OPEN), place, lines]
+    columns = (np.concatenate(pair) for pair in zip(cells[3:], added, strict=True))
     return Cells(cells.side, cells.n, cells.top, *columns), len(cells.child) + np.arange(more)
 
 
@@ -104,7 +164,7 @@ def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
         blocker, highest = follow(flow, cells, leaf, states[number[leaf]])
         if blocker >= 0:
             following[leaf], waiting[blocker] = waiting[blocker], leaf
-        elif blocker == -1 and highest + 1 < SPLIT:
+        elif blocker == -1 and highest + 1 < CUT:
             cells.order[leaf] = highest + 1
             node = leaf
             while node >= 0 and cells.order[node] < OPEN:
@@ -122,7 +182,7 @@ def _parent(cells: Cells, node: int) -> int:
     """The parent of a node, with its order brought up to date; -1 for a cell of the base grid."""
     parent = cells.parent[node]
     if parent >= 0:
-        cells.order[parent] = cells.order[cells.child[parent] : cells.child[parent] + 4].max()
+        cells.order[parent] = cells.order[cells.child[parent] : cells.child[parent] + parts(cells, parent)].max()
     return int(parent)
 
 

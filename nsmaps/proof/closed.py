@@ -7,8 +7,9 @@ import numpy as np
 from nsmaps.arrays import Bools
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
+from nsmaps.proof.arrivals import OPEN, Cells, Flow, Integers, compiled
 from nsmaps.proof.cells import bring_up, divided
-from nsmaps.proof.flights import OPEN, Cells, Flow, Integers, compiled, follow
+from nsmaps.proof.flights import follow
 
 if TYPE_CHECKING:
     from nsmaps.coordinates import StateLike

@@ -3,54 +3,12 @@
 Nothing is proved here: `nsmaps.verify` bounds the same images with all rounding. Here bounds are widened by `PAD`.
 """
 
-from collections.abc import Callable
-from math import floor, sqrt
-from typing import Any, NamedTuple, TypeVar, cast
+from math import sqrt
+from typing import Any
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-Doubles = NDArray[np.float64]
-Integers = NDArray[np.int64]
-OPEN, SPLIT = 65535, 65534
-PAD = 16.0  #: times the bound of rounding of the verification
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def compiled(function: F) -> F:
-    """A function compiled by numba, which calls others compiled so and lets other threads run."""
-    return cast(F, njit(cache=True, nogil=True)(function))
-
-
-class Flow(NamedTuple):
-    """Tables at n phases of p, p' and force; at times from -before on of a, a' and q; walls and bounds of derivatives."""
-
-    phases: Doubles
-    flights: Doubles
-    before: int
-    b: float
-    k: float
-    g: float
-    r: float
-    walls: Doubles  #: (2, number of walls): places and sides
-    step: float
-    pad: float
-    gap: float
-    bounds: Doubles  #: largest |a'|, |a''|, |z'_00|, |z'_01|, |jerk|, |rate of the force|
-
-
-class Cells(NamedTuple):
-    """The nodes of the quadtrees; `order` has room for the cells of one more division."""
-
-    side: int
-    n: int
-    top: float
-    child: Integers
-    parent: Integers
-    order: Integers
-    place: Integers  #: (M, 4): wall, first phase, width, row
+from nsmaps.proof.arrivals import UNKNOWN, Arrival, Cells, Doubles, Flow, blocking, compiled, extent, speeds
 
 
 @compiled
@@ -59,11 +17,17 @@ def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, in
 
     `state` is where the last call stopped, and is brought up to date: time, slowest and fastest departure, largest order.
     """
-    _, first, width, row = cells.place[leaf]
+    _, first, width, _ = cells.place[leaf]
     if state[0] < 0:
-        tall = cells.top * width / cells.n
-        state[1], state[2], state[3] = max(flow.r * row * tall - flow.pad, 0.0), flow.r * (row + 1) * tall + flow.pad, 0
-        blocker, start, highest = first_times(flow, cells, leaf, state[1], state[2])
+        slope, low, high = cells.lines[leaf]
+        slowest, fastest = extent(cells, leaf)
+        if slowest > fastest:
+            return -1, 0
+        slowest, fastest = max(flow.r * slowest - flow.pad, 0.0), flow.r * fastest + flow.pad
+        state[1], state[2], state[3] = flow.r * low - flow.pad, flow.r * high + flow.pad, 0
+        if slope == 0:
+            state[1] = slowest
+        blocker, start, highest = first_times(flow, cells, leaf, slowest, fastest)
         if blocker != -1:
             return blocker, 0
         state[3] = highest
@@ -94,23 +58,24 @@ def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, in
 @compiled
 def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) -> tuple[int, int, int]:
     """A blocking cell (-1: none), the time from which blocks follow (-1: all flights have ended), and the largest order met."""
-    wall, first, width, row = cells.place[leaf]
+    wall, first, width, _ = cells.place[leaf]
     at, side, step, n = flow.walls[0, wall], flow.walls[1, wall], flow.step, cells.n
     room = abs(flow.walls[0].max() - flow.walls[0].min()) - 2 * flow.gap if flow.walls.shape[1] > 1 else np.inf
     away = -side * (flow.phases[(first + width // 2) % n, 2] - flow.k * at + flow.b * side * 0.5 * (low + high))
-    spread, jerk, r0, s, start, highest = (
+    spread, jerk, r0, s, start, highest, rests = (
         0.5 * flow.b * (high - low) + flow.pad,
         flow.bounds[4],
         0.5 * width * step,
         max(width // 4, 1),
         -1,
         0,
+        cells.place[leaf, 3] == 0,
     )
-    if row == 0:
+    if rests:
         edge = -side * (flow.phases[(first + width) % n, 2] - flow.k * at)
         start_edge = -side * (flow.phases[first % n, 2] - flow.k * at)
         if edge <= flow.pad and start_edge <= flow.bounds[5] * width * step + flow.pad:
-            blocker, highest = blocking(cells, leaf, False, wall, first + width, first + width + 1, 0.0, 0.0)
+            blocker, highest = blocking(flow, cells, leaf, False, wall, first + width, first + width + 1, 0.0, 0.0, UNKNOWN)
             if blocker != -1:
                 return blocker, 0, 0
     while s < n // 4:
@@ -121,7 +86,7 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
         if t * (high + 0.5 * t * max(away + change, 0.0)) + flow.pad >= room:
             break
         start, s = first + s, 2 * s
-    if start >= 0 or row > 0:
+    if start >= 0 or not rests:
         return -1, max(start, first), highest
     s = max(width // 4, 1)
     while s < 16 * width and high + 0.5 * s * step * (away + spread + jerk * (r0 + s * step)) > -flow.pad:
@@ -134,16 +99,19 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
     fastest, weakest = high + 2 * t * change, -away - change - flow.pad
     if weakest > 0:
         fastest = min(fastest, high * sqrt((change - away) / weakest))
-    blocker, met = blocking(cells, leaf, True, wall, first, first + width + s, 0.0, fastest + flow.pad)
+    blocker, met = blocking(flow, cells, leaf, True, wall, first, first + width + s, 0.0, fastest + flow.pad, UNKNOWN)
     return blocker, -1 if closed else first + s, max(met, highest)
 
 
 @compiled
 def expansion(
-    flow: Flow, cells: Cells, wall: int, c0: int, c1: int, kappa: float, radii: tuple[float, float, float]
+    flow: Flow, wall: int, c0: int, c1: int, kappa: float, tilt: float, radii: tuple[float, float, float]
 ) -> tuple[Any, Any]:
-    """At the centre of a block: z, z' and their derivatives by departure time, speed and arrival time; and the remainders."""
-    n, m, (r0, rk, r1) = cells.n, c1 - c0 + flow.before, radii
+    """At the centre of a block: z, z' and their derivatives by departure time, speed and arrival time; and the remainders.
+
+    Departures are those of speeds within radii[1] of kappa + tilt (t0 - c0).
+    """
+    n, m, (r0, rk, r1) = len(flow.phases), c1 - c0 + flow.before, radii
     a, da, fall = flow.flights[m]
     c, w0, side = da + flow.b * a, -flow.walls[1, wall] * kappa, flow.walls[1, wall]
     x, y = flow.walls[0, wall] - flow.phases[c0 % n, 0], w0 - flow.phases[c0 % n, 1]
@@ -153,11 +121,12 @@ def expansion(
     push = flow.phases[c1 % n, 2] - flow.k * z - flow.b * v
     z0, v0 = -(w0 * c + start * a), w0 * flow.k * a - start * da
     top, dda, v00, v01, jerk, rate = flow.bounds
+    rk += abs(tilt) * r0
     late = abs(v0) + v00 * r0 + v01 * r1 + dda * rk
     still = 0.5 * (late + rate * (abs(a) + top * (r0 + r1))) * r0 * r0 + top * r0 * rk + flow.pad + flow.gap * (1 + abs(c))
     off = still + late * r0 * r1 + top * r1 * rk + 0.5 * (abs(push) + jerk * r1 + v01 * r0 + dda * rk) * r1 * r1
     off_v = 0.5 * v00 * r0 * r0 + v01 * r0 * r1 + dda * (r0 + r1) * rk + 0.5 * jerk * r1 * r1 + flow.pad
-    return (z, v, z0, -side * a, v0, -side * da, push), (still, off, off_v)
+    return (z, v, z0 - tilt * side * a, -side * a, v0 - tilt * side * da, -side * da, push), (still, off, off_v)
 
 
 @compiled
@@ -166,10 +135,10 @@ def impacts(
 ) -> tuple[int, float, float, int]:
     """A blocking cell, the departure speeds still in flight (none: reversed), and the largest order, of one block of times."""
     wall, first, width, _ = cells.place[leaf]
-    middle = 0.5 * (low + high)
+    middle, tilt = 0.5 * (low + high), flow.r * cells.lines[leaf, 0] / flow.step
     radii = 0.5 * width * flow.step, 0.5 * (high - low) + flow.pad, 0.5 * block * flow.step
     (z, v, z0, zk, v0, vk, push), (still, off, off_v) = expansion(
-        flow, cells, wall, first + width // 2, start + block // 2, middle, radii
+        flow, wall, first + width // 2, start + block // 2, middle, tilt, radii
     )
     reach = abs(z0) * radii[0] + abs(zk) * radii[1] + abs(v) * radii[2] + off
     below, above, highest = low, high, 0
@@ -180,12 +149,14 @@ def impacts(
             return -1, 1.0, 0.0, highest
         if f < -reach:
             continue
-        slow, fast = speeds(f, side * v, (side * z0, lift, side * v), (side * v0, side * vk, side * push), radii, off, off_v)
+        df, du = (side * z0, lift, side * v), (side * v0, side * vk, side * push)
+        arrival = Arrival(True, f, side * v, df, du, radii, off, off_v, start + block // 2)
+        slow, fast = speeds(arrival, 0.0)
         if fast >= 0 and slow <= fast:
             if 2 * block > 4 * cells.n // cells.side or fast - slow > 0.25 * cells.top:
                 return -2, low, high, 0
             same = other == wall and start < first + width
-            blocker, met = blocking(cells, leaf, same, other, start, start + block, max(slow, 0.0), fast)
+            blocker, met = blocking(flow, cells, leaf, same, other, start, start + block, max(slow, 0.0), fast, arrival)
             if blocker != -1:
                 return blocker, low, high, 0
             highest = max(highest, met)
@@ -195,49 +166,3 @@ def impacts(
         elif lift > 0 and beyond > -lift * radii[1]:
             above = min(above, middle - beyond / lift)
     return -1, below, above, highest
-
-
-@compiled
-def speeds(f: float, u: float, df: Any, du: Any, radii: Any, off: float, off_v: float) -> tuple[float, float]:
-    """Bounds of the arrival speed u on the line f = 0, by multiples of f that remove one of the three derivatives, or none."""
-    low, high = -np.inf, np.inf
-    for i in range(4):
-        m = du[i % 3] / df[i % 3] if i < 3 and df[i % 3] != 0 else 0.0
-        spread = off_v + abs(m) * off
-        for j in range(3):
-            spread += abs(du[j] - m * df[j]) * radii[j]
-        low, high = max(low, u - m * f - spread), min(high, u - m * f + spread)
-    return low, high
-
-
-@compiled
-def blocking(cells: Cells, leaf: int, same: bool, wall: int, first: int, end: int, low: float, high: float) -> tuple[int, int]:
-    """The first open cell in a box, other than `leaf` if `same` (-1: none, -2: above all cells), and the largest order."""
-    base, height, highest = cells.n // cells.side, cells.top / cells.side, 0
-    if high >= cells.top:
-        return -2, 0
-    stack = np.empty(64, np.int64)
-    for column in range(first // base, (end - 1) // base + 1):
-        turn = column // cells.side * cells.n
-        for row in range(max(floor(low / height) - 1, 0), min(floor(high / height) + 1, cells.side - 1) + 1):
-            stack[0], count = (wall * cells.side + column % cells.side) * cells.side + row, 1
-            while count:
-                count -= 1
-                node = stack[count]
-                left, width, tall = turn + cells.place[node, 1], cells.place[node, 2], cells.top * cells.place[node, 2] / cells.n
-                if (
-                    left >= end
-                    or left + width <= first
-                    or cells.place[node, 3] * tall > high
-                    or (cells.place[node, 3] + 1) * tall < low
-                ):
-                    continue
-                if cells.order[node] < OPEN:
-                    highest = max(highest, cells.order[node])
-                elif cells.child[node] >= 0:
-                    for i in range(4):
-                        stack[count + i] = cells.child[node] + i
-                    count += 4
-                elif not (same and node == leaf):
-                    return node, 0
-    return -1, highest

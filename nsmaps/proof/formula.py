@@ -10,7 +10,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
 from nsmaps.exact.flows.formulas import PHI, S, V, W, Z, is_linear
 from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
-from nsmaps.proof.flights import PAD, Flow
+from nsmaps.proof.arrivals import PAD, Flow
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem

@@ -38,6 +38,7 @@ def prove(
     top: float,
     side: int = 128,
     depth: int = 4,
+    cuts: int = 0,
     periods: int = 4,
     around: Around | None = None,
     radii: Mapping[str, float] | None = None,
@@ -56,6 +57,7 @@ def prove(
         top: impact speed up to which states are considered, on each wall.
         side: number of cells along phase and speed before any is divided, a power of two.
         depth: how often cells that are left are divided into four.
+        cuts: how often those that are still left are then cut into two strips along the stable sets of saddles.
         periods: of the forcing, the longest flight that is followed.
         around: the closed set to be found; None for convergence to the cycle.
         radii: of parameters by name on which walls alone depend: the proof is for all their values within.
@@ -66,10 +68,10 @@ def prove(
         ProofError: the system is of another kind, the cycle is not stable, no trap or closed set is found, or one of `cycles` is
             not proved.
     """
-    if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or periods < 1 or not top > 0:
+    if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or not 0 <= cuts <= 12 or periods < 1 or not top > 0:
         raise ProofError(
-            f"side {side}, depth {depth}, periods {periods}, top {top:g}; expected: a power of two from 32 on, "
-            "up to 12, from 1 on, and above 0"
+            f"side {side}, depth {depth}, cuts {cuts}, periods {periods}, top {top:g}; expected: a power of two from 32 on, "
+            "up to 12, up to 12, from 1 on, and above 0"
         )
     top = math.ceil(top * 2**BITS) / 2**BITS
     equation = equation_of(system, radii)
@@ -90,12 +92,13 @@ def prove(
             return trapped(trap, wall, phases, n, speeds) if trap else np.zeros(len(wall), bool)
 
         def reached(level: int, shares: Any) -> bool:
-            beat((level + 1) / (depth + 1), f"{level} divisions, {100 * float(np.mean(shares)):.3g} % found")
+            beat((level + 1) / (depth + cuts + 1), f"{level} divisions, {100 * float(np.mean(shares)):.3g} % found")
             return not asked()
 
-        cells = search(flow, cells, depth, inside, reached)
+        cells = search(flow, cells, depth, inside, reached, cuts)
     grid = {"side": side, "depth": finest, "top": top, "periods": periods, "closed": bool(around)}
-    return Certificate(about, equation, trap._asdict() if trap else {}, grid, codes_of(cells), known)
+    codes, slopes = codes_of(cells)
+    return Certificate(about, equation, trap._asdict() if trap else {}, grid, codes, known, slopes=slopes)
 
 
 @contextmanager

@@ -1,8 +1,10 @@
 """The cells of a certificate: orbits that start in one are later in a cell of a lower order, and in the end in the trap.
 
 The cells are one array of codes, breadth first: those of the base grid of every wall, phase by phase with the speed running
-fastest, then the four parts of each cell that is split, in the order of the split cells: those of the earlier half of its
-phases, the lower speeds first, then those of the later half.
+fastest, then the parts of each cell that is divided, in the order of these cells. A square can be split into four squares:
+those of the earlier half of its phases, the lower speeds first, then those of the later half. Or it is cut into two strips, the
+lower one first, between lines of one slope, the outer of which leave no part of it out; a strip can be cut again in the same
+way. Slopes are only data: what is verified of strips holds for any.
 """
 
 from collections.abc import Callable
@@ -12,12 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.verify.arrivals import LEFT, Frame, Tree, compiled
 from nsmaps.verify.formula import System, tables_of
-from nsmaps.verify.images import LEFT, Frame, Tree, compiled, covered, frame_of
+from nsmaps.verify.images import covered, frame_of
 
-SPLIT = 65534  #: code of a cell that is split; codes below are orders, zero that of the trap
+SPLIT, CUT = 65534, 65533  #: codes of cells that are divided; codes below are orders, zero that of the trap
+SHARES = 8  #: a slope is in eighths of the height of a square by its width
+BITS = 30  #: of n, of SHARES and of the halvings of strips together: lines are exact
 FINEST = 8  #: phases of the tables in the narrowest cell, at least
 CHUNK = 20_000
+NONE = np.zeros(0, np.int8)
 
 
 class Grid(NamedTuple):
@@ -41,32 +47,74 @@ class Refused(ValueError):
     """A certificate does not prove what it states."""
 
 
-def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16]) -> Tree:
-    """The cells from their codes."""
+def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16], slopes: NDArray[np.int8] = NONE) -> Tree:
+    """The cells from their codes, and the slopes of the squares that are cut, in their order."""
     side, n = grid.side, grid.side * FINEST << grid.depth
     if side < 32 or side & side - 1 or not 0 <= grid.depth <= 20 or not grid.top > 0 or grid.top * 2**10 % 1:
         raise Refused(f"{grid}: expected a side that is a power of two >= 32, a depth <= 20, a speed that is a multiple of 2^-10")
-    start, count, index = 0, walls * side * side, np.arange(walls * side * side)
-    wall, first, row = index // side**2, index // side % side * (n // side), index % side
-    levels, children, width = [], [], n // side
-    while count:
+    unit, start, used, cells = grid.top / (SHARES * n), 0, 0, _base(grid, walls, n)
+    levels, children = [], []
+    while len(cells.wall):
+        count, square = len(cells.wall), cells.slope == 0
         code = codes[start : start + count]
-        if len(code) < count or width < FINEST:
+        if len(code) < count:
             raise Refused(f"{len(codes)} codes do not describe cells: a level has {count} from place {start}")
-        split = code == SPLIT
-        child = np.full(count, -1)
-        child[split] = start + count + 4 * np.arange(split.sum())
-        levels.append((wall, first, np.full(count, width), row))
-        children.append(child)
-        start, count, width = start + count, 4 * int(split.sum()), width // 2
-        part = np.tile(np.arange(4), count // 4)
-        wall, first = np.repeat(wall[split], 4), np.repeat(first[split], 4) + part // 2 * width
-        row = 2 * np.repeat(row[split], 4) + part % 2
-    if start != len(codes):
-        raise Refused(f"{len(codes)} codes for {start} cells")
-    places = [np.concatenate(x) for x in zip(*levels, strict=True)]
+        split, cut = code == SPLIT, code == CUT
+        if (split & ~(square & (cells.width > FINEST))).any() or (cut & (cells.row == 0)).any():
+            raise Refused("a strip or one of the narrowest squares is split, or one of the lowest row is cut")
+        start += count
+        number = np.where(split, 4, np.where(cut, 2, 0))
+        levels.append(cells)
+        children.append(np.where(number > 0, start + np.cumsum(number) - number, -1))
+        new = slopes[used : used + int((cut & square).sum())].astype(np.int64)
+        used += int((cut & square).sum())
+        slope = cells.slope.copy()
+        if len(new) < (cut & square).sum() or (new == 0).any():
+            raise Refused("a square is cut without a slope, or along one of zero")
+        slope[cut & square] = new * unit
+        cells = _divided(cells, slope, number, grid.top / n)
+        if len(levels) + n.bit_length() > BITS:
+            raise Refused(f"cells are divided more than {len(levels)} times, finer than numbers here")
+    if start != len(codes) or used != len(slopes):
+        raise Refused(f"{len(codes)} codes and {len(slopes)} slopes for {start} cells, {used} of them cut")
     child = np.concatenate(children)
-    return Tree(side, n, grid.top, child, _highest(child, codes), *places)
+    places = _Level(*(np.concatenate(x) for x in zip(*levels, strict=True)))
+    return Tree(side, n, grid.top, child, _highest(child, codes, places.slope), *places)
+
+
+class _Level(NamedTuple):
+    """Cells of one level, as in `Tree`."""
+
+    wall: NDArray[np.int64]
+    first: NDArray[np.int64]
+    width: NDArray[np.int64]
+    row: NDArray[np.int64]
+    slope: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def _base(grid: Grid, walls: int, n: int) -> _Level:
+    """The squares of the base grids."""
+    side, index = grid.side, np.arange(walls * grid.side**2)
+    row, height, width = index % side, grid.top / side, n // side
+    first = index // side % side * width
+    low = row * np.float64(height)
+    return _Level(index // side**2, first, np.full(len(index), width), row, np.zeros(len(index)), low, low + height)
+
+
+def _divided(cells: _Level, slope: NDArray[np.float64], number: NDArray[np.int64], unit: float) -> _Level:
+    """The parts of cells, `number` of each, along lines of these slopes if these are two."""
+    part, square = np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number), np.repeat(number, number) == 4
+    wall, first, width, row = (np.repeat(x, number) for x in cells[:4])
+    slope, low, high, old = (np.repeat(x, number) for x in (slope, cells.low, cells.high, cells.slope))
+    rise = np.where(old == 0, 0.5 * np.abs(slope) * width, 0.0)
+    width = np.where(square, width // 2, width)
+    row = np.where(square, 2 * row + part % 2, row)
+    middle, tall = 0.5 * (low + high), width * unit
+    low, high = np.where(part == 0, low - rise, middle), np.where(part == 0, middle, high + rise)
+    low, high = np.where(square, row * tall, low), np.where(square, (row + 1) * tall, high)
+    return _Level(wall, first + np.where(square, part // 2 * width, 0), width, row, slope, low, high)
 
 
 def check_cells(
@@ -76,15 +124,21 @@ def check_cells(
     trapped: Callable[[int, NDArray[np.int64], int, NDArray[np.float64]], NDArray[np.bool_]],
     progress: Callable[[int, int], Any] = lambda done, total: None,
     workers: int = 2,
+    slopes: NDArray[np.int8] = NONE,
 ) -> Shares:
     """The shares of each wall that are proved, or `Refused`.
 
     Args:
         trapped: which boxes of a wall, phases (M, 2) in parts of 2 pi/n with this n and speeds (M, 2), are inside the trap, whose
             orbits are shown to converge elsewhere; unused for `closed` grids.
+        slopes: of the squares that are cut.
     """
-    tree = tree_of(grid, len(system.walls), codes)
-    tables = tables_of(system, tree.n, tree.n // tree.side, grid.periods, grid.top)
+    tree = tree_of(grid, len(system.walls), codes, slopes)
+    base, steepest = tree.n // tree.side, float(np.abs(tree.slope).max())
+    if base * steepest > min(1.0, grid.top):
+        raise Refused(f"a slope of {steepest * tree.n:g} a period is too large for the bounds of rounding")
+    fastest = grid.top + base * steepest
+    tables = tables_of(system, tree.n, base, grid.periods, fastest)
     if tables.step * tree.n > 16 or grid.top > grid.side:
         raise Refused(
             "cells are too large for the bounds of rounding: expected a period < 16 and a speed below the cells of a side"
@@ -93,7 +147,7 @@ def check_cells(
     if not grid.closed:
         _check_trap(tree, leaves[tree.order[leaves] == 0], trapped)
         leaves = leaves[tree.order[leaves] > 0]
-    frame, limits = frame_of(tables, grid.top), np.maximum(tree.order[leaves], 1)
+    frame, limits = frame_of(tables, fastest), np.maximum(tree.order[leaves], 1)
     parts = [slice(i, i + CHUNK) for i in range(0, len(leaves), CHUNK)]
     with ThreadPoolExecutor(workers) as pool:
         for done, failed in enumerate(pool.map(lambda part: _first_failure(frame, tree, leaves[part], limits[part]), parts)):
@@ -101,13 +155,28 @@ def check_cells(
                 pool.shutdown(cancel_futures=True)
                 raise Refused(f"not proved: that orbits from {place_of(tree, failed)} are later in cells of a lower order")
             progress(min(CHUNK * (done + 1), len(leaves)), len(leaves))
-    return Shares(*(_share(tree, last, len(system.walls)) for last in (SPLIT - 1, 0)))
+    return Shares(*(_share(tree, last, len(system.walls)) for last in (CUT - 1, 0)))
 
 
 def _share(tree: Tree, last: int, walls: int) -> NDArray[np.float64]:
     """The share of the cells of orders up to `last` of each wall."""
     some = (tree.child < 0) & (tree.order <= last)
-    return np.bincount(tree.wall[some], (tree.width[some] / tree.n) ** 2, walls).astype(np.float64)
+    return np.bincount(tree.wall[some], _areas(tree)[some], walls).astype(np.float64)
+
+
+def _areas(tree: Tree) -> NDArray[np.float64]:
+    """The share of the phases and speeds of a wall that each cell is, up to rounding."""
+    tall, rise = tree.top * tree.width / tree.n, 0.5 * np.abs(tree.slope) * tree.width
+    floor, square = tree.row * tall, tree.slope == 0
+
+    def below(line: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The mean over the phases of the height of a square below a line, times twice its rise."""
+        ends = [np.maximum(line + side * rise - floor, 0) for side in (-1, 1)]
+        inside, above = ([f(end, tall) for end in ends] for f in (np.minimum, np.maximum))
+        return np.asarray(0.5 * (inside[1] ** 2 - inside[0] ** 2) + tall * (above[1] - above[0]))
+
+    heights = np.where(square, tall, (below(tree.high) - below(tree.low)) / np.where(square, 1.0, 2 * rise))
+    return np.asarray(heights * tree.width / (tree.top * tree.n))
 
 
 def place_of(tree: Tree, node: int) -> str:
@@ -137,15 +206,15 @@ def _first_failure(frame: Frame, tree: Tree, leaves: NDArray[np.int64], limits: 
     return -1
 
 
-def _highest(child: NDArray[np.int64], codes: NDArray[np.uint16]) -> NDArray[np.int64]:
+def _highest(child: NDArray[np.int64], codes: NDArray[np.uint16], slope: NDArray[np.float64]) -> NDArray[np.int64]:
     """The orders of cells, and the largest order among the cells of each node; children come after their parents."""
     order = codes.astype(np.int64)
-    return _largest_below(child, order)
+    return _largest_below(child, order, slope)
 
 
 @compiled
-def _largest_below(child: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.int64]:
+def _largest_below(child: NDArray[np.int64], order: NDArray[np.int64], slope: NDArray[np.float64]) -> NDArray[np.int64]:
     for i in range(child.size - 1, -1, -1):
         if child[i] >= 0:
-            order[i] = max(order[child[i]], order[child[i] + 1], order[child[i] + 2], order[child[i] + 3])
+            order[i] = order[child[i] : child[i] + (4 if slope[child[i]] == 0 else 2)].max()
     return order

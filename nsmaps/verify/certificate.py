@@ -1,7 +1,8 @@
 """A certificate as a file, and its verification: a system, a trap, cells with orders, and what follows from them.
 
-A file is a zip archive of `certificate.json`, with the numbers as text or doubles, and `codes`, the codes of the cells as
-little-endian numbers of 16 bits. Nothing in it is believed but the formula of the system, which `nsmaps verify` prints.
+A file is a zip archive of `certificate.json`, with the numbers as text or doubles, `codes`, the codes of the cells as
+little-endian numbers of 16 bits, and `slopes`, those of strips as numbers of 8 bits; format 1 is without strips. Nothing in it
+is believed but the formula of the system, which `nsmaps verify` prints.
 """
 
 import json
@@ -24,7 +25,7 @@ from nsmaps.verify.formula import system_of
 from nsmaps.verify.horseshoe import Chaos, chaos_of, horseshoe_of, in_words
 from nsmaps.verify.trap import Trap, contraction, holds, trap_of
 
-TEXT, CODES, FORMAT = "certificate.json", "codes", 1
+TEXT, CODES, SLOPES, FORMAT = "certificate.json", "codes", "slopes", 2
 MOST = 12  #: cycles that are listed
 KEYS = {"format", "about", "system", "trap", "grid", "codes", "cycles", "horseshoe"}
 
@@ -43,6 +44,7 @@ class Certificate:
     codes: NDArray[np.uint16] = field(default_factory=lambda: np.zeros(0, np.uint16))  #: see `cells`
     cycles: Sequence[Any] = ()  #: see `cycles.Stated`
     horseshoe: Mapping[str, Any] = field(default_factory=dict)  #: see `horseshoe.Horseshoe`; empty where none is claimed
+    slopes: NDArray[np.int8] = field(default_factory=lambda: np.zeros(0, np.int8))  #: see `cells`
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Verified:
 
 def write(path: Path, certificate: Certificate) -> None:
     """Write a certificate."""
-    codes = certificate.codes.astype("<u2").tobytes()
+    codes, slopes = certificate.codes.astype("<u2").tobytes(), certificate.slopes.astype("i1").tobytes()
     parts: dict[str, Any] = {
         "about": certificate.about,
         "system": certificate.system,
@@ -70,10 +72,11 @@ def write(path: Path, certificate: Certificate) -> None:
         "grid": certificate.grid,
     }
     parts |= {"cycles": list(certificate.cycles), "horseshoe": certificate.horseshoe}
-    text = json.dumps({"format": FORMAT, **parts, "codes": sha256(codes).hexdigest()}, indent=1)
+    text = json.dumps({"format": FORMAT, **parts, "codes": sha256(codes + slopes).hexdigest()}, indent=1)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(zipfile.ZipInfo(TEXT), text)
         archive.writestr(zipfile.ZipInfo(CODES), codes, zipfile.ZIP_DEFLATED)
+        archive.writestr(zipfile.ZipInfo(SLOPES), slopes, zipfile.ZIP_DEFLATED)
 
 
 def read(path: Path) -> Certificate:
@@ -81,14 +84,17 @@ def read(path: Path) -> Certificate:
     try:
         with zipfile.ZipFile(path) as archive:
             data, codes = json.loads(archive.read(TEXT)), archive.read(CODES)
+            slopes = archive.read(SLOPES) if SLOPES in archive.namelist() else b""
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise Refused(f"{path} is not a whole certificate: {error}") from error
-    if not isinstance(data, dict) or set(data) != KEYS or data["format"] != FORMAT:
-        raise Refused(f"{path} is not a certificate of format {FORMAT} with {', '.join(sorted(KEYS))}")
-    if sha256(codes).hexdigest() != data["codes"] or len(codes) % 2:
+    if not isinstance(data, dict) or set(data) != KEYS or data["format"] not in (1, FORMAT):
+        raise Refused(f"{path} is not a certificate of format 1 or {FORMAT} with {', '.join(sorted(KEYS))}")
+    if sha256(codes + slopes).hexdigest() != data["codes"] or len(codes) % 2:
         raise Refused(f"the codes of {path} are not those that it was written with")
     orders = np.frombuffer(codes, "<u2").astype(np.uint16)
-    return Certificate(data["about"], data["system"], data["trap"], data["grid"], orders, data["cycles"], data["horseshoe"])
+    about, system, trap, grid = (data[name] for name in ("about", "system", "trap", "grid"))
+    strips = np.frombuffer(slopes, "i1")
+    return Certificate(about, system, trap, grid, orders, data["cycles"], data["horseshoe"], strips)
 
 
 def verify(
@@ -124,7 +130,7 @@ def verify(
     def trapped(wall: int, phases: NDArray[np.int64], n: int, speeds: NDArray[np.float64]) -> NDArray[np.bool_]:
         return np.zeros(len(phases), bool) if trap is None else holds(trap, wall, phases, n, speeds)
 
-    shares = check_cells(system, grid, certificate.codes, trapped, progress, workers)
+    shares = check_cells(system, grid, certificate.codes, trapped, progress, workers, certificate.slopes)
     times = known - begun, proved - known, perf_counter() - proved
     found = Verified(letters, cycles, times, tuple(map(float, shares.proved)), top=grid.top, chaos=chaos)
     if trap is None:

@@ -1,6 +1,7 @@
 """Cells whose orbits reach a trap: found in floats, verified with all rounding, refused where anything is changed."""
 
 from itertools import pairwise
+from typing import NamedTuple
 
 import mpmath as mp
 import numpy as np
@@ -13,16 +14,23 @@ pytest.importorskip("flint")
 
 from nsmaps_bouncing_ball import BouncingBall
 
+from nsmaps.proof.arrivals import CUT, OPEN, SPLIT
 from nsmaps.proof.cells import FINEST, base_grids, codes_of, search
-from nsmaps.proof.flights import OPEN, SPLIT
 from nsmaps.proof.formula import equation_of, flow_of
-from nsmaps.verify.cells import Grid, Refused, check_cells
+from nsmaps.verify.cells import Grid, Refused, check_cells, tree_of
 from nsmaps.verify.formula import system_of, tables_of
 
 POINT = np.array([0.363611564551622, 0.833385990208561])  # phase and speed of the stable fixed point at d = 0.35
 GRID = Grid(side=256, depth=0, top=1.125, periods=2, closed=False)
 N = GRID.side * FINEST
+CUTS = 2  #: into strips
 DAMPED = {"zeta": 0.1, "w": 0.8, "A": 1.0, "wall": 0.4, "r": 0.7}
+
+
+class Found(NamedTuple):
+    codes: np.ndarray
+    slopes: np.ndarray
+    shares: np.ndarray
 
 
 def near(wall, phases, n, speeds):
@@ -33,10 +41,11 @@ def near(wall, phases, n, speeds):
 
 def found(equation, flow=None):
     flow = flow or flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
-    cells = search(
-        flow, base_grids(2, GRID.side, N, GRID.top), GRID.depth, lambda wall, phases, speeds: near(wall, phases, N, speeds)
-    )
-    return codes_of(cells)
+    inside = lambda wall, phases, speeds: near(wall, phases, N, speeds)  # noqa: E731
+    shares = []
+    progress = lambda level, found: shares.append(found) or True  # noqa: E731
+    cells = search(flow, base_grids(2, GRID.side, N, GRID.top), GRID.depth, inside, progress, CUTS)
+    return Found(*codes_of(cells), shares[-1])
 
 
 @pytest.fixture(scope="module")
@@ -50,19 +59,24 @@ def equation(pair):
 
 
 @pytest.fixture(scope="module")
-def codes(equation):
+def cells(equation):
     return found(equation)
 
 
-def test_what_is_found_is_verified(equation, codes):
-    shares = check_cells(system_of(equation), GRID, codes, near).proved
-    assert shares == pytest.approx([np.mean(part < OPEN) for part in codes.reshape(2, -1)])
-    assert shares[0] > 0.5
+def test_what_is_found_is_verified(equation, cells):
+    """With the same shares, more than the squares before they are cut: at the latest those are open whose code is CUT."""
+    shares = check_cells(system_of(equation), GRID, cells.codes, near, slopes=cells.slopes).proved
+    assert shares == pytest.approx(cells.shares)
+    whole = [np.mean(part < CUT) for part in cells.codes[: 2 * GRID.side**2].reshape(2, -1)]
+    assert (shares > np.array(whole) + 0.05).all()
+    assert whole[0] > 0.5
 
 
-@pytest.mark.parametrize("wrong", ["order", "open cell", "flipped bit", "restitution", "wall", "trap", "length", "speed"])
-def test_changes_are_refused(equation, codes, wrong):
-    codes, grid, trap = codes.copy(), GRID, near
+@pytest.mark.parametrize(
+    "wrong", ["order", "open cell", "flipped bit", "restitution", "wall", "trap", "length", "speed", "slope", "slopes"]
+)
+def test_changes_are_refused(equation, cells, wrong):
+    codes, slopes, grid, trap = cells.codes.copy(), cells.slopes.copy(), GRID, near
     late = int(np.argmax(np.where(codes < SPLIT, codes, 0)))
     match wrong:
         case "order":
@@ -81,38 +95,69 @@ def test_changes_are_refused(equation, codes, wrong):
             codes = codes[:-1]
         case "speed":
             grid = grid._replace(top=1.0)
+        case "slope":
+            low, high = np.sort(codes[2 * GRID.side**2 :][: 2 * len(slopes)].reshape(-1, 2)).T
+            slopes[np.argmax(np.where(high < CUT, 0, np.where(low < CUT, low, 0)))] *= -1
+        case "slopes":
+            slopes = slopes[:-1]
     with pytest.raises(Refused):
-        check_cells(system_of(equation), grid, codes, trap)
+        check_cells(system_of(equation), grid, codes, trap, slopes=slopes)
+
+
+@pytest.mark.parametrize("wrong", ["lowest row", "no slope", "split strip"])
+def test_divisions_that_are_not_meant_are_refused(wrong):
+    codes, slopes = np.full(2 * GRID.side**2 + 2, OPEN, np.uint16), np.array([3], np.int8)
+    match wrong:
+        case "lowest row":
+            codes[0] = CUT
+        case "no slope":
+            codes[1], slopes = CUT, np.zeros(1, np.int8)
+        case "split strip":
+            codes[1], codes[-1] = CUT, SPLIT
+    with pytest.raises(Refused, match=r"lowest row is cut|slope"):
+        tree_of(GRID, 2, codes, slopes)
 
 
 def test_an_error_in_the_search_is_found(equation):
     flow = flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
     phases = flow.phases.copy()
     phases[300, 2] += 1.0  # the force at one phase
+    wrong = found(equation, flow._replace(phases=phases))
     with pytest.raises(Refused, match="later in cells of a lower order"):
-        check_cells(system_of(equation), GRID, found(equation, flow._replace(phases=phases)), near)
+        check_cells(system_of(equation), GRID, wrong.codes, near, slopes=wrong.slopes)
 
 
-def test_orbits_from_certified_cells_descend(pair, codes):
-    """Impacts by the engine, from 200 states of certified cells of the base wall: each is in a cell of a lower order."""
+def leaf_at(tree, wall, phase, speed):
+    """The cell of a state, from the definition of squares and strips."""
+    at = phase % (2 * np.pi) / (2 * np.pi) * tree.n
+    node = (wall * tree.side + int(at * tree.side / tree.n)) * tree.side + int(speed / tree.top * tree.side)
+    while tree.child[node] >= 0:
+        child = tree.child[node]
+        level = speed - tree.slope[child] * (at - tree.first[child] - tree.width[child] / 2)
+        assert tree.low[child] <= level <= tree.high[child + 1]
+        node = child + int(level >= tree.high[child])
+    return node
+
+
+def test_orbits_from_certified_cells_descend(pair, cells):
+    """Impacts by the engine, from 600 states of certified squares and strips: each is in a cell of a lower order."""
     rng = np.random.default_rng(5)
-    orders = codes.reshape(2, GRID.side, GRID.side).astype(int)
-    steps = 0
-    for column, row in rng.permutation(np.argwhere((orders[0] > 0) & (orders[0] < SPLIT)))[:200]:
-        state = np.array([(row + rng.random()) * GRID.top, (column + rng.random()) * 2 * np.pi]) / GRID.side
-        impacts = pair.impacts(state, 6, chatter=0)
-        cells = [
-            orders[wall, int(phase % (2 * np.pi) / (2 * np.pi) * GRID.side), int(speed / GRID.top * GRID.side)]
-            for wall, phase, speed, mark in zip(impacts.wall, impacts.phase, impacts.speed, impacts.mark, strict=True)
-            if not mark
-        ]
-        assert cells[0] == orders[0, column, row]
-        for now, after in pairwise(cells):
-            if now == 0:
+    tree, steps, strips = tree_of(GRID, 2, cells.codes, cells.slopes), 0, 0
+    for phase, speed in rng.random((1200, 2)) * [2 * np.pi, GRID.top]:
+        start = leaf_at(tree, 0, phase, speed)
+        if not 0 < tree.order[start] < CUT:
+            continue
+        impacts = pair.impacts([speed, phase], 6, chatter=0)
+        found = zip(impacts.wall, impacts.phase, impacts.speed, impacts.mark, strict=True)
+        nodes = [leaf_at(tree, int(wall), phase, speed) for wall, phase, speed, mark in found if not mark]
+        assert nodes[0] == start
+        for now, after in pairwise(nodes):
+            if tree.order[now] == 0:
                 break
-            assert after < now or (after == now and row == 0)
-            steps += 1
-    assert steps > 300
+            assert tree.order[after] < tree.order[now] or (after == now and tree.row[now] == 0)
+            steps, strips = steps + 1, strips + int(tree.slope[now] != 0)
+    assert steps > 1000
+    assert strips > 100
 
 
 @pytest.mark.parametrize(("name", "values"), [("vi_pair", {"d": 0.35, "g_bar": 0.2}), ("impact_oscillator", DAMPED)])

@@ -88,11 +88,20 @@ def changed(path: Path, out: Path, change) -> Path:
 
 
 def test_a_file_is_read_as_it_was_written(certificate, tmp_path):
-    write(tmp_path / "a.proof", certificate)
+    slopes = np.array([3, -5], np.int8)
+    write(tmp_path / "a.proof", replace(certificate, slopes=slopes))
     found = read(tmp_path / "a.proof")
     np.testing.assert_array_equal(found.codes, certificate.codes)
+    np.testing.assert_array_equal(found.slopes, slopes)
     assert (found.system, found.grid) == (certificate.system, certificate.grid)
     assert trap_of(found.trap) == trap_of(certificate.trap)
+
+
+def test_files_without_strips_are_read(certificate, tmp_path):
+    write(tmp_path / "a.proof", certificate)
+    found = read(changed(tmp_path / "a.proof", tmp_path / "b.proof", lambda text, codes: ({**text, "format": 1}, codes)))
+    np.testing.assert_array_equal(found.codes, certificate.codes)
+    assert not len(found.slopes)
 
 
 @pytest.mark.parametrize("wrong", ["bit of the codes", "bit of the file", "cut", "format", "missing", "none"])
@@ -109,7 +118,7 @@ def test_a_broken_file_is_refused(certificate, tmp_path, wrong):
         case "cut":
             path.write_bytes(content[:-30])
         case "format":
-            changed(path, path, lambda text, codes: ({**text, "format": 2}, codes))
+            changed(path, path, lambda text, codes: ({**text, "format": 3}, codes))
         case "missing":
             changed(path, path, lambda text, codes: ({k: v for k, v in text.items() if k != "trap"}, codes))
         case "none":

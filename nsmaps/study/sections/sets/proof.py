@@ -40,6 +40,7 @@ class ProofSection(BaseModel):
     top: Number = Field(gt=0)
     side: int = Field(128, ge=32)
     depth: int = Field(4, ge=0, le=12)
+    cuts: int = Field(0, ge=0, le=12)
     periods: int = Field(4, ge=1)
     radii: dict[str, Number] = {}
     cycles: list[CycleStart] = []
