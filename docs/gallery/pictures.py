@@ -113,10 +113,8 @@ def digest(picture: Picture) -> str:
 def sources(picture: Picture) -> list[Path]:
     """The files of code that draw a picture, in an order of their own."""
     if picture.table:
-        return [
-            HERE / "tables.py",
-            *imported(["nsmaps.figures.page", *(["nsmaps.bench.plot"] if picture.table == "bench" else [])]),
-        ]
+        drawn = {"bench": ["nsmaps.bench.plot"], "proved": ["nsmaps.figures.cells.proved"]}.get(picture.table, [])
+        return [HERE / "tables.py", *imported(["nsmaps.figures.page", *drawn])]
     from nsmaps.figures.catalogue import CATALOGUE
     from nsmaps.plugins import sketch_of, system_class
 

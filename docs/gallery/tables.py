@@ -1,13 +1,18 @@
-"""Pictures of measured times, drawn from the tables of a page, so that picture and table cannot differ."""
+"""Pictures drawn from what is kept: measured times from the tables of a page, what is proved from a certificate."""
 
 import re
+from hashlib import sha256
 from pathlib import Path
 
 from nsmaps.bench.plot import sheet
 from nsmaps.bench.result import BenchResult, Row
+from nsmaps.figures.cells.proved import sheet as proved
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, RED
+from nsmaps.proof.orders import Orders
+from nsmaps.verify.certificate import read
 
+CERTIFICATE = Path(__file__).parents[1] / "certificates" / "fp-coarse.proof"
 PAGE = Path(__file__).parents[1] / "accuracy.md"
 _HEADS = {"bench": "| program | returns |", "surrogates": "| d | map | tolerance |"}  #: with which the tables begin
 _PROGRAM = re.compile(r"(?P<family>C loop|nsmaps|NumPy)(?: (?P<setting>.*))?|(?P<other>.*?)(?: (?P<tolerance>[\d.]+e[-+]\d+))?")
@@ -15,7 +20,9 @@ _LOOKS = {"accurate": (BLUE, "o"), "closed form": (GREEN, "s"), "exact": (RED, "
 
 
 def text_of(table: str) -> str:
-    """The lines of a table."""
+    """The lines of a table, or the hash of the certificate."""
+    if table == "proved":
+        return sha256(CERTIFICATE.read_bytes()).hexdigest()
     head, *rest = PAGE.read_text(encoding="utf-8").partition(_HEADS[table])[1:]
     return head + "".join(rest).partition("\n\n")[0]
 
@@ -59,5 +66,9 @@ def _surrogates(ax):
 
 def draw(table: str, folder: Path, dpi: float) -> Path:
     """The picture of a table as a PNG in a folder."""
-    drawn = sheet(bench(), table) if table == "bench" else Sheet(table, (_surrogates,), 1, 0.6, legend=True)
+    if table == "proved":
+        certificate = read(CERTIFICATE)
+        drawn = proved(Orders.of(certificate), [(certificate.trap["wall"], *certificate.trap["centre"], True)], table)
+    else:
+        drawn = sheet(bench(), table) if table == "bench" else Sheet(table, (_surrogates,), 1, 0.6, legend=True)
     return drawn.save(folder, ("png",), dpi)[0]

@@ -6,16 +6,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nsmaps.cli.drawing import Format
 from nsmaps.cli.options import InstalledOnly
 from nsmaps.cli.terminal import FAILED, examples, progress_line, reported_errors, say
 from nsmaps.errors import NsmapsError, ProofError
 from nsmaps.progress import beat, working
 
 if TYPE_CHECKING:
-    from nsmaps.verify.certificate import Certificate
+    from nsmaps.verify.certificate import Certificate, Verified
 
 PROVE = examples("nsmaps prove bouncing_ball/proof", "nsmaps prove mine.yaml --out mine.proof")
-VERIFY = examples("nsmaps verify proof-fp.proof", "python -m nsmaps.verify proof-fp.proof")
+PICTURES = tuple(f".{each}" for each in Format)
+VERIFY = examples(
+    "nsmaps verify proof-fp.proof", "nsmaps verify proof-fp.proof --figure proved.png", "python -m nsmaps.verify proof-fp.proof"
+)
 
 
 def prove(
@@ -50,6 +54,10 @@ def prove(
 
 def verify(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A certificate that `nsmaps prove` wrote.", dir_okay=False)],
+    figure: Annotated[
+        Path | None,
+        typer.Option(help="A picture of the cells that are proved, such as proved.png, .pdf or .svg.", dir_okay=False),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
 ) -> None:
     """Verify a certificate: compute all it claims again, in ball arithmetic and doubles with bounds of all rounding.
@@ -61,14 +69,19 @@ def verify(
         from nsmaps.verify.cells import Refused
         from nsmaps.verify.certificate import read
 
+        if figure is not None and figure.suffix not in PICTURES:
+            raise NsmapsError(f"--figure is {str(figure)!r}; expected: a name that ends with {', '.join(PICTURES)}")
         try:
-            _verified(read(file))
+            certificate = read(file)
+            found = _verified(certificate)
         except Refused as refused:
             say(f"refused: {refused}", err=True)
             raise typer.Exit(FAILED) from None
+        if figure is not None:
+            say(f"drawn to {_drawn(certificate, found, figure)}")
 
 
-def _verified(certificate: "Certificate") -> None:
+def _verified(certificate: "Certificate") -> "Verified":
     """Verify a certificate and print the theorem."""
     from nsmaps.verify.certificate import statement
     from nsmaps.verify.certificate import verify as prove_again
@@ -78,6 +91,25 @@ def _verified(certificate: "Certificate") -> None:
     say("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
     say(statement(found, certificate))
     say("seconds for cycles and horseshoe, trap, cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
+    return found
+
+
+def _drawn(certificate: "Certificate", found: "Verified", path: Path) -> Path:
+    """The picture of a certificate of cells; NsmapsError where it has none."""
+    if not certificate.grid:
+        raise NsmapsError(f"{path} is not drawn: the certificate is of cycles alone; expected: one with cells")
+    from nsmaps.figures.cells.proved import sheet
+    from nsmaps.proof.orders import Orders
+
+    impacts = [
+        (wall, float(phase), float(speed), cycle.kind == "stable")
+        for cycle in found.cycles
+        for wall, (phase, speed) in zip(cycle.walls, cycle.states, strict=True)
+    ]
+    trap = certificate.trap
+    impacts += [(trap["wall"], *trap["centre"], True)] if trap else []
+    drawn = sheet(Orders.of(certificate), impacts, path.stem, "trap" if trap else "closed set")
+    return drawn.save(path.parent, (path.suffix[1:],), 300)[0]
 
 
 def _check_flint() -> None:

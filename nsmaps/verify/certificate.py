@@ -74,7 +74,7 @@ def write(path: Path, certificate: Certificate) -> None:
     parts |= {"cycles": list(certificate.cycles), "horseshoe": certificate.horseshoe}
     text = json.dumps({"format": FORMAT, **parts, "codes": sha256(codes + slopes).hexdigest()}, indent=1)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(zipfile.ZipInfo(TEXT), text)
+        archive.writestr(zipfile.ZipInfo(TEXT), text, zipfile.ZIP_DEFLATED)
         archive.writestr(zipfile.ZipInfo(CODES), codes, zipfile.ZIP_DEFLATED)
         archive.writestr(zipfile.ZipInfo(SLOPES), slopes, zipfile.ZIP_DEFLATED)
 

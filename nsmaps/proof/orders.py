@@ -1,0 +1,74 @@
+"""The orders of the cells of a certificate at states, for pictures and for comparison with orbits; nothing is proved here."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.coordinates import TWO_PI
+from nsmaps.verify.cells import Grid, tree_of
+from nsmaps.verify.certificate import Certificate
+from nsmaps.verify.images import LEFT, Tree, compiled
+
+
+@dataclass(frozen=True)
+class Shares:
+    """The cells of a wall in pixels of phase (rows) and speed (columns), each of which is sampled at several states."""
+
+    order: Floats  #: the median of the orders in a pixel, NaN where no state of it is in a cell with an order
+    left: Floats  #: the share of the states of a pixel that are left open
+    top: float  #: the largest speed
+
+
+@dataclass(frozen=True)
+class Orders:
+    """The cells of a certificate, found by states."""
+
+    tree: Tree
+    letters: tuple[str, ...]  #: of the walls
+
+    @classmethod
+    def of(cls, certificate: Certificate) -> "Orders":
+        """The cells of a certificate; `Refused` where its codes describe none."""
+        walls = certificate.system["walls"]
+        return cls(tree_of(Grid(**certificate.grid), len(walls), certificate.codes), tuple(wall["letter"] for wall in walls))
+
+    def cells(self, wall: ArrayLike, phase: ArrayLike, speed: ArrayLike) -> Ints:
+        """The cells of impacts, arrays of one shape: number of the wall, phase (radians, any turn), speed; -1 above all cells."""
+        walls, phases, speeds = np.broadcast_arrays(np.asarray(wall, np.int64), phase, np.asarray(speed, float))
+        places = np.mod(phases, TWO_PI) / TWO_PI * self.tree.n
+        return cells_at(self.tree, walls.ravel(), places.ravel(), speeds.ravel()).reshape(walls.shape)
+
+    def orders(self, cells: Ints) -> Ints:
+        """The orders of cells; `LEFT` for those that are left open, and above all cells."""
+        return np.where(cells < 0, LEFT, self.tree.order[cells])
+
+    def pixels(self, wall: int, shape: tuple[int, int], parts: int = 4) -> Shares:
+        """The cells of a wall in pixels, shape (rows, columns), each sampled at the middles of `parts` x `parts` equal boxes."""
+        (rows, columns), (high, wide) = shape, (parts * side for side in shape)
+        speed, phase = np.meshgrid((np.arange(wide) + 0.5) * self.tree.top / wide, (np.arange(high) + 0.5) * TWO_PI / high)
+        orders = self.orders(self.cells(wall, phase, speed)).reshape(rows, parts, columns, parts)
+        found = orders.swapaxes(1, 2).reshape(rows, columns, parts * parts)
+        left = found == LEFT
+        some = ~left.all(axis=2)
+        order = np.full(shape, np.nan)
+        order[some] = np.nanmedian(np.where(left, np.nan, found)[some], axis=1)
+        return Shares(order, left.mean(axis=2), self.tree.top)
+
+
+@compiled
+def cells_at(tree: Tree, wall: Ints, place: Floats, speed: Floats) -> Ints:
+    """The cells of states: walls, phases in parts of 2 pi/n and speeds, each of shape (M,)."""
+    found, base, height = np.full(wall.size, -1), tree.n // tree.side, tree.top / tree.side
+    for i in range(wall.size):
+        if not 0 <= speed[i] < tree.top:
+            continue
+        column, row = min(int(place[i] / base), tree.side - 1), min(int(speed[i] / height), tree.side - 1)
+        node = (wall[i] * tree.side + column) * tree.side + row
+        while tree.child[node] >= 0:
+            late, fast = tree.child[node] + 2, tree.child[node] + 1
+            upper = speed[i] >= tree.row[fast] * (tree.top * tree.width[fast] / tree.n)
+            node = tree.child[node] + 2 * (place[i] >= tree.first[late]) + upper
+        found[i] = node
+    return found
