@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 import nsmaps
+from nsmaps.cells.certified import Orders
 from nsmaps.exact.engine.returns import trajectory
 from nsmaps.exact.kernel import kernel_of
-from nsmaps.proof.orders import Orders
+from nsmaps.verify.arrivals import LEFT
 from nsmaps.verify.certificate import read
-from nsmaps.verify.images import LEFT
 
 IMPACTS = 80  #: followed of an orbit
 CHUNK = 10_000

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from nsmaps.bench.plot import sheet
 from nsmaps.bench.result import BenchResult, Row
+from nsmaps.cells.certified import Orders
 from nsmaps.figures.cells.proved import sheet as proved
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, RED
-from nsmaps.proof.orders import Orders
 from nsmaps.verify.certificate import read
 
 CERTIFICATE = Path(__file__).parents[1] / "certificates" / "fp-coarse.proof"

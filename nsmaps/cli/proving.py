@@ -98,8 +98,8 @@ def _drawn(certificate: "Certificate", found: "Verified", path: Path) -> Path:
     """The picture of a certificate of cells; NsmapsError where it has none."""
     if not certificate.grid:
         raise NsmapsError(f"{path} is not drawn: the certificate is of cycles alone; expected: one with cells")
+    from nsmaps.cells.certified import Orders
     from nsmaps.figures.cells.proved import sheet
-    from nsmaps.proof.orders import Orders
 
     impacts = [
         (wall, float(phase), float(speed), cycle.kind == "stable")

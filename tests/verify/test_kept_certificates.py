@@ -15,10 +15,10 @@ pytest.importorskip("flint")
 from ladder import ladder
 from matplotlib.image import imread
 
-from nsmaps.proof.orders import Orders
+from nsmaps.cells.certified import Orders
+from nsmaps.verify.arrivals import LEFT
 from nsmaps.verify.cells import SPLIT
 from nsmaps.verify.certificate import read
-from nsmaps.verify.images import LEFT
 
 KEPT = Path(__file__).parents[2] / "docs" / "certificates"
 

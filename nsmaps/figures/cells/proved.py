@@ -14,7 +14,7 @@ from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, angle_ticks
 
 if TYPE_CHECKING:
-    from nsmaps.proof.orders import Orders, Shares
+    from nsmaps.cells.certified import Orders, Shares
 
     Impacts = list[tuple[int, float, float, bool]]
 

@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI
+from nsmaps.verify.arrivals import LEFT, Tree, compiled
 from nsmaps.verify.cells import Grid, tree_of
 from nsmaps.verify.certificate import Certificate
-from nsmaps.verify.images import LEFT, Tree, compiled
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,8 @@ class Orders:
     def of(cls, certificate: Certificate) -> "Orders":
         """The cells of a certificate; `Refused` where its codes describe none."""
         walls = certificate.system["walls"]
-        return cls(tree_of(Grid(**certificate.grid), len(walls), certificate.codes), tuple(wall["letter"] for wall in walls))
+        tree = tree_of(Grid(**certificate.grid), len(walls), certificate.codes, certificate.slopes)
+        return cls(tree, tuple(wall["letter"] for wall in walls))
 
     def cells(self, wall: ArrayLike, phase: ArrayLike, speed: ArrayLike) -> Ints:
         """The cells of impacts, arrays of one shape: number of the wall, phase (radians, any turn), speed; -1 above all cells."""
@@ -67,8 +68,10 @@ def cells_at(tree: Tree, wall: Ints, place: Floats, speed: Floats) -> Ints:
         column, row = min(int(place[i] / base), tree.side - 1), min(int(speed[i] / height), tree.side - 1)
         node = (wall[i] * tree.side + column) * tree.side + row
         while tree.child[node] >= 0:
-            late, fast = tree.child[node] + 2, tree.child[node] + 1
-            upper = speed[i] >= tree.row[fast] * (tree.top * tree.width[fast] / tree.n)
-            node = tree.child[node] + 2 * (place[i] >= tree.first[late]) + upper
+            node = tree.child[node]
+            level = speed[i] - tree.slope[node] * (place[i] - tree.first[node] - tree.width[node] / 2)
+            if tree.slope[node] == 0 and place[i] >= tree.first[node + 2]:
+                node += 2
+            node += level >= tree.high[node]
         found[i] = node
     return found
