@@ -34,21 +34,26 @@ def certificate(pair):
     return prove(pair, START, around=Around(depth=1, skip=500, sample=5000), **SHAPES)
 
 
-@pytest.fixture(scope="module")
-def orders(certificate):
+def expanded(certificate, walls):
     """The order at every place of the finest grids: wall, column, row."""
-    tree = tree_of(Grid(**certificate.grid), 2, certificate.codes)
-    found = np.full((2, FINE, FINE), LEFT)
+    grid = Grid(**certificate.grid)
+    tree, side = tree_of(grid, walls, certificate.codes), grid.side << grid.depth
+    found = np.full((walls, side, side), LEFT)
     for node in np.flatnonzero(tree.child < 0):
-        wide = tree.width[node] * FINE // tree.n
-        column, row = tree.first[node] * FINE // tree.n, tree.row[node] * wide
+        wide = tree.width[node] * side // tree.n
+        column, row = tree.first[node] * side // tree.n, tree.row[node] * wide
         found[tree.wall[node], column : column + wide, row : row + wide] = tree.order[node]
     return found
 
 
-def met(orders, impacts):
+@pytest.fixture(scope="module")
+def orders(certificate):
+    return expanded(certificate, 2)
+
+
+def met(orders, impacts, top=TOP):
     """The orders of the cells that impacts meet."""
-    columns, rows = impacts.phase % (2 * np.pi) / (2 * np.pi) * FINE, impacts.speed / TOP * FINE
+    columns, rows = impacts.phase % (2 * np.pi) / (2 * np.pi) * orders.shape[1], impacts.speed / top * orders.shape[1]
     return orders[impacts.wall, columns.astype(int), rows.astype(int)]
 
 
@@ -112,6 +117,24 @@ def test_a_closed_set_that_is_not_found(pair, monkeypatch):
     monkeypatch.setattr("nsmaps.proof.closed.LARGEST", 50)
     with pytest.raises(ProofError, match="meet more than 50 others"):
         prove(pair, START, around=Around(0, 100, 500), **SHAPES)
+
+
+def test_all_states_of_the_oscillator_are_proved_to_converge(monkeypatch):
+    """From its lowest cells, impact by impact without an end of chatter, orders fall or stay in one cell."""
+    for key, value in (("SIZES", (0.03,)), ("PIECES", (8, 4)), ("TURNS", (1,))):
+        monkeypatch.setattr(f"nsmaps.proof.trap.{key}", value)
+    system = nsmaps.load_system("impact_oscillator", zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7)
+    made = prove(system, {"v": 0.766, "phi": 1.179}, 2, top=3, side=128, depth=4, periods=2)
+    proved = verify(made)
+    assert proved.shares == (1.0,)
+    assert "none is left open" in statement(proved, made)
+    orders, rng, falls = expanded(made, 1), np.random.default_rng(4), 0
+    for state in rng.random((300, 2)) * [0.012, 2 * np.pi]:
+        seen = met(orders, system.impacts(state, 30, chatter=0), 3)
+        end = np.append(np.flatnonzero(seen == 0), len(seen))[0]
+        assert (np.diff(seen[:end]) <= 0).all()
+        falls += (np.diff(seen[:end]) < 0).sum()
+    assert falls > 1000
 
 
 @pytest.mark.parametrize(
