@@ -40,8 +40,9 @@ def search(
     new = np.flatnonzero(cells.child < 0)
     for level in range(depth + cuts + 1):
         _trap(cells, new, trapped)
-        queue = np.flatnonzero((cells.child < 0) & (cells.order == OPEN))
-        certify(flow, cells, queue[np.argsort(-cells.place[queue, 1], kind="stable")])
+        if level != depth + 1 or cuts == 1:  # strips of the first cut are about as high as their square
+            queue = np.flatnonzero((cells.child < 0) & (cells.order == OPEN))
+            certify(flow, cells, queue[np.argsort(-cells.place[queue, 1], kind="stable")])
         left = (cells.child < 0) & (cells.order == OPEN)
         shares = np.bincount(cells.place[:, 0], areas(cells) * ((cells.child < 0) & ~left), flow.walls.shape[1])
         if not progress(level, shares.astype(np.float64)) or level == depth + cuts:
