@@ -96,8 +96,8 @@ def test_changes_are_refused(equation, cells, wrong):
         case "speed":
             grid = grid._replace(top=1.0)
         case "slope":
-            low, high = np.sort(codes[2 * GRID.side**2 :][: 2 * len(slopes)].reshape(-1, 2)).T
-            slopes[np.argmax(np.where(high < CUT, 0, np.where(low < CUT, low, 0)))] *= -1
+            strips = np.sort(codes[-4 * len(slopes) :].reshape(-1, 4))  # each square is cut into four
+            slopes[np.argmax(np.where(strips[:, 3] < CUT, 0, np.where(strips[:, 0] < CUT, strips[:, 0], 0)))] *= -1
         case "slopes":
             slopes = slopes[:-1]
     with pytest.raises(Refused):
