@@ -1,7 +1,8 @@
 """From impact to impact in Arb balls: the next impact of all states of a box, shown to be the first one, with its derivative."""
 
+from collections.abc import Iterable
 from math import frexp
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from flint import arb
 
@@ -26,6 +27,7 @@ class Impact(NamedTuple):
     phase: arb  #: not reduced to one turn
     speed: arb
     derivative: Matrix  #: of phase and speed by those of the start, for all states of the box
+    by_walls: Matrix  #: by the place of the wall that is left, and by that of the wall that is met
 
 
 class _Motion(NamedTuple):
@@ -42,8 +44,8 @@ class Part(NamedTuple):
     """The states point + matrix way: the images of a parallelogram, which the box around them may exceed by far."""
 
     point: tuple[arb, arb]  #: phase and speed
-    matrix: Matrix
-    way: tuple[arb, arb]
+    matrix: Matrix  #: two rows
+    way: tuple[arb, ...]
 
 
 class _Flight:
@@ -143,19 +145,34 @@ def next_impact(system: System, wall: int, phase: arb, speed: arb, states: Part 
 def next_impacts(
     system: System, wall: int, point: tuple[arb, arb], matrix: Matrix, way: tuple[arb, arb], impacts: int
 ) -> tuple[tuple[int, ...], tuple[arb, arb], Matrix]:
-    """The walls of the next impacts of all states point + matrix way, the last state of `point`, and the derivative by ways."""
-    walls = []
+    """The walls of the next impacts of all states point + matrix way, the last state of `point`, and the derivative by ways.
+
+    Places of walls that are balls are further ways: each shifts all impacts alike, and the mean value form keeps that.
+    """
+    walls, middles = [], system._replace(walls=tuple((arb(at.mid()), side) for at, side in system.walls))
+    ways = (*way, *(at - middle for (at, _), (middle, _) in zip(system.walls, middles.walls, strict=True)))
+    columns: Any = tuple((*row, *(arb(0) for _ in system.walls)) for row in matrix)
     for _ in range(impacts):
-        phase, speed = (x + row[0] * way[0] + row[1] * way[1] for x, row in zip(point, matrix, strict=True))
-        all, here = next_impact(system, wall, phase, speed, Part(point, matrix, way)), next_impact(system, wall, *point)
-        matrix, point, wall = times(all.derivative, matrix), (here.phase, here.speed), all.wall
+        phase, speed = (x + _product(row, ways) for x, row in zip(point, columns, strict=True))
+        all, here = next_impact(system, wall, phase, speed, Part(point, columns, ways)), next_impact(middles, wall, *point)
+        columns = tuple([*row] for row in times(all.derivative, columns))
+        for row, (left, met) in zip(columns, all.by_walls, strict=True):
+            row[2 + wall] += left
+            row[2 + all.wall] += met
+        point, wall = (here.phase, here.speed), all.wall
         walls.append(wall)
-    return tuple(walls), point, matrix
+    shifted = tuple(x + _product(row[2:], ways[2:]) for x, row in zip(point, columns, strict=True))
+    return tuple(walls), shifted, tuple((row[0], row[1]) for row in columns)  # type: ignore[return-value]
 
 
 def times(left: Matrix, right: Matrix) -> Matrix:
-    """The product of two matrices."""
-    return tuple(tuple(row[0] * right[0][k] + row[1] * right[1][k] for k in (0, 1)) for row in left)  # type: ignore[return-value]
+    """The product of a matrix, shape (2, 2), and one of two rows."""
+    return tuple(tuple(row[0] * x + row[1] * y for x, y in zip(*right, strict=True)) for row in left)  # type: ignore[return-value]
+
+
+def _product(row: Iterable[arb], ways: Iterable[arb]) -> arb:
+    """The sum of the products."""
+    return sum((x * y for x, y in zip(row, ways, strict=True)), arb(0))
 
 
 def inverse_of(matrix: tuple[tuple[float, float], tuple[float, float]]) -> Matrix:
@@ -205,4 +222,7 @@ def _landed(flight: _Flight, hit: int, start: float, end: float) -> Impact:
     delay = -early / motion.v, -by_speed / motion.v
     phases = delay[0], w * delay[1]
     speeds = side * (early_v + motion.push * delay[0]) / w, side * (by_speed_v + motion.push * delay[1])
-    return Impact(hit, flight.phase + w * time, side * motion.v, (phases, speeds))
+    apart, apart_v = motion.da + system.b * motion.a, -system.k * motion.a
+    left = w * -apart / motion.v, side * (apart_v - motion.push * apart / motion.v)
+    met = w / motion.v, side * motion.push / motion.v
+    return Impact(hit, flight.phase + w * time, side * motion.v, (phases, speeds), ((left[0], met[0]), (left[1], met[1])))

@@ -18,6 +18,7 @@ pytest.importorskip("flint")
 
 from flint import arb, ctx
 
+from nsmaps.proof.formula import equation_of
 from nsmaps.proof.prove import prove
 from nsmaps.proof.trap import found_trap, trapped
 from nsmaps.verify.__main__ import main
@@ -175,8 +176,6 @@ def test_cells_in_the_trap_lie_in_it(certificate):
 
 def test_impacts_of_a_box_hold_those_of_its_states(pair):
     """The next impact in 60 digits, from the closed form of the pair, and its derivative by differences."""
-    from nsmaps.proof.formula import equation_of
-
     data = equation_of(pair)
     for name in ("force", "restitution"):
         data[name][1] = "0"
@@ -214,21 +213,32 @@ def test_impacts_of_a_box_hold_those_of_its_states(pair):
 
 
 def test_a_box_across_a_graze_is_doubtful(pair):
-    from nsmaps.proof.formula import equation_of
-
     with pytest.raises(Doubtful):
         next_impact(system_of(equation_of(pair)), 0, arb("0.3636", "1.5"), arb("0.5", "0.4"))
 
 
 @pytest.mark.parametrize(("name", "parameters", "start", "word"), [("bouncing_ball", {"Gamma": 1.2}, [4.19, 0.51], "BB")])
 def test_traps_of_other_systems(name, parameters, start, word):
-    from nsmaps.proof.formula import equation_of
-
     system = nsmaps.load_system(name, **parameters)
     equation, orbit = equation_of(system), nsmaps.periodic_orbit(system, start)
     trap = found_trap(system_of(equation), [wall["letter"] for wall in equation["walls"]], orbit)
     assert orbit.word == word
     assert contraction(system_of(equation), trap) < 1
+
+
+def test_a_trap_is_one_for_an_interval_of_a_parameter(pair):
+    """For all lengths within 5e-4 the trap is contracted; with walls that are less certain it is not shown to be."""
+    equation = equation_of(pair, {"d": 5e-4})
+    trap = found_trap(
+        system_of(equation), [wall["letter"] for wall in equation["walls"]], nsmaps.periodic_orbit(pair, [0.8334, 0.3636])
+    )
+    assert trap.half[0] == 0.08
+    for d in (0.3495, 0.3505):
+        at = nsmaps.periodic_orbit(nsmaps.load_system("vi_pair", **(PAIR | {"d": d})), [0.8334, 0.3636]).states[0]
+        assert (abs(np.linalg.inv(trap.matrix) @ (at[::-1] - trap.centre)) < trap.half).all()
+    walls = [{**wall, "at": [wall["at"][0], "0.003"]} for wall in equation["walls"]]
+    with pytest.raises(Doubtful):
+        contraction(system_of({**equation, "walls": walls}), trap)
 
 
 def test_bad_arguments_are_refused(pair):

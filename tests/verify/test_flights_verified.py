@@ -12,7 +12,7 @@ from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 
 from nsmaps.proof.formula import equation_of
-from nsmaps.verify.flights import Doubtful, next_impact
+from nsmaps.verify.flights import Doubtful, next_impact, next_impacts
 from nsmaps.verify.formula import system_of
 
 SAMPLES = 200  #: places of a flight at which no wall may have been passed
@@ -48,10 +48,13 @@ def cases(pair: Callable[..., Any]) -> dict[str, Any]:
     }
 
 
-def landed(case: Any, wall: int, phase: Any, speed: Any, hit: int, guess: Any) -> tuple[Any, Any, Any]:
-    """Phase and speed of the impact near a guessed phase, and the flight."""
+def landed(
+    case: Any, wall: int, phase: Any, speed: Any, hit: int, guess: Any, left: Any = 0, met: Any = 0
+) -> tuple[Any, Any, Any]:
+    """Phase and speed of the impact near a guessed phase, and the flight; walls that are left and met are moved by so much."""
     _, flight, w, walls, r, _ = case
     (at, side), (there, face) = walls[wall], walls[hit]
+    at, there = at + left, there + met
     path = partial(flight, phase / w, at, -side * r * speed)
     s = mp.findroot(lambda s: path(s)[0] - there, (guess - phase) / w, tol=1e-100)
     return phase + w * s, face * path(s)[1], path
@@ -80,10 +83,11 @@ def test_impacts_hold_those_of_sixty_digits(name: str, pair: Callable[..., Any])
             for k in range(1, SAMPLES):
                 place = path((met - start[0]) / w * k / SAMPLES)[0]
                 assert all(side * (place - at) < 0 for at, side in walls)
-            for column, by in enumerate([(step, 0), (0, step)]):
-                other = landed(case, wall, start[0] + by[0], start[1] + by[1], impact.wall, guess)
+            for column, by in enumerate([(step, 0, 0, 0), (0, step, 0, 0), (0, 0, step, 0), (0, 0, 0, step)]):
+                other = landed(case, wall, start[0] + by[0], start[1] + by[1], impact.wall, guess, *by[2:])
                 for row, change in enumerate((other[0] - met, other[1] - fast)):
-                    assert impact.derivative[row][column].overlaps(arb(mp.nstr(change / step, 18)) * (1 + arb(0, 1e-17)))
+                    found = (*impact.derivative[row], *impact.by_walls[row])[column]
+                    assert found.overlaps(arb(mp.nstr(change / step, 18)) * (1 + arb(0, 1e-17)))
     assert shown >= 10
 
 
@@ -97,6 +101,22 @@ def test_a_box_holds_the_impacts_from_it(pair: Callable[..., Any]) -> None:
         pairs = [(impact.phase, box.phase), (impact.speed, box.speed)]
         pairs += [(impact.derivative[i][j], box.derivative[i][j]) for i in (0, 1) for j in (0, 1)]
         assert all(outer.overlaps(inner) and outer.contains(inner.mid()) for inner, outer in pairs)
+
+
+def test_walls_within_a_ball_shift_impacts_as_the_ball_of_the_last_one_says(pair: Callable[..., Any]) -> None:
+    """The fourth impacts for capsules of lengths within 1e-3 lie in the ball, which is not much wider."""
+    point, matrix = (arb(0.363611564551622), arb(0.833385990208561)), ((arb(1), arb(0)), (arb(0), arb(1)))
+    none = arb(0), arb(0)
+    walls, ball, _ = next_impacts(system_of(equation_of(pair(0.35), {"d": 1e-3})), 0, point, matrix, none, 4)
+    ends = []
+    for shift in np.linspace(-1e-3, 1e-3, 9):
+        found = next_impacts(system_of(equation_of(pair(0.35 + shift))), 0, point, matrix, none, 4)
+        assert found[0] == walls
+        ends.append([float(x.mid()) for x in found[1]])
+    spread = np.ptp(ends, axis=0)
+    for x, column, wide in zip(ball, np.transpose(ends), spread, strict=True):
+        assert all(x.contains(arb(each)) for each in column)
+        assert float(2 * x.rad()) < 2 * wide
 
 
 def test_a_box_across_a_graze_is_not_decided(pair: Callable[..., Any]) -> None:
