@@ -1,5 +1,6 @@
 """The commands `nsmaps prove` and `nsmaps verify`."""
 
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +14,7 @@ from nsmaps.errors import NsmapsError, ProofError
 from nsmaps.progress import beat, working
 
 if TYPE_CHECKING:
+    from nsmaps.study.study import Study
     from nsmaps.verify.certificate import Certificate, Verified
 
 PROVE = examples("nsmaps prove bouncing_ball/proof", "nsmaps prove mine.yaml --out mine.proof")
@@ -23,33 +25,47 @@ VERIFY = examples(
 
 
 def prove(
-    study: Annotated[str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study, with a section `proof`.")],
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study, with a section `proof` or `horseshoe`.")],
     out: Annotated[Path | None, typer.Option(help="The certificate.", show_default="<study>.proof", dir_okay=False)] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Search for a proof that orbits converge to a stable cycle or arrive in a closed set, write a certificate, and verify that.
+    """Search for a proof of convergence to a cycle, of arrival in a closed set, or of chaos; write a certificate, and verify it.
 
     Ctrl-C ends the search after the division of cells that is under way; what was found is kept. Pressed twice it ends at once.
     """
     with reported_errors(), progress_line(quiet):
         _check_flint()
-        from nsmaps.proof.closed import Around
-        from nsmaps.proof.prove import prove as search
         from nsmaps.study.reading.reader import load_study
         from nsmaps.verify.certificate import write
 
         read = load_study(study, installed_only=installed_only)
-        if read.proof is None:
-            raise NsmapsError(f"the study {read.name} names no proof; expected: a section 'proof' with a start near an attractor")
-        spec, path = read.proof, out or Path(f"{read.name.rpartition('/')[2]}.proof")
+        certificate, path = _found(read), out or Path(f"{read.name.rpartition('/')[2]}.proof")
+        write(path, certificate)
+        say(f"written to {path}: {path.stat().st_size / 1e6:.3g} MB")
+        _verified(certificate)
+
+
+def _found(study: "Study") -> "Certificate":
+    """The certificate of what the sections of a study ask for."""
+    from nsmaps.proof.closed import Around
+    from nsmaps.proof.horseshoe import prove_horseshoe
+    from nsmaps.proof.prove import prove as search
+
+    parts, spec, chaos, system = [], study.proof, study.horseshoe, study.system_object()
+    if spec is None and chaos is None:
+        raise NsmapsError(
+            f"the study {study.name} names no proof; expected: a section 'proof' with a start near an attractor, or 'horseshoe'"
+        )
+    if chaos is not None:
+        options = chaos.model_dump(exclude={"box"})
+        parts.append(prove_horseshoe(system, chaos.box, options.pop("period"), **options))
+    if spec is not None:
         options = spec.model_dump(exclude={"start", "cycles", "closed_set"})
         options["cycles"] = [(cycle.start, cycle.period) for cycle in spec.cycles]
         options["around"] = Around(**spec.closed_set.model_dump()) if spec.closed_set else None
-        certificate = search(read.system_object(), spec.start, options.pop("period"), **options)
-        write(path, certificate)
-        say(f"written to {path}: {path.stat().st_size / 1e6:.2f} MB")
-        _verified(certificate)
+        parts.append(search(system, spec.start, options.pop("period"), **options))
+    return replace(parts[-1], horseshoe=parts[0].horseshoe)
 
 
 def verify(

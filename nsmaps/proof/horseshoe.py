@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from flint import ctx
 
+from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
-from nsmaps.progress import beat
+from nsmaps.progress import Progress, beat, shows
 from nsmaps.proof.formula import equation_of
 from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.flights import Doubtful
@@ -18,6 +19,7 @@ from nsmaps.verify.horseshoe import BITS, Parallelogram, covers
 
 if TYPE_CHECKING:
     from nsmaps.arrays import Bools, Floats, Ints
+    from nsmaps.coordinates import BoxLike
     from nsmaps.dynamics.periodic import PeriodicOrbit
     from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.verify.formula import System
@@ -41,6 +43,26 @@ class _Sets(NamedTuple):
     def only(self, which: "Bools | Ints") -> "_Sets":
         """Some of them."""
         return _Sets(self.centres[which], self.bases[which], self.covers[which][:, which], self.scale)
+
+
+@shows
+def prove_horseshoe(
+    system: "ImpactSystem",
+    window: "BoxLike",
+    period: int = 5,
+    *,
+    depth: int = 3,
+    cells: int = 16,
+    progress: Progress | None = None,
+) -> Certificate:
+    """A certificate of a horseshoe around the saddles that `find_cycles` finds; see `found_horseshoe`.
+
+    Args:
+        system: with flights of a linear equation under a harmonic force, and a constant restitution.
+        window, period, depth, cells: of the search for cycles.
+        progress: called now and then with the fraction that is done.
+    """
+    return certificate_of(system, find_cycles(system, window, period, depth, cells).cycles)
 
 
 def certificate_of(system: "ImpactSystem", orbits: Sequence["PeriodicOrbit"]) -> Certificate:

@@ -12,7 +12,7 @@ from nsmaps.errors import StudyError
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
     "branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, optimum, noise, domains, "
-    "second_iterate, morse, exit_times, proof, figures, require, expected_failures"
+    "second_iterate, morse, exit_times, proof, horseshoe, figures, require, expected_failures"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"

@@ -26,6 +26,7 @@ from nsmaps.study.sections.parameters.optimum import OPTIMUM
 from nsmaps.study.sections.parameters.stability import STABILITY
 from nsmaps.study.sections.sets.domains import DOMAINS
 from nsmaps.study.sections.sets.exit_times import EXIT_TIMES
+from nsmaps.study.sections.sets.horseshoe import HORSESHOE
 from nsmaps.study.sections.sets.manifolds import MANIFOLDS
 from nsmaps.study.sections.sets.morse import MORSE
 from nsmaps.study.sections.sets.proof import PROOF
@@ -55,6 +56,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     MORSE,
     EXIT_TIMES,
     PROOF,
+    HORSESHOE,
 )
 
 if TYPE_CHECKING:

@@ -1,0 +1,33 @@
+"""The section `horseshoe`: chaos to be proved by `nsmaps prove`; a run of the study skips it."""
+
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel, Field
+
+from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.sections.base import Section
+
+if TYPE_CHECKING:
+    from nsmaps.study.sections.base import Binding, Study
+
+
+class HorseshoeSection(BaseModel):
+    """A window with cycles around whose saddles a horseshoe is to be proved; see `nsmaps.proof.horseshoe`."""
+
+    model_config = SPEC
+    box: Bounds
+    period: int = Field(5, ge=1)  #: longest of the cycles, in returns
+    depth: int = Field(3, ge=0, le=12)
+    cells: int = Field(16, ge=1)  #: per axis, on the first level
+
+
+def _bind(spec: HorseshoeSection, binding: "Binding") -> Box:
+    return binding.box(("horseshoe", "box"), spec.box)
+
+
+def _describe(spec: HorseshoeSection, study: "Study") -> str:
+    return f"by nsmaps prove: around the cycles of up to {spec.period} returns"
+
+
+HORSESHOE = Section[HorseshoeSection](key="horseshoe", type=HorseshoeSection | None, bind=_bind, describe=_describe)
