@@ -15,7 +15,7 @@ from nsmaps.proof.formula import equation_of
 from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.flights import Doubtful
 from nsmaps.verify.formula import system_of
-from nsmaps.verify.horseshoe import BITS, Parallelogram, covers
+from nsmaps.verify.horseshoe import BITS, Parallelogram, covers, meeting
 
 if TYPE_CHECKING:
     from nsmaps.arrays import Bools, Floats, Ints
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.verify.formula import System
 
-NEAR = (0.06, 0.03, 0.02, 0.015)  #: distances of states of one set, now and later: radians, shares of the largest speed
-WINDOWS = ((0, 1), (1, 1))  #: returns back and ahead in which they are near
+NEAR = (0.06, 0.03, 0.02, 0.015)  #: distances of states of one set and of their next states: radians, shares of the largest speed
 FIRST, LARGEST = 1e-5, 0.5  #: half-widths at first and at most, in the same units
 MARGIN = 1.2  #: by how much more a set is to cover another one
 ROUNDS = 100  #: in which sets are enlarged
@@ -39,10 +38,11 @@ class _Sets(NamedTuple):
     bases: "Floats"  #: (n, 2, 2), unit vectors as columns, the unstable direction first
     covers: "Bools"  #: (n, n), whether a set is to cover another one
     scale: "Floats"  #: (2,)
+    returns: int  #: after which they cover others
 
     def only(self, which: "Bools | Ints") -> "_Sets":
         """Some of them."""
-        return _Sets(self.centres[which], self.bases[which], self.covers[which][:, which], self.scale)
+        return _Sets(self.centres[which], self.bases[which], self.covers[which][:, which], self.scale, self.returns)
 
 
 @shows
@@ -51,6 +51,7 @@ def prove_horseshoe(
     window: "BoxLike",
     period: int = 5,
     *,
+    returns: int = 1,
     depth: int = 3,
     cells: int = 16,
     progress: Progress | None = None,
@@ -60,25 +61,33 @@ def prove_horseshoe(
     Args:
         system: with flights of a linear equation under a harmonic force, and a constant restitution.
         window, period, depth, cells: of the search for cycles.
+        returns: see `found_horseshoe`.
         progress: called now and then with the fraction that is done.
     """
-    return certificate_of(system, find_cycles(system, window, period, depth, cells).cycles)
+    return certificate_of(system, find_cycles(system, window, period, depth, cells).cycles, returns)
 
 
-def certificate_of(system: "ImpactSystem", orbits: Sequence["PeriodicOrbit"]) -> Certificate:
+def certificate_of(system: "ImpactSystem", orbits: Sequence["PeriodicOrbit"], returns: int = 1) -> Certificate:
     """A certificate of a horseshoe alone; see `found_horseshoe`."""
     equation = equation_of(system)
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"}
-    return Certificate(about, equation, horseshoe=found_horseshoe(system, system_of(equation), orbits))
+    return Certificate(about, equation, horseshoe=found_horseshoe(system, system_of(equation), orbits, returns))
 
 
-def found_horseshoe(system: "ImpactSystem", equation: "System", orbits: Sequence["PeriodicOrbit"]) -> dict[str, Any]:
+def found_horseshoe(
+    system: "ImpactSystem", equation: "System", orbits: Sequence["PeriodicOrbit"], returns: int = 1
+) -> dict[str, Any]:
     """A horseshoe around saddles, as a certificate states it.
 
-    States of saddles that stay near each other for some returns share one set, aligned with the means of their unstable and
-    stable directions. A set is to cover those of the next states; all are enlarged until they do, and given up where they meet
-    or have states of different impacts. Of some distances that of the largest entropy is taken; what
-    `covers` refuses is left out.
+    States of saddles that are near each other, and whose next ones are, share one set along the means of their unstable and
+    stable directions. A set is to cover those of the next states; all are enlarged until they do, and given up where they meet or
+    have states of different impacts. Of some distances that of the largest entropy is taken; what `covers` refuses is left out.
+
+    Args:
+        system: whose first return is considered.
+        equation: the same system in balls.
+        orbits: cycles; those that are no saddles are left out.
+        returns: after which a set is to cover others; more than one where one stretches by less than about three.
 
     Raises:
         ProofError: the covering relations that were found do not show chaos.
@@ -86,33 +95,29 @@ def found_horseshoe(system: "ImpactSystem", equation: "System", orbits: Sequence
     saddles = [orbit for orbit in orbits if orbit.converged and orbit.stable is False]
     if not saddles:
         raise ProofError("no unstable cycle was found; expected: some saddles around which a horseshoe may be")
-    found: tuple[_Sets, Floats] | None = None
-    for near in NEAR:
-        for back, ahead in WINDOWS:
-            tried = _adjusted(system, _around(saddles, near, back, ahead))
-            if tried is not None and (found is None or _radius(tried[0].covers) > _radius(found[0].covers)):
-                found = tried
+    tried = [_adjusted(system, _around(saddles, near, returns)) for near in NEAR]
+    found = max((each for each in tried if each), key=lambda each: _radius(each[0].covers), default=None)
     if found is None:
         raise ProofError(f"no covering relations with chaos were found around the {len(saddles)} saddles; expected: more saddles")
-    return _proved(system, equation, *found)
+    return _proved(equation, *found)
 
 
-def _around(saddles: Sequence["PeriodicOrbit"], near: float, back: int, ahead: int) -> _Sets:
+def _around(saddles: Sequence["PeriodicOrbit"], near: float, returns: int) -> _Sets:
     """Sets around states of saddles, with the relations that the cycles follow."""
     states, words = (
         np.concatenate([orbit.states[:, ::-1] for orbit in saddles]),
-        np.concatenate([orbit.words for orbit in saddles]),
+        [word for orbit in saddles for word in _words(orbit, returns)],
     )
     scale = np.array([1.0, states[:, 1].max()])
     states, following = states / scale, np.empty(len(states), int)
     bases, count = [], 0
     for orbit in saddles:
         size = len(orbit.states)
-        following[count : count + size] = count + (np.arange(size) + 1) % size
+        following[count : count + size] = count + (np.arange(size) + returns) % size
         bases.append(_directions(orbit.returns.derivative[:, ::-1, ::-1] * scale / scale[:, None]))  # type: ignore[index]
         count += size
-    group = _groups(states, words, following, near, back, ahead)
-    return _hulls(states, np.concatenate(bases), group, group[following], scale)
+    group = _groups(states, np.array(words), following, near)
+    return _hulls(states, np.concatenate(bases), group, group[following], scale, returns)
 
 
 def _directions(derivatives: "Floats") -> "Floats":
@@ -126,26 +131,20 @@ def _directions(derivatives: "Floats") -> "Floats":
     return bases
 
 
-def _groups(states: "Floats", words: Any, following: "Ints", near: float, back: int, ahead: int) -> "Ints":
-    """Numbers of groups of states (N, 2): each is near another of the same word, as are those of some returns back and ahead."""
+def _groups(states: "Floats", words: Any, following: "Ints", near: float) -> "Ints":
+    """Numbers of groups of states (N, 2): each is near another of the same word, and so are the next ones."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    before, index, columns = np.argsort(following), np.arange(len(states)), []
-    for _ in range(back):
-        index = before[index]
-    for _ in range(back + 1 + ahead):
-        phase, speed = states[index].T
-        columns += [np.cos(phase), np.sin(phase), speed]
-        index = following[index]
-    pairs = cKDTree(np.stack(columns, 1)).query_pairs(near, p=np.inf, output_type="ndarray")
+    round = np.stack([np.cos(states[:, 0]), np.sin(states[:, 0]), states[:, 1]], 1)
+    pairs = cKDTree(np.concatenate([round, round[following]], 1)).query_pairs(near, p=np.inf, output_type="ndarray")
     one, other = pairs[words[pairs[:, 0]] == words[pairs[:, 1]]].T
     graph = coo_array((np.ones(len(one)), (one, other)), shape=(len(states),) * 2)
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def _hulls(states: "Floats", bases: "Floats", group: "Ints", target: "Ints", scale: "Floats") -> _Sets:
+def _hulls(states: "Floats", bases: "Floats", group: "Ints", target: "Ints", scale: "Floats", returns: int) -> _Sets:
     """Sets in the middle of groups of states, along the means of their directions; `target` is the group of the next state."""
     count = int(group.max()) + 1
     centres, means, covered = np.empty((count, 2)), np.empty((count, 2, 2)), np.zeros((count, count), bool)
@@ -156,22 +155,25 @@ def _hulls(states: "Floats", bases: "Floats", group: "Ints", target: "Ints", sca
         signs = np.sign((bases[members] * bases[first]).sum(axis=1))
         mean = (bases[members] * signs[:, None]).sum(axis=0)
         means[i] = mean / np.hypot(*mean)
-        places = _turned(states[members] - states[first]) @ np.linalg.inv(means[i]).T
+        way = states[members] - states[first]
+        way[:, 0] -= TWO_PI * np.round(way[:, 0] / TWO_PI)
+        places = way @ np.linalg.inv(means[i]).T
         centres[i] = states[first] + means[i] @ (places.max(axis=0) + places.min(axis=0)) / 2
-    return _Sets(centres, means, covered, scale)
+    return _Sets(centres, means, covered, scale, returns)
 
 
-def _adjusted(system: "ImpactSystem", sets: _Sets) -> tuple[_Sets, "Floats"] | None:
-    """The sets that are kept, with half-widths (n, 2); from each of them chains of relations lead to all."""
+def _adjusted(system: "ImpactSystem", sets: _Sets) -> tuple[_Sets, list[Parallelogram]] | None:
+    """The sets that are kept, from each of which chains of relations lead to all; also as a certificate states them."""
     while True:
         sets = sets.only(_class(sets.covers))
         if _radius(sets.covers) <= 1:
             return None
         half, failed = _enlarged(system, sets)
         if not failed.any():
-            failed = _superfluous(sets, half)
-        if not failed.any():
-            return sets, half
+            stated = _stated(system, sets, half)
+            failed = _superfluous(stated, sets.covers)
+            if not failed.any():
+                return sets, stated
         sets = sets.only(~failed)
 
 
@@ -216,10 +218,27 @@ def _images(system: "ImpactSystem", sets: _Sets, half: "Floats") -> tuple["Float
     """Images (n, 65, 5, 2) of places of sets, and whether the places of a set have the same impacts."""
     shape = len(half), *GRID.shape
     places = sets.centres[:, None, None] + np.einsum("nij,nxyj->nxyi", sets.bases, GRID * half[:, None, None])
-    returns = system.first_return((places * sets.scale).reshape(-1, 2)[:, ::-1])
-    images, words = returns.image[:, ::-1].reshape(shape) / sets.scale, returns.words.reshape(len(half), -1)
+    found, words = _iterated(system, (places * sets.scale).reshape(-1, 2), sets.returns)
+    images, words = found.reshape(shape) / sets.scale, words.reshape(len(half), -1)
     images[..., 0] = np.unwrap(np.unwrap(images[..., 0], axis=1), axis=2)
     return images, (words == words[:, :1]).all(axis=1) & np.isfinite(images).all(axis=(1, 2, 3))
+
+
+def _iterated(system: "ImpactSystem", states: "Floats", returns: int) -> tuple["Floats", Any]:
+    """Images of phases and speeds (N, 2) after some returns, NaN where there are none, and the words (N,) of these."""
+    words, lost = np.zeros(len(states), object), np.zeros(len(states), bool)
+    for k in range(returns):
+        found = system.first_return(states[:, ::-1])
+        lost |= ~np.isfinite(found.image).all(axis=1)
+        words = words + [word[1:] for word in found.words] if k else found.words.astype(object)
+        states = np.where(lost[:, None], states, found.image[:, ::-1])
+    return np.where(lost[:, None], np.nan, states), words
+
+
+def _words(orbit: "PeriodicOrbit", returns: int) -> list[str]:
+    """The impacts of some returns from each state of a cycle."""
+    size, words = len(orbit.words), orbit.words
+    return [words[k] + "".join(words[(k + i) % size][1:] for i in range(1, returns)) for k in range(size)]
 
 
 def _seen(images: "Floats", centres: "Floats", inverses: "Floats") -> "Floats":
@@ -240,52 +259,33 @@ def _crossing(seen: "Floats", goal: "Floats") -> tuple["Floats", "Floats"]:
     return reach, np.where(between, np.abs(ends).max(axis=0), 0).max(axis=(1, 2))
 
 
-def _superfluous(sets: _Sets, half: "Floats") -> "Bools":
-    """Of each two sets that meet, the one that adds less to the spectral radius."""
-    corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
-    matrices = sets.bases * half[:, None]
-    inverses, size = np.linalg.inv(matrices), np.abs(matrices).sum(axis=2)
-    way = _turned(sets.centres - sets.centres[:, None])
-    gone, weight = np.zeros(len(half), bool), _weights(sets.covers)
-    pairs = np.argwhere(np.triu((np.abs(way) <= size + size[:, None]).all(axis=2), 1))
-    for i, j in sorted(pairs, key=lambda pair: -weight[pair].max()):
-        seen = np.concatenate(
-            [(sign * way[i, j] + corners @ matrices[b].T) @ inverses[a].T for sign, a, b in ((1, i, j), (-1, j, i))]
-        ).reshape(2, 4, 2)
-        if not ((seen > 1).all(axis=1) | (seen < -1).all(axis=1)).any() and not (gone[i] or gone[j]):
+def _superfluous(stated: list[Parallelogram], covered: "Bools") -> "Bools":
+    """Of each two sets that meet, the one with fewer chains of two relations through it."""
+    gone, weight = np.zeros(len(stated), bool), covered.sum(axis=0) * covered.sum(axis=1)
+    for i, j in sorted(meeting(stated), key=lambda pair: -max(weight[k] for k in pair)):
+        if not (gone[i] or gone[j]):
             gone[i if weight[i] < weight[j] else j] = True
     return gone
 
 
-def _weights(covered: "Bools") -> "Floats":
-    """What each set adds to the spectral radius, by eigenvectors from the left and the right."""
-    vectors = []
-    for matrix in (covered.astype(float), covered.T.astype(float)):
-        values, columns = np.linalg.eig(matrix)
-        vectors.append(np.abs(columns[:, np.abs(values).argmax()]))
-    return np.asarray(vectors[0] * vectors[1])
-
-
-def _turned(way: "Floats") -> "Floats":
-    """Differences of states with the phase the shorter way round."""
-    return np.stack([(way[..., 0] + np.pi) % TWO_PI - np.pi, way[..., 1]], axis=-1)
-
-
-def _proved(system: "ImpactSystem", equation: "System", sets: _Sets, half: "Floats") -> dict[str, Any]:
-    """The statement of those sets that are shown to cover theirs."""
-    letters = list(system.walls())
-    words = system.first_return((sets.centres * sets.scale)[:, ::-1]).words
-    matrices, centres = sets.scale[:, None] * sets.bases * half[:, None], sets.centres * sets.scale
+def _stated(system: "ImpactSystem", sets: _Sets, half: "Floats") -> list[Parallelogram]:
+    """The sets as a certificate states them."""
+    letters, centres = list(system.walls()), sets.centres * sets.scale
+    matrices, words = sets.scale[:, None] * sets.bases * half[:, None], _iterated(system, centres, sets.returns)[1]
     walls = [tuple(letters.index(letter) for letter in word[1:]) for word in words]
-    stated = [
-        Parallelogram(tuple(c.tolist()), (tuple(m[0].tolist()), tuple(m[1].tolist())), w)
-        for c, m, w in zip(centres, matrices, walls, strict=True)
+    return [
+        Parallelogram(tuple(c), (tuple(m[0]), tuple(m[1])), w)
+        for c, m, w in zip(centres.tolist(), matrices.tolist(), walls, strict=True)
     ]
-    kept, why = np.ones(len(stated), bool), ""
+
+
+def _proved(equation: "System", sets: _Sets, stated: list[Parallelogram]) -> dict[str, Any]:
+    """The statement of those sets that are shown to cover theirs."""
+    kept, why, wall = np.ones(len(stated), bool), "", stated[0].walls[-1]
     with ctx.workprec(BITS):
         for i, source in enumerate(stated):
             try:
-                covers(equation, walls[i][-1], source, [stated[j] for j in np.flatnonzero(sets.covers[i])])
+                covers(equation, wall, source, [stated[j] for j in np.flatnonzero(sets.covers[i])])
             except Doubtful as error:
                 kept[i], why = False, str(error)
             beat((i + 1) / len(stated), f"{kept[: i + 1].sum()} of {len(stated)} sets cover theirs")
@@ -294,7 +294,6 @@ def _proved(system: "ImpactSystem", equation: "System", sets: _Sets, half: "Floa
     covered = sets.covers[numbers][:, numbers]
     if _radius(covered) <= 1:
         raise ProofError(f"the covering relations that were found do not show chaos: {why}")
-    parts = [
-        {"centre": list(each.centre), "matrix": [list(row) for row in each.matrix], "walls": list(each.walls)} for each in stated
-    ]
-    return {"wall": walls[0][-1], "sets": [parts[i] for i in numbers], "relations": np.argwhere(covered).tolist()}
+    parts = [{"centre": [*each.centre], "matrix": [[*row] for row in each.matrix], "walls": [*each.walls]} for each in stated]
+    relations = np.argwhere(covered).tolist()
+    return {"wall": wall, "returns": sets.returns, "sets": [parts[i] for i in numbers], "relations": relations}

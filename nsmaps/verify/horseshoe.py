@@ -1,6 +1,7 @@
 """Horseshoes: parallelograms of states that the return map stretches across each other, so that it has chaos, in Arb balls.
 
-The return map R leads from an impact on a stated wall to the next impact on it. A set is N = {c + M (x, y): |x| <= 1, |y| <= 1}.
+The return map R, here the first return or an iterate of it by a stated number of returns, leads from an impact on a stated wall
+to an impact on it. A set is N = {c + M (x, y): |x| <= 1, |y| <= 1}.
 N covers another one, N', if in the coordinates (x, y) of N' the image R(N) is where |y| < 1 or |x| > 1, and the images of the two
 edges |x| = 1 of N are at x < -1 and at x > 1, one each. If each of a sequence of sets covers the next one, some orbit passes them
 all, and a periodic orbit if the sequence is periodic (P. Zgliczynski, M. Gidea, J. Differential Equations 202 (2004) 32).
@@ -9,6 +10,7 @@ The sets are shown to be disjoint, and all states of one to have the same impact
 them. The orbits that stay in the sets, each covering the next, form a compact set that R maps into itself; the sets that they
 pass make R there semiconjugate to the subshift of the matrix of relations. So the topological entropy of R is at least the
 logarithm of the spectral radius of that matrix A, and the spectral radius at least min (A x)_i/x_i over x_i > 0, for any x >= 0.
+That of the first return is at least this divided by the number of returns, as it too is continuous on the images of these states.
 """
 
 from collections import Counter, deque
@@ -26,7 +28,7 @@ from nsmaps.verify.formula import System
 BITS = 80  #: of the middles of balls
 MOST = 8192  #: parts of a set
 ROUNDS, SCALE = 4096, 2**48  #: of the power iteration, and of its vector as whole numbers
-KEYS, OF_SET = {"wall", "sets", "relations"}, {"centre", "matrix", "walls"}
+KEYS, OF_SET = {"wall", "returns", "sets", "relations"}, {"centre", "matrix", "walls"}
 
 Pair = tuple[arb, arb]
 Test = Callable[[int, arb, arb], bool | None]  #: of the number of a set, and coordinates x and y in it; None: not known
@@ -37,13 +39,14 @@ class Parallelogram(NamedTuple):
 
     centre: tuple[float, float]  #: phase and impact speed
     matrix: tuple[tuple[float, float], tuple[float, float]]  #: M; the first column is stretched
-    walls: tuple[int, ...]  #: of the impacts until its states return
+    walls: tuple[int, ...]  #: of the impacts until the last return
 
 
 class Horseshoe(NamedTuple):
     """What a certificate states of a horseshoe."""
 
     wall: int
+    returns: int  #: to it, after which a set covers others
     sets: tuple[Parallelogram, ...]
     relations: tuple[tuple[int, int], ...]  #: numbers of a set and of one that it covers
 
@@ -52,7 +55,7 @@ class Chaos(NamedTuple):
     """What was proved of a horseshoe."""
 
     stated: Horseshoe
-    entropy: float  #: lower bound of the topological entropy of the return map
+    entropy: float  #: lower bound of the topological entropy of the first return
     parts: int  #: of sets and edges whose images were enclosed
 
 
@@ -60,33 +63,37 @@ def horseshoe_of(data: Any, walls: int) -> Horseshoe:
     """The statement of a horseshoe in a certificate of a system with a number of walls; ValueError says what is wrong in it."""
     if not isinstance(data, Mapping) or set(data) != KEYS or not all(set(each) == OF_SET for each in data["sets"]):
         raise ValueError(f"a horseshoe needs {sorted(KEYS)}, and {sorted(OF_SET)} of each set")
-    sets = []
+    sets, home, returns = [], data["wall"], data["returns"]
+    if type(home) is not int or type(returns) is not int or returns < 1:
+        raise ValueError(f"a horseshoe is of {returns} returns to wall {home}; expected: whole numbers, the first above zero")
     for each in data["sets"]:
         (phase, speed), ((a, b), (c, d)), word = each["centre"], each["matrix"], each["walls"]
         if not all(type(x) is float and isfinite(x) for x in (phase, speed, a, b, c, d)):
             raise ValueError(f"a set of a horseshoe is {each!r}; expected: finite decimal numbers")
         if not abs(a) + abs(b) < 1 or not abs(c) + abs(d) < speed:
             raise ValueError(f"a set of a horseshoe is {each!r}; expected: within one radian of its centre, at speeds above zero")
-        if not word or not all(type(x) is int and 0 <= x < walls for x in word) or word.index(data["wall"]) != len(word) - 1:
-            raise ValueError(f"a return has the impacts {word}; expected: the first on wall {data['wall']} as the last")
+        if not all(type(x) is int and 0 <= x < walls for x in word) or word.count(home) != returns or word[-1] != home:
+            raise ValueError(f"{returns} returns have the impacts {word}; expected: as many on wall {home}, one of them the last")
         sets.append(Parallelogram((phase, speed), ((a, b), (c, d)), tuple(word)))
     relations = tuple((i, j) for i, j in data["relations"])
     numbers = range(len(sets))
     if not relations or len(set(relations)) < len(relations) or not all(i in numbers and j in numbers for i, j in relations):
         raise ValueError(f"the relations of a horseshoe must be different pairs of numbers below {len(sets)}, and at least one")
-    return Horseshoe(data["wall"], tuple(sets), relations)
+    return Horseshoe(home, returns, tuple(sets), relations)
 
 
 def chaos_of(system: System, stated: Horseshoe, progress: Callable[[int, int], Any] = lambda done, total: None) -> Chaos:
     """What follows from a horseshoe; `Doubtful` unless all its relations are shown, and its sets to be disjoint."""
     with ctx.workprec(BITS):
-        disjoint(stated.sets)
+        for i, j in meeting(stated.sets):
+            raise Doubtful(f"sets {i} and {j} of the horseshoe are not shown to be disjoint")
         parts = 0
         for i, source in enumerate(stated.sets):
             targets = [j for k, j in stated.relations if k == i]
             parts += covers(system, stated.wall, source, [stated.sets[j] for j in targets])
             progress(i + 1, len(stated.sets))
-        return Chaos(stated, entropy(len(stated.sets), stated.relations), parts)
+        bound = entropy(len(stated.sets), stated.relations) / stated.returns
+        return Chaos(stated, float(np.nextafter(bound, 0)), parts)
 
 
 def covers(system: System, wall: int, source: Parallelogram, targets: Sequence[Parallelogram]) -> int:
@@ -101,10 +108,10 @@ def covers(system: System, wall: int, source: Parallelogram, targets: Sequence[P
     )
 
 
-def disjoint(sets: Sequence[Parallelogram]) -> None:
-    """`Doubtful` unless no two sets are shown to meet: an edge of one of them separates their corners."""
+def meeting(sets: Sequence[Parallelogram]) -> list[tuple[int, int]]:
+    """The pairs of sets that are not shown to be disjoint: no edge of one separates it from the other."""
     reach = np.array([[abs(each.matrix[k][0]) + abs(each.matrix[k][1]) for k in (0, 1)] for each in sets]) * (1 + 1e-9)
-    centres = np.array([each.centre for each in sets])
+    centres, pairs = np.array([each.centre for each in sets]), []
     for i, one in enumerate(sets):
         way = centres[i + 1 :] - centres[i]
         turns = np.round(way[:, 0] / (2 * np.pi)).astype(int)
@@ -112,9 +119,8 @@ def disjoint(sets: Sequence[Parallelogram]) -> None:
         for k in np.flatnonzero((np.abs(way) <= reach[i + 1 :] + reach[i] + 1e-9).all(axis=1)).tolist():
             other, shift = sets[i + 1 + k], 2 * arb.pi() * int(turns[k])
             if not _separated(one, other, shift) and not _separated(other, one, -shift):
-                raise Doubtful(
-                    f"two sets of the horseshoe are not shown to be disjoint, those at {one.centre} and {other.centre}"
-                )
+                pairs.append((i, i + 1 + k))
+    return pairs
 
 
 def entropy(size: int, relations: Sequence[tuple[int, int]]) -> float:
@@ -134,15 +140,16 @@ def entropy(size: int, relations: Sequence[tuple[int, int]]) -> float:
 
 def in_words(chaos: Chaos, letters: Sequence[str]) -> str:
     """The theorem, with the letters of walls."""
-    wall, sets, relations = chaos.stated
+    wall, returns, sets, relations = chaos.stated
+    name = "first return" if returns == 1 else f"return number {returns}"
     words = Counter("".join(letters[k] for k in (wall, *each.walls)) for each in sets)
-    counts = ", ".join(f"{count} with the return {word}" for word, count in words.items())
+    counts = ", ".join(f"{count} with the impacts {word}" for word, count in words.items())
     return (
-        f"Proved: the returns to wall {letters[wall]} have a horseshoe of {len(sets)} disjoint parallelograms of states "
+        f"Proved: the {name} to wall {letters[wall]} has a horseshoe of {len(sets)} disjoint parallelograms of states "
         f"({counts}), of {len(relations)} pairs of which the "
-        "first covers the second. Orbits that stay in the parallelograms form a compact set, on which the return map is "
+        "first covers the second. Orbits that stay in the parallelograms form a compact set, on which this map is "
         "continuous and semiconjugate to the subshift of these pairs: each sequence of them is that of some orbit, each periodic "
-        f"one that of a cycle. The topological entropy of the returns is at least {floor(1e9 * chaos.entropy) / 1e9}."
+        f"one that of a cycle. The topological entropy of the first return is at least {floor(1e9 * chaos.entropy) / 1e9}."
     )
 
 

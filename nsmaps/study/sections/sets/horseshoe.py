@@ -18,6 +18,7 @@ class HorseshoeSection(BaseModel):
     model_config = SPEC
     box: Bounds
     period: int = Field(5, ge=1)  #: longest of the cycles, in returns
+    returns: int = Field(1, ge=1)  #: after which a set covers others
     depth: int = Field(3, ge=0, le=12)
     cells: int = Field(16, ge=1)  #: per axis, on the first level
 
