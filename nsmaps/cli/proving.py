@@ -25,7 +25,9 @@ VERIFY = examples(
 
 
 def prove(
-    study: Annotated[str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study, with a section `proof` or `horseshoe`.")],
+    study: Annotated[
+        str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study, with a section `proof` or `horseshoe`.")
+    ],
     out: Annotated[Path | None, typer.Option(help="The certificate.", show_default="<study>.proof", dir_okay=False)] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,

