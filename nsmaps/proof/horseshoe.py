@@ -86,7 +86,7 @@ def found_horseshoe(
     Args:
         system: whose first return is considered.
         equation: the same system in balls.
-        orbits: cycles; those that are no saddles are left out.
+        orbits: cycles, of which only the saddles count.
         returns: after which a set is to cover others; more than one where one stretches by less than about three.
 
     Raises:
