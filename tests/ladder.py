@@ -1,4 +1,4 @@
-"""Orbits of the exact map from random states of certified cells: each impact is in a cell of a lower order, down to zero.
+"""Orbits of the exact map from random states of certified cells: each impact is in the same cell or one of a lower order.
 
 `python tests/ladder.py FILE [STATES]` takes 10^6 states unless given, on all walls of the VI pair, and prints how many disagree
 with the certificate: a test of honesty, not of proof.
@@ -50,7 +50,7 @@ def followed(system, orders, wall, phase, speed):
     """Follow orbits from states of cells with an order."""
     kernel, base = kernel_of(system), orders.letters.index(system.letters[0])
     on_base, marks = np.empty((2, len(wall), IMPACTS), np.int8)
-    times, phases, speeds = np.empty((3, len(wall), IMPACTS))
+    times, phases, speeds = np.full((3, len(wall), IMPACTS), np.nan)  # an orbit that ends is in no cell then
     for i in range(len(wall)):
         up = kernel.base_up == (wall[i] == base)
         trajectory(kernel.flow, speed[i], phase[i], 1e-12, up, on_base[i], times[i], phases[i], speeds[i], marks[i])

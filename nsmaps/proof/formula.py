@@ -120,7 +120,8 @@ def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, spee
     pad = PAD * 2.0**12 * size * (2.0**-49 + (gap if k else 0.0)) * (size**2 * (1 + a + da) * (size + speed) + 1 + fall)
     sides = [float(wall["side"]) for wall in equation["walls"]]
     step = TWO_PI / w / n
-    return Flow(phases, flights, before, b, k, g, r, np.array([places, sides]), step, pad, 0.0 if k else gap, bounds * (1 + 1e-9))
+    gap, bounds = 0.0 if k else gap * (1 + 1e-9), bounds * (1 + 1e-9)
+    return Flow(phases, flights, before, b, k, g, r, np.array([places, sides]), step, pad, gap, bounds)
 
 
 def _free(b: float, k: float, g: float, s: Any) -> tuple[Any, Any, Any]:

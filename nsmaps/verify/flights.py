@@ -222,7 +222,7 @@ def _landed(flight: _Flight, hit: int, start: float, end: float) -> Impact:
     delay = -early / motion.v, -by_speed / motion.v
     phases = delay[0], w * delay[1]
     speeds = side * (early_v + motion.push * delay[0]) / w, side * (by_speed_v + motion.push * delay[1])
-    apart, apart_v = motion.da + system.b * motion.a, -system.k * motion.a
-    left = w * -apart / motion.v, side * (apart_v - motion.push * apart / motion.v)
+    across, across_v = motion.da + system.b * motion.a, -system.k * motion.a
+    left = w * -across / motion.v, side * (across_v - motion.push * across / motion.v)
     met = w / motion.v, side * motion.push / motion.v
     return Impact(hit, flight.phase + w * time, side * motion.v, (phases, speeds), ((left[0], met[0]), (left[1], met[1])))

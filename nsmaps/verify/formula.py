@@ -82,7 +82,8 @@ def tables_of(system: System, n: int, before: int, periods: int, speed: float) -
     bounds = bounds_of(system, p, q, step * before, step * (periods * n), speed)
     size = 1 + max(float(np.abs(x).max()) for x in (phases, numbers, places))
     sides = np.array([float(side) for _, side in walls])
-    return Tables(phases, flights, before, numbers, places, sides, _up(step), rounded.worst, size, bounds, separate.worst * size)
+    gap = separate.worst * max(1.0, float(np.abs(places).max())) * (1 + 2.0**-50)
+    return Tables(phases, flights, before, numbers, places, sides, _up(step), rounded.worst, size, bounds, gap)
 
 
 def bounds_of(system: System, p: arb, q: arb, before: arb, horizon: arb, speed: float) -> Doubles:
