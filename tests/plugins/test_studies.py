@@ -10,7 +10,7 @@ DOUBLES = np.hypot(np.pi / 3, 2 * 1.25 / 1.5**2)
 
 
 def test_both_systems_ship_studies():
-    assert set(study_files("bouncing_ball")) == {"auto", "doubling", "proof", "proof-rest"}
+    assert set(study_files("bouncing_ball")) == {"auto", "doubling", "proof", "proof-chaos", "proof-rest"}
     assert set(study_files("impact_oscillator")) == {"auto", "grazing", "proof", "seam"}
 
 
