@@ -131,6 +131,16 @@ def test_an_iterate_has_a_horseshoe_where_one_return_stretches_little(pair: Call
     refused(made, dict(made.horseshoe) | {"returns": 3}, "3 returns have the impacts")
 
 
+@pytest.mark.parametrize(
+    ("name", "returns", "least"), [("chaos", 4, 0.1358), pytest.param("transient", 1, 1.1092, marks=pytest.mark.thorough)]
+)
+def test_kept_certificates_of_chaos_are_verified(name: str, returns: int, least: float) -> None:
+    found = verify(read(Path(__file__).parents[2] / "docs" / "certificates" / f"{name}.proof"))
+    assert found.chaos is not None
+    assert found.chaos.entropy > least
+    assert found.chaos.stated.returns == returns
+
+
 def test_a_ball_that_bounces_has_a_horseshoe() -> None:
     ball = BouncingBall(Gamma=2.2)
     made = prove_horseshoe(ball, [[0.5, 12], [0, 2 * np.pi]], 4, depth=2)
