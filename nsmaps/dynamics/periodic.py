@@ -188,7 +188,10 @@ def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Return
     """The returns from states that a step, or a part of it, brings nearer to an orbit in this scale; None where none does."""
     before, share = np.linalg.norm(_gaps(now) / scale), 1.0
     while share >= LEAST_SHARE and np.isfinite(step).all():
-        there = map.first_return(now.start + share * step, derivative=True)
+        start = now.start + share * step
+        if np.array_equal(start, now.start):  # below rounding: no shorter part moves a state either
+            return None
+        there = map.first_return(start, derivative=True)
         if np.linalg.norm(_gaps(there) / scale) < before:
             return there
         share /= 2
