@@ -23,11 +23,13 @@ def flight(gamma, speed, phase, guess):
     return gamma * mp.cos(phase + s) - up + s, phase + s
 
 
-def until_rest(gamma, r, v, phase):
-    """The phase at which impacts accumulate, or None where the table throws the ball off before."""
+def until_rest(gamma, r, v, phase, passed=None):
+    """The phase at which impacts accumulate, or None where the table throws the ball off before; the impacts are listed."""
     with mp.workdps(60):
         gamma, r, v, phase = mp.mpf(gamma), mp.mpf(r), mp.mpf(v), mp.mpf(phase)
         while v > mp.mpf(10) ** -45:
+            if passed is not None:
+                passed.append((v, phase))
             u, press, rate = r * v, 1 - gamma * mp.sin(phase), -gamma * mp.cos(phase)
             if v > 0.01:
                 guess = system_flight(gamma, float(u), float(phase))
@@ -75,6 +77,38 @@ def test_the_derivative_by_a_parameter_is_that_of_release_and_flight():
     found = BALL.sensitivity([[1.0, 2.0], [0.3, 3.5]], {"Gamma": 1.0})
     assert np.abs(found - exact).max() < 1e-12
     assert (BALL.sensitivity([[1.0, 2.0]], {"r": 1.0}) == 0).all()
+
+
+def test_means_of_observables_sum_the_impacts_without_number():
+    cycle, impacts = nsmaps.periodic_orbit(BALL, [1.0, 2.0]), []
+    until_rest(GAMMA, R, *after_release(GAMMA), impacts)
+    with mp.workdps(60):
+        loss = float(sum((1 - mp.mpf(R) ** 2) * v**2 / 2 for v, _ in impacts))
+        wave = float(sum(v * mp.cos(phase) for v, phase in impacts))
+    chosen = ["loss", {"name": "wave", "formula": "v*cos(phi)"}, {"name": "hardest", "formula": "v", "largest": True}, "impacts"]
+    found = nsmaps.observe_orbit(BALL, cycle, chosen)
+    expected = [loss, wave, float(impacts[0][0]), np.inf]
+    for means in (found.per_return, found.per_period):
+        assert means.value == pytest.approx(expected, rel=1e-12)
+    assert found.per_time.value[:2] == pytest.approx(np.array([loss, wave]) / (2 * np.pi), rel=1e-12)
+    assert np.isnan(nsmaps.observe_orbit(BALL, cycle, ["loss"], {"Gamma": 1.0}).per_time.derivative).all()
+
+
+def test_the_work_of_the_forcing_is_the_loss_along_a_branch_with_complete_chatter():
+    oscillator = ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6)
+    for name, system, losses in (("A", oscillator, ["loss", "damping"]), ("Gamma", BALL.system, ["loss"])):
+        map, map_of, value = CompleteChatter(system), chattering(system, name), getattr(system, name)
+        cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
+        branch = continue_branch(map_of, cycle, value, (0.98 * value, 1.02 * value))
+        work, *lost = nsmaps.observe_branch(map_of, branch, ["work", *losses]).per_period.value.T
+        assert len(work) > 1
+        assert (work > 0).all()
+        assert work == pytest.approx(sum(lost), rel=1e-12)
+
+
+def chattering(system, name):
+    """The map with complete chatter at values of a parameter."""
+    return lambda value: CompleteChatter(system).at(**{name: value})
 
 
 def test_states_that_do_not_chatter_return_as_in_the_system(pair):
@@ -178,5 +212,7 @@ def test_what_has_no_chatter_or_no_cascade_is_refused():
         chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), event, (1.0, 2.0), 3)
     with pytest.raises(NsmapsError, match="the return B~B passes a rest, which ends single returns"):
         nsmaps.observe_orbit(BALL.system, orbit, ["loss"])
+    with pytest.raises(NsmapsError, match=r"no impact of the first state follows after 6\.28319, the time round the orbit"):
+        nsmaps.observe_orbit(BALL.at(Gamma=1.5), orbit, ["loss"])
     lost = BALL.first_return([[np.nan, 1.0], [1.0, 2.0]])
     assert lost.counts() == {"returned": 1, "invalid": 1}

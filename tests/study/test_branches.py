@@ -231,14 +231,19 @@ system: bouncing_ball
 parameters: {Gamma: 3.2, r: 0}
 branches:
   - {name: locked, parameter: Gamma, from: 3, to: 3.5, start: {v: 1, phi: 1}, chatter: true, direction: up}
+observables: {quantities: [loss, work]}
 """
 
 
 def test_a_branch_with_complete_chatter_ends_at_its_border() -> None:
-    (branch,) = ran(LOCKED, out="out").branches["locked"]
+    result = ran(LOCKED, out="out")
+    (branch,) = result.branches["locked"]
     assert branch.ended == "end of complete chatter"
     assert branch.events[0].parameter == pytest.approx(sqrt(1 + pi**2), abs=1e-11)
     assert set(branch.words.ravel().tolist()) == {"B_B"}
+    (means,) = result.branch_observables["locked"]
+    landing = np.array([orbit.states[0, :1] for orbit in branch.orbits])
+    assert np.abs(means.per_return.value / (landing**2 / 2) - 1).max() < 1e-12
     (again,) = read_result("out").branches["locked"]
     assert again.events[0].parameter == branch.events[0].parameter
     made = json.loads(Path("out/result.json").read_text())

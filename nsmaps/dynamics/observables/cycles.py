@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsmaps.arrays import Floats, brief
+from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.problem import parameter_rates
 from nsmaps.dynamics.observables.observe import LACKING, observe
@@ -18,6 +19,8 @@ from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
 
 ELAPSED = Observable(name="_elapsed", formula="1", of="flights")
+SINGLY = 1e-12  #: chatter of `CompleteChatter` is followed impact by impact as far as this says, see `observe`
+SAME = 1e-9  #: largest relative difference of the time round an orbit and the sum of its single returns
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -48,7 +51,7 @@ class CycleMeans:
 
 
 def observe_orbit(
-    system: ImpactSystem | HybridSystem,
+    system: ReturnMap,
     orbit: PeriodicOrbit,
     observables: Sequence[ObservableLike],
     rates: Mapping[str, float] | None = None,
@@ -56,27 +59,42 @@ def observe_orbit(
     """Means of observables over a periodic orbit of an exact system, stable or not.
 
     Args:
+        system: the system; of orbits with complete chatter as one event the map `CompleteChatter` of it. Their impacts are
+            followed singly and their remainder is summed, as by `observe`.
         observables: as of `observe`.
         rates: of change of parameters, such as {"d": 1.0} for derivatives by d. The derivatives follow from those of the returns
             and of the observables through every impact, by implicit differentiation of the orbit; without `rates` they are zero.
 
     Raises:
-        NsmapsError: as of `observe`; a parameter is unknown; the orbit does not exist, or is one of `CompleteChatter`.
+        NsmapsError: as of `observe`; a parameter is unknown; the orbit does not exist, is one of `CompleteChatter` and the map is
+            not, or is not one of this map.
     """
     from nsmaps.exact.observables.formulas import resolved
-    from nsmaps.exact.observables.totals import plan_of, slopes_of
 
-    check_class(system, (ImpactSystem, HybridSystem), LACKING)
-    found, names = resolved(system, observables), system.parameter_names()
+    single = _exact(system)
+    found, names = resolved(single, observables), single.parameter_names()
     unknown = sorted(set(rates or {}) - set(names))
     if unknown or not np.isfinite(orbit.states).all():
         what = f"{unknown[0]!r} is not a parameter; expected: {', '.join(names)}" if unknown else "the orbit does not exist"
         raise NsmapsError(what)
-    passed = tuple(system.letters[0] + mark for mark in (CHATTER, REST))
-    if whole := [word for word in orbit.words if word.startswith(passed) and word not in passed]:
-        raise NsmapsError(f"the return {whole[0]} passes a rest, which ends single returns; expected: an orbit of single returns")
     every = (*found, ELAPSED)
     way = np.array([(rates or {}).get(name, 0.0) for name in names])
+    passed = tuple(single.letters[0] + mark for mark in (CHATTER, REST))
+    whole = [word for word in orbit.words if word.startswith(passed) and word not in passed]
+    if whole and not isinstance(system, CompleteChatter):
+        what = f"the return {whole[0]} passes a rest, which ends single returns"
+        raise NsmapsError(f"{what}; expected: an orbit of single returns, or the map `CompleteChatter`")
+    sums = _sums_with_rest if whole else _sums
+    return _cycle(single, found, len(orbit.states), *sums(single, orbit, every, way))
+
+
+Sums = tuple[Floats, Floats, Floats]  #: totals and weights, shape (q, C) or (1, C), and their derivatives, shape (2, C)
+
+
+def _sums(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
+    """The sums over each return of an orbit of single returns."""
+    from nsmaps.exact.observables.totals import plan_of, slopes_of
+
     means = observe(system, orbit.states[:, None, :], 1, every, batches=1)
     plan = plan_of(system, every)
     q, n = orbit.states.shape
@@ -85,7 +103,39 @@ def observe_orbit(
     each = np.full((2, len(every)), np.nan)
     for column, (k, part) in enumerate(plan.columns):
         each[part, k] = (slopes[:, column] * moved).sum()
-    return _cycle(system, found, len(orbit.states), means.totals[0, :, 0], means.weights[0, :, 0], each)
+    return means.totals[0, :, 0], means.weights[0, :, 0], each
+
+
+def _sums_with_rest(
+    system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats
+) -> Sums:
+    """The sums over an orbit with complete chatter; their derivatives are not known."""
+    assert isinstance(system, ImpactSystem)
+    number = _single_returns(system, orbit)
+    means = observe(system, orbit.states[0], number, every, batches=1, chatter=SINGLY)
+    return means.totals, means.weights, np.full((2, len(every)), np.nan if way.any() else 0.0)
+
+
+def _exact(map: ReturnMap) -> ImpactSystem | HybridSystem:
+    """The exact system of a map, or NsmapsError."""
+    system = map.system if isinstance(map, CompleteChatter) else map
+    check_class(system, (ImpactSystem, HybridSystem), LACKING)
+    assert isinstance(system, (ImpactSystem, HybridSystem))
+    return system
+
+
+def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
+    """The number of single returns in the time round an orbit with complete chatter, or NsmapsError if none end with it."""
+    whole = float(orbit.returns.time.sum())
+    for n in (2**k for k in range(6, 21)):
+        ends = np.cumsum(system.orbits(orbit.states[:1], n, chatter=SINGLY).time)
+        if not ends[-1] < 1.5 * whole:
+            break
+    last = int(np.argmin(np.abs(np.where(np.isfinite(ends), ends, np.inf) - whole)))
+    if not abs(ends[last] - whole) <= SAME * whole:
+        what = f"no impact of the first state follows after {whole:g}, the time round the orbit"
+        raise NsmapsError(f"{what}; expected: an orbit of the map")
+    return last + 1
 
 
 def moved_states(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, way: Floats) -> Floats:
@@ -123,7 +173,8 @@ def _cycle(
         sizes = np.where(largest, 1.0, np.where(divided, weights[:-1], size))
         by_sizes = np.where(largest, 0.0, np.where(divided, by_weights[:-1], by_size))
         value = totals[:-1] / sizes
-        return Slope(value, (by[:-1] - value * by_sizes) / sizes)
+        with np.errstate(invalid="ignore"):  # infinite sums over chatter
+            return Slope(value, (by[:-1] - value * by_sizes) / sizes)
 
     period = system.period()
     forced = None if period is None else over(float(round(time / float(period))), 0.0)
@@ -134,7 +185,7 @@ def observe_branch(map_of: Callable[[float], ReturnMap], branch: Branch, observa
     """Means of observables over the K orbits of a branch, and their derivatives by its parameter along it.
 
     Args:
-        map_of: the exact system at a value of the parameter, with which the branch was computed.
+        map_of: the exact system at a value of the parameter, or its `CompleteChatter`, with which the branch was computed.
         observables: as of `observe`.
 
     Raises:
@@ -142,10 +193,7 @@ def observe_branch(map_of: Callable[[float], ReturnMap], branch: Branch, observa
     """
     rows, unit = [], max(float(np.ptp(branch.parameter)), 1e-3 * float(np.abs(branch.parameter).max(initial=1e-3)))
     for value, orbit in zip(branch.parameter.tolist(), branch.orbits, strict=True):
-        system = map_of(value)
-        check_class(system, (ImpactSystem, HybridSystem), LACKING)
-        assert isinstance(system, (ImpactSystem, HybridSystem))
-        rows.append(observe_orbit(system, orbit, observables, parameter_rates(map_of, value, unit)))
+        rows.append(observe_orbit(map_of(value), orbit, observables, parameter_rates(map_of, value, unit)))
     if not rows:
         raise NsmapsError(f"the branch has no orbits: {branch.ended}")
 

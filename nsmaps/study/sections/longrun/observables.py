@@ -15,6 +15,7 @@ from nsmaps.study.conclusions.texts import plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
 from nsmaps.study.reading.values import SPEC, Name
 from nsmaps.study.sections.base import Section, Table
+from nsmaps.study.sections.parameters.branches import mapped
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.observables.attractors import AttractorMeans
@@ -87,8 +88,8 @@ def _compute(spec: ObservablesSection, plan: "Plan", result: "StudyResult") -> d
             along = Along(system, study.bifurcation.parameter)
             means["bifurcation"] = observe_diagram(along, result.bifurcation["exact"], chosen, spec.returns)
         for section in study.branches:
-            along, parts = Along(system, section.parameter), result.branches.get(section.name, ())
-            branches[section.name] = tuple(observe_branch(along, part, chosen) for part in parts if len(part.parameter))
+            map_of, parts = mapped(section, Along(system, section.parameter)), result.branches.get(section.name, ())
+            branches[section.name] = tuple(observe_branch(map_of, part, chosen) for part in parts if len(part.parameter))
         if result.basins is not None:
             means["basins"] = observe_attractors(system, result.basins.attractors, chosen, spec.returns)
     return {"observables": means, "branch_observables": branches}
