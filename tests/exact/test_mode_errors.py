@@ -1,5 +1,6 @@
 """What cannot be a system with modes is refused by a sentence, and what a motion cannot decide is an outcome; random systems."""
 
+import re
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
@@ -79,6 +80,41 @@ def test_a_division_by_zero_is_refused() -> None:
 
     with pytest.raises(SystemDefinitionError, match=r"divides by zero at the parameters \(0\)"):
         Heavy(pull=0.0).first_return([[1.0, -1.0, -1.0]])
+
+
+def test_a_formula_that_is_not_affine_is_refused_with_its_place() -> None:
+    """The function of a guard, a condition, a reset after one turn, and the function of an impact with contact."""
+
+    class Bent(Corner):
+        """A wall that is a parabola."""
+
+        kind: int = 0
+
+        def period(self) -> Any:
+            return 2 * sp.pi
+
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+            one = (
+                Guard("flight", y.y - y.x**2),
+                Guard("flight", y.y, where=(y.x * y.u,)),
+                Guard("flight", y.y, reset={"v": -y.v * y.u * t}),
+                Guard("flight", y.y - y.x**2, reset={"v": -y.v}, rests="floor"),
+            )
+            return {"I": one[self.kind]}
+
+        def section(self, t: Any, y: SimpleNamespace) -> Section:
+            return Section("I", ("x", "u", "v"))
+
+    place = re.escape(f"({__file__}:{Bent.guards.__code__.co_firstlineno})")
+    whys = (
+        r"the function of Bent\.guards: 'I' is -y\.x\*\*2 \+ y\.y; expected: affine in the states",
+        r"a condition of Bent\.guards: 'I' is y\.u\*y\.x; expected: affine in the states",
+        r"the reset of v by Bent\.guards: 'I' is .*, which is not the same after one `period` of the forcing",
+        r"the function of Bent\.guards: 'I' with rests='floor' is -y\.x\*\*2 \+ y\.y; expected: affine in the states",
+    )
+    for kind, why in enumerate(whys):
+        with pytest.raises(SystemDefinitionError, match=rf"^{why}.* {place}$"):
+            Bent(kind=kind).first_return([[1.0, -1.0, -1.0]])
 
 
 NUMBERS = st.floats(-2, 2).map(lambda x: round(x, 2))

@@ -124,7 +124,7 @@ def kernel_of(system: "HybridSystem") -> ModeKernel:
     return ModeKernel(definition, tables_of(definition, values), values)
 
 
-FORMULAS = ("period", "modes", "guards", "section")  #: of a class, one of which the message of an error begins with
+FORMULAS = ("period", "modes", "guards", "section")  #: of a class, one of which the message of an error names
 DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than numbers, and its formulas
 
 
@@ -137,6 +137,6 @@ def known_definition(system: "HybridSystem", driven: bool = False) -> Definition
         try:
             DEFINITIONS[key] = definition_of(system, driven)
         except SystemDefinitionError as error:
-            formula = next((name for name in FORMULAS if str(error).startswith(f"{cls.__name__}.{name}")), None)
+            formula = next((name for name in FORMULAS if f"{cls.__name__}.{name}" in str(error)), None)
             raise error if formula is None else SystemDefinitionError(f"{error}{place_of(cls, formula)}") from None
     return DEFINITIONS[key]
