@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 SIZES = (0.08, 0.06, 0.04, 0.03, 0.02, 0.01, 0.005, 0.002)  #: half-widths along the first direction: radians, shares of the speed
 SHAPE, PIECES = 0.6, (40, 12)  #: half-width along the second direction beside the first; parts of both
 TURNS = (4, 2, 1)  #: of the cycle, in one iterate
+PARALLEL = 0.5  #: sine of the angle below which the second direction is taken at a right angle to the first
 INSIDE = 1 - 1e-9  #: share of the trap in which cells are sought, for rounding
 
 
@@ -65,4 +66,6 @@ def _directions(derivative: "Floats", speed: float) -> "Floats":
     vectors = vectors[:, np.argsort(-np.abs(values), kind="stable")]
     if np.iscomplexobj(vectors):
         vectors = np.stack([vectors[:, 0].real, vectors[:, 0].imag], axis=1)
+    if abs(np.linalg.det(vectors / np.linalg.norm(vectors, axis=0))) < PARALLEL:  # nearly a double multiplier
+        vectors[:, 1] = [-vectors[1, 0], vectors[0, 0]]
     return np.asarray(vectors / np.abs(vectors).max(axis=0) * scale[:, None])

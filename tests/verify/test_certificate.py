@@ -20,7 +20,7 @@ from flint import arb, ctx
 
 from nsmaps.proof.formula import equation_of
 from nsmaps.proof.prove import prove
-from nsmaps.proof.trap import found_trap, trapped
+from nsmaps.proof.trap import _directions, found_trap, trapped
 from nsmaps.verify.__main__ import main
 from nsmaps.verify.cells import Refused
 from nsmaps.verify.certificate import read, statement, verify, write
@@ -239,6 +239,13 @@ def test_a_trap_is_one_for_an_interval_of_a_parameter(pair):
     walls = [{**wall, "at": [wall["at"][0], "0.003"]} for wall in equation["walls"]]
     with pytest.raises(Doubtful):
         contraction(system_of({**equation, "walls": walls}), trap)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-9, 0.01, -0.01])
+def test_directions_next_to_a_double_multiplier_are_not_parallel(gap):
+    """Two real multipliers that have merged, nearly so, or just became complex: the sides of the trap stay apart."""
+    matrix = _directions(np.array([[0.5, 1.0], [gap**2 * np.sign(gap), 0.5]]), 1.0)
+    assert abs(np.linalg.det(matrix / np.linalg.norm(matrix, axis=0))) > 0.49
 
 
 def test_bad_arguments_are_refused(pair):
