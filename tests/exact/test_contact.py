@@ -216,6 +216,31 @@ def test_a_flight_after_a_release_has_no_minimum_at_its_start() -> None:
     assert not (np.abs(found.clearance) < 1e-20).any()
 
 
+class Shifted(Strobe):
+    """The same at another phase of the forcing."""
+
+    s: float
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t + self.s)}}
+
+
+@pytest.mark.parametrize("s", [1.0, 1.5, 2.0, 2.8, 3.5])
+def test_a_release_is_on_the_right_side_of_the_clock(s: float) -> None:
+    """The flight after a release is known in closed form, whatever came before it."""
+    table = Shifted(Gamma=1.3, r=0.5, s=s)
+    starts = np.column_stack([np.geomspace(1e-3, 0.5, 30), np.linspace(-0.3, 0.3, 30)])
+    found = table.first_return(starts)
+    released = (np.arcsin(1 / 1.3) - s) % (2 * np.pi)
+    flown = 2 * np.pi - released
+    speed = -flown + 1.3 * (np.cos(released + s) - np.cos(s))
+    place = -(flown**2) / 2 + 1.3 * (np.sin(released + s) - np.sin(s) + flown * np.cos(released + s))
+    assert not (found.outcome == Outcome.simultaneous).any()
+    direct = found.words == "sB~s"
+    assert direct.sum() >= 27
+    np.testing.assert_allclose(found.image[direct], np.tile([place, speed], (direct.sum(), 1)), atol=1e-14, rtol=1e-12)
+
+
 def test_boxes_of_systems_with_contact_are_refused_and_those_that_accumulate_are_not_bounded() -> None:
     with pytest.raises(ProofError, match=r"Ball.guards: 'B' has contact that lasts, and chatter cannot be enclosed"):
         Ball(Gamma=1.2, r=0.4).image_boxes([[[-0.5, -0.4], [1, 1.1]]])

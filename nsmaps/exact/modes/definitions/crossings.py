@@ -11,6 +11,7 @@ from itertools import product
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.definition import Row, Transition
 
 MOST_MODES = 64
@@ -115,4 +116,6 @@ def proportional(one: Row, other: Row) -> bool:
     """Whether a function is zero wherever another one is."""
     pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
     lead = next((pair for pair in pairs if pair[1] != 0), None)
-    return lead is not None and all(sp.simplify(a * lead[1] - b * lead[0]) == 0 for a, b in pairs)
+    if lead is None or sp.simplify(lead[0] / lead[1]).has(PHI):  # a factor that changes with the phase
+        return False
+    return all(sp.simplify(a * lead[1] - b * lead[0]) == 0 for a, b in pairs)
