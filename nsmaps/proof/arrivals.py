@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 Doubles = NDArray[np.float64]
-Integers = NDArray[np.int64]
+Integers = NDArray[np.signedinteger]  #: of 32 bits in cells, of which there are up to 10^8
 OPEN, SPLIT, CUT = 65535, 65534, 65533
 PAD = 16.0  #: times the bound of rounding of the verification
 
@@ -48,9 +48,7 @@ class Cells(NamedTuple):
     parent: Integers
     order: Integers
     place: Integers  #: (M, 4): wall, first phase, width, row of the square
-    lines: (
-        Doubles  #: (M, 3): slope of the lines that bound a strip, by the phase, and their speeds in the middle; slope 0: a square
-    )
+    lines: Doubles  #: (M, 3): slope by the phase of the lines that bound a strip, their speeds in the middle; slope 0: a square
 
 
 class Arrival(NamedTuple):

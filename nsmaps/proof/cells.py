@@ -44,8 +44,8 @@ def search(
             queue = np.flatnonzero((cells.child < 0) & (cells.order == OPEN))
             certify(flow, cells, queue[np.argsort(-cells.place[queue, 1], kind="stable")])
         left = (cells.child < 0) & (cells.order == OPEN)
-        shares = np.bincount(cells.place[:, 0], areas(cells) * ((cells.child < 0) & ~left), flow.walls.shape[1])
-        if not progress(level, shares.astype(np.float64)) or level == depth + cuts:
+        without = np.bincount(cells.place[left, 0], areas(cells, left), flow.walls.shape[1]).astype(np.float64)
+        if not progress(level, 1 - without) or level == depth + cuts:
             break
         if level < depth:
             cells, new = divided(cells, np.flatnonzero(left & (cells.place[:, 2] == cells.n // cells.side >> level)))
@@ -76,10 +76,10 @@ def parts_of(cells: Cells, nodes: Integers) -> Integers:
     return np.where(child < 0, 0, np.where(cells.lines[child, 0] == 0, 4, 2))
 
 
-def areas(cells: Cells) -> Doubles:
-    """The share of the phases and speeds of a wall that each cell is."""
-    _, _, width, row = cells.place.T
-    slope, low, high = cells.lines.T
+def areas(cells: Cells, which: NDArray[np.bool_]) -> Doubles:
+    """The share of the phases and speeds of a wall that each of some cells is."""
+    _, _, width, row = cells.place[which].T
+    slope, low, high = cells.lines[which].T
     tall, rise = cells.top * width / cells.n, 0.5 * np.abs(slope) * width
 
     def below(line: Doubles) -> Doubles:
@@ -98,7 +98,8 @@ def base_grids(walls: int, side: int, n: int, top: float) -> Cells:
     count = walls * side * side
     index = np.arange(count)
     place = np.stack([index // side**2, index // side % side * (n // side), np.full(count, n // side), index % side], 1)
-    return Cells(side, n, top, np.full(count, -1), np.full(count, -1), np.full(count, OPEN), place, _square(place, top / n))
+    child, parent, order = (np.full(count, value, np.int32) for value in (-1, -1, OPEN))
+    return Cells(side, n, top, child, parent, order, place.astype(np.int32), _square(place, top / n))
 
 
 def _square(place: Integers, unit: float) -> Doubles:
@@ -143,7 +144,7 @@ def _more(cells: Cells, leaves: Integers, place: Integers, lines: Doubles) -> tu
     each = more // max(len(leaves), 1)
     cells.child[leaves] = len(cells.child) + each * np.arange(len(leaves))
     added: list[Any] = [np.full(more, -1), np.repeat(leaves, each), np.full(more, OPEN), place, lines]
-    columns = (np.concatenate(pair) for pair in zip(cells[3:], added, strict=True))
+    columns = (np.concatenate(pair, dtype=pair[0].dtype) for pair in zip(cells[3:], added, strict=True))
     return Cells(cells.side, cells.n, cells.top, *columns), len(cells.child) + np.arange(more)
 
 

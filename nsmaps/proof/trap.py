@@ -1,5 +1,6 @@
 """The search for a trap: the largest of some parallelograms around a stable cycle that is shown to be contracted."""
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +14,8 @@ if TYPE_CHECKING:
     from nsmaps.arrays import Bools, Floats, Ints
     from nsmaps.dynamics.periodic import PeriodicOrbit
 
-SIZES = (0.08, 0.06, 0.04, 0.03, 0.02, 0.01, 0.005, 0.002)  #: half-widths along the first direction: radians, shares of the speed
-SHAPE, PIECES = 0.6, (40, 12)  #: half-width along the second direction beside the first; parts of both
+SIZES = (0.08, 0.06, 0.05, 0.04, 0.03, 0.02, 0.01, 0.005, 0.002)  #: half-widths along the first direction: radians, parts of v
+SHAPES = ((0.6, (40, 12)), (0.3, (80, 24)))  #: half-width along the second direction beside the first; parts of both
 TURNS = (4, 2, 1)  #: of the cycle, in one iterate
 PARALLEL = 0.5  #: sine of the angle below which the second direction is taken at a right angle to the first
 INSIDE = 1 - 1e-9  #: share of the trap in which cells are sought, for rounding
@@ -34,9 +35,9 @@ def found_trap(system: System, letters: list[str], orbit: "PeriodicOrbit") -> Tr
     impacts = sum(len(word) - 1 for word in orbit.words)
     matrix, why = _directions(orbit.derivative, speed), ""
     for size in SIZES:
-        for turns in TURNS:
-            at = (phase, speed), (tuple(matrix[0].tolist()), tuple(matrix[1].tolist())), (size, SHAPE * size)
-            trap = Trap(letters.index(orbit.words[0][0]), *at, turns * impacts, PIECES)
+        for (shape, pieces), turns in product(SHAPES, TURNS):
+            at = (phase, speed), (tuple(matrix[0].tolist()), tuple(matrix[1].tolist())), (size, shape * size)
+            trap = Trap(letters.index(orbit.words[0][0]), *at, turns * impacts, pieces)
             try:
                 contraction(system, trap)
             except Doubtful as error:

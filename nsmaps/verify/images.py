@@ -184,8 +184,7 @@ def _block(
     off = bend + late * r0 * r1 + top * r1 * whole + 0.5 * (abs(push) + jerk * r1 + v01 * r0 + dda * whole) * r1 * r1
     off_v = 0.5 * v00 * r0 * r0 + v01 * r0 * r1 + dda * (r0 + r1) * whole + 0.5 * jerk * r1 * r1 + slack
     z0, v0 = z0 - tilt * frame.sides[wall] * a, v0 - tilt * frame.sides[wall] * da
-    reach = (abs(z0) * r0 + abs(a) * rk + abs(v) * r1 + off) * WIDER
-    below, above = low, high
+    below, above, reach = low, high, (abs(z0) * r0 + abs(a) * rk + abs(v) * r1 + off) * WIDER
     for other in range(frame.places.size):
         side = frame.sides[other]
         f, lift = side * (z - frame.places[other]), -side * frame.sides[wall] * a

@@ -42,7 +42,7 @@ def coarse():
     """Traps of one size in fewer parts than by default."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("nsmaps.proof.trap.SIZES", (0.08,))
-        patch.setattr("nsmaps.proof.trap.PIECES", (40, 10))
+        patch.setattr("nsmaps.proof.trap.SHAPES", ((0.6, (40, 10)),))
         yield
 
 

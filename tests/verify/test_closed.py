@@ -121,7 +121,7 @@ def test_a_closed_set_that_is_not_found(pair, monkeypatch):
 
 def test_all_states_of_the_oscillator_are_proved_to_converge(monkeypatch):
     """From its lowest cells, impact by impact without an end of chatter, orders fall or stay in one cell."""
-    for key, value in (("SIZES", (0.03,)), ("PIECES", (8, 4)), ("TURNS", (1,))):
+    for key, value in (("SIZES", (0.03,)), ("SHAPES", ((0.6, (8, 4)),)), ("TURNS", (1,))):
         monkeypatch.setattr(f"nsmaps.proof.trap.{key}", value)
     system = nsmaps.load_system("impact_oscillator", zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7)
     made = prove(system, {"v": 0.766, "phi": 1.179}, 2, top=3, side=128, depth=4, periods=2)
@@ -147,7 +147,7 @@ def test_all_states_of_the_oscillator_are_proved_to_converge(monkeypatch):
 )
 def test_theorems_of_other_systems(tmp_path, monkeypatch, name, shape, words, least):
     """The shipped studies with coarser cells and traps."""
-    for key, value in (("SIZES", (0.08, 0.03)), ("PIECES", (8, 4)), ("TURNS", (2, 1))):
+    for key, value in (("SIZES", (0.08, 0.03)), ("SHAPES", ((0.6, (8, 4)),)), ("TURNS", (2, 1))):
         monkeypatch.setattr(f"nsmaps.proof.trap.{key}", value)
     plugin, study = name.split("/")
     data = yaml.safe_load(study_files(plugin)[study].read_text(encoding="utf-8"))
