@@ -3,6 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
+from chattering import after_release, slopes_to_rest, sums_to_rest, until_rest
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 
@@ -13,46 +14,6 @@ from nsmaps.errors import NsmapsError
 GAMMA, R = 1.3, 0.5
 ENDS = "end of complete chatter"
 BALL = CompleteChatter(BouncingBall(Gamma=GAMMA, r=R))
-
-
-def flight(gamma, speed, phase, guess):
-    """The ball's next impact, from the speed after one: impact speed and phase in the digits of mpmath."""
-    up = speed + gamma * mp.cos(phase)
-    near = guess, guess * (1 + mp.mpf(10) ** -6)
-    s = mp.findroot(lambda s: up - s / 2 - gamma * (mp.sin(phase + s) - mp.sin(phase)) / s, near, tol=1e-100, verify=False)
-    return gamma * mp.cos(phase + s) - up + s, phase + s
-
-
-def until_rest(gamma, r, v, phase, passed=None):
-    """The phase at which impacts accumulate, or None where the table throws the ball off before; the impacts are listed."""
-    with mp.workdps(60):
-        gamma, r, v, phase = mp.mpf(gamma), mp.mpf(r), mp.mpf(v), mp.mpf(phase)
-        while v > mp.mpf(10) ** -45:
-            if passed is not None:
-                passed.append((v, phase))
-            u, press, rate = r * v, 1 - gamma * mp.sin(phase), -gamma * mp.cos(phase)
-            if v > 0.01:
-                guess = system_flight(gamma, float(u), float(phase))
-            elif press**2 / 4 + 2 * rate * u / 3 < 0:  # no zero of u - press s/2 - rate s^2/6
-                return None
-            else:
-                guess = 2 * u / (press / 2 + mp.sqrt(press**2 / 4 + 2 * rate * u / 3))
-            v, phase = flight(gamma, u, phase, guess)
-        return phase + 2 * r * v / (1 - gamma * mp.sin(phase)) / (1 - r)
-
-
-def system_flight(gamma, speed, phase):
-    """The time of a flight to few digits, by the map of a ball that loses no speed."""
-    return float(BouncingBall(Gamma=float(gamma), r=1.0).first_return([[max(speed, 1e-9), phase]]).time[0])
-
-
-def after_release(gamma):
-    """Impact speed and phase of the flight from the release."""
-    with mp.workdps(60):
-        gamma = mp.mpf(gamma)
-        release = mp.asin(1 / gamma)
-        near = BALL.at(Gamma=float(gamma)).first_return([[0.5, 3.0]])
-        return flight(gamma, mp.mpf(0), release, float(near.lifted[0, 1] % (2 * np.pi) - release) % (2 * mp.pi))
 
 
 def test_the_image_is_the_flight_from_the_release_after_the_summed_impacts():
@@ -91,7 +52,34 @@ def test_means_of_observables_sum_the_impacts_without_number():
     for means in (found.per_return, found.per_period):
         assert means.value == pytest.approx(expected, rel=1e-12)
     assert found.per_time.value[:2] == pytest.approx(np.array([loss, wave]) / (2 * np.pi), rel=1e-12)
-    assert np.isnan(nsmaps.observe_orbit(BALL, cycle, ["loss"], {"Gamma": 1.0}).per_time.derivative).all()
+
+
+SUMMED = [
+    "loss",
+    {"name": "wave", "formula": "v*cos(phi)"},
+    {"name": "gap", "formula": "place + Gamma*sin(phi)**2", "of": "flights"},
+]
+
+
+@pytest.mark.parametrize(("name", "by"), [("Gamma", (1, 0)), ("r", (0, 1))])
+def test_derivatives_of_means_are_those_of_the_summed_impacts(name, by):
+    cycle = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
+    found = nsmaps.observe_orbit(BALL, cycle, SUMMED, {name: 1.0})
+    value, slope = sums_to_rest(GAMMA, R).astype(float), slopes_to_rest(GAMMA, R, by)
+    held = np.array([0, 0, np.pi])  # what the second part of the last formula adds, in flight and rest
+    assert found.per_period.value[:3] == pytest.approx(value + GAMMA * held, rel=1e-12)
+    assert found.per_period.derivative[:3] == pytest.approx(slope + by[0] * held, rel=1e-11)
+    assert found.per_time.derivative[:3] == pytest.approx((slope + by[0] * held) / (2 * np.pi), rel=1e-11)
+    assert np.isnan(found.per_time.derivative[3:]).all()
+
+
+@pytest.mark.parametrize("name", ["zeta", "w", "A", "wall", "r"])
+def test_the_balance_of_energy_holds_in_the_derivatives_by_every_parameter(name):
+    map = CompleteChatter(ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6))
+    cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
+    work, loss, damping = nsmaps.observe_orbit(map, cycle, ["work", "loss", "damping"], {name: 1.0}).per_time.derivative
+    assert min(abs(work), abs(loss), abs(damping)) > 0.01
+    assert work == pytest.approx(loss + damping, abs=1e-12 * max(abs(loss), abs(damping)))
 
 
 def test_the_work_of_the_forcing_is_the_loss_along_a_branch_with_complete_chatter():
@@ -100,10 +88,11 @@ def test_the_work_of_the_forcing_is_the_loss_along_a_branch_with_complete_chatte
         map, map_of, value = CompleteChatter(system), chattering(system, name), getattr(system, name)
         cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
         branch = continue_branch(map_of, cycle, value, (0.98 * value, 1.02 * value))
-        work, *lost = nsmaps.observe_branch(map_of, branch, ["work", *losses]).per_period.value.T
-        assert len(work) > 1
-        assert (work > 0).all()
-        assert work == pytest.approx(sum(lost), rel=1e-12)
+        means = nsmaps.observe_branch(map_of, branch, ["work", *losses]).per_period
+        for work, *lost in (means.value.T, means.derivative.T):
+            assert len(work) > 1
+            assert (work > 0).all()
+            assert work == pytest.approx(sum(lost), rel=1e-12)
 
 
 def chattering(system, name):

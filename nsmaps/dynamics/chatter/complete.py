@@ -12,6 +12,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.surfaces.compose import joined
+from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import encode
 
@@ -32,7 +33,9 @@ class CompleteChatter:
 
     def __post_init__(self) -> None:
         if not isinstance(self.system, ImpactSystem):
-            raise NsmapsError(f"chatter of a {type(self.system).__name__} is not one event here; expected: ImpactSystem")
+            clock = "; of a system with modes a section at a clock, whose returns pass chatter, rest and release"
+            expected = "ImpactSystem" + clock * isinstance(self.system, HybridSystem)
+            raise NsmapsError(f"chatter of a {type(self.system).__name__} is not one event here; expected: {expected}")
 
     def at(self, **changes: Any) -> Self:
         """The map of the system with some parameters changed. ParameterError for an invalid one."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.observables.spec import Observable, ObservableLike
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
@@ -30,7 +33,7 @@ class Slope:
     __repr__ = brief
 
     value: Floats  #: shape (C,) or (K, C), of C observables
-    derivative: Floats  #: the same; NaN where it is not known, as of largest values, and of orbits with rest or chatter
+    derivative: Floats  #: the same; NaN where it is not known, as of largest values and infinite sums
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -109,11 +112,44 @@ def _sums(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, every: tupl
 def _sums_with_rest(
     system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats
 ) -> Sums:
-    """The sums over an orbit with complete chatter; their derivatives are not known."""
+    """The sums over an orbit with complete chatter."""
+    from nsmaps.exact.observables.totals import plan_of
+
     assert isinstance(system, ImpactSystem)
-    number = _single_returns(system, orbit)
-    means = observe(system, orbit.states[0], number, every, batches=1, chatter=SINGLY)
-    return means.totals, means.weights, np.full((2, len(every)), np.nan if way.any() else 0.0)
+    run = system.orbits(orbit.states[:1], _single_returns(system, orbit), derivative=True, chatter=SINGLY)
+    means = observe(system, orbit.states[0], len(run.codes), every, batches=1, chatter=SINGLY)
+    plan, each = plan_of(system, every), np.zeros((2, len(every)))
+    if way.any():
+        each[:] = np.nan
+        for (k, part), slope in zip(plan.columns, _slopes_with_rest(system, run, plan, way), strict=True):
+            each[part, k] = slope
+    return means.totals, means.weights, each
+
+
+def _slopes_with_rest(system: ImpactSystem, run: Returns, plan: Any, way: Floats) -> Floats:
+    """The derivatives of the totals of the single returns round an orbit with complete chatter, shape (C,).
+
+    A release depends on the parameters alone. Those of the states thus follow from it, and the second time round are the orbit's.
+    """
+    from nsmaps.dynamics.observables.rests import Chatter, rest_slopes
+    from nsmaps.exact.flows.release import release_rates
+    from nsmaps.exact.observables.totals import slopes_of
+
+    rates = dict(zip(system.parameter_names(), way.tolist(), strict=True))
+    slopes, by_way = slopes_of(system, plan, run.start, way), system.sensitivity(run.start, rates)
+    assert run.derivative is not None
+    released, moved = release_rates(system, run.image[:, 1], rates), np.zeros(2)
+    for _ in range(2):
+        total = np.zeros(len(plan.columns))
+        for k in range(len(run.codes)):
+            if run.outcome[k] == Outcome.stuck:
+                (v, phi), release = run.start[k], run.lifted[k, 1]
+                chatter = Chatter(v, phi, release, np.append(moved, released[k]))
+                total, moved = total + rest_slopes(system, plan, chatter, way), np.array([0.0, released[k]])
+            else:
+                total += slopes[k] @ np.append(moved, 1.0)
+                moved = run.derivative[k] @ moved + by_way[k]
+    return total
 
 
 def _exact(map: ReturnMap) -> ImpactSystem | HybridSystem:
@@ -174,7 +210,7 @@ def _cycle(
         by_sizes = np.where(largest, 0.0, np.where(divided, by_weights[:-1], by_size))
         value = totals[:-1] / sizes
         with np.errstate(invalid="ignore"):  # infinite sums over chatter
-            return Slope(value, (by[:-1] - value * by_sizes) / sizes)
+            return Slope(value, np.where(np.isfinite(value), (by[:-1] - value * by_sizes) / sizes, np.nan))
 
     period = system.period()
     forced = None if period is None else over(float(round(time / float(period))), 0.0)

@@ -18,7 +18,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.modes.paths.arriving import arrivals_of
 from nsmaps.exact.modes.paths.reasons import reasons_of
-from nsmaps.exact.modes.paths.tracks import mode_track
+from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns
@@ -74,6 +74,13 @@ class ModeKernel:
     def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None, derivative: bool) -> Arrivals:
         """As `HybridSystem.arrivals`."""
         return arrivals_of(self.definition, self.table, states, modes, derivative)
+
+    def rests(self, start: Floats) -> Floats:
+        """The shortest rest within each first return of a batch, shape (N, n), in units of time; NaN without."""
+        known = self.first_returns(start, False).valid & self.table.resting.any()
+        rests = np.full(len(start), np.nan)
+        rests[known] = [shortest_rest(self.definition, self.table, row) for row in start[known]]
+        return rests
 
     def track(self, start: Floats, n: int, samples: int) -> ModeTrack:
         """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""

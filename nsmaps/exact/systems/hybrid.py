@@ -127,6 +127,16 @@ class HybridSystem(ParametricSystem):
         way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
         return self._kernel().sensitivities(as_states(states, self.coordinates), way)
 
+    def rests(self, states: ArrayLike) -> Floats:
+        """The shortest contact after chatter or rest that begins and is released within each first return, shape (N,).
+
+        In radians of phase, without forcing in units of time; NaN without such contact, and of a state without a return.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n).
+        """
+        return self._kernel().rests(as_states(states, self.coordinates)) * (self.phase_rate() or 1.0)
+
     def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
         """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
 

@@ -125,7 +125,7 @@ def happens(p, mode, which, phi, code, power, image, tangent, w):
     if w.dz.shape[1] > 0:
         saltation(p, mode, which, w)
     held = False
-    if p.target[k] < 0 or not p.resting[p.target[k]]:
+    if p.target[k] < 0 or p.is_section[k] or not p.resting[p.target[k]]:
         code, power, held = marked(p, code, power, w)
     if math.isnan(w.near[0]):
         code, power = lengthened(p.base, p.digit[k], code, power)

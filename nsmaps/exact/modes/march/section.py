@@ -111,10 +111,30 @@ def enter(p, k, with_reset, phi, w):
 
 
 @inner
+def contact_of(p, mode):
+    """A transition with which the lasting contact of a mode begins, -1 of another mode."""
+    for j in range(len(p.contacts)):
+        if p.contacts[j] >= 0 and p.target[j] == mode:
+            return j
+    return -1
+
+
+@inner
+def lifted(p, j, z):
+    """How far a state is from lasting contact, as a share of the sizes of terms: from what the transition to it makes of it."""
+    far = 0.0
+    for i in range(p.resets.shape[1]):
+        value, size = dot(p.resets[j, i], z)
+        if abs(value - z[i]) > far * (size + abs(z[i])):
+            far = abs(value - z[i]) / (size + abs(z[i]))
+    return far
+
+
+@inner
 def begun(p, row, phi, w):
     """Write the features at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain.
 
-    Among several starts it is the one whose state lies nearest to its surface.
+    Among several starts it is the one whose state lies nearest to its surface, or one in lasting contact that is pressed.
     """
     n, best, least, given = p.first.shape[1] - 1, -1, math.inf, w.other
     features(phi, w.z, n)
@@ -128,6 +148,10 @@ def begun(p, row, phi, w):
             w.z[i], _ = dot(p.states[k, i], given)
         holds, _ = allowed(p, p.starts[k], w.z)
         far = away(p, p.starts[k], w.z) if len(p.starts) > 1 else 0.0
+        j = contact_of(p, p.mode[p.starts[k]])
+        if j >= 0:
+            far = max(far, lifted(p, j, w.z))
+            far = -1.0 if far <= 4.0 * ROUNDING else far
         if (holds or p.after) and far < least:
             best, least = k, far
             for i in range(n):
@@ -195,6 +219,9 @@ def starting(p, row, w):
         return -1, 0.0
     launch(p, start, row, w)
     k = p.starts[start]
+    j = contact_of(p, p.mode[k])
+    if j >= 0:
+        reset(p, j, phi, w)
     if not p.after:
         velocity(p, p.mode[k], w.z, w.field)
         rate, size = dot(p.functions[p.function[k]], w.field)

@@ -10,6 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import StateError
 from nsmaps.exact.events import Events, ModeTrack, check_samples
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.march.resting import INSTANT
 from nsmaps.exact.modes.paths.path import begin, follow, sample
 from nsmaps.exact.modes.tables.memory import memory
 from nsmaps.exact.modes.tables.tables import Tables
@@ -60,3 +61,26 @@ def mode_track(definition: Definition, table: Tables, start: Floats, n: int, sam
     names, letters = (np.array([getattr(one, name) for one in ones], str) for name in ("name", "letter"))
     modes = np.array([definition.modes[event.mode] for event in events[:-1]], str)
     return ModeTrack(definition.states, Events(names, letters, time, phase, before, after), modes, times, states)
+
+
+def shortest_rest(definition: Definition, table: Tables, start: Floats) -> float:
+    """The shortest lasting contact that begins and is released within a first return, in units of time; NaN without.
+
+    Raises as `events_of`.
+    """
+    section = {definition.transitions[one.transition].name for one in definition.starts}
+    instant = INSTANT * (2 * np.pi / table.rate if table.rate > 0 else table.steps[0])
+    shortest = since = np.nan
+    for number, event in enumerate(events_of(definition, table, start)):
+        one, duration = definition.transitions[event.transition], event.time - since
+        ends = number > 0 and one.name in section
+        if one.releases:
+            shortest = np.fmin(shortest, duration if duration > instant else np.nan)
+            ends = ends and duration > instant
+        if ends or event.mode < 0:
+            break
+        if not table.resting[event.mode]:
+            since = np.nan
+        elif not table.resting[one.mode]:
+            since = event.time
+    return float(shortest)
