@@ -161,13 +161,6 @@ def test_maps_and_systems_without_formulas_are_refused() -> None:
         nsmaps.observe(soft, [0.5, 1.0], 10, ["impacts"])
 
 
-def test_flights_without_a_closed_form_are_refused_by_name() -> None:
-    pytest.importorskip("heyoka")
-    duffing = nsmaps.load_system("duffing", c=0.1, a=1.0, b=0.2, f=1.0, w=1.5, d=0.5)
-    with pytest.raises(nsmaps.NsmapsError, match="observables need flights in closed form, and DuffingStop is given by its acc"):
-        nsmaps.observe(duffing, [0.5, 1.0], 3, ["loss"])
-
-
 def test_means_are_a_dataset() -> None:
     pytest.importorskip("xarray")
     system = nsmaps.load_system("vi_pair", **STEADY)

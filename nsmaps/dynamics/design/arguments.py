@@ -89,7 +89,10 @@ def first_point(problem: Problem, at: Floats, start: StateLike, period: int, mot
         raise NsmapsError(f"the motion at {where} has a margin of {margin:.3g} from a graze; expected: {problem.graze:g} or more")
     found = problem.measured(at, system, orbit)
     if found is None:
-        name, kinds = problem.observable.name, "as those of largest values, and of motion with rest or chatter"
+        name, kinds = (
+            problem.observable.name,
+            "as those of largest values, integrated flights, and motion with rest or chatter",
+        )
         raise NsmapsError(f"{name!r} has no derivative at {where}, {kinds}; expected: a mean of a motion without them")
     return found
 

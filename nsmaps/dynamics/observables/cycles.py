@@ -33,7 +33,7 @@ class Slope:
     __repr__ = brief
 
     value: Floats  #: shape (C,) or (K, C), of C observables
-    derivative: Floats  #: the same; NaN where it is not known, as of largest values and infinite sums
+    derivative: Floats  #: the same; NaN where it is not known, as of largest values, infinite sums and integrated flights
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

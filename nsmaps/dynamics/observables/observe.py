@@ -113,8 +113,8 @@ def observe(
 
     Raises:
         StateError: the state has not the system's coordinates.
-        NsmapsError: an observable is unknown or cannot be read, a number is too small, or the map is not an exact system whose
-            flights are in closed form.
+        NsmapsError: an observable is unknown or cannot be read, a number is too small, the map is not an exact system, or the
+            largest value of a formula of integrated flights is asked for.
     """
     from nsmaps.exact.observables.formulas import resolved
     from nsmaps.exact.observables.totals import plan_of, totals_of

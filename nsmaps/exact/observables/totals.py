@@ -10,7 +10,6 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.errors import NsmapsError
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
@@ -122,10 +121,9 @@ def totals_of(
     discard: int = 0,
     chatter: float = 1e-12,
 ) -> Totals:
-    """The totals over batches of returns, `length` each, of states (M, n), after some that are discarded, on all cores.
+    """The totals over batches of returns, `length` each, of states (M, n), after some that are discarded.
 
-    Raises:
-        NsmapsError: the system is given by its acceleration.
+    On all cores, of integrated flights on one. Raises as `integrated_returns`.
     """
     kernel: Any = system._kernel()
     states, m = np.array(start, float), len(start)
@@ -143,12 +141,14 @@ def totals_of(
         else:
             observed(flow_of(kernel.table), q, float(chatter), discard, length, *rows)
 
-    if not isinstance(kernel, (Kernel, ModeKernel)):
-        raise NsmapsError(
-            f"observables need flights in closed form, and {type(system).__name__} is given by its acceleration; expected: a "
-            "system with a displacement, or with modes"
-        )
-    in_chunks(m, run, CHUNK)
+    if isinstance(kernel, (Kernel, ModeKernel)):
+        in_chunks(m, run, CHUNK)
+    else:
+        from nsmaps.exact.observables.integrated import integrated_totals
+
+        for k in range(m):
+            rows = states[k], outcome[k : k + 1], time[:, k], totals[:, k]
+            integrated_totals(kernel, plan, discard, length, float(chatter), *rows)
     return Totals(totals * plan.scales, time, states, outcome)
 
 
@@ -165,7 +165,7 @@ def panel_of(kernel: Kernel | ModeKernel) -> float:
 def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats, rates: Floats) -> Floats:
     """The derivatives of the totals of first returns of states (N, n), by these and along parameters, shape (N, C, n + 1).
 
-    NaN where a return rests or chatters, where there is none, and of largest values.
+    NaN where a return rests or chatters, where there is none, where flights are integrated, and of largest values.
 
     Args:
         rates: shape (P,), of change of the parameters.
@@ -177,6 +177,8 @@ def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats,
         moving = moved_of(kernel.definition, kernel.table, kernel.values, rates)
         by_parameters = _mode_slopes(kernel, plan, states, 1, moving, rates)
         slopes = np.concatenate([by_state, by_parameters], axis=2)
+    elif not isinstance(kernel, Kernel):
+        slopes = np.full((len(states), len(plan.columns), n + 1), np.nan)
     else:
         moved = flow_of(kernel.formulas.along(system.parameter_names()).table([*values, *rates.tolist()]))
         slopes = np.empty((len(states), len(plan.columns), 3))

@@ -85,22 +85,27 @@ def integrator_of(acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...], move
 
 
 @lru_cache(maxsize=64)
-def sampler_of(acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...]) -> Callable[[Floats, Floats], Floats]:
+def sampler_of(
+    acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...], integrands: tuple[sp.Expr, ...] = ()
+) -> Callable[[Floats, Floats], Floats]:
     """A function of the parameters, shape (P,), and of times since an impact, shape (K,), that samples its flight.
 
     It takes the velocity just after the impact in the place of PLACE_RATE. Its values are displacement since the impact and
-    velocity, shape (2, K).
+    velocity, and the integrals of some formulas since then, by the same symbols, shape (2 + integrands, K).
     """
     hy = heyoka()
     place, velocity = hy.make_vars("d", "v")
     known = {S: hy.par[TIME] + hy.time, Z: hy.par[PLACE] + place, W: velocity}
     known |= {symbol: hy.par[VALUES + k] for k, symbol in enumerate(parameters)}
-    program = hy.taylor_adaptive([(place, velocity), (velocity, expression(acceleration, known))], [0.0, 0.0], tol=0.0)
+    rates = [(place, velocity), (velocity, expression(acceleration, known))]
+    rates += [(hy.make_vars(f"q{k}"), expression(one, known)) for k, one in enumerate(integrands)]
+    program = hy.taylor_adaptive(rates, [0.0] * len(rates), tol=0.0)
     lock = Lock()
 
     def sampled(pars: Floats, times: Floats) -> Floats:
         with lock:
-            program.time, program.state[:] = 0.0, (0.0, pars[PLACE_RATE])
+            program.time, program.state[:] = 0.0, 0.0
+            program.state[1] = pars[PLACE_RATE]
             program.pars[:] = pars[: len(program.pars)]
             return program.propagate_grid(times)[-1].T.copy()
 

@@ -1,0 +1,100 @@
+"""Observables of integrated flights: those of closed forms of the same systems, and balances of energy."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from nsmaps_bouncing_ball import BouncingBall
+from nsmaps_duffing import DuffingStop
+from nsmaps_impact_oscillator import ImpactOscillator
+from nsmaps_pendulum import PendulumStop
+from nsmaps_vi_pair import VIPair
+
+import nsmaps
+from nsmaps.errors import NsmapsError
+
+pytest.importorskip("heyoka")
+
+CHOSEN = [
+    "work",
+    "damping",
+    "loss",
+    "momentum",
+    {"name": "number", "formula": "1", "at": "B"},
+    {"name": "mean", "formula": "v*cos(phi)", "per": "v", "scale": 3},
+    {"name": "hardest", "formula": "v", "largest": True},
+    {"name": "waves", "formula": "(place + 0.3)**2*sin(phi) + r*cos(2*phi)", "of": "flights", "at": "B"},
+]
+
+
+class Pair(VIPair):
+    """The vibro-impact pair by its equation of motion."""
+
+    def acceleration(self, t, place, velocity):
+        return self.g_bar + sp.cos(sp.pi * t)
+
+
+class Oscillator(ImpactOscillator):
+    """The linear oscillator by its equation of motion."""
+
+    def acceleration(self, t, place, velocity):
+        return self.A * sp.cos(self.w * t) - 2 * self.zeta * velocity - place
+
+
+class Ball(BouncingBall):
+    """The bouncing ball by its equation of motion, seen from the table."""
+
+    def acceleration(self, t, place, velocity):
+        return -1 + self.Gamma * sp.sin(t)
+
+
+LINEAR = {"zeta": 0.05, "w": 0.81, "A": 0.7, "wall": 0.6}
+
+
+@pytest.mark.parametrize(
+    ("integrated", "exact", "starts"),
+    [
+        (Pair(d=0.35, g_bar=0.2113), VIPair(d=0.35, g_bar=0.2113), [[0.83, 0.36], [0.2, 0.1], [0.01, 3.0]]),
+        (Oscillator(**LINEAR), ImpactOscillator(**LINEAR), [[0.8, 0.4], [0.1, 2.0]]),
+        (Ball(Gamma=1.3, r=0.5), BouncingBall(Gamma=1.3, r=0.5), [[1.0, 2.0]]),
+        (Ball(Gamma=0.9, r=0.5), BouncingBall(Gamma=0.9, r=0.5), [[1.0, 2.0]]),
+    ],
+    ids=["pair", "oscillator", "ball with chatter and release", "ball that rests"],
+)
+def test_totals_are_those_of_the_closed_form(integrated, exact, starts):
+    got, expected = (nsmaps.observe(system, starts, 60, CHOSEN, discard=1, batches=3) for system in (integrated, exact))
+    assert got.outcome.tolist() == expected.outcome.tolist()
+    for name in ("totals", "weights", "time", "final"):
+        one, other = getattr(got, name), getattr(expected, name)
+        assert one == pytest.approx(other, rel=1e-10, abs=1e-10, nan_ok=True), name
+
+
+@pytest.mark.parametrize("name", ["work", "loss"])
+def test_formulas_of_one_kind_alone_have_the_same_totals(name):
+    system, where = Pair(d=0.35, g_bar=0.2113), ([0.83, 0.36], 5)
+    both = nsmaps.observe(system, *where, ["work", "loss"], batches=1)
+    assert nsmaps.observe(system, *where, [name], batches=1).totals[0, 0] == both.totals[0, both.names.index(name)]
+
+
+@pytest.mark.parametrize(
+    ("system", "start"),
+    [
+        (DuffingStop(c=0.1, a=1.0, b=0.5, f=0.7, w=1.0, d=0.6), [1.0, 0.5]),
+        (PendulumStop(c=0.2, f=0.9, w=0.8, stop=0.3), [0.5, 1.0]),
+    ],
+    ids=["duffing", "pendulum"],
+)
+def test_the_work_of_the_forcing_is_what_impacts_and_damping_take(system, start):
+    last = nsmaps.orbit(system, start, 300).final
+    cycles = (nsmaps.periodic_orbit(system, last, n) for n in range(1, 9))
+    cycle = next(cycle for cycle in cycles if cycle.converged and cycle.exists)
+    work, loss, damping = nsmaps.observe_orbit(system, cycle, ["work", "loss", "damping"]).per_period.value
+    assert min(work, loss, damping) > 1e-2
+    assert abs(work - loss - damping) < 1e-12 * work
+
+
+def test_what_integrated_flights_do_not_give():
+    system = Pair(d=0.35, g_bar=0.2113)
+    with pytest.raises(NsmapsError, match="the largest value of a formula of integrated flights is not known"):
+        nsmaps.observe(system, [0.83, 0.36], 3, ["displacement"])
+    cycle = nsmaps.periodic_orbit(system, [0.83, 0.36])
+    assert np.isnan(nsmaps.observe_orbit(system, cycle, ["loss", "work"], {"d": 1.0}).per_period.derivative).all()
