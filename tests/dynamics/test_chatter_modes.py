@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 import nsmaps
 from nsmaps import CompleteChatter, Guard, HybridSystem, Section, continue_branch
 from nsmaps.errors import NsmapsError
+from nsmaps.testing import check_system
 
 ENDS = "end of complete chatter"
 WAYS = {"Gamma": (1, 0), "s": (0, 1)}  #: parameters by which an image is differentiated
@@ -203,6 +204,12 @@ def test_derivatives_pass_chatter_of_one_of_two_masses():
     assert np.abs(expected).max() > 0.1
     assert np.abs(found.derivative[0] - expected).max() < 1e-5
     assert np.abs(system.sensitivity([start], {"f": 1.0})[0] - slope(np.zeros(4), 1)).max() < 1e-5
+
+
+@pytest.mark.filterwarnings("ignore:.*has no description")
+def test_starts_in_contact_are_followed_as_by_an_integrator():
+    check_system(Table(Gamma=1.3, r=0.5, s=0.5), states=[[0.0, 0.0], [0.3, -0.2]])
+    check_system(Held(b=0.05, w=0.3, f=1.5, d=0, r=0.4, k2=2.0), states=[[0, 0, 0.6, -0.8], [-0.3, 0, 0.6, -0.8]])
 
 
 def test_chatter_as_one_event_is_refused_with_what_to_write():
