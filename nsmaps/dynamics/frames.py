@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from nsmaps.exact.compiling.compiled import njit
+from nsmaps.exact.engine.jit import inner
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def inner_product(columns, i, j):
     """The inner product of two columns."""
     total = 0.0
@@ -16,7 +17,25 @@ def inner_product(columns, i, j):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
+def filled(columns, i):
+    """Write into a column what remains of the axis farthest from the previous columns, which are orthonormal."""
+    axis, least = 0, math.inf
+    for a in range(len(columns)):
+        held = 0.0
+        for b in range(i):
+            held += columns[a, b] * columns[a, b]
+        if held < least:
+            axis, least = a, held
+    for a in range(len(columns)):
+        along = 0.0
+        for b in range(i):
+            along += columns[a, b] * columns[axis, b]
+        columns[a, i] = -along
+    columns[axis, i] += 1.0
+
+
+@inner
 def orthonormalized(columns, growth):
     """Make the columns of a frame orthonormal in place, by modified Gram-Schmidt, and write the logarithms of their lengths.
 
@@ -28,13 +47,12 @@ def orthonormalized(columns, growth):
         length = math.sqrt(inner_product(columns, i, i))
         while length == 0.0 and i + 1 < left:
             left -= 1
-            columns[:, i], columns[:, left] = columns[:, left].copy(), columns[:, i].copy()
+            for a in range(dim):
+                columns[a, i], columns[a, left] = columns[a, left], columns[a, i]
             length = math.sqrt(inner_product(columns, i, i))
         growth[i] = math.log(length)
         if length == 0.0:
-            axis = np.argmin((columns[:, :i] ** 2).sum(axis=1))  # the farthest from the previous columns
-            columns[:, i] = -(columns[:, :i] * columns[axis, :i]).sum(axis=1)
-            columns[axis, i] += 1.0
+            filled(columns, i)
             length = math.sqrt(inner_product(columns, i, i))
         for a in range(dim):
             columns[a, i] /= length
@@ -58,4 +76,6 @@ def carried(derivatives, frames, growth):
                         total += derivatives[i, k, a, c] * frames[k, c, b]
                     columns[a, b] = total
             orthonormalized(columns, growth[i, k])
-            frames[k] = columns
+            for a in range(dim):
+                for b in range(dim):
+                    frames[k, a, b] = columns[a, b]

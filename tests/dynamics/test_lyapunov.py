@@ -238,3 +238,16 @@ def test_frames_are_those_of_a_qr_decomposition(unit):
         q, r = np.linalg.qr(derivatives[0, k])
         assert np.allclose(frames[k], q * np.sign(np.diag(r)), atol=1e-13)
         assert np.allclose(growth[0, k], np.log(np.abs(np.diag(r))) + np.log(unit), atol=1e-12)
+
+
+@pytest.mark.parametrize("rank", [0, 1, 2])
+def test_a_frame_stays_one_where_directions_are_forgotten(rank):
+    """Columns that are not zero come first, with finite lengths, and span the image; the others fill the space."""
+    derivative = np.random.default_rng(8).normal(size=(3, 3))
+    derivative[:, : 3 - rank] = 0
+    frames, growth = np.eye(3)[None].copy(), np.empty((1, 1, 3))
+    carried(derivative[None, None], frames, growth)
+    basis = frames[0]
+    assert np.allclose(basis.T @ basis, np.eye(3), atol=1e-13)
+    assert np.allclose(basis[:, :rank] @ basis[:, :rank].T @ derivative, derivative, atol=1e-13)
+    assert np.isfinite(growth[0, 0]).tolist() == [True] * rank + [False] * (3 - rank)
