@@ -50,9 +50,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.design.optimum import optimize as optimize
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation as Bifurcation
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation as bifurcation
-    from nsmaps.dynamics.diagrams.stability import EventCurve as EventCurve
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram as StabilityDiagram
-    from nsmaps.dynamics.diagrams.stability import event_curve as event_curve
     from nsmaps.dynamics.diagrams.stability import stability_diagram as stability_diagram
     from nsmaps.dynamics.iterated import Iterated as Iterated
     from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
@@ -169,7 +167,7 @@ _PUBLIC = {
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.returnmap": ("ReturnMap",),
     "dynamics.search": ("periodic_orbits",),
-    "dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram", "event_curve", "stability_diagram"),
+    "dynamics.diagrams.stability": ("StabilityDiagram", "stability_diagram"),
     "dynamics.charts.chart": ("Chart", "chart"),
     "dynamics.continuation.branch": ("Branch",),
     "errors": ("NsmapsError",),
@@ -208,6 +206,7 @@ _PUBLIC = {
     "study.study": ("Study",),
 }
 _HOME = {name: f"nsmaps.{module}" for module, names in _PUBLIC.items() for name in names}
+_FORMER = {"event_curve": "bifurcation_curve, from an event of a branch", "EventCurve": "BifurcationCurve"}
 __all__ = sorted([*_HOME, "__version__", "show_versions"])
 
 
@@ -218,6 +217,8 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         from nsmaps.errors import near_match
 
+        if name in _FORMER:
+            raise AttributeError(f"module 'nsmaps' has no attribute {name!r} any more; expected: {_FORMER[name]}")
         raise AttributeError(f"module 'nsmaps' has no attribute {name!r}{near_match(name, __all__)}")
     return getattr(import_module(_HOME[name]), name)
 

@@ -22,6 +22,7 @@ AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by cl
     "Coverage": {"fractions": "piece", "uncovered": "state coordinate", "boxes": "box coordinate end"},
     "DiagonalRegion": {"start": "state coordinate", "box": "coordinate end"},
     "LimitSet": {"states": "point coordinate", "multipliers": "multiplier"},
+    "BifurcationCurve": {"parameters": "orbit parameter", "points": "orbit point coordinate", "multipliers": "orbit multiplier"},
     "EventCurve": dict.fromkeys(("values", "across", "precision"), "value"),
     "FitReport": dict.fromkeys(("r2", "sse", "max_error", "condition", "points", "terms", "left_out", "loss"), "coordinate"),
     "ImpactDiagram": {"values": "value", "wall": "value impact", "speed": "value impact"},

@@ -163,8 +163,8 @@ _ROWS = (
     ),
     Row(
         "longrun.stability",
-        "The plane of two parameters coloured by the motion that attracts, with curves of events.",
-        "The motion to which one orbit converges at each point of two parameters, and the curves on which a branch has an event. "
+        "The plane of two parameters coloured by the motion that attracts, with bifurcation curves.",
+        "The motion to which one orbit converges at each point of two parameters, and bifurcation curves of branches. "
         "Another initial state may converge to another motion.",
         (data.STABILITY,),
     ),

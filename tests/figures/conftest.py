@@ -21,9 +21,10 @@ from nsmaps.cells.morse_sets import MorseCover
 from nsmaps.coordinates import Angle, wrap
 from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.continuation.follow import continue_branch
+from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
-from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
+from nsmaps.dynamics.diagrams.stability import StabilityDiagram
 from nsmaps.dynamics.lyapunov import Lyapunov, LyapunovSweep
 from nsmaps.dynamics.noise.orbits import Noise
 from nsmaps.dynamics.noise.residence import Residence
@@ -210,7 +211,8 @@ def _stability() -> dict[str, Any]:
     along, across = np.array([0.0, 0.1, 0.2]), np.array([0.4, 0.6])
     period, labels = np.array([[2, 1, 1], [2, 2, 1]]), np.array([["1:1/2T", "1:1/T", "1:1/T"], ["1:1/2T", "1:1/2T", "1:1/T"]])
     made = StabilityDiagram(along, across, period, labels, np.zeros((2, 3), np.int8), ("", ""))
-    curve = EventCurve("period doubling", np.array([0.05, 0.15]), across, np.zeros(2), ("", ""))
+    line = np.array([[0.05, 0.4], [0.15, 0.6]])
+    curve = BifurcationCurve("period doubling", line, np.zeros((2, 1, 2)), ("BTB",), -np.ones((2, 2), complex), (), ("", ""))
     return {"branches": {"one": (one,)}, "stability": made, "curves": {"period doubling of one": curve}}
 
 

@@ -10,7 +10,6 @@ import nsmaps
 from nsmaps.dynamics.charts.chart import Chart
 from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.curves.curve import BifurcationCurve
-from nsmaps.dynamics.diagrams.stability import EventCurve
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, mean, sheets
 from nsmaps.study.store.archive import FORMAT
@@ -80,10 +79,6 @@ def test_the_colours_may_be_by_periods_of_the_forcing(ax):
 
 
 def test_curves_lie_over_it(ax):
-    curve = EventCurve("period doubling", np.array([0.2, np.nan]), np.array([0.5, 0.6]), np.zeros(2), ("", "lost"))
-    chart(made(), ax, curves={"period doubling of 1:1": curve})
-    (line,) = [line for line in ax.lines if line.get_label() == "period doubling of 1:1"]
-    assert np.array_equal(line.get_xdata(), curve.values, equal_nan=True)
     around = np.array([[0.1, 0.5], [0.2, 0.55], [0.1, 0.6]])
     fold = BifurcationCurve("fold", around, np.zeros((3, 1, 2)), ("BTB",), np.ones((3, 2), complex), (), ("", ""))
     chart(made(), ax, curves={"fold of 1:1": fold})

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
+from nsmaps.dynamics.curves.curve import BifurcationCurve, SpecialPoint
 from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.longrun.stability import sheets, stability
@@ -43,11 +44,18 @@ def test_the_rest_is_other(ax):
     assert sorted(np.ravel(seen(ax)).tolist()) == sorted(["other", *map(str, range(1, 8))])
 
 
-def test_curves_lie_over_it(ax):
-    curve = EventCurve("period doubling", np.array([0.2, np.nan]), DIAGRAM.across, np.zeros(2), ("", "lost"))
-    stability(DIAGRAM, ax, curves={"period doubling of 1:1": curve})
-    (line,) = [line for line in ax.lines if line.get_label() == "period doubling of 1:1"]
-    assert np.array_equal(line.get_xdata(), curve.values, equal_nan=True)
+def test_curves_lie_over_it_with_their_special_points(ax):
+    line = np.array([[0.2, 0.5], [0.9, 0.55], [0.3, 0.6]])
+    cusp = SpecialPoint("cusp", (0.25, 0.55), (1e-9, 1e-9), None)
+    curve = BifurcationCurve("fold", line, np.zeros((3, 1, 2)), ("BTB",), np.ones((3, 2), complex), (cusp,), ("", ""))
+    of_before = EventCurve("period doubling", np.array([0.2, np.nan]), DIAGRAM.across, np.zeros(2), ("", "lost"))
+    stability(DIAGRAM, ax, curves={"fold of 1:1": curve, "period doubling of 1:1": of_before})
+    drawn = {each.get_label(): each.get_xydata() for each in ax.lines}
+    assert np.array_equal(drawn["fold of 1:1"], line)
+    assert np.array_equal(drawn["cusp"], [[0.25, 0.55]])
+    assert np.array_equal(drawn["period doubling of 1:1"], [[0.2, 0.5], [np.nan, 0.6]], equal_nan=True)
+    assert ax.get_xlim() == pytest.approx((0.05, 0.45))  # that of the diagram
+    assert [text.get_text() for text in ax.get_legend().get_texts()][-3:] == ["fold of 1:1", "period doubling of 1:1", "cusp"]
 
 
 def test_the_sheet_shows_motions_and_curves_of_the_study(result):

@@ -17,12 +17,15 @@ from nsmaps import Along, Outcome, bifurcation, lyapunov_sweep, periodic_orbit, 
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
+from nsmaps.dynamics.curves.curve import SpecialPoint
 from nsmaps.dynamics.diagrams import stability
 from nsmaps.errors import StudyError
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import outermost
 from nsmaps.study.result import StudyResult
+from nsmaps.study.store.archive import write
 
+STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 BALL = """\
 system: ball
 parameters: {a: 1.2, r: 0.5}
@@ -191,13 +194,27 @@ def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() 
         assert np.array_equal(each.stability.outcome, direct.outcome)
         assert list(each.curves) == ["period doubling of one", "fold of one"]
         for curve, exact in zip(each.curves.values(), (doubling, fold), strict=True):
-            assert np.array_equal(curve.across, across)
-            assert np.allclose(curve.values, [exact(e) for e in across], atol=1e-8)
-            assert set(curve.reasons) == {""}
+            a, r = curve.parameters.T
+            assert np.abs(a - [exact(e) for e in r]).max() < 1e-11
+            assert sorted(r[[0, -1]]) == pytest.approx([0.46, 0.54])
+            assert {end.split(" at ")[0] for end in curve.ended} == {"the range of the second parameter ends"}
     numbers = json.loads(Path("out/result.json").read_text())["numbers"]["stability"]
     assert sum(numbers["shares"].values()) == pytest.approx(1)
     assert numbers["shares"]["1"] == (direct.period == 1).mean()
-    assert numbers["curves"]["fold of one"]["values"] == made.curves["fold of one"].values.tolist()
+    assert numbers["curves"]["fold of one"]["parameters"] == made.curves["fold of one"].parameters.tolist()
+
+
+def test_points_of_codimension_two_are_read_back_and_in_numbers(tmp_path: Path) -> None:
+    made = read_result(STORED / "curves")
+    fold = made.curves["fold of one"]
+    event = made.branches["one"][0].events[0]
+    cusp = SpecialPoint("cusp", (1.05, 0.5), (1e-9, 2e-9), event.orbit)
+    write(replace(made, curves={"fold of one": replace(fold, special=(cusp,))}), tmp_path)
+    (again,) = read_result(tmp_path).curves["fold of one"].special
+    assert (again.kind, again.parameters, again.precision) == ("cusp", (1.05, 0.5), (1e-9, 2e-9))
+    assert np.array_equal(again.orbit.states, event.orbit.states)
+    numbers = json.loads((tmp_path / "result.json").read_text())["numbers"]["stability"]
+    assert numbers["curves"]["fold of one"]["special"] == [{"kind": "cusp", "parameters": [1.05, 0.5], "precision": [1e-9, 2e-9]}]
 
 
 def graze(r: float, g: float) -> float:
@@ -223,7 +240,17 @@ stability:
 
 def test_a_curve_of_grazes_is_that_of_the_closed_form() -> None:
     curve = ran(GRAZE).curves["grazing of BB"]
-    assert np.abs(curve.values - [graze(r, 0.2113) for r in (0.49, 0.5, 0.51)]).max() < 1e-9
+    d, r = curve.parameters.T
+    assert np.abs(d - [graze(x, 0.2113) for x in r]).max() < 1e-10
+    assert np.ptp(r) == pytest.approx(0.02)
+
+
+def test_a_curve_without_its_event_says_why_and_nothing_is_lost() -> None:
+    made = ran(GRAZE.replace("event: grazing", "event: period doubling"))
+    (verdict,) = [each for each in made.verdicts if each.name == "stability: curve of the period doubling of BB"]
+    assert verdict.text.startswith("no: the branch has none: ")
+    assert made.curves["period doubling of BB"].parameters.shape == (0, 2)
+    assert made.stability is not None
 
 
 LOCKED = """\
@@ -345,7 +372,7 @@ def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch) 
     again = ran(BALL + STABILITY, out="out", resume=True)
     assert np.allclose(rows, np.linspace(0.46, 0.54, 5)[3:])
     assert np.array_equal(again.stability.labels, whole.stability.labels)
-    assert np.array_equal(again.curves["fold of one"].values, whole.curves["fold of one"].values)
+    assert np.array_equal(again.curves["fold of one"].parameters, whole.curves["fold of one"].parameters)
     assert not Path("out/parts").exists()
 
 

@@ -28,7 +28,10 @@ def test_it_is_the_chart_of_the_function(result):
     assert direct.motions == result.chart.motions
     for name in ARRAYS:
         assert getattr(direct, name).tobytes() == getattr(result.chart, name).tobytes()
-    assert np.isfinite(result.chart_curves["period doubling of 1:1"].values).tolist() == [True, True, False, False]
+    curve = result.chart_curves["period doubling of 1:1"]
+    assert np.abs(curve.multipliers + 1).min(axis=1).max() < 1e-9
+    assert curve.parameters[:, 0].min() >= 0.3  # the range of the branch
+    assert curve.parameters[:, 1].min() == pytest.approx(0.45)
 
 
 def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):

@@ -1,4 +1,4 @@
-"""Stability diagrams: the attracting motion over two parameters, and the curves on which it changes."""
+"""Stability diagrams: the attracting motion over two parameters."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,15 +9,11 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import StateLike
-from nsmaps.dynamics.continuation.events import FOLD
-from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason, starts_under
+from nsmaps.dynamics.returnmap import ReturnMap, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
-from nsmaps.progress import shows
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -40,13 +36,28 @@ class StabilityDiagram:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventCurve:
-    """The values of one parameter at which an event occurs, over W values of another."""
+    """The values of one parameter at which an event occurs, over W values of another, as runs of earlier versions hold them."""
 
     kind: str
     values: Floats  #: shape (W,), of the parameter that is continued; NaN where no event was found
     across: Floats  #: shape (W,), of the other
     precision: Floats  #: shape (W,), of the values
     reasons: tuple[str, ...]  #: W texts, the reason why a branch ended without the event; "" where it has the event
+
+    @property
+    def parameters(self) -> Floats:
+        """Shape (W, 2), as of a `BifurcationCurve`."""
+        return np.column_stack([self.values, self.across])
+
+    @property
+    def ended(self) -> tuple[str, ...]:
+        """The reasons why it has no point, without repetition."""
+        return tuple(dict.fromkeys(filter(None, self.reasons)))
+
+    @property
+    def special(self) -> tuple[()]:
+        """None was located."""
+        return ()
 
 
 @divides
@@ -110,46 +121,6 @@ def _row(
     period = np.where(diagram.held[:, 0], diagram.period[:, 0], -1)
     reason = np.array(next(filter(None, diagram.reasons), ""))
     return {"period": period, "labels": diagram.labels[:, 0], "outcome": diagram.outcome[:, 0], "reason": reason}
-
-
-@shows
-def event_curve(
-    map_of: Callable[[float, float], ReturnMap],
-    orbit: PeriodicOrbit,
-    value: float,
-    across: ArrayLike,
-    kind: str,
-    bounds: tuple[float, float],
-    direction: Literal["up", "down"] = "down",
-    step: float = 0.02,
-) -> EventCurve:
-    """The first event of a kind on the branch of an orbit in one parameter, before it folds, for each value of another.
-
-    The orbit at `value` is continued from one value of the other parameter to the next, which should therefore be close; from
-    there its branch is followed to the event.
-
-    Args:
-        map_of: the return map at a value of each parameter.
-        orbit: at `value` and the first value across.
-        across: shape (W,), in the order in which they are taken.
-        kind: of the event, such as `period doubling`; see `Event`.
-        value, bounds, direction, step: as in `continue_branch`.
-    """
-    rows = np.atleast_1d(np.asarray(across, float))
-    found, precision = np.full((2, len(rows)), np.nan)
-    reasons = [""] * len(rows)
-    for k, other in enumerate(rows.tolist()):
-        map, reasons[k] = map_or_reason(map_of, value, other)
-        if map is None:
-            continue
-        here = periodic_orbit(map, orbit.states, len(orbit.states))
-        branch = continue_branch(_at(map_of, other), here, value, bounds, direction, step, until=(kind, FOLD))
-        if events := branch.of_kind(kind):
-            found[k], precision[k] = events[0].parameter, events[0].precision
-        else:
-            reasons[k] = branch.ended
-        orbit = here if here.converged else orbit
-    return EventCurve(kind, found, rows, precision, tuple(reasons))
 
 
 def _at(map_of: Callable[[float, float], ReturnMap], second: float) -> Callable[[float], ReturnMap]:

@@ -11,14 +11,15 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, TwoSlopeNorm
 from matplotlib.patches import Patch
 
 from nsmaps.arrays import Bools, Floats, Ints
-from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import CHART
+from nsmaps.figures.longrun.stability import draw_curves
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, YELLOW, dress
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import Chart
+    from nsmaps.dynamics.curves.curve import BifurcationCurve
     from nsmaps.dynamics.diagrams.stability import EventCurve
     from nsmaps.study.result import StudyResult
 
@@ -26,11 +27,10 @@ PERIODS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, BLUE, RED, OLIVE, BROWN)  #: of 
 LONGER, CHAOS, NOTHING = len(PERIODS) + 1, len(PERIODS) + 2, len(PERIODS) + 3  #: numbers of further kinds
 COLOURS = (*PERIODS, GREY, BLACK, "#FFFFFF")  #: of the kinds from 1 on
 SEVERAL, REFUSED = "////", "xxxx"  #: hatches
-LINES = ("-", "--", ":", "-.")
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: the periods with the curves of events, the exponents, and a panel for each observable, each with the optimum."""
+    """One sheet: the periods with bifurcation curves, the exponents, and a panel for each observable, each with the optimum."""
     diagram, curves = CHART.of(result, "chart"), result.chart_curves
     means = (partial(mean, diagram, name=name) for name in diagram.observables)
     panels: tuple[Panel, ...] = (partial(chart, diagram, curves=curves), partial(exponents, diagram), *means)
@@ -61,7 +61,7 @@ def chart(
     Args:
         diagram: from `nsmaps.chart`.
         by: `period` in returns or `turns`, the period in periods of the forcing.
-        curves: events in the same parameters by name, drawn over it.
+        curves: bifurcations in the same parameters by name, drawn over it.
 
     Raises:
         NsmapsError: `by` is neither.
@@ -78,11 +78,7 @@ def chart(
     shown = [number for number in names if (kinds[~diagram.refused] == number).any()]
     patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
     patches += _hatched(ax, diagram)
-    for (name, curve), line in zip((curves or {}).items(), LINES * len(curves or {}), strict=False):
-        points = curve.parameters.T if isinstance(curve, BifurcationCurve) else (curve.values, curve.across)
-        ax.plot(*points, color="#FFFFFF", lw=1.9)
-        patches += ax.plot(*points, line, color=BLACK, lw=0.8, label=name)
-    ax.legend(handles=patches)
+    ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
     ax.set_title("period in returns" if by == "period" else "period in periods of the forcing")
     return _dressed(diagram, ax)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
@@ -15,17 +16,19 @@ from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, GREY, MAGENTA, ORANGE, RED, SKY, YELLOW, dress
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.curves.curve import BifurcationCurve
     from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
     from nsmaps.study.result import StudyResult
 
 _COLOURS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, RED, BLUE)
 _CHAOS, _OTHER, _NONE = "no period found", "other", "no attractor"
+LINES = ("-", "--", ":", "-.")
+MARKS = {"cusp": "^", "fold-flip": "s", "1:1 resonance": "o", "1:2 resonance": "D", "1:3 resonance": "v", "1:4 resonance": "P"}
 _LAST = {_OTHER: GREY, _CHAOS: "#333333", _NONE: "#FFFFFF"}
-_LINES = ("-", "--", ":", "-.")
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: the motions, with the curves of events."""
+    """One sheet: the motions, with bifurcation curves."""
     diagrams, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
     names, curves = (asked.sweep.parameter, asked.across.parameter), result.curves
     return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, 0.6, legend=True),)
@@ -36,7 +39,7 @@ def stability(
     ax: Axes,
     parameters: Sequence[str] = ("", ""),
     by: str = "period",
-    curves: Mapping[str, "EventCurve"] | None = None,
+    curves: "Mapping[str, BifurcationCurve | EventCurve] | None" = None,
 ) -> Axes:
     """What attracts over two parameters: a colour for each of the seven most frequent periods in returns, or motions n:m/pT.
 
@@ -44,7 +47,7 @@ def stability(
         diagram: from `stability_diagram`.
         parameters: names of the one along and of the one across, for the axes.
         by: `period` or `motion`.
-        curves: events in the same parameters by name, drawn over it.
+        curves: bifurcations in the same parameters by name, drawn over it.
 
     Raises:
         NsmapsError: `by` is neither.
@@ -60,14 +63,24 @@ def stability(
     colours = [table[name] for name in shown]
     norm = BoundaryNorm(np.arange(len(shown) + 1) - 0.5, len(shown))
     ax.pcolormesh(diagram.along, diagram.across, cells, cmap=ListedColormap(colours), norm=norm, rasterized=True)
-    named = curves or {}
-    for (name, curve), line in zip(named.items(), _LINES * len(named), strict=False):
-        ax.plot(curve.values, curve.across, color="#FFFFFF", lw=1.9)
-        ax.plot(curve.values, curve.across, line, color=BLACK, lw=0.8, label=name)
     patches = [Patch(facecolor=table[name], edgecolor="0.5", label=name) for name in shown]
-    lines = ax.get_legend_handles_labels()[0]
-    ax.legend(handles=[*patches, *lines])
+    ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
     return dress(ax, (parameters[0], ""), (parameters[1], ""))
+
+
+def draw_curves(ax: Axes, curves: "Mapping[str, BifurcationCurve | EventCurve]") -> list[Line2D]:
+    """Draw curves within the limits of the axes, by name; the lines and marks that a legend names."""
+    limits = ax.get_xlim(), ax.get_ylim()
+    named: list[Line2D] = []
+    for (name, curve), line in zip(curves.items(), LINES * len(curves), strict=False):
+        ax.plot(*curve.parameters.T, color="#FFFFFF", lw=1.9)
+        named += ax.plot(*curve.parameters.T, line, color=BLACK, lw=0.8, label=name)
+    special = [point for curve in curves.values() for point in curve.special]
+    for kind in dict.fromkeys(point.kind for point in special):
+        places = np.array([point.parameters for point in special if point.kind == kind])
+        named += ax.plot(*places.T, MARKS[kind], ms=4, color="#FFFFFF", mec=BLACK, mew=0.8, label=kind)
+    ax.set(xlim=limits[0], ylim=limits[1])
+    return named
 
 
 def _names(diagram: "StabilityDiagram", by: str) -> NDArray[np.str_]:

@@ -10,18 +10,18 @@ from pydantic import BaseModel, Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
-from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Section, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
+from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
 from nsmaps.study.sections.parameters.motions import NONE
-from nsmaps.study.sections.parameters.stability import CurveSection, check_curves, curve_of, plain_curves
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import Chart
+    from nsmaps.dynamics.curves.curve import BifurcationCurve
     from nsmaps.dynamics.diagrams.stability import EventCurve
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
@@ -71,7 +71,7 @@ class Stored:
     """The fields of a result for a chart."""
 
     chart: "Chart | None" = None
-    chart_curves: "dict[str, EventCurve]" = field(default_factory=dict)  #: of events, by branch and event
+    chart_curves: "dict[str, BifurcationCurve | EventCurve]" = field(default_factory=dict)  #: by event and branch
 
 
 def _bind(spec: ChartSection, binding: "Binding") -> Floats:
@@ -86,18 +86,16 @@ def _bind(spec: ChartSection, binding: "Binding") -> Floats:
 
 
 def _compute(spec: ChartSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The chart, and the curves of events."""
+    """The chart, and the curves of bifurcations."""
     from nsmaps.dynamics.charts.chart import chart
 
-    spans, count = (spec.sweep, spec.across), 1 + len(spec.curves)
+    spans = spec.sweep, spec.across
     plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
     how: Any = spec.model_dump(include={"returns", "discard", "max_period", "direction", "refine"})
-    map_of, curves = Along(plan.system, *plane), {}
+    map_of, jobs = Along(plan.system, *plane), plan.portion(0, 1 + len(spec.curves))
     with plan.study.source.located(("chart",)):
-        diagram = chart(plan.system, plane, plan.bound["chart"], **how, observables=spec.observables, jobs=plan.portion(0, count))
-        for number, each in enumerate(spec.curves, 1):
-            curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, map_of, plane[spec.across.parameter])
-            beat((number + 1) / count)
+        diagram = chart(plan.system, plane, plan.bound["chart"], **how, observables=spec.observables, jobs=jobs)
+        curves = curves_of(plan, result, spec.curves, map_of, (spec.across.low, spec.across.high))
     return {"chart": diagram, "chart_curves": curves}
 
 
@@ -133,6 +131,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     found = result.chart
     if found is not None and found.refused.any():
         yield missing("chart", result.system.map_name, int(found.refused.sum()), f"{found.refused.size} pixels", found.reason)
+    yield from missing_curves("chart", result.system.map_name, result.chart_curves)
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:

@@ -1,0 +1,99 @@
+"""Bifurcation curves over the plane of the sections `stability` and `chart`: events of branches followed in two parameters."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import BaseModel
+
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.progress import beat
+from nsmaps.study.conclusions.texts import plain
+from nsmaps.study.reading.values import SPEC, Range
+from nsmaps.study.sections.base import Verdict
+from nsmaps.study.sections.parameters.branches import mapped
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.curves.curve import BifurcationCurve
+    from nsmaps.dynamics.diagrams.stability import EventCurve
+    from nsmaps.study.sections.base import Plan, Study, StudyResult
+
+Followed = Literal["period doubling", "fold", "Neimark-Sacker", "grazing", "border collision"]
+
+
+class CurveSection(BaseModel):
+    """The curve in two parameters of the first event of a kind on a branch."""
+
+    model_config = SPEC
+    branch: str
+    event: Followed
+
+
+def check_curves(key: str, sweep: Range, curves: tuple[CurveSection, ...], study: "Study") -> None:
+    """Raise StudyError at the first curve of a section without its branch or event there, or given twice."""
+    name = sweep.parameter
+    branches = {branch.name: branch for branch in study.branches if branch.parameter == name}
+    for number, curve in enumerate(curves):
+        loc = (key, "curves", number)
+        study.source.known((*loc, "branch"), curve.branch, list(branches), f"branch in {name!r}")
+        located = (*branches[curve.branch].events, "grazing", "border collision")
+        if curve.event not in located:
+            text = f"the branch {curve.branch!r} locates no {curve.event}; expected: one of its 'events', {', '.join(located)}"
+            raise study.source.error((*loc, "event"), text)
+        if curve in curves[:number]:
+            text = f"the curve of {curve.branch!r} and {curve.event!r} is given twice; expected: each once"
+            raise study.source.error(loc, text)
+
+
+def curves_of(
+    plan: "Plan", result: "StudyResult", curves: Sequence[CurveSection], map_of: Along, across: tuple[float, float]
+) -> dict[str, "BifurcationCurve"]:
+    """The curves by event and branch, as the part of a section's work after its diagram."""
+    found = {}
+    for number, each in enumerate(curves, 1):
+        found[f"{each.event} of {each.branch}"] = _curve(plan, result, each, map_of, across)
+        beat((number + 1) / (len(curves) + 1))
+    return found
+
+
+def _curve(
+    plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Along, across: tuple[float, float]
+) -> "BifurcationCurve":
+    """The first event of its kind on a branch, followed in both parameters; without orbits where there is none."""
+    from nsmaps.dynamics.curves.curve import BifurcationCurve, bifurcation_curve
+
+    section = next(branch for branch in plan.study.branches if branch.name == curve.branch)
+    branches = result.branches[curve.branch]
+    event = next((event for branch in branches for event in branch.of_kind(curve.event)), None)
+    if event is None:
+        ends = "; ".join(dict.fromkeys(branch.ended for branch in branches))
+        return BifurcationCurve.empty(curve.event, f"the branch has none: {ends}")
+    assert map_of.second is not None
+    own = plan.system.parameters[map_of.second]
+    bounds = section.bounds, (min(own, across[0]), max(own, across[1]))
+    try:
+        return bifurcation_curve(mapped(section, map_of), event, own, bounds, section.step)
+    except NsmapsError as error:
+        return BifurcationCurve.empty(curve.event, str(error))
+
+
+def plain_curves(curves: "Mapping[str, BifurcationCurve | EventCurve]") -> dict[str, Any]:
+    """Curves for JSON: the parameters along each, the reasons of its ends, and its points of codimension two."""
+    return {
+        name: {
+            "parameters": plain(curve.parameters),
+            "ended": list(curve.ended),
+            "special": [
+                {"kind": point.kind, "parameters": list(point.parameters), "precision": list(point.precision)}
+                for point in curve.special
+            ],
+        }
+        for name, curve in curves.items()
+    }
+
+
+def missing_curves(key: str, of: str, curves: "Mapping[str, BifurcationCurve | EventCurve]") -> Iterator[Verdict]:
+    """The failed verdicts on curves without orbits."""
+    for name, curve in curves.items():
+        if not len(curve.parameters):
+            yield Verdict(f"{key}: curve of the {name}", of, False, False, f"no: {curve.ended[0]}")
