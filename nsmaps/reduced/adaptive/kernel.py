@@ -7,6 +7,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.compiling.compiled import njit
+from nsmaps.exact.engine.jit import LEAN
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT
@@ -46,7 +47,14 @@ SPEED_LOW, SPEED_HIGH, S_CHART, BELOW_FIRST, BELOW_COUNT, ABOVE_FIRST, ABOVE_COU
 S_CENTRE, S_SCALE, X_CENTRE, X_SCALE, DEGREE, OFFSET = range(8, 14)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+FAST = {"contract", "nsz"}  #: a product and a sum may be rounded once, and zeros have no sign
+inner = njit(**LEAN, fastmath=FAST)
+inlined = njit(**LEAN, fastmath=FAST, forceinline=True)
+allocating = njit(**{**LEAN, "_nrt": True}, fastmath=FAST)
+entry = njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+
+
+@inlined
 def along(low, high, chart, v):
     """The place s in [-1, 1] of a speed in a slab."""
     if chart == LOW:
@@ -56,14 +64,14 @@ def along(low, high, chart, v):
     return 2.0 * ((v - low) / (high - low)) - 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@inlined
 def across(rise, drop, chart):
     """The place x in [0, 1] across a cell, of a state at these heights above its lower and below its upper edge."""
     x = (drop if chart == HIGH else rise) / (rise + drop)
     return x if chart == STRAIGHT else math.sqrt(x)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@inlined
 def phase(curve, first, count, s):
     """The phase at s of a curve of `count` segments."""
     x = (s + 1.0) * (0.5 * count)
@@ -75,7 +83,7 @@ def phase(curve, first, count, s):
     return low + (tt * tt) * ((curve[k, 4] + t * curve[k, 5]) + tt * (curve[k, 6] + t * curve[k, 7]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@inner
 def search(tables, v, phi):
     """The leaf of a state in the box, or EXACT."""
     box, slab, segment = tables.box, tables.slab, tables.segment
@@ -104,7 +112,7 @@ def search(tables, v, phi):
     return tables.child[node, 0]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@inner
 def places(row, curve, u, w):
     """Transform speeds and phases of states of one leaf, in place, to its coordinates u and w in [-1, 1]."""
     low, high, bend, chart = row[SPEED_LOW], row[SPEED_HIGH], row[S_CHART], row[X_CHART]
@@ -120,7 +128,7 @@ def places(row, curve, u, w):
         u[j] = (u[j] - s0) * s_scale
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, forceinline=True)
+@inlined
 def polynomials(a, at, degree, u, w):
     """Speed and advance of the phase: four powers of u together, in powers of w, from the highest on."""
     uu = u * u
@@ -136,7 +144,7 @@ def polynomials(a, at, degree, u, w):
     return speed, advance
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@inner
 def leaves_of(tables, v, phi, number):
     """The leaf of every state, EXACT or OUTSIDE, written into an array. The raster gives it except near boundaries."""
     box, raster = tables.box, tables.raster
@@ -152,7 +160,7 @@ def leaves_of(tables, v, phi, number):
         number[i] = k
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@inner
 def crowd(a, at, degree, u, w, rows, speed, advance):
     """As `polynomials`, for many states of one leaf together."""
     n = len(u)
@@ -176,7 +184,7 @@ def crowd(a, at, degree, u, w, rows, speed, advance):
             advance[k] = advance[k] * (uu * uu) + (low + uu * high)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@allocating
 def by_leaf(number, leaves):
     """The states ordered by leaf, and the place at which each leaf begins; a state in no leaf has a number below 0."""
     first = np.zeros(leaves + 1, np.int64)
@@ -193,13 +201,13 @@ def by_leaf(number, leaves):
     return order, first
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@entry
 def evaluate(tables, v, phi, speed, advance, number):
     """Speeds, advances of the phase and leaves of a batch, written into the given arrays."""
     leaf, curve, coefficient = tables.leaf, tables.curve, tables.coefficient
     leaves_of(tables, v, phi, number)
-    speed[:] = math.nan
-    advance[:] = math.nan
+    for i in range(len(v)):
+        speed[i], advance[i] = math.nan, math.nan
     order, first = by_leaf(number, len(leaf))
     u, w, rows, f, g = np.empty(BLOCK), np.empty(BLOCK), np.empty((8, BLOCK)), np.empty(BLOCK), np.empty(BLOCK)
     for k in range(len(leaf)):
@@ -218,7 +226,7 @@ def evaluate(tables, v, phi, speed, advance, number):
                 speed[order[begin + j]], advance[order[begin + j]] = f[j], g[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@entry
 def turned_into(phases, start, v, phi):
     """Write speeds, and phases in the turn from the lowest phase on, of states (N, 2)."""
     low, high = phases
@@ -229,7 +237,7 @@ def turned_into(phases, start, v, phi):
             phi[i] = min(max(phi[i], low), high)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@entry
 def finish(start, phi, speed, advance, number, words, rate, image, turns, codes, outcome, time):
     """Write the fields of `Returns`, from speeds, advances of the phase and leaves."""
     for i in range(len(number)):
@@ -245,7 +253,7 @@ def finish(start, phi, speed, advance, number, words, rate, image, turns, codes,
             codes[i], outcome[i] = words[k, 0], words[k, 1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@entry
 def rasterize(tables):
     """Write into the raster the leaf that contains each of its cells entirely.
 
@@ -255,24 +263,23 @@ def rasterize(tables):
     box, raster = tables.box, tables.raster
     rows, columns = raster.shape
     dv, dphi = (box[1] - box[0]) / rows, (box[3] - box[2]) / columns
+    found = np.empty(columns + 2, np.int64)  # at lower ends; the upper end of a cell is the lower one of the next but one
     for i in range(rows):
-        for j in range(columns):
-            same = -2
-            for k in range(9):
-                v = min(max(box[0] + (i + k * 0.1275 - 0.01) * dv, box[0]), box[1])
-                for side in (-0.5, 1.5):
-                    found = search(tables, v, min(max(box[2] + (j + side) * dphi, box[2]), box[3]))
-                    same = found if same in (-2, found) else -1
-                if same < 0:
-                    break
-            raster[i, j] = same
+        for k in range(9):
+            v = min(max(box[0] + (i + k * 0.1275 - 0.01) * dv, box[0]), box[1])
+            for j in range(columns + 2):
+                if k == 0 or raster[i, min(j, columns - 1)] >= 0 or raster[i, max(j - 2, 0)] >= 0:
+                    found[j] = search(tables, v, min(max(box[2] + (j - 0.5) * dphi, box[2]), box[3]))
+            for j in range(columns):
+                if found[j] != found[j + 2] or (k > 0 and found[j] != raster[i, j]):
+                    raster[i, j] = -1
+                elif k == 0:
+                    raster[i, j] = found[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@entry
 def chain(tables, phases, words, rate, at, states, turns, codes, outcome, time):
-    """Returns of one orbit from number `at` on, up to one that the exact map must compute: its number, or the number of
-    returns.
-    """
+    """Returns of one orbit from number `at` on; the number of the first that the exact map must compute, or the end."""
     v, phi, u, w = np.empty(1), np.empty(1), np.empty(1), np.empty(1)
     speed, advance, number = np.empty(1), np.empty(1), np.empty(1, np.int64)
     for i in range(at, len(codes)):

@@ -21,13 +21,15 @@ from nsmaps.reduced.adaptive.kernel import (
     X_CENTRE,
     X_CHART,
     X_SCALE,
+    allocating,
     along,
+    inner,
     phase,
 )
 from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@allocating
 def _gradient(a, at, degree, u, w):
     """The derivatives of speed and advance by u and by w: (speed by u, advance by u, speed by w, advance by w)."""
     f, fu, fw = np.zeros(2), np.zeros(2), np.zeros(2)
@@ -40,13 +42,14 @@ def _gradient(a, at, degree, u, w):
                     g[r, o] = g[r, o] * w + a[at + 4 * o + r]
             at += 8
         for r in range(3, -1, -1):
-            fu = fu * u + f
-            f = f * u + g[r]
-            fw = fw * u + gw[r]
+            for o in range(2):
+                fu[o] = fu[o] * u + f[o]
+                f[o] = f[o] * u + g[r, o]
+                fw[o] = fw[o] * u + gw[r, o]
     return fu[0], fu[1], fw[0], fw[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _bend(curve, first, count, s):
     """The derivative of a curve's phase by s."""
     x = (s + 1.0) * (0.5 * count)
