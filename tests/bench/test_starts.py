@@ -32,8 +32,13 @@ def test_a_program_that_fails_is_told_with_what_it_said(tmp_path):
         Clock(tmp_path).user("-c", "import sys; sys.stderr.write('no such luck'); sys.exit(3)")
 
 
-def test_a_study_is_told_with_its_steps(tmp_path):
+def test_the_unit_imports_what_is_there():
+    exec(starts.IMPORTS, {})
+
+
+def test_a_study_is_told_with_its_steps(tmp_path, monkeypatch):
     """A run of fp without figures, its kernels compiled before."""
+    monkeypatch.setattr(starts, "IMPORTS", BUSY.format(0.2))
     begun = time.perf_counter()
     taken = Clock(tmp_path).study("fp", "--no-figures", "--no-report")
     spent = time.perf_counter() - begun
