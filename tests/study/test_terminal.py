@@ -199,12 +199,12 @@ def test_a_full_disk_is_told_once(given: list[str]) -> None:
 
 def test_a_run_ends_with_what_its_verdicts_come_to(good: str) -> None:
     Path("s.yaml").write_text(good)
-    lines = program("run", "s.yaml", "--no-figures").stdout.splitlines()
+    lines = CliRunner().invoke(app, ["run", "s.yaml", "--no-figures"]).stdout.splitlines()
     (told,) = [line for line in lines if line.startswith("The one required verdict holds. Of 6 that are not required, ")]
     assert lines.index(told) > max(number for number, line in enumerate(lines) if "domain exact: converged" in line)
     Path("t.yaml").write_text(good.replace("where: v > 0.2,", "where: v > 0.3,"))
-    done = program("run", "t.yaml", "--no-figures")
-    assert done.returncode == 1
+    done = CliRunner().invoke(app, ["run", "t.yaml", "--no-figures"])
+    assert done.exit_code == 1
     assert "1 of 1 required verdicts fails: covered (composite map)." in done.stdout
 
 
