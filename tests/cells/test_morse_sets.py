@@ -134,10 +134,11 @@ class Patchy(Henon):
 def test_what_is_not_known_is_kept():
     """All cells of unknown images are recurrent if anything leads to them; a set with lost states is not forward invariant."""
     window = [[-2, 2], [-1, 1]]
-    plain, patchy = morse_sets(Henon(0.9), window, 4), morse_sets(Patchy(0.9), window, 4)
+    plain, patchy = morse_sets(Henon(0.9), window, 2), morse_sets(Patchy(0.9), window, 2)
     assert np.isin(plain.numbers, patchy.numbers).all()
     unknown = patchy.cells.boxes(np.arange(patchy.cells.size))[:, 0, 1] > 1
-    assert np.isin(np.flatnonzero(unknown & np.isin(np.arange(len(unknown)), plain.numbers)), patchy.numbers).all()
+    assert unknown[plain.numbers].any()
+    assert not unknown[plain.numbers].all()
     assert not patchy.stays[unknown[patchy.numbers]].any()
     held = trap(Patchy(0.9), patchy, 0)
     assert not held.forward_invariant
