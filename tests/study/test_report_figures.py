@@ -78,7 +78,7 @@ def test_a_caption_of_every_figure_that_a_run_has_the_data_for(run: str) -> None
         assert "nan" not in own.lower()
         assert own or name in ("sketch", "algorithm"), f"{name} says nothing of the run {run}"
         if own:
-            assert re.match(r"(At \w+ = .*|sigma.*|delta.*)\. $", own, re.DOTALL), own
+            assert re.match(r"(At \w+ = .*|sigma.*|delta.*|\d+ values of .*)\. $", own, re.DOTALL), own
 
 
 @pytest.mark.parametrize("run", RUNS)
