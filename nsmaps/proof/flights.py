@@ -62,15 +62,8 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
     at, side, step, n = flow.walls[0, wall], flow.walls[1, wall], flow.step, cells.n
     room = abs(flow.walls[0].max() - flow.walls[0].min()) - 2 * flow.gap if flow.walls.shape[1] > 1 else np.inf
     away = -side * (flow.phases[(first + width // 2) % n, 2] - flow.k * at + flow.b * side * 0.5 * (low + high))
-    spread, jerk, r0, s, start, highest, rests = (
-        0.5 * flow.b * (high - low) + flow.pad,
-        flow.bounds[4],
-        0.5 * width * step,
-        max(width // 4, 1),
-        -1,
-        0,
-        cells.place[leaf, 3] == 0,
-    )
+    spread, jerk, r0 = 0.5 * flow.b * (high - low) + flow.pad, flow.bounds[4], 0.5 * width * step
+    s, start, highest, rests = max(width // 4, 1), -1, 0, cells.place[leaf, 3] == 0
     if rests:
         edge = -side * (flow.phases[(first + width) % n, 2] - flow.k * at)
         start_edge = -side * (flow.phases[first % n, 2] - flow.k * at)

@@ -68,11 +68,7 @@ def prove(
         ProofError: the system is of another kind, the cycle is not stable, no trap or closed set is found, or one of `cycles` is
             not proved.
     """
-    if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or not 0 <= cuts <= 12 or periods < 1 or not top > 0:
-        raise ProofError(
-            f"side {side}, depth {depth}, cuts {cuts}, periods {periods}, top {top:g}; expected: a power of two from 32 on, "
-            "up to 12, up to 12, from 1 on, and above 0"
-        )
+    _check(side, depth, cuts, periods, top)
     top = math.ceil(top * 2**BITS) / 2**BITS
     equation = equation_of(system, radii)
     letters = [wall["letter"] for wall in equation["walls"]]
@@ -99,6 +95,14 @@ def prove(
     grid = {"side": side, "depth": finest, "top": top, "periods": periods, "closed": bool(around)}
     codes, slopes = codes_of(cells)
     return Certificate(about, equation, trap._asdict() if trap else {}, grid, codes, known, slopes=slopes)
+
+
+def _check(side: int, depth: int, cuts: int, periods: int, top: float) -> None:
+    if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or not 0 <= cuts <= 12 or periods < 1 or not top > 0:
+        raise ProofError(
+            f"side {side}, depth {depth}, cuts {cuts}, periods {periods}, top {top:g}; expected: a power of two from 32 on, "
+            "up to 12, up to 12, from 1 on, and above 0"
+        )
 
 
 @contextmanager

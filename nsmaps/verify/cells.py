@@ -23,6 +23,7 @@ SHARES = 8  #: a slope is in eighths of the height of a square by its width
 BITS = 30  #: of n, of SHARES and of the halvings of strips together: lines are exact
 FINEST = 8  #: phases of the tables in the narrowest cell, at least
 CHUNK = 20_000
+PART = 2**22  #: nodes whose areas are computed at a time
 NONE = np.zeros(0, np.int8)
 
 
@@ -78,7 +79,9 @@ def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16], slopes: NDArray[n
     if start != len(codes) or used != len(slopes):
         raise Refused(f"{len(codes)} codes and {len(slopes)} slopes for {start} cells, {used} of them cut")
     child = np.concatenate(children)
-    places = _Level(*(np.concatenate(x) for x in zip(*levels, strict=True)))
+    columns = [list(column) for column in zip(*levels, strict=True)]
+    levels.clear()
+    places = _Level(*(np.concatenate(columns.pop(0)) for _ in range(len(columns))))  # each is freed when it is copied
     return Tree(side, n, grid.top, child, _highest(child, codes, places.slope), *places)
 
 
@@ -160,14 +163,19 @@ def check_cells(
 
 def _share(tree: Tree, last: int, walls: int) -> NDArray[np.float64]:
     """The share of the cells of orders up to `last` of each wall."""
-    some = (tree.child < 0) & (tree.order <= last)
-    return np.bincount(tree.wall[some], _areas(tree)[some], walls).astype(np.float64)
+    total = np.zeros(walls)
+    for start in range(0, len(tree.child), PART):
+        part = slice(start, start + PART)
+        some = (tree.child[part] < 0) & (tree.order[part] <= last)
+        total += np.bincount(tree.wall[part], _areas(tree, part) * some, walls)
+    return total
 
 
-def _areas(tree: Tree) -> NDArray[np.float64]:
-    """The share of the phases and speeds of a wall that each cell is, up to rounding."""
-    tall, rise = tree.top * tree.width / tree.n, 0.5 * np.abs(tree.slope) * tree.width
-    floor, square = tree.row * tall, tree.slope == 0
+def _areas(tree: Tree, part: slice) -> NDArray[np.float64]:
+    """The share of the phases and speeds of a wall that each cell of a part is, up to rounding."""
+    width, slope = tree.width[part], tree.slope[part]
+    tall, rise = tree.top * width / tree.n, 0.5 * np.abs(slope) * width
+    floor, square = tree.row[part] * tall, slope == 0
 
     def below(line: NDArray[np.float64]) -> NDArray[np.float64]:
         """The mean over the phases of the height of a square below a line, times twice its rise."""
@@ -175,8 +183,8 @@ def _areas(tree: Tree) -> NDArray[np.float64]:
         inside, above = ([f(end, tall) for end in ends] for f in (np.minimum, np.maximum))
         return np.asarray(0.5 * (inside[1] ** 2 - inside[0] ** 2) + tall * (above[1] - above[0]))
 
-    heights = np.where(square, tall, (below(tree.high) - below(tree.low)) / np.where(square, 1.0, 2 * rise))
-    return np.asarray(heights * tree.width / (tree.top * tree.n))
+    heights = np.where(square, tall, (below(tree.high[part]) - below(tree.low[part])) / np.where(square, 1.0, 2 * rise))
+    return np.asarray(heights * width / (tree.top * tree.n))
 
 
 def place_of(tree: Tree, node: int) -> str:

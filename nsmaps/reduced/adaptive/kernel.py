@@ -15,8 +15,7 @@ from nsmaps.reduced.adaptive.tree import ALONG_S, UNDIVIDED
 
 ORDER = 8  #: coefficients of a segment of a curve
 BLOCK, FEW = 64, 8  # states of a leaf that are evaluated together, and the number below which they are evaluated singly
-TWO_PI = 2 * math.pi
-WHOLE = TWO_PI * (1 - 1e-12)  #: length from which phases are those of the whole circle
+TWO_PI, WHOLE = 2 * math.pi, 2 * math.pi * (1 - 1e-12)  #: and the length from which phases are those of the whole circle
 UNCOVERED, INVALID = int(Outcome.uncovered), int(Outcome.invalid)
 EXACT, OUTSIDE = -1, -2  #: in place of a leaf: the exact map must answer; the state is not in the box
 
