@@ -54,3 +54,8 @@ def test_the_curve_parts_the_diagram(pair):
     for d, r in made.parameters[:: max(len(made.parameters) // 3, 1)]:
         sides = stability_diagram(pair, [d + 2e-3, d - 2e-3], [r], [0.8, 0.31], discard=20_000)
         assert sides.period.tolist() == [[1, 2]]
+
+
+def test_the_former_function_of_curves_names_the_one_of_today():
+    with pytest.raises(AttributeError, match="no attribute 'event_curve' any more; expected: bifurcation_curve"):
+        nsmaps.event_curve  # noqa: B018

@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 import sympy as sp
+from by_equation import Oscillator, Pair
 from nsmaps_duffing import DuffingStop
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
@@ -20,20 +21,6 @@ from nsmaps.exact.trajectory import track
 from nsmaps.testing import check_system
 
 pytest.importorskip("heyoka")
-
-
-class Pair(VIPair):
-    """The vibro-impact pair by its equation of motion."""
-
-    def acceleration(self, t, place, velocity):
-        return self.g_bar + sp.cos(sp.pi * t)
-
-
-class Oscillator(ImpactOscillator):
-    """The linear oscillator by its equation of motion."""
-
-    def acceleration(self, t, place, velocity):
-        return self.A * sp.cos(self.w * t) - 2 * self.zeta * velocity - place
 
 
 class CurvedPair(VIPair):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from by_equation import Oscillator, Pair
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_duffing import DuffingStop
 from nsmaps_impact_oscillator import ImpactOscillator
@@ -24,20 +25,6 @@ CHOSEN = [
     {"name": "hardest", "formula": "v", "largest": True},
     {"name": "waves", "formula": "(place + 0.3)**2*sin(phi) + r*cos(2*phi)", "of": "flights", "at": "B"},
 ]
-
-
-class Pair(VIPair):
-    """The vibro-impact pair by its equation of motion."""
-
-    def acceleration(self, t, place, velocity):
-        return self.g_bar + sp.cos(sp.pi * t)
-
-
-class Oscillator(ImpactOscillator):
-    """The linear oscillator by its equation of motion."""
-
-    def acceleration(self, t, place, velocity):
-        return self.A * sp.cos(self.w * t) - 2 * self.zeta * velocity - place
 
 
 class Ball(BouncingBall):

@@ -468,6 +468,14 @@ BAD = {
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
     ),
+    "curve of an event that the branch does not locate": (
+        "require:",
+        "branches: [{name: one, parameter: a, from: 0.1, to: 0.9, start: {v: 1, phi: 1}, events: [period doubling]}]\n"
+        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
+        "fold}",
+        "the branch 'one' locates no fold; expected: one of its 'events', period doubling, grazing, border collision",
+    ),
     "figure of branches that are not there": (
         "require:",
         "figures: [branches]\nrequire:",

@@ -55,7 +55,7 @@ class BifurcationCurve:
 
     __repr__ = brief
 
-    kind: str
+    kind: Kind
     parameters: Floats  #: shape (K, 2); at a graze or a border extrapolated to a clearance of zero
     points: Floats  #: shape (K, q, n), the states; at a graze or a border those at a small clearance
     words: tuple[str, ...]  #: of the q returns
@@ -64,7 +64,7 @@ class BifurcationCurve:
     ended: tuple[str, str]  #: the reasons why it ends, at its beginning and at its end
 
     @classmethod
-    def empty(cls, kind: str, reason: str) -> "BifurcationCurve":
+    def empty(cls, kind: Kind, reason: str) -> "BifurcationCurve":
         """A curve without orbits, and the reason why there are none."""
         return cls(kind, np.zeros((0, 2)), np.zeros((0, 1, 0)), (), np.zeros((0, 0), complex), (), (reason, reason))
 

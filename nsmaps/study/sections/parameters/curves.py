@@ -1,10 +1,11 @@
 """Bifurcation curves over the plane of the sections `stability` and `chart`: events of branches followed in two parameters."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
+from nsmaps.dynamics.curves.problem import Kind
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.progress import beat
@@ -18,15 +19,13 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import EventCurve
     from nsmaps.study.sections.base import Plan, Study, StudyResult
 
-Followed = Literal["period doubling", "fold", "Neimark-Sacker", "grazing", "border collision"]
-
 
 class CurveSection(BaseModel):
     """The curve in two parameters of the first event of a kind on a branch."""
 
     model_config = SPEC
     branch: str
-    event: Followed
+    event: Kind
 
 
 def check_curves(key: str, sweep: Range, curves: tuple[CurveSection, ...], study: "Study") -> None:
