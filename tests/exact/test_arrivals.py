@@ -9,6 +9,7 @@ from nsmaps_soft_impact import SoftImpact
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import StateError
+from nsmaps.exact.modes.march.returns import arrivals as compiled
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
 
@@ -22,6 +23,14 @@ def beside(found, expected):
     off = np.abs(np.asarray(found) - expected)
     off[..., -1] = np.minimum(off[..., -1], TWO_PI - off[..., -1])
     return off.max(axis=-1)
+
+
+def test_one_state_and_many_follow_the_same_compiled_code():
+    """Which is shipped: phases that are not in a row would have it compiled anew."""
+    pair, start = RecoilPair(**PAIR), [[0.0, 0.1, 0.2, 0.3, 1.0]]
+    alone, among = pair.arrivals(start), pair.arrivals(start * 3)
+    assert (among.image == alone.image).all()
+    assert len(compiled.signatures) == 1
 
 
 @pytest.mark.parametrize("given", [True, False])

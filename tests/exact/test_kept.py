@@ -14,6 +14,7 @@ import numba
 import numpy as np
 import pytest
 import sympy as sp
+from numba.core.registry import CPUDispatcher
 
 from nsmaps.exact import kernel
 from nsmaps.exact.compiling import compiled, kept, libraries
@@ -23,6 +24,7 @@ from nsmaps.exact.engine.batch import orbits
 from nsmaps.exact.engine.flight import flow, layout
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.systems.walls import Wall
+from nsmaps.reduced.adaptive import kernel as strips
 
 ONE, TABLE = 1.0, np.array([1.0, 2.0])
 
@@ -73,6 +75,14 @@ def test_defaults_of_the_base_class_are_those_of_the_kernel(monkeypatch: pytest.
     monkeypatch.setattr(ImpactSystem, "horizon", 500.0)
     assert law_and_horizon() == (0.25, pytest.approx(1000 * math.pi, rel=1e-15))
     assert len(set(names)) == 3
+
+
+def test_options_are_written_alike_in_every_process() -> None:
+    """A set of several is written in another order in each, and its functions would be compiled by each."""
+    functions = [value for value in vars(strips).values() if isinstance(value, CPUDispatcher)]
+    options = [option for each in functions for option in each.targetoptions.values()]
+    assert {"contract": True, "nsz": True} in options
+    assert not [option for option in options if isinstance(option, set) and len(option) > 1]
 
 
 @pytest.mark.parametrize(("module", "what"), [(march, "ROUNDING"), (returns, "NO_SPEED"), (layout, "BEGIN"), (flow, "linear")])

@@ -46,7 +46,7 @@ SPEED_LOW, SPEED_HIGH, S_CHART, BELOW_FIRST, BELOW_COUNT, ABOVE_FIRST, ABOVE_COU
 S_CENTRE, S_SCALE, X_CENTRE, X_SCALE, DEGREE, OFFSET = range(8, 14)
 
 
-FAST = {"contract", "nsz"}  #: a product and a sum may be rounded once, and zeros have no sign
+FAST = {"contract": True, "nsz": True}  #: a product and a sum may be rounded once, and zeros have no sign
 inner = njit(**LEAN, fastmath=FAST)
 inlined = njit(**LEAN, fastmath=FAST, forceinline=True)
 allocating = njit(**{**LEAN, "_nrt": True}, fastmath=FAST)

@@ -34,7 +34,7 @@ def arrivals_of(
     known = tuple(dict.fromkeys(definition.modes))
     for name in set(given) - {*known, ""}:
         raise StateError(f"{name!r} is not a mode; expected: one of {', '.join(known)}{near_match(name, known)}")
-    phase = start[:, n] if table.rate > 0 else np.zeros(len(start))
+    phase = np.ascontiguousarray(start[:, n]) if table.rate > 0 else np.zeros(len(start))
     features = features_of(table, start[:, :n], phase)
     check_surfaces(definition, table, features, np.array(given, str))
     chosen = modes_of(definition, table, features, phase, given)
