@@ -1,12 +1,15 @@
 """Flights whose terms cancel, against 40 digits: right, or undecided; never certified and wrong."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from types import SimpleNamespace
 
 import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from digits import in_balls, number
+from flint import arb, ctx
 from nsmaps_impact_oscillator import ImpactOscillator
 from toys import Dragged, Saddle, Table, Textbook
 
@@ -15,37 +18,38 @@ from nsmaps.exact import kernel
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.outcome import Outcome
 
+IN_MPMATH = partial(sp.lambdify, modules="mpmath", cse=True)
 
-def formulas(system):
-    """The displacement that the class says, and its rate, of (t, t0, z0, w0) in mpmath: independent of the kernel."""
+
+def formulas(system, made=IN_MPMATH, number=mp.mpf):
+    """The displacement that the class says, and its rate, of (t, t0, z0, w0) in many digits: independent of the kernel."""
     t, t0, z0, w0 = sp.symbols("t t0 z0 w0", real=True)
     symbols = {name: sp.Symbol(f"p_{name}", real=True) for name in system.parameter_names()}
     fixed = {name: getattr(system, name) for name in type(system).model_fields if name not in symbols}
     expr = type(system).model_construct(**symbols, **fixed).displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
-    values = [mp.mpf(value) for value in system.parameters.values()]
+    values = [number(value) for value in system.parameters.values()]
     given = t, t0, z0, w0, *symbols.values()
-    place, velocity = (sp.lambdify(given, f, "mpmath", cse=True) for f in (expr, sp.diff(expr, t)))
+    place, velocity = (made(given, f) for f in (expr, sp.diff(expr, t)))
     return (lambda *args: place(*args, *values)), (lambda *args: velocity(*args, *values))
 
 
 def errors(system, states, returns):
     """The errors of speed and phase of returns of one flight, shape (N, 2); infinite where that flight had passed the wall."""
-    place, velocity = formulas(system)
-    wall, rate = next(iter(system.walls().values())), mp.mpf(system.phase_rate())
+    place, velocity = formulas(system, in_balls, number)
+    wall, rate = next(iter(system.walls().values())), number(system.phase_rate())
+    at, turn = number(wall.at), 2 * arb.pi()
     found = np.full((len(states), 2), np.nan)
     for i in np.flatnonzero(np.isfinite(returns.image[:, 0]) & (returns.words == "BB")):
-        start = mp.mpf(float(states[i, 1])) / rate, mp.mpf(wall.at), -wall.side * mp.mpf(system.r) * mp.mpf(float(states[i, 0]))
-
-        def gap(s, start=start):
-            return wall.side * (start[1] - place(start[0] + s, *start))
-
-        s = mp.findroot(gap, mp.mpf(float(returns.time[i])), tol=mp.mpf(10) ** -60, maxsteps=200)
-        if any(gap(s * mp.mpf(float(x))) < 0 for x in np.linspace(0.003, 0.997, 80)):
+        start = number(states[i, 1]) / rate, at, -wall.side * number(system.r) * number(states[i, 0])
+        s = number(returns.time[i])
+        for _ in range(8):
+            s = (s - (place(start[0] + s, *start) - at) / velocity(start[0] + s, *start)).mid()
+        if not all(wall.side * (at - place(start[0] + s * number(x), *start)) > 0 for x in np.linspace(0.003, 0.997, 80)):
             found[i] = np.inf
             continue
-        v, phi = abs(velocity(start[0] + s, *start)), mp.mpf(float(states[i, 1])) + rate * s
-        off = phi - mp.mpf(float(returns.image[i, 1])) - 2 * mp.pi * int(returns.turns[i, 1])
-        found[i] = float(abs(v - mp.mpf(float(returns.image[i, 0])))), float(abs(off))
+        v, phi = abs(velocity(start[0] + s, *start)), number(states[i, 1]) + rate * s
+        off = phi - number(returns.image[i, 1]) - turn * int(returns.turns[i, 1])
+        found[i] = [float(abs(x).upper()) for x in (v - number(returns.image[i, 0]), off)]
     return found
 
 
@@ -72,7 +76,7 @@ def test_returns_are_right_and_decided(kind):
     states = random_states(top)
     returns = system.first_return(states)
     assert (returns.outcome == Outcome.returned).all()
-    with mp.workdps(40):
+    with ctx.workdps(60):
         assert errors(system, states, returns).max() < 1e-12
 
 
@@ -83,7 +87,7 @@ def test_next_to_critical_damping_from_both_sides(off, by):
     system, states = Textbook(zeta=1 - off if by == "cos" else 1 + off, by=by), random_states(3.0)
     returns = system.first_return(states)
     assert returns.certified.all()
-    with mp.workdps(40):
+    with ctx.workdps(60):
         assert errors(system, states, returns).max() < 1e-13
 
 
@@ -93,7 +97,7 @@ def test_next_to_resonance(zeta, w):
     system, states = Textbook(zeta=zeta, w=w, wall=-0.5, by="cos"), random_states(3.0)
     returns = system.first_return(states)
     assert returns.certified.all()
-    with mp.workdps(40):
+    with ctx.workdps(60):
         assert errors(system, states, returns).max() < 1e-12
 
 

@@ -23,7 +23,9 @@ class Reference:
         symbols = [sp.Symbol(name, positive=True) for name in cls.parameter_names()]
         system = cls.model_construct(**{str(symbol): symbol for symbol in symbols})
         place = system.displacement(x, SimpleNamespace(t=t, z=z, w=v))
-        self.place, self.velocity = (sp.lambdify((x, t, z, v, *symbols), f, "mpmath") for f in (place, sp.diff(place, x)))
+        self.place, self.velocity = (
+            sp.lambdify((x, t, z, v, *symbols), f, "mpmath", cse=True) for f in (place, sp.diff(place, x))
+        )
         self.period = sp.lambdify(symbols, system.period(), "mpmath")
         self.walls = {name: (sp.lambdify(symbols, wall.at, "mpmath"), wall.side) for name, wall in system.walls().items()}
         self.r = [str(symbol) for symbol in symbols].index("r")
@@ -37,7 +39,7 @@ class Reference:
             at, side = self.walls[name]
             flight = now, at(*numbers), -side * numbers[self.r] * speed, *numbers
             now = start + time
-            for _ in range(10):
+            for _ in range(5):  # from 15 digits
                 now -= (self.place(now, *flight) - self.walls[after][0](*numbers)) / self.velocity(now, *flight)
             speed = self.walls[after][1] * self.velocity(now, *flight)
         return np.array([speed, now * phase])
