@@ -85,7 +85,10 @@ def cubic(a: Any, b: Any) -> Callable[[list[Any], list[Any]], Any]:
 
 
 def sine(x: list[Any], waves: list[Any]) -> Any:
-    """The force sin x: coefficients of exp(i x) by those of x."""
-    n = len(x) - 1
-    waves.append(mp.expj(x[0]) if n == 0 else mp.fsum(k * x[k] * waves[n - k] for k in range(1, n + 1)) * 1j / n)
-    return mp.im(waves[-1])
+    """The force sin x: `waves` has k times the coefficient k of x, and the coefficients of sin x and of cos x."""
+    slopes, sines, cosines = waves if waves else waves.extend(([], [mp.sin(x[0])], [mp.cos(x[0])])) or waves
+    if n := len(x) - 1:
+        slopes.append(n * x[n])
+        sines.append(mp.fdot(slopes, cosines[::-1]) / n)
+        cosines.append(-mp.fdot(slopes, sines[-2::-1]) / n)
+    return sines[-1]

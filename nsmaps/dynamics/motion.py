@@ -77,18 +77,18 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, walls: Sequen
     """
     if not all(words):
         return ""
-    if any(mark in word for word in words for mark in _RESTING):
+    others = {word: sum(word.count(wall) for wall in walls[1:]) for word in set(words)}
+    if any(mark in word for word in others for mark in _RESTING):
         return _resting(words[:period]) or "C"
-    others = [sum(word.count(wall) for wall in walls[1:]) for word in words]
     if period:
-        n, m, p = period, sum(others[:period]), sum(turns[:period])
+        n, m, p = period, sum(others[word] for word in words[:period]), sum(turns[:period])
         parts = gcd(n, m, p)
         return (
             f"{n // parts}:{m // parts}/{p if p != 1 else ''}T"
             if p > 0
             else f"{n // gcd(n, m)}:{m // gcd(n, m)}, period {period}"
         )
-    return f"1:{others[0]}/C" if len(set(others)) == 1 else "C"
+    return f"1:{others[words[0]]}/C" if len(set(others.values())) == 1 else "C"
 
 
 def _resting(words: Sequence[str]) -> str:
