@@ -16,6 +16,8 @@ from toys import Dragged, Saddle, Table, Textbook
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact import kernel
 from nsmaps.exact.engine.flight import layout
+from nsmaps.exact.flows.exponentials import Expansion
+from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.outcome import Outcome
 
 IN_MPMATH = partial(sp.lambdify, modules="mpmath", cse=True)
@@ -186,6 +188,24 @@ def test_products_of_exponentials_are_multiplied_before_anything_else():
     plain, written = (made(height=0.3).first_return(states) for made in (Plain, Written))
     assert plain.words.tolist() == written.words.tolist()
     assert plain.image == pytest.approx(written.image, rel=1e-13)
+
+
+def test_sums_kept_from_other_parameters_are_those_of_a_new_formula():
+    """As one parameter changes, then another, back again, and to where two rates agree."""
+    a, k = sp.symbols("a k")
+    formula = a * Z * sp.exp(-k * S) * sp.cos(S + PHI) + sp.exp(-S) * (sp.sin(k * S) - a * W) + k**2
+    used = Expansion(formula, (a, k))
+    for values in ([1.0, 0.5], [2.0, 0.5], [2.0, 0.7], [1.0, 0.5], [1.0, 1.0], [0.0, 1.0], [2.0, 0.5]):
+        found, expected = used.at(values), Expansion(formula, (a, k)).at(values)
+        assert found.items() == expected.items()
+        with mp.workdps(50):
+            s, phi, place, speed = (mp.mpf(x) / 10 for x in (7, 11, 5, 3))
+            states = {"": 1, "z": place, "w": speed}
+            terms = ((x * s**t.power * states[t.state], mp.exp(t.rate * s + 1j * t.harmonic * phi)) for t, x in found.items())
+            total = mp.fdot(terms)
+            decay = values[0] * place * mp.exp(-values[1] * s) * mp.cos(s + phi)
+            direct = decay + mp.exp(-s) * (mp.sin(values[1] * s) - values[0] * speed) + mp.mpf(values[1]) ** 2
+            assert abs(total - direct) < mp.mpf(10) ** -45
 
 
 def test_tables_made_in_many_threads_are_the_same():

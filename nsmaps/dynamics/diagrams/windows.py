@@ -215,7 +215,7 @@ class _Search:
 
         places = [place, place + way]
         ends, labels = np.array([self.value(k) for k in places])[:, None], self.diagram.labels[self.order[places], 0][:, None]
-        low, high, _ = bisect_change(motion, *ends, *labels, CHANGED * self.unit)
+        low, high, _ = bisect_change(motion, ends[0], ends[1], labels[0], labels[1], CHANGED * self.unit)
         return Border(float(low[0] + high[0]) / 2, float(np.abs(high - low)[0]), LABEL)
 
 

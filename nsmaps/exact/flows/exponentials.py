@@ -18,6 +18,7 @@ from nsmaps.exact.flows.formulas import PHI, S, W, Z
 
 DIGITS = 60  #: of the decomposition
 NEGLIGIBLE = mp.mpf(10) ** -45  #: remainder of terms that cancel, relative to their sizes
+DISTINCT = 1e-9  #: a relative difference of rates that floats show too
 STATE = {Z: "z", W: "w"}
 WAVES = {sp.cos: (1, 1), sp.sin: (1, -1)}
 GROWTHS = {sp.exp: (1, 0), sp.cosh: (1, 1), sp.sinh: (1, -1)}  #: halves of exp(x) and exp(-x), except for exp itself
@@ -32,19 +33,29 @@ class Term(NamedTuple):
     degree: int
     state: str
 
+    def __hash__(self) -> int:
+        """Without the rate, whose digits take longer to hash than to compare with the few others."""
+        return hash((self.power, self.harmonic, self.degree, self.state))
+
 
 ONE = Term(0, mp.mpc(0), 0, 0, "")
+TIME, PHASE = ONE._replace(power=1), ONE._replace(degree=1)
+UNITS = {S: TIME, PHI: PHASE, **{symbol: ONE._replace(state=name) for symbol, name in STATE.items()}}
 Sum = dict[Term, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """A formula prepared for decomposition: the parts that become numbers with the parameters are computed together."""
+    """A formula prepared for decomposition: the parts that become numbers with the parameters are computed together.
+
+    Sums of parts are kept from one decomposition to the next, for those in which no parameter changes.
+    """
 
     formula: sp.Expr
     parameters: tuple[sp.Symbol, ...]
     numbers: dict[sp.Expr, int] = field(default_factory=dict)
     compute: list[Callable[..., Any]] = field(default_factory=list)
+    latest: list[tuple[list[float], dict[sp.Expr, Sum], Sum]] = field(default_factory=list)  #: values, sums of parts, the sum
 
     def at(self, values: list[float]) -> Sum:
         """The sum at these values of the parameters.
@@ -55,9 +66,19 @@ class Expansion:
         if not self.compute:
             _collect(self.formula, self.numbers)
             self.compute.append(sp.lambdify(self.parameters, list(self.numbers), "mpmath", cse=True))
+        known: dict[sp.Expr, Sum] = {}
+        if self.latest:
+            before, sums, total = self.latest[0]
+            changed = {symbol for symbol, x, y in zip(self.parameters, before, values, strict=True) if x != y}
+            if changed.isdisjoint(_symbols(self.formula)):
+                return total
+            known = {part: found for part, found in sums.items() if changed.isdisjoint(_symbols(part))}
         with mp.workdps(DIGITS):
-            known = [mp.mpmathify(x) + 0 for x in self.compute[0](*map(mp.mpf, values))]
-            return merged(_expand(self.formula, {part: {ONE: known[i]} for part, i in self.numbers.items()}))
+            numbers = [mp.mpmathify(x) + 0 for x in self.compute[0](*map(mp.mpf, values))]
+            known |= {part: {ONE: numbers[i]} for part, i in self.numbers.items()}
+            total = merged(_expand(self.formula, known))
+        self.latest[:] = [(list(values), known, total)]
+        return total
 
 
 def _shown(expr: sp.Expr) -> str:
@@ -68,6 +89,11 @@ def _shown(expr: sp.Expr) -> str:
 
 def _timed(expr: sp.Expr) -> bool:
     return expr.has(S, PHI, Z, W)
+
+
+@lru_cache(maxsize=4096)
+def _symbols(expr: sp.Expr) -> set[sp.Symbol]:
+    return expr.free_symbols
 
 
 @lru_cache(maxsize=4096)
@@ -100,12 +126,8 @@ def _expand(expr: sp.Expr, known: dict[sp.Expr, Sum]) -> Sum:
 
 
 def _expanded(expr: sp.Expr, known: dict[sp.Expr, Sum]) -> Sum:
-    if expr == S:
-        return {ONE._replace(power=1): mp.mpf(1)}
-    if expr == PHI:
-        return {ONE._replace(degree=1): mp.mpf(1)}
-    if expr in STATE:
-        return {ONE._replace(state=STATE[expr]): mp.mpf(1)}
+    if expr in UNITS:
+        return {UNITS[expr]: mp.mpf(1)}
     if expr.is_Add or expr.is_Mul:
         free, others = _split(expr)
         parts = [_expand(part, known) for part in others]
@@ -130,14 +152,15 @@ def _added(parts: list[Sum]) -> Sum:
 
 
 def _multiplied(parts: list[Sum], expr: sp.Expr) -> Sum:
-    total: Sum = {ONE: mp.mpf(1)}
-    for part in parts:
+    total = parts[0]
+    for part in parts[1:]:
         product: Sum = defaultdict(mp.mpf)
         for a, x in total.items():
             for b, y in part.items():
                 if a.state and b.state:
                     raise SystemDefinitionError(f"{_shown(expr)} is not linear in hit.z and hit.w")
-                term = Term(a.power + b.power, a.rate + b.rate, a.harmonic + b.harmonic, a.degree + b.degree, a.state + b.state)
+                rate = a.rate + b.rate if a.rate and b.rate else a.rate or b.rate
+                term = Term(a.power + b.power, rate, a.harmonic + b.harmonic, a.degree + b.degree, a.state + b.state)
                 product[term] += x * y
         total = dict(product)
     return total
@@ -145,7 +168,7 @@ def _multiplied(parts: list[Sum], expr: sp.Expr) -> Sum:
 
 def _exponential(expr: sp.Expr, argument: Sum) -> Sum:
     """exp, sin, cos, sinh or cosh of an argument that must be linear in time, with whole turns of the phase."""
-    linear = {ONE: mp.mpf(0), ONE._replace(power=1): mp.mpf(0), ONE._replace(degree=1): mp.mpf(0)}
+    linear = ONE, TIME, PHASE
     others = {term: x for term, x in argument.items() if term not in linear}
     if any(abs(x) > NEGLIGIBLE * max(map(abs, argument.values())) for x in others.values()):
         raise SystemDefinitionError(f"{_shown(expr)} has an argument that is not linear in time; expected: A + k t")
@@ -159,23 +182,30 @@ def _exponential(expr: sp.Expr, argument: Sum) -> Sum:
     total: Sum = defaultdict(mp.mpf)
     for sign, share in ((1, first), (-1, second)):
         if share:
-            term = ONE._replace(rate=mp.mpc(sign * unit * rate), harmonic=sign * harmonic)
+            term = Term(0, mp.mpc(sign * unit * rate) if rate else ONE.rate, sign * harmonic, 0, "")
             total[term] += share * half * mp.exp(sign * unit * at)
     return dict(total)
 
 
 def merged(total: Sum) -> Sum:
     """A sum in which equal rates are united and terms that cancel are removed."""
+    alike: dict[Term, list[Term]] = defaultdict(list)  # of each term without its rate those met, of rates that differ
     found: dict[Term, Any] = {}
     sizes: dict[Term, Any] = {}
     for term, value in total.items():
-        same = next((t for t in found if t._replace(rate=term.rate) == term and _equal(t.rate, term.rate)), term)
+        others = alike[term._replace(rate=0)]
+        same = next((other for other in others if _equal(other.rate, term.rate)), term)
+        if same is term:
+            others.append(term)
         found[same] = found.get(same, mp.mpf(0)) + value
         sizes[same] = max(sizes.get(same, mp.mpf(0)), abs(value))
     return {term: value for term, value in found.items() if abs(value) > NEGLIGIBLE * sizes[term]}
 
 
 def _equal(a: Any, b: Any) -> bool:
+    x, y = complex(a), complex(b)
+    if abs(x - y) > DISTINCT * max(abs(x), abs(y)):
+        return False
     return bool(a == b or abs(a - b) <= NEGLIGIBLE * max(abs(a), abs(b)))
 
 

@@ -177,12 +177,12 @@ def filled(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> Floats:
     known, waves = row
     n = len(known)
     values = np.zeros(n + 1 + 2 * harmonics)
-    values[:n] = [float(mp.re(x)) for x in known]
-    values[n] = float(mp.re(waves.get(0, mp.mpf(0))))
+    values[:n] = [complex(x).real for x in known]
+    values[n] = complex(waves.get(0, 0)).real
     for m in range(1, harmonics + 1):
-        plus, minus = waves.get(m, mp.mpf(0)), waves.get(-m, mp.mpf(0))
-        values[n + 2 * m - 1] = float(mp.re(plus + minus))
-        values[n + 2 * m] = float(mp.re(mp.mpc(0, 1) * (plus - minus)))
+        plus, minus = waves.get(m, 0), waves.get(-m, 0)
+        values[n + 2 * m - 1] = complex(plus + minus).real
+        values[n + 2 * m] = -complex(plus - minus).imag
     return values
 
 
