@@ -8,7 +8,7 @@ from flint import arb
 
 from nsmaps.verify.formula import System, free_motion, harmonic_motion
 
-FIRST, SHORTEST = 2.0**-5, 2.0**-40  #: longest and shortest part of a flight that is looked at at once, as shares of the period
+FIRST, SHORTEST = 2.0**-3, 2.0**-40  #: longest and shortest part of a flight that is looked at at once, as shares of the period
 MOST = 100_000  #: parts of a flight
 ENDS = (1.0, 1.5, 0.75, 0.5, 0.25)  #: lengths of a part that is to end between arrivals, as shares
 ROUNDS = 60
@@ -52,48 +52,49 @@ class _Flight:
     """The flights of a box of departures, phases and speeds of the impact before, or of a parallelogram in it."""
 
     def __init__(self, system: System, wall: int, phase: arb, speed: arb, part: "Part | None" = None) -> None:
-        self.loss, self.part = -system.walls[wall][1] * system.r, part
-        self.middle = _Flight(system, wall, *part.point) if part else None
-        self.system, self.phase = system, phase
         at, side = system.walls[wall]
-        self.place, self.w0 = at, -side * system.r * speed
-        self.p, self.q = harmonic_motion(system)
-        wave, slope = self._wave(phase)
-        self.x, self.y = at - wave, self.w0 - slope
-        self.start = self._force(phase) - system.k * at - system.b * self.w0
+        self.system, self.phase, self.loss = system, phase, -side * system.r
+        self.middle = _Flight(system, wall, *part.point) if part else None
+        columns = zip(*part.matrix, part.way, strict=True) if part else ()
+        self.ways = [(first / system.frequency, self.loss * second, way) for first, second, way in columns]
+        self.w0 = self.loss * speed
+        p, q = harmonic_motion(system)
+        self.waves = p, q, -system.frequency * p, system.frequency * q
+        wave, slope, force = self._forced(phase)
+        x, y, b, k = at - wave, self.w0 - slope, system.b, system.k
+        start = force - k * at - b * self.w0
+        self.free, self.free_v = (x, b * x + y), (y, system.g - k * x)  # what a' and a are multiplied by
+        self.gone, self.gone_v = (-self.w0, -(b * self.w0 + start)), (-start, k * self.w0)
 
-    def _wave(self, phase: arb) -> tuple[arb, arb]:
+    def _forced(self, phase: arb) -> tuple[arb, arb, arb]:
+        """The harmonic motion, its velocity, and the force."""
         sine, cosine = phase.sin_cos()
-        return self.p * cosine + self.q * sine, self.system.frequency * (self.q * cosine - self.p * sine)
-
-    def _force(self, phase: arb) -> arb:
-        sine, cosine = phase.sin_cos()
-        return self.system.g + self.system.cosine * cosine + self.system.sine * sine
+        (p, q, dp, dq), system = self.waves, self.system
+        return p * cosine + q * sine, dq * cosine + dp * sine, system.g + system.cosine * cosine + system.sine * sine
 
     def at(self, s: arb) -> _Motion:
         """The motion at all times of a ball."""
-        b, k, g = self.system.b, self.system.k, self.system.g
-        a, da, fall = free_motion(self.system, s)
-        phase = self.phase + self.system.frequency * s
-        wave, slope = self._wave(phase)
-        z = wave + fall + self.x * (da + b * a) + self.y * a
-        v = slope + g * a - self.x * k * a + self.y * da
-        push = self._force(phase) - k * z - b * v
-        if self.part is None or self.middle is None:
+        return self._moved(s, *free_motion(self.system, s))
+
+    def _moved(self, s: arb, a: arb, da: arb, fall: arb) -> _Motion:
+        """The same, by the free motion."""
+        system, (x, y), (x_v, y_v) = self.system, self.free, self.free_v
+        wave, slope, force = self._forced(self.phase + system.frequency * s)
+        z, v = wave + fall + x * da + y * a, slope + x_v * da + y_v * a
+        push = force - system.k * z - system.b * v
+        if self.middle is None:
             return _Motion(z, v, push, a, da)
-        here, early, early_v = self.middle.at(s), *self.early(a, da)
-        for column, way in zip(zip(*self.part.matrix, strict=True), self.part.way, strict=True):
-            later = column[0] / self.system.frequency
-            here = here._replace(
-                z=here.z + ((early + v) * later + self.loss * a * column[1]) * way,
-                v=here.v + ((early_v + push) * later + self.loss * da * column[1]) * way,
-            )
-        return _Motion(z.intersection(here.z), v.intersection(here.v), push, a, da)
+        here, early, early_v = self.middle._moved(s, a, da, fall), *self.early(a, da)
+        (near, near_v), gone, gone_v = here[:2], early + v, early_v + push
+        for later, slower, way in self.ways:
+            near += (gone * later + a * slower) * way
+            near_v += (gone_v * later + da * slower) * way
+        return _Motion(z.intersection(near), v.intersection(near_v), push, a, da)
 
     def early(self, a: arb, da: arb) -> tuple[arb, arb]:
         """The derivatives of displacement and velocity at a given time by that of the departure."""
-        c, dc = da + self.system.b * a, -self.system.k * a
-        return -(self.w0 * c + self.start * a), -(self.w0 * dc + self.start * da)
+        (x, y), (x_v, y_v) = self.gone, self.gone_v
+        return x * da + y * a, x_v * da + y_v * a
 
     def over(self, start: float, length: float) -> _Motion:
         """The motion from a time on."""
@@ -103,8 +104,8 @@ class _Flight:
         """The same as `at`, by the first derivatives at the middle of the times."""
         middle = arb(time.mid())
         here, all, way = self.at(middle), self.at(time), time - middle
-        v = here.v + all.push * way
-        return all._replace(z=here.z + here.v * way + all.push * way * way / 2, v=v)
+        fall = all.push * way
+        return all._replace(z=here.z + here.v * way + fall * way / 2, v=here.v + fall)
 
 
 def next_impact(system: System, wall: int, phase: arb, speed: arb, states: Part | None = None) -> Impact:
