@@ -2,13 +2,13 @@
 
 import json
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import nsmaps
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
 from nsmaps.explore.page.data import data_of
 
@@ -20,7 +20,7 @@ DOUBLINGS = ["0.26833282", "0.27649856", "0.32418854"]
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "explore"
     for command in (["run", "vi_pair/explore", "--out", str(folder), "--no-figures"], ["explore", str(folder)]):
-        subprocess.run([sys.executable, "-m", "nsmaps", *command, "--quiet"], check=True)
+        assert CliRunner().invoke(app, [*command, "--quiet"]).exit_code == 0
     return folder
 
 
@@ -68,11 +68,13 @@ def test_the_report_has_a_link_to_the_page(folder):
 def test_orbits_of_the_page_are_those_of_the_map(opened, result):
     moved = result.parametric
     rng = np.random.default_rng(3)
-    compared = 0
-    for value in rng.uniform(moved.low, moved.high, 12):
-        start = rng.uniform([0.05, 0.05], [0.95, 3.0])
-        opened.evaluate("([value, start]) => { set(value); begin(start) }", [value, start.tolist()])
-        found = opened.evaluate("() => { const path = orbit(12); return {states: path.states, value: state.value} }")
+    values, starts = rng.uniform(moved.low, moved.high, 12), rng.uniform([0.05, 0.05], [0.95, 3.0], (12, 2))
+    compared, each = 0, list(zip(values.tolist(), starts.tolist(), strict=True))
+    followed = opened.evaluate(
+        "all => all.map(([value, start]) => { set(value); begin(start); return {states: orbit(12).states, value: state.value} })",
+        each,
+    )
+    for (value, start), found in zip(each, followed, strict=True):
         assert found["value"] == value
         own = nsmaps.orbit(moved.at(value), start, 12).states
         states = np.array(found["states"])

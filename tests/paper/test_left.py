@@ -1,14 +1,13 @@
 """A study with `exit_times:` from the shell to its files: which part of the paper's regions is left, and what stays in them."""
 
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from nsmaps import read_result
+from nsmaps.cli.cli import app
 
 # Of the regions of the appendix only the borders count here, so that nothing is fitted.
 STUDY = """\
@@ -34,11 +33,9 @@ def ran(tmp_path_factory):
     """The folder of the run, and what the program printed."""
     work = tmp_path_factory.mktemp("left")
     (work / "left.yaml").write_text(STUDY, encoding="utf-8")
-    command = [sys.executable, "-m", "nsmaps", "run", "left.yaml", "--out", "made"]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    answer = subprocess.run(command, capture_output=True, text=True, cwd=work, env=environment, check=False)
-    assert answer.returncode == 0, answer.stderr
-    return work / "made", answer.stdout + answer.stderr
+    answer = CliRunner().invoke(app, ["run", str(work / "left.yaml"), "--out", str(work / "made")])
+    assert answer.exit_code == 0, answer.output
+    return work / "made", answer.output
 
 
 def test_both_saddles_are_in_cells_that_stay(ran):
