@@ -89,7 +89,11 @@ def sketch_of(name: str) -> "Callable[[Axes], Axes]":
 
 def study_files(name: str) -> dict[str, Path]:
     """The studies that the package of an installed system ships, stem -> path, without importing the package."""
-    spec = find_spec(entry_of(name).module.partition(".")[0])
+    return _study_files(entry_of(name))
+
+
+def _study_files(entry: EntryPoint) -> dict[str, Path]:
+    spec = find_spec(entry.module.partition(".")[0])
     places = (spec.submodule_search_locations or []) if spec else []
     files = [path for place in places for path in Path(place, "studies").glob("*.yaml")]
     return {path.stem: path for path in sorted(files)}
@@ -97,8 +101,11 @@ def study_files(name: str) -> dict[str, Path]:
 
 def study_names() -> list[str]:
     """Every study of every installed system, as `system/stem`, without importing any."""
-    clear = [name for name in system_names() if len(_entries(name)) == 1]
-    return [f"{name}/{stem}" for name in clear for stem in study_files(name)]
+    by_name: dict[str, list[EntryPoint]] = {}
+    for entry in entry_points(group=GROUP):
+        by_name.setdefault(entry.name, []).append(entry)
+    clear = [entries[0] for _, entries in sorted(by_name.items()) if len(entries) == 1]
+    return [f"{entry.name}/{stem}" for entry in clear for stem in _study_files(entry)]
 
 
 def entry_of(name: str) -> EntryPoint:

@@ -1,6 +1,7 @@
 """Maps of every kind that is exported, made from formulas, and the states at which exports are compared with them."""
 
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 
@@ -91,6 +92,7 @@ def shadowing(own="left"):
     return CompositeMap(names, ("B",), tuple(pieces))
 
 
+@cache
 def cases():
     """What is exported, by name: the thing, the box of its states, and its images (and pieces) at states by nsmaps itself."""
     plane, whole, over_d = random_map([[0.5, 1.0], [0.1, 0.9]], absolute=("v",)), composite(), parametric()

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 from ruamel.yaml import YAML
+from typer.testing import CliRunner
 
 from nsmaps import load_study
+from nsmaps.cli.cli import app
 from nsmaps.figures import NAMES
 from nsmaps.figures.animate import FILMS
 from nsmaps.figures.catalogue import CATALOGUE
@@ -153,12 +155,19 @@ def grey(path: Path) -> np.ndarray:
         return np.asarray(plain.resize((plain.width // COARSE, plain.height // COARSE), Image.Resampling.BOX), float)
 
 
+def command(*arguments: object) -> None:
+    """As `nsmaps` of `make`, within this process."""
+    answer = CliRunner().invoke(app, [*map(str, arguments)])
+    assert answer.exit_code in (0, 1), answer.output
+
+
 @pytest.mark.parametrize("study", [*sorted(QUICK), ""], ids=lambda study: study or "tables")
-def test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path, shipped):
+def test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path, shipped, monkeypatch):
     """With the code that computes, of which the digest knows nothing."""
     import make
     import pictures
 
+    monkeypatch.setattr(make, "nsmaps", command)
     wanted = [each for each in pictures.pictures() if each.study == study and not each.is_animated]
     assert wanted
     there = {each: grey(each.path) for each in wanted}
@@ -176,8 +185,8 @@ def test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path, shi
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("study", sorted({one["study"] for part in ("figures", "pages") for one in LIST[part]} - QUICK))
-def test_pictures_of_all_runs_are_those_of_a_run_made_now(study, tmp_path, shipped):
-    test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path, shipped)
+def test_pictures_of_all_runs_are_those_of_a_run_made_now(study, tmp_path, shipped, monkeypatch):
+    test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path, shipped, monkeypatch)
 
 
 def test_tables_are_read_as_they_stand():
