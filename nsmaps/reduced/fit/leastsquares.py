@@ -1,6 +1,7 @@
 """Least squares in products of Chebyshev polynomials, via polynomials orthogonal on the data where that is needed."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,31 +23,43 @@ class Solved:
     loss: float = 0.0  #: largest change at the data by the transformation back to Chebyshev products
 
 
-def solve(what: str, exponents: Ints, scaled: Floats, y: Floats) -> Solved:
-    """The least squares solution for data y (N,) at scaled states (N, n) in the Chebyshev products of exponents (m, n).
+class Design:
+    """The Chebyshev products of exponents (m, n) at scaled states (N, n), factorised once for all outputs fitted there."""
 
-    Raises a FitError, which begins with `what`, for data that do not distinguish the products.
-    """
-    columns = design(exponents, scaled)
-    q, r = np.linalg.qr(columns)
-    cut = len(columns) * np.finfo(float).eps
-    coefficients, _, rank, singular = np.linalg.lstsq(r, q.T @ y, rcond=cut)
-    condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny))
-    plain = Solved(np.asarray(coefficients, float), condition, _leverage(q))
-    if condition <= WELL_CONDITIONED:
+    def __init__(self, exponents: Ints, scaled: Floats) -> None:
+        self.exponents, self.scaled = exponents, scaled
+        self.columns = design(exponents, scaled)
+        self.q, self.r = np.linalg.qr(self.columns)
+        self.leverage = _leverage(self.q)
+
+    @cached_property
+    def orthonormal(self) -> tuple[Floats, float]:
+        """As `orthonormal`."""
+        return orthonormal(self.exponents, self.scaled, self.columns)
+
+    def solve(self, what: str, y: Floats) -> Solved:
+        """The least squares solution for data y (N,).
+
+        Raises a FitError, which begins with `what`, for data that do not distinguish the products.
+        """
+        cut = len(self.columns) * np.finfo(float).eps
+        coefficients, _, rank, singular = np.linalg.lstsq(self.r, self.q.T @ y, rcond=cut)
+        condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny))
+        plain = Solved(np.asarray(coefficients, float), condition, self.leverage)
+        if condition <= WELL_CONDITIONED:
+            return plain
+        basis, new = self.orthonormal
+        if new > ALIKE:
+            fitted = basis @ (basis.T @ y)
+            coefficients = np.asarray(np.linalg.lstsq(self.columns, fitted, rcond=cut)[0], float)
+            loss = float(np.abs(self.columns @ coefficients - fitted).max())
+            return Solved(coefficients, float(np.linalg.cond(basis)), _leverage(basis), loss)
+        if rank < len(self.exponents):
+            raise FitError(
+                f"{what}: {len(y)} data points distinguish only {rank} of {len(self.exponents)} monomials (they may lie on a "
+                "curve); expected: data that fill an area, or lower degrees"
+            )
         return plain
-    basis, new = orthonormal(exponents, scaled, columns)
-    if new > ALIKE:
-        fitted = basis @ (basis.T @ y)
-        coefficients = np.asarray(np.linalg.lstsq(columns, fitted, rcond=cut)[0], float)
-        loss = float(np.abs(columns @ coefficients - fitted).max())
-        return Solved(coefficients, float(np.linalg.cond(basis)), _leverage(basis), loss)
-    if rank < len(exponents):
-        raise FitError(
-            f"{what}: {len(y)} data points distinguish only {rank} of {len(exponents)} monomials (they may lie on a curve); "
-            "expected: data that fill an area, or lower degrees"
-        )
-    return plain
 
 
 def orthonormal(exponents: Ints, scaled: Floats, columns: Floats) -> tuple[Floats, float]:

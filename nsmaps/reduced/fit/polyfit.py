@@ -14,7 +14,7 @@ from nsmaps.errors import FitError, near_match
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.reduced.fit.leastsquares import Solved, left_out, solve
+from nsmaps.reduced.fit.leastsquares import Design, Solved, left_out
 from nsmaps.reduced.fit.polymap import FitReport as FitReport
 from nsmaps.reduced.fit.polymap import PolyMap as PolyMap
 from nsmaps.reduced.fit.polymap import paper_order
@@ -68,7 +68,13 @@ class PolyFit(BaseModel, ABC):
         centre, half = domain.mean(axis=1), (domain[:, 1] - domain[:, 0]) / 2
         scale = np.where(half > 0, half, 1.0)
         scaled = (start - centre) / scale
-        solved = [solve(f"{name}'", each, scaled[use], y[use]) for name, each, use, y in problems]
+        designs: dict[tuple[bytes, bytes], Design] = {}
+        solved = []
+        for name, each, use, y in problems:
+            key = each.tobytes(), use.tobytes()
+            if key not in designs:
+                designs[key] = Design(each, scaled[use])
+            solved.append(designs[key].solve(f"{name}'", y[use]))
         polymap = PolyMap(names, exponents, tuple(s.coefficients for s in solved), centre, scale, domain, self.absolute)
         data = _Data(start, target, tuple(rows), tuple(solved))
         return replace(polymap, report=_report(polymap, data))
