@@ -253,14 +253,14 @@ def test_a_box_that_is_not_grown_in_time_is_none(pair):
     assert "stopped after 0 s" in domain.reason
 
 
-@pytest.mark.parametrize("seconds", [0.0, 0.5, inf])
+@pytest.mark.parametrize("seconds", [0.0, 0.2, inf])
 def test_a_map_of_strips_stops_in_time_and_leaves_the_rest_to_the_exact_map(seconds, pair):
     system = pair(0.30)
-    made = nsmaps.strip_map(system, ((0.2, 1.2), (0.0, 2 * pi)), 1e-4, max_seconds=seconds)
+    made = nsmaps.strip_map(system, ((0.6, 1.2), (0.0, pi)), 1e-4, max_seconds=seconds)
     assert made.strips.report.stopped == (seconds < inf)
     if seconds == 0:
         assert made.strips.report.exact_share == pytest.approx(1)
-    states = np.random.default_rng(2).uniform([0.2, 0], [1.2, 6.28], (500, 2))
+    states = np.random.default_rng(2).uniform([0.6, 0], [1.2, 3.14], (500, 2))
     strips, exact = made.first_return(states), system.first_return(states)
     assert np.array_equal(strips.outcome == 0, exact.outcome == 0)
     assert np.nanmax(np.abs(strips.lifted - exact.lifted)) < 3e-4
