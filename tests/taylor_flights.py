@@ -24,12 +24,12 @@ class Stop:
 
     def series(self, t: Any, x: Any, u: Any) -> list[Any]:
         """The Taylor coefficients of x from time t on."""
-        wave = mp.expj(self.w * t) * self.f
-        a, room = [x, u], []
+        cosine, sine = mp.cos_sin(self.w * t)
+        a, room, size, waves = [x, u], [], self.f, (cosine, -sine, -cosine, sine)
         for n in range(ORDER - 1):
-            force = mp.re(wave) - self.c * (n + 1) * a[n + 1] - self.spring(a[: n + 1], room)
+            force = size * waves[n % 4] - self.c * (n + 1) * a[n + 1] - self.spring(a[: n + 1], room)
             a.append(force / ((n + 1) * (n + 2)))
-            wave *= 1j * self.w / (n + 1)
+            size *= self.w / (n + 1)
         return a
 
     def first_return(self, v: Any, phi: Any) -> tuple[Any, Any, Any]:
@@ -78,7 +78,9 @@ def cubic(a: Any, b: Any) -> Callable[[list[Any], list[Any]], Any]:
     """The force a x + b x^3."""
 
     def spring(x: list[Any], squares: list[Any]) -> Any:
-        squares.append(mp.fdot(x, x[::-1]))
+        middle = len(x) // 2
+        twice = 2 * mp.fdot(x[:middle], x[::-1])  # the terms of the square on either side of its middle
+        squares.append(twice + x[middle] ** 2 if len(x) % 2 else twice)
         return a * x[-1] + b * mp.fdot(squares, x[::-1])
 
     return spring
