@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from math import pi
 from pathlib import Path
@@ -79,9 +79,24 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     return folder
 
 
+def worker(session: pytest.Session) -> str:
+    """The name of a process of tests; "" where there is one only."""
+    return getattr(session.config, "workerinput", {}).get("workerid", "")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Before all tests the second process compiles while the first reads them: it then finds what the first made of them."""
+    if worker(session) == "gw1" and [Path(part).name for part in session.config.args] == ["tests"]:
+        compile_from(reversed(COMPILED))
+
+
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Before many tests two processes compile the engine, from both ends of a list; what one compiles the other loads."""
-    worker = getattr(session.config, "workerinput", {}).get("workerid", "")
-    if worker in ("gw0", "gw1") and len(session.items) > MANY:
-        for call in COMPILED if worker == "gw0" else reversed(COMPILED):
-            call()
+    if worker(session) in ("gw0", "gw1") and len(session.items) > MANY:
+        compile_from(COMPILED if worker(session) == "gw0" else reversed(COMPILED))
+
+
+def compile_from(calls: Iterable[Callable[[], object]]) -> None:
+    """Make calls that compile what they call."""
+    for call in calls:
+        call()
