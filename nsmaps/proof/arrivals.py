@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 Doubles = NDArray[np.float64]
 Integers = NDArray[np.signedinteger]  #: of 32 bits in cells, of which there are up to 10^8
 OPEN, SPLIT, CUT = 65535, 65534, 65533
+WIDE: Any = np.int64  #: the one type of numbers of cells and phases in calls: for others all would be compiled once more
+NONE = WIDE(-1)  #: no cell
 PAD = 16.0  #: times the bound of rounding of the verification
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -99,9 +101,9 @@ def speeds(at: Arrival, slope: float) -> tuple[float, float]:
 
 @compiled
 def blocking(
-    flow: Flow, cells: Cells, leaf: int, same: bool, wall: int, first: int, end: int, low: float, high: float, at: Arrival
+    flow: Flow, cells: Cells, skipped: int, wall: int, first: int, end: int, low: float, high: float, at: Arrival
 ) -> tuple[int, int]:
-    """The first open cell that arrivals in a box can be in, other than `leaf` if `same`, and the largest order.
+    """The first open cell that arrivals in a box can be in, other than `skipped` or `NONE`, and the largest order.
 
     It is -1 if there is none, and -2 above all cells.
     """
@@ -133,7 +135,7 @@ def blocking(
                     for i in range(parts(cells, node)):
                         stack[count] = cells.child[node] + i
                         count += 1
-                elif not (same and node == leaf):
+                elif node != skipped:
                     return node, 0
     return -1, highest
 

@@ -155,11 +155,11 @@ def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
     waiting = np.full(total, -1)  # the first that waits for a node
     following = np.full(total, -1)  # the next that waits with it
     number = np.full(total, -1)
-    number[queue] = np.arange(queue.size)
     states = np.full((queue.size, 4), -1.0)
     stack = np.empty(queue.size + 1, np.int64)
     count = queue.size
-    stack[:count] = queue
+    for i in range(count):
+        number[queue[i]], stack[i] = i, queue[i]
     while count:
         count -= 1
         leaf = stack[count]
@@ -184,7 +184,10 @@ def _parent(cells: Cells, node: int) -> int:
     """The parent of a node, with its order brought up to date; -1 for a cell of the base grid."""
     parent = cells.parent[node]
     if parent >= 0:
-        cells.order[parent] = cells.order[cells.child[parent] : cells.child[parent] + parts(cells, parent)].max()
+        child, order = cells.child[parent], 0
+        for part in range(child, child + parts(cells, parent)):
+            order = max(order, cells.order[part])
+        cells.order[parent] = order
     return int(parent)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.proof.arrivals import UNKNOWN, Arrival, Cells, Doubles, Flow, blocking, compiled, extent, speeds
+from nsmaps.proof.arrivals import NONE, UNKNOWN, WIDE, Arrival, Cells, Doubles, Flow, blocking, compiled, extent, speeds
 
 
 @compiled
@@ -58,9 +58,9 @@ def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, in
 @compiled
 def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) -> tuple[int, int, int]:
     """A blocking cell (-1: none), the time from which blocks follow (-1: all flights have ended), and the largest order met."""
-    wall, first, width, _ = cells.place[leaf]
+    wall, first, width = WIDE(cells.place[leaf, 0]), WIDE(cells.place[leaf, 1]), WIDE(cells.place[leaf, 2])
     at, side, step, n = flow.walls[0, wall], flow.walls[1, wall], flow.step, cells.n
-    room = abs(flow.walls[0].max() - flow.walls[0].min()) - 2 * flow.gap if flow.walls.shape[1] > 1 else np.inf
+    room = abs(flow.walls[0, 1] - flow.walls[0, 0]) - 2 * flow.gap if flow.walls.shape[1] > 1 else np.inf
     away = -side * (flow.phases[(first + width // 2) % n, 2] - flow.k * at + flow.b * side * 0.5 * (low + high))
     spread, jerk, r0 = 0.5 * flow.b * (high - low) + flow.pad, flow.bounds[4], 0.5 * width * step
     s, start, highest, rests = max(width // 4, 1), -1, 0, cells.place[leaf, 3] == 0
@@ -68,7 +68,7 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
         edge = -side * (flow.phases[(first + width) % n, 2] - flow.k * at)
         start_edge = -side * (flow.phases[first % n, 2] - flow.k * at)
         if edge <= flow.pad and start_edge <= flow.bounds[5] * width * step + flow.pad:
-            blocker, highest = blocking(flow, cells, leaf, False, wall, first + width, first + width + 1, 0.0, 0.0, UNKNOWN)
+            blocker, highest = blocking(flow, cells, NONE, wall, first + width, first + width + 1, 0.0, 0.0, UNKNOWN)
             if blocker != -1:
                 return blocker, 0, 0
     while s < n // 4:
@@ -92,7 +92,7 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
     fastest, weakest = high + 2 * t * change, -away - change - flow.pad
     if weakest > 0:
         fastest = min(fastest, high * sqrt((change - away) / weakest))
-    blocker, met = blocking(flow, cells, leaf, True, wall, first, first + width + s, 0.0, fastest + flow.pad, UNKNOWN)
+    blocker, met = blocking(flow, cells, leaf, wall, first, first + width + s, 0.0, fastest + flow.pad, UNKNOWN)
     return blocker, -1 if closed else first + s, max(met, highest)
 
 
@@ -148,8 +148,8 @@ def impacts(
         if fast >= 0 and slow <= fast:
             if 2 * block > 4 * cells.n // cells.side or fast - slow > 0.25 * cells.top:
                 return -2, low, high, 0
-            same = other == wall and start < first + width
-            blocker, met = blocking(flow, cells, leaf, same, other, start, start + block, max(slow, 0.0), fast, arrival)
+            own = leaf if other == wall and start < first + width else NONE
+            blocker, met = blocking(flow, cells, own, other, start, start + block, max(slow, 0.0), fast, arrival)
             if blocker != -1:
                 return blocker, low, high, 0
             highest = max(highest, met)

@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 LEFT = 65535  #: order of a cell that is not certified
+NONE: Any = np.int64(-1)  #: no cell, of the type of cells: for another all would be compiled once more
 WIDER = 1 + 2.0**-40
 TINY = 1e-9  #: derivatives by which nothing is divided
 
@@ -102,19 +103,9 @@ def speeds(at: Arrival, slope: float) -> tuple[float, float]:
 
 @compiled
 def below_limit(
-    frame: Frame,
-    tree: Tree,
-    leaf: int,
-    same: bool,
-    wall: int,
-    first: int,
-    end: int,
-    low: float,
-    high: float,
-    at: Arrival,
-    limit: int,
+    frame: Frame, tree: Tree, skipped: int, wall: int, first: int, end: int, low: float, high: float, at: Arrival, limit: int
 ) -> bool:
-    """True if all cells that arrivals in a box can be in have orders below `limit`; `leaf` itself is passed over if `same`."""
+    """True if all cells in which arrivals in a box can be have orders below `limit`; `skipped` (or `NONE`) is passed over."""
     base, height = tree.n // tree.side, tree.top / tree.side
     if high >= tree.top:
         return False
@@ -142,7 +133,7 @@ def below_limit(
                     if tree.low[node] > fast or tree.high[node] < slow:
                         continue
                 if tree.child[node] < 0:
-                    if not (same and node == leaf):
+                    if node != skipped:
                         return False
                     continue
                 for i in range(parts(tree, node)):

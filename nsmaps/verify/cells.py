@@ -224,5 +224,7 @@ def _highest(child: NDArray[np.int64], codes: NDArray[np.uint16], slope: NDArray
 def _largest_below(child: NDArray[np.int64], order: NDArray[np.int64], slope: NDArray[np.float64]) -> NDArray[np.int64]:
     for i in range(child.size - 1, -1, -1):
         if child[i] >= 0:
-            order[i] = order[child[i] : child[i] + (4 if slope[child[i]] == 0 else 2)].max()
+            order[i] = order[child[i]]
+            for part in range(child[i] + 1, child[i] + (4 if slope[child[i]] == 0 else 2)):
+                order[i] = max(order[i], order[part])
     return order

@@ -33,7 +33,7 @@ from math import sqrt
 
 import numpy as np
 
-from nsmaps.verify.arrivals import UNKNOWN, WIDER, Arrival, Frame, Tree, below_limit, compiled, extent, speeds
+from nsmaps.verify.arrivals import NONE, UNKNOWN, WIDER, Arrival, Frame, Tree, below_limit, compiled, extent, speeds
 from nsmaps.verify.formula import Tables
 
 CLOSE = 4  #: cells of the base grid along the phase, of the longest block that is compared with cells
@@ -92,7 +92,7 @@ def _rests(frame: Frame, tree: Tree, leaf: int, limit: int) -> bool:
         return True
     away = -frame.sides[wall] * (frame.phases[tree.first[leaf] % tree.n, 2] - frame.numbers[1] * frame.places[wall])
     rate = frame.bounds[5] * tree.width[leaf] * frame.step * WIDER
-    return away > rate + frame.slack or below_limit(frame, tree, leaf, False, wall, end, end + 1, 0.0, 0.0, UNKNOWN, limit)
+    return away > rate + frame.slack or below_limit(frame, tree, NONE, wall, end, end + 1, 0.0, 0.0, UNKNOWN, limit)
 
 
 @compiled
@@ -143,7 +143,7 @@ def _hits_until(frame: Frame, tree: Tree, leaf: int, high: float, known: tuple[f
     if weakest > 0:
         fastest = min(fastest, high * sqrt((change - away) / weakest))
     fastest = fastest * WIDER + frame.slack
-    return bool(below_limit(frame, tree, leaf, True, wall, first, first + width + s, 0.0, fastest, UNKNOWN, limit))
+    return bool(below_limit(frame, tree, leaf, wall, first, first + width + s, 0.0, fastest, UNKNOWN, limit))
 
 
 @compiled
@@ -198,8 +198,8 @@ def _block(
         if fast >= 0 and slow <= fast:
             if 2 * block > CLOSE * tree.n // tree.side or fast - slow > 0.25 * tree.top:
                 return False, low, high
-            same = other == wall and start < first + width
-            if not below_limit(frame, tree, leaf, same, other, start, start + block, max(slow, 0.0), fast, at, limit):
+            own = leaf if other == wall and start < first + width else NONE
+            if not below_limit(frame, tree, own, other, start, start + block, max(slow, 0.0), fast, at, limit):
                 return False, low, high
         beyond = f - (abs(z0) * r0 + bend) * WIDER - slack
         if lift < 0 and beyond > lift * rk:
