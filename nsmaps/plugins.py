@@ -9,6 +9,7 @@ import hashlib
 import os
 import sys
 import warnings
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -33,7 +34,7 @@ SKETCHES = "nsmaps.sketches"
 
 def system_names() -> list[str]:
     """The names of the installed systems in order, without importing any."""
-    return sorted({entry.name for entry in entry_points(group=GROUP)})
+    return sorted({entry.name for entry in _entries()})
 
 
 def systems() -> "dict[str, type[AnySystem]]":
@@ -102,7 +103,7 @@ def _study_files(entry: EntryPoint) -> dict[str, Path]:
 def study_names() -> list[str]:
     """Every study of every installed system, as `system/stem`, without importing any."""
     by_name: dict[str, list[EntryPoint]] = {}
-    for entry in entry_points(group=GROUP):
+    for entry in _entries():
         by_name.setdefault(entry.name, []).append(entry)
     clear = [entries[0] for _, entries in sorted(by_name.items()) if len(entries) == 1]
     return [f"{entry.name}/{stem}" for entry in clear for stem in _study_files(entry)]
@@ -110,7 +111,7 @@ def study_names() -> list[str]:
 
 def entry_of(name: str) -> EntryPoint:
     """The one entry point of this name; errors as `system_class`."""
-    found = _entries(name)
+    found = [entry for entry in _entries() if entry.name == name]
     if not found:
         known = system_names()
         raise UnknownSystemError(
@@ -133,8 +134,22 @@ def is_file(name: str) -> bool:
     return _split(name)[0].endswith(".py")
 
 
-def _entries(name: str) -> list[EntryPoint]:
-    return list(entry_points(group=GROUP, name=name))
+def _entries() -> tuple[EntryPoint, ...]:
+    """All registered systems; they are read anew when a folder of the path has changed."""
+    return _registered(tuple((place, _changed(place)) for place in sys.path))
+
+
+@lru_cache(maxsize=4)
+def _registered(path: tuple[tuple[str, int], ...]) -> tuple[EntryPoint, ...]:
+    return tuple(entry_points(group=GROUP))
+
+
+def _changed(place: str) -> int:
+    """When the content of a folder of the path changed last, in nanoseconds; 0 for none."""
+    try:
+        return os.stat(place or ".").st_mtime_ns
+    except OSError:
+        return 0
 
 
 def _imported(entry: EntryPoint) -> "type[AnySystem]":

@@ -19,7 +19,7 @@ from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.itinerary import all_itineraries
 from nsmaps.exact.engine.returns import sampled, trajectory
 from nsmaps.exact.engine.sensitivity import sensitivities
-from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of
+from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of, written
 from nsmaps.exact.noise import orbit as noisy
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
@@ -198,7 +198,7 @@ def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
 
 def kernel_of(system: "ImpactSystem") -> "Kernel | IntegratedKernel":
     """The kernel of a system; the kernels used last are cached."""
-    return _kernel(formulas_of(system), repr(system), _Quiet(system))
+    return _kernel(written(type(system)), repr(vars(system)), _Quiet(system))
 
 
 def closed_form_of(system: "ImpactSystem", what: str, refusal: type[NsmapsError] = NsmapsError) -> Kernel:
@@ -230,8 +230,8 @@ class _Quiet:
 
 
 @lru_cache(maxsize=256)
-def _kernel(formulas: Formulas, values: str, system: _Quiet) -> "Kernel | IntegratedKernel":
-    table = table_of(system.value)
+def _kernel(cls: tuple[Any, ...], values: str, system: _Quiet) -> "Kernel | IntegratedKernel":
+    formulas, table = formulas_of(system.value), table_of(system.value)
     if formulas.acceleration is None:
         return Kernel(system.value, formulas, table)
     from nsmaps.exact.ode.kernel import integrated_kernel

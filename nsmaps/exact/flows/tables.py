@@ -233,6 +233,11 @@ def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
     return Formulas(symbols, displacement, numbers, laws, formulas.sides)
 
 
+def written(cls: "type[ImpactSystem]") -> tuple[Any, ...]:
+    """All of a class that flights depend on."""
+    return cls, cls.horizon, cls.walls, cls.period, cls.displacement, cls.acceleration, cls.rebound
+
+
 def formulas_of(system: "ImpactSystem") -> Formulas:
     """The formulas of a system's class and of its fields that are not numbers; they are checked on first use.
 
@@ -241,8 +246,7 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
     """
     cls = type(system)
     fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
-    values = tuple(sorted((name, repr(value)) for name, value in {**fixed, "horizon": cls.horizon}.items()))
-    key = cls, values, (cls.walls, cls.period, cls.displacement, cls.acceleration, cls.rebound)
+    key = *written(cls), *sorted((name, repr(value)) for name, value in fixed.items())
     if key not in KNOWN:
         with refused(cls):
             KNOWN[key] = _formulas(cls, fixed)

@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,8 @@ def parsed(path: Path) -> Any:
     yaml.preserve_quotes = True
     try:
         text = text_of(path, LARGEST)
-        _weigh(path, text)
+        if excess := _excess(text):
+            raise StudyError(f"{os.fspath(path)}:{excess}")
         return yaml.load(text)
     except StudyError:
         raise
@@ -99,11 +101,12 @@ class _Scales:
                 yield f"a number of {len(event.value)} digits; expected: fewer than 100"
 
 
-def _weigh(path: Path, text: str) -> None:
-    """Raise StudyError at the first place at which a text exceeds a limit."""
+@lru_cache(maxsize=32)
+def _excess(text: str) -> str:
+    """The first place at which a text exceeds a limit, as `line:column: which`; empty if there is none."""
     scales = _Scales()
     for event in YAML().parse(text):
         scales.add(event)
         for complaint in scales.complaints(event):
-            mark = event.start_mark
-            raise StudyError(f"{os.fspath(path)}:{mark.line + 1}:{mark.column + 1}: {complaint}")
+            return f"{event.start_mark.line + 1}:{event.start_mark.column + 1}: {complaint}"
+    return ""
