@@ -1,7 +1,9 @@
 """Fixtures shared by all tests."""
 
+import gc
 import json
 import os
+import sys
 from collections.abc import Callable, Iterable
 from importlib import import_module
 from math import pi
@@ -18,6 +20,9 @@ from nsmaps_vi_pair import VIPair
 
 from nsmaps import observe, run
 from nsmaps.study.ahead import CALLS
+
+sys.dont_write_bytecode = False  # the tests' second process need not rewrite the tests anew
+gc.set_threshold(100_000, 50, 50)  # garbage is searched for more rarely among all that compilers keep
 
 fcntl = None if os.name == "nt" else import_module("fcntl")
 
