@@ -1,4 +1,7 @@
-"""The documentation is run: Python blocks, doctests, studies and links of README.md and every page of docs/."""
+"""The documentation is run: Python blocks, doctests, studies and links of README.md and every page of docs/.
+
+`pytest` runs the blocks of README.md, `pytest -m documentation` those of all other pages.
+"""
 
 import doctest
 import re
@@ -7,6 +10,7 @@ import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, get_args
 
@@ -27,7 +31,9 @@ BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil
 LINK = re.compile(r"\[[^\]\[]*\]\(([^)\s]+)\)")
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
-every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+WRITTEN = [PAGES[0], *(pytest.param(page, marks=pytest.mark.documentation) for page in PAGES[1:])]
+
+every_page = pytest.mark.parametrize("page", PAGES, ids=attrgetter("name"))
 
 
 @dataclass(frozen=True)
@@ -101,7 +107,7 @@ def anchors(page: Path) -> set[str]:
     return {slug(match[1]) for match in re.finditer(r"^#+ (.*)$", FENCE.sub("", page.read_text()), re.MULTILINE)}
 
 
-@every_page
+@pytest.mark.parametrize("page", WRITTEN, ids=attrgetter("name"))
 def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     namespace: dict[str, Any] = {"__name__": f"page_{slug(page.stem)}"}
@@ -155,6 +161,7 @@ def test_every_page_stands_once_in_the_sidebar_under_a_caption() -> None:
     assert there <= set(named)
 
 
+@pytest.mark.documentation
 def test_pictures_of_the_site_open_in_full_size() -> None:
     from importlib.util import module_from_spec, spec_from_file_location
 

@@ -161,6 +161,7 @@ def command(*arguments: object) -> None:
     assert answer.exit_code in (0, 1), answer.output
 
 
+@pytest.mark.documentation
 @pytest.mark.parametrize("study", [*sorted(QUICK), ""], ids=lambda study: study or "tables")
 def test_pictures_of_quick_runs_are_those_of_a_run_made_now(study, tmp_path, shipped, monkeypatch):
     """With the code that computes, of which the digest knows nothing."""
