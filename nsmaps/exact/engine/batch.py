@@ -184,8 +184,6 @@ def near(p, t, n, up):
 def carry(p, t, n, up):
     """Carry the derivatives to the impact at S + STEP."""
     rate = phase_rate(p)
-    for k in range(n):
-        t[S + k], t[STEP + k] = t[S + k] + t[STEP + k], 0.0
     tangents(p, t, n)
     slopes(p, t, n, up)
     for k in range(n):
@@ -211,9 +209,12 @@ def land(p, t, n, up):
 
 
 @inner
-def fly(p, t, n, up, chatter, want):
-    """From impacts on a wall to the next impacts; returns the number of returns that continue, which stand in front."""
-    first = LESS if want else RETURN
+def fly(p, t, n, up, chatter, begun, want):
+    """From impacts on a wall to the next impacts; returns the number of returns that continue, which stand in front.
+
+    Derivatives of returns that have not `begun` are the identity in every column, and are not moved during the flight.
+    """
+    first = RETURN if not want else D00 if begun else LESS
     launch(p, t, n, up, chatter)
     m = to_front(p, t, n, first, MARCHED, TERMS)
     for _ in range(MOST_ROUNDS):
@@ -234,7 +235,7 @@ def fly(p, t, n, up, chatter, want):
     if want:
         carry(p, t, n, up)
     land(p, t, n, up)
-    return to_front(p, t, n, first, FLIGHT, 0)
+    return to_front(p, t, n, D00 if want else RETURN, FLIGHT, 0)
 
 
 @allocating
@@ -250,10 +251,11 @@ def side_by_side(p, start, i, chatter, states, turns, codes, outcome, time, tang
     base = 5 if has_up and has_down else 4  # number of codes, as in `first_return`
     for first in range(0, len(start), BLOCK):
         n = min(BLOCK, len(start) - first)
-        fill(p, t, n, first, start)
+        fill(p, t, n, first, start, want)
         code, power = spell(0, 1, base, 1, 1)
         for flights in range(1, MOST_FLIGHTS + 1):
-            left = fly(p, t, n, (flights == 1) == base_up, chatter if flights == 1 else math.inf, want)
+            begun = flights > 1
+            left = fly(p, t, n, base_up != begun, math.inf if begun else chatter, begun, want)
             if flights == MOST_FLIGHTS:
                 give_up(t, left)
                 left = 0

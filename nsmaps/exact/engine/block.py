@@ -18,8 +18,8 @@ PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all ro
 # derivatives are rewritten when needed; the other rows are valid as long as their object: the phase at the start of a flight,
 # where they are moved; the derivative of a return; the return and its last impact; the flight, the gap ahead with its rates, and
 # bounds (see `layout`); two steps; after them the coefficients of every rate.
-D, D1, D2, D3, D4, D5, BY_PHASE, BY_SPEED, BY_PHASE_1, BY_SPEED_1, SPARE, SPARE_1, LESS, SINE = range(0, 14 * PITCH, PITCH)
-D00, D01, D10, D11, RETURN = range(14 * PITCH, 19 * PITCH, PITCH)
+D, D1, D2, D3, D4, D5, BY_PHASE, BY_SPEED, BY_PHASE_1, BY_SPEED_1, SPARE, SPARE_1 = range(0, 12 * PITCH, PITCH)
+D00, D01, D10, D11, LESS, SINE, RETURN = range(12 * PITCH, 19 * PITCH, PITCH)
 WHICH, TIME, TURNS, V, PHI, ODD, OPEN, FLIGHT = range(18 * PITCH, 26 * PITCH, PITCH)
 W, TO_UP, S, X, Y, U, B, J, K, Q = range(25 * PITCH, 35 * PITCH, PITCH)
 STEADY, JERK, SNAP, POP, ACCELERATION, DRIFT, MARCHED = range(35 * PITCH, 42 * PITCH, PITCH)
@@ -161,6 +161,15 @@ def size_of(t, k, s):
 
 
 @inner
+def varies(f, row, width):
+    """True if a linear row of the table depends on the velocity or the phase at the start."""
+    for i in range(row + 2, row + width):
+        if f[i] != 0.0:
+            return True
+    return False
+
+
+@inner
 def tangents_of_power(p, t, n):
     """Add to `tangents` the part that is quadratic in time."""
     f = p.table
@@ -176,7 +185,7 @@ def tangents_of_power(p, t, n):
 
 @inner
 def tangents(p, t, n):
-    """Write velocity and acceleration at S and the derivatives by phase and velocity of the start.
+    """Write velocity and acceleration at S + STEP, the new S, and the derivatives by phase and velocity of the start.
 
     As `evaluate` and `tangent_at` of `flow.py`. The rows of the phase hold since the start of the flight, those of its
     multiples do not.
@@ -186,10 +195,10 @@ def tangents(p, t, n):
     if f[HARMONICS] > 1.0:
         phases(p, t, n)
     for k in range(n):
-        s, x = t[S + k], t[STEADY + k]
-        t[D1 + k], t[D2 + k] = t[W + k] + s * x, x
+        s, x = t[S + k] + t[STEP + k], t[STEADY + k]
+        t[S + k], t[STEP + k], t[D1 + k], t[D2 + k] = s, 0.0, t[W + k] + s * x, x
         t[BY_PHASE + k], t[BY_SPEED + k], t[BY_PHASE_1 + k], t[BY_SPEED_1 + k] = 0.0, s, 0.0, 1.0
-    if f[POWERS] > 0.0:
+    if f[POWERS] > 0.0 and varies(f, int(f[AT_POWERS]), width):
         tangents_of_power(p, t, n)
     for i in range(int(f[SIMPLE])):
         one, two, row = terms + 2 * i * width, terms + (2 * i + 1) * width, TERMS + 2 * i * PITCH
@@ -283,11 +292,13 @@ def slopes(p, t, n, up):
 
 
 @inner
-def fill(p, t, n, first, start):
-    """Fill the table with n states, from number `first` on."""
+def fill(p, t, n, first, start, want):
+    """Fill the table with n states, from number `first` on; with their derivatives if `want`."""
     for k in range(n):
         v, phi = start[first + k, 0], start[first + k, 1]
         t[WHICH + k], t[TIME + k], t[V + k] = first + k, 0.0, v
         t[PHI + k], t[TURNS + k] = turned(p, phi, 0.0)
         t[ODD + k] = 0.0 if is_state(v, phi) else 1.0
-        t[D00 + k], t[D01 + k], t[D10 + k], t[D11 + k] = 1.0, 0.0, 0.0, 1.0
+    if want:
+        for k in range(n):
+            t[D00 + k], t[D01 + k], t[D10 + k], t[D11 + k] = 1.0, 0.0, 0.0, 1.0

@@ -134,8 +134,9 @@ def saltation(up, now_up, slope, velocity, a, moves, rate, d):
     w_phi, w_w, v_phi, v_w = moves
     d00, d01, d10, d11 = d
     u0, u1 = -into * slope * d00, -into * slope * d01
-    s0 = -(w_phi * d10 + w_w * u0) / velocity
-    s1 = -(w_phi * d11 + w_w * u1) / velocity
+    slowness = -1.0 / velocity
+    s0 = (w_phi * d10 + w_w * u0) * slowness
+    s1 = (w_phi * d11 + w_w * u1) * slowness
     return (
         now_into * (a * s0 + v_phi * d10 + v_w * u0),
         now_into * (a * s1 + v_phi * d11 + v_w * u1),
