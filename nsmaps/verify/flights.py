@@ -220,7 +220,7 @@ def _dyadic(x: float) -> float:
 
 
 def _ended(flight: _Flight, wall: int, start: float, part: float) -> tuple[float, bool] | None:
-    """The end of a part of the flight all along which a wall comes nearer, and whether it is met by then; None if neither is sure."""
+    """The end of a part of the flight, all along which a wall comes nearer, and whether it is met then; None where not sure."""
     at, side = flight.system.walls[wall]
     for share in ENDS:
         end = start + share * part
