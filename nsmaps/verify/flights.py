@@ -134,8 +134,8 @@ def next_impact(system: System, wall: int, phase: arb, speed: arb, states: Part 
     return _landed(flight, *_met(flight, wall))
 
 
-def _met(flight: _Flight, wall: int) -> tuple[int, float, float]:
-    """The wall that all states meet next, and two times between which they do so, once and with a speed above zero."""
+def _met(flight: _Flight, wall: int) -> tuple[int, arb]:
+    """The wall that all states meet next, and a ball of the times at which they do so, with a speed above zero."""
     system = flight.system
     period, start = float((2 * arb.pi() / system.frequency).mid()), 0.0
     part = _dyadic(period * FIRST)
@@ -158,7 +158,7 @@ def _met(flight: _Flight, wall: int) -> tuple[int, float, float]:
             if ended is not None:
                 end, hit = ended
                 if hit:
-                    return rising, start, end
+                    return rising, _narrowed(flight, rising, arb((start + end) / 2, (end - start) / 2))
                 start = end
                 continue
         part /= 2
@@ -173,7 +173,7 @@ def next_impacts(
     """The walls of the next impacts of all states point + matrix way, the last state of `point`, and the derivative by ways.
 
     Places of walls that are balls are further ways: each shifts all impacts alike, and the mean value form keeps that. The ways
-    have to hold zero: then the middle is one of the states, and its impacts are on the same walls and between the same times.
+    have to hold zero: then the middle is one of the states, and its impacts are on the same walls, and within the same times.
     """
     walls, middles = [], system._replace(walls=tuple((arb(at.mid()), side) for at, side in system.walls))
     ways = (*way, *(at - middle for (at, _), (middle, _) in zip(system.walls, middles.walls, strict=True)))
@@ -183,13 +183,14 @@ def next_impacts(
     for _ in range(impacts):
         phase, speed = (x + _product(row, ways) for x, row in zip(point, columns, strict=True))
         flight = _Flight(system, wall, phase, speed, Part(point, columns, ways))
-        met = _met(flight, wall)
-        whole, here = _landed(flight, *met), _landed(_Flight(middles, wall, *point), *met)
+        hit, time = _met(flight, wall)
+        whole, here = _landed(flight, hit, time), _Flight(middles, wall, *point)
         columns = tuple([*row] for row in times(whole.derivative, columns))
         for row, (by_left, by_met) in zip(columns, whole.by_walls, strict=True):
             row[2 + wall] += by_left
-            row[2 + whole.wall] += by_met
-        point, wall = (here.phase, here.speed), whole.wall
+            row[2 + hit] += by_met
+        time = _narrowed(here, hit, time)
+        point, wall = (here.phase + system.frequency * time, system.walls[hit][1] * here.at(time).v), hit
         walls.append(wall)
     shifted = tuple(x + _product(row[2:], ways[2:]) for x, row in zip(point, columns, strict=True))
     return tuple(walls), shifted, tuple((row[0], row[1]) for row in columns)  # type: ignore[return-value]
@@ -237,10 +238,9 @@ def _ended(flight: _Flight, wall: int, start: float, part: float) -> tuple[float
     return None
 
 
-def _landed(flight: _Flight, hit: int, start: float, end: float) -> Impact:
-    """The impact on a wall that is met once between two times, by Newton's method."""
-    (at, side), system = flight.system.walls[hit], flight.system
-    time = arb((start + end) / 2, (end - start) / 2)
+def _narrowed(flight: _Flight, hit: int, time: arb) -> arb:
+    """The times of the impact on a wall that is met once in a ball of times, by Newton's method."""
+    at = flight.system.walls[hit][0]
     for _ in range(ROUNDS):
         middle = arb(time.mid())
         here = flight.at(middle)
@@ -251,6 +251,12 @@ def _landed(flight: _Flight, hit: int, start: float, end: float) -> Impact:
         if not new.rad() < 0.9 * time.rad():
             break
         time = new
+    return time
+
+
+def _landed(flight: _Flight, hit: int, time: arb) -> Impact:
+    """The impact on a wall that is met at a ball of times."""
+    side, system = flight.system.walls[hit][1], flight.system
     motion, w = flight.at(time), system.frequency
     early, early_v = flight.early(motion.a, motion.da)
     by_speed, by_speed_v = flight.loss * motion.a, flight.loss * motion.da
