@@ -185,7 +185,7 @@ def test_an_orbit_is_a_chain_of_first_returns(wide):
 @pytest.mark.parametrize(
     ("system", "box"),
     [
-        (BouncingBall(a=1.2, r=0.6), ((0.05, 6.0), (0.0, 2 * np.pi))),
+        pytest.param(BouncingBall(a=1.2, r=0.6), ((0.05, 6.0), (0.0, 2 * np.pi)), marks=pytest.mark.thorough),
         (Oscillator(zeta=0.1, w=0.9, gap=0.5, r=0.8), ((0.5, 0.6), (1.0, 1.3))),
     ],
 )
