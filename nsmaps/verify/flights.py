@@ -60,7 +60,7 @@ class _Flight:
         self.ways = [(first / system.frequency, self.loss * second, way) for first, second, way in columns]
         self.speed, self.w0 = speed, self.loss * speed
         p, q = self.middle.waves[:2] if self.middle else harmonic_motion(system)
-        self.waves = p, q, -system.frequency * p, system.frequency * q
+        self.waves: tuple[arb, arb, arb, arb] = p, q, -system.frequency * p, system.frequency * q
         departure = phase.sin_cos()
         wave, slope = self._harmonic(departure)
         x, y, b, k = at - wave, self.w0 - slope, system.b, system.k
