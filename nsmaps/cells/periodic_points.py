@@ -174,8 +174,8 @@ def _add(map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]
 
 def _least_period(states: Floats, coordinates: Coordinates, scale: Floats) -> int:
     p = len(states)
-    same = (coordinates.near(states, np.roll(states, -q, axis=0), SAME, scale).all() for q in range(1, p + 1))
-    return next(q for q, repeats in enumerate(same, 1) if p % q == 0 and repeats)
+    shares = (q for q in range(1, p + 1) if p % q == 0)
+    return next(q for q in shares if coordinates.near(states, np.roll(states, -q, axis=0), SAME, scale).all())
 
 
 def _newton(map: ReturnMap, x: Floats, scale: Floats) -> Floats:

@@ -91,6 +91,8 @@ def verify(
             raise NsmapsError(f"--figure is {str(figure)!r}; expected: a name that ends with {', '.join(PICTURES)}")
         try:
             certificate = read(file)
+            if figure is not None and not certificate.grid:
+                raise NsmapsError(f"{figure} is not drawn: the certificate is of cycles alone; expected: one with cells")
             found = _verified(certificate)
         except Refused as refused:
             say(f"refused: {refused}", err=True)
@@ -113,9 +115,7 @@ def _verified(certificate: "Certificate") -> "Verified":
 
 
 def _drawn(certificate: "Certificate", found: "Verified", path: Path) -> Path:
-    """The picture of a certificate of cells; NsmapsError where it has none."""
-    if not certificate.grid:
-        raise NsmapsError(f"{path} is not drawn: the certificate is of cycles alone; expected: one with cells")
+    """The picture of a certificate of cells."""
     from nsmaps.cells.certified import Orders
     from nsmaps.figures.cells.proved import sheet
 

@@ -18,14 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from nsmaps.verify.flights import Doubtful, Matrix, next_impact
+from nsmaps.verify.flights import Doubtful, Matrix, State, next_impact
 from nsmaps.verify.formula import System
 
 BITS = 96  #: of the middles of balls
 ROUNDS = 40  #: steps at most by which a box is narrowed
 KEYS = {"walls", "states", "radii"}
-
-State = tuple[arb, arb]
 
 
 class Stated(NamedTuple):

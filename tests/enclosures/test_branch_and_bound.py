@@ -88,16 +88,3 @@ def test_what_is_known_of_a_smaller_box_is_not_used():
     hulls = Polynomials.of(PolyMap.of_monomials(("x",), {"x": {(1,): 1.0}}, [[0, 1]])).hulls
     known = ranges(hulls, np.array([[[0.25, 0.5]]]))
     assert ranges(hulls, np.array([[[0.0, 1.0]]]), known=known).bounds[0] == pytest.approx([0, 1])
-
-
-def test_the_domains_of_the_study_fp_take_hundreds_of_calls(monkeypatch):
-    """Five domains, two of them of a fitted map: counted where the enclosure and the Bernstein form are asked."""
-    enclosed, fitted = [], []
-    boxes, hulls = nsmaps.ImpactSystem.image_boxes, Polynomials.hulls
-    monkeypatch.setattr(nsmaps.ImpactSystem, "image_boxes", lambda self, given: enclosed.append(len(given)) or boxes(self, given))
-    monkeypatch.setattr(Polynomials, "hulls", lambda self, given: fitted.append(len(given)) or hulls(self, given))
-    result = nsmaps.run("vi_pair/fp")
-    assert len(result.domains) == 5
-    assert result.holds
-    assert 100 < len(enclosed) < 1000
-    assert 100 < len(fitted) < 1400

@@ -9,6 +9,7 @@ import nsmaps
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.bounds import held_out_error
 from nsmaps.dynamics.orbit import orbit
+from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid, sweep
 from nsmaps.reduced.conditions.region import Where
@@ -21,8 +22,25 @@ GRID = Grid(axes={"v": Axis(low=0.0033, high=1, points=300), "phi": Axis(low=0, 
 
 
 @lru_cache
+def counted(name):
+    """The result of a study, and how often the enclosure of the exact map and the Bernstein form were asked for it."""
+    counts = {"image_boxes": 0, "hulls": 0}
+    with pytest.MonkeyPatch.context() as patch:
+        for owner, asked in ((nsmaps.ImpactSystem, "image_boxes"), (Polynomials, "hulls")):
+            patch.setattr(owner, asked, counting(getattr(owner, asked), counts))
+        return nsmaps.run(nsmaps.load_study(f"vi_pair/{name}")), counts
+
+
+def counting(function, counts):
+    def called(*given):
+        counts[function.__name__] += 1
+        return function(*given)
+
+    return called
+
+
 def ran(name):
-    return nsmaps.run(nsmaps.load_study(f"vi_pair/{name}"))
+    return counted(name)[0]
 
 
 @pytest.fixture(params=["fp", "pd", "cd"])
@@ -58,6 +76,15 @@ def test_what_fails_in_a_shipped_study_is_expected_and_says_what_it_shows(name):
     assert not any("but confirmed" in verdict.text for verdict in result.verdicts)
     assert f", {len(failing)} fail as expected." in conclusion(result)
     assert "Expected to fail" not in conclusion(result)
+
+
+def test_the_domains_of_case_fp_take_hundreds_of_calls():
+    """Five domains, two of them of a fitted map."""
+    result, counts = counted("fp")
+    assert len(result.domains) == 5
+    assert result.holds
+    assert 100 < counts["image_boxes"] < 1000
+    assert 100 < counts["hulls"] < 1400
 
 
 def test_a_trapped_box_without_the_attractor_says_so(case):

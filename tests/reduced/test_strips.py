@@ -38,7 +38,7 @@ def wide(pair):
     return strip_map(pair(0.30), WIDE, 1e-6)
 
 
-@pytest.mark.parametrize("d", [0.35, 0.30, 0.26])
+@pytest.mark.parametrize("d", [0.35, 0.30, pytest.param(0.26, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
 def test_tolerance_is_kept_everywhere(pair, d, tolerance):
     made = strip_map(pair(d), PAPER, tolerance)
@@ -124,7 +124,7 @@ def test_turns_and_times_are_those_of_the_exact_map(wide):
 
 def test_the_circle_has_no_gap_where_it_is_cut(pair):
     """Floats next to the cut on any turn: rounding puts some of them below it, some above a turn from it."""
-    made = strip_map(pair(0.30), ((0.3, 1.0), (0.0, 2 * np.pi)), 1e-2)
+    made = strip_map(pair(0.30), WIDE, 1e-2)
     cut = made.strips.bounds[1, 0] + 2 * np.pi * np.arange(-60, 60)
     phases = (cut[:, None] + np.spacing(cut)[:, None] * np.arange(-4, 5)).ravel()
     states = np.column_stack([np.full(len(phases), 0.5), phases])
@@ -185,7 +185,7 @@ def test_an_orbit_is_a_chain_of_first_returns(wide):
 @pytest.mark.parametrize(
     ("system", "box"),
     [
-        (BouncingBall(a=1.2, r=0.6), ((0.05, 6.0), (0.0, 2 * np.pi))),
+        pytest.param(BouncingBall(a=1.2, r=0.6), ((0.05, 6.0), (0.0, 2 * np.pi)), marks=pytest.mark.thorough),
         (Oscillator(zeta=0.1, w=0.9, gap=0.5, r=0.8), ((0.5, 0.6), (1.0, 1.3))),
     ],
 )

@@ -42,7 +42,7 @@ def coarse():
     """Traps of one size in fewer parts than by default."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("nsmaps.proof.trap.SIZES", (0.08,))
-        patch.setattr("nsmaps.proof.trap.SHAPES", ((0.6, (40, 10)),))
+        patch.setattr("nsmaps.proof.trap.SHAPES", ((0.6, (32, 8)),))
         yield
 
 
@@ -149,10 +149,11 @@ def test_a_changed_statement_is_refused(certificate, part, change):
         verify(replace(certificate, **{part: {**getattr(certificate, part), **change}}))
 
 
-def test_a_planted_error_of_the_search_is_found(pair, monkeypatch):
-    """A trap that is twice as large as what was shown makes orders of cells that do not reach it."""
+def test_a_planted_error_of_the_search_is_found(pair, certificate, monkeypatch):
+    """A trap that is three times as large as what was shown makes orders of cells that do not reach it."""
     wide = lambda trap, *boxes: trapped(trap._replace(half=(3 * trap.half[0], 3 * trap.half[1])), *boxes)  # noqa: E731
     monkeypatch.setattr("nsmaps.proof.prove.trapped", wide)
+    monkeypatch.setattr("nsmaps.proof.prove.found_trap", lambda *given: trap_of(certificate.trap))
     with pytest.raises(Refused, match="not in the trap"):
         verify(prove(pair, [0.8334, 0.3636], **SHAPES))
 
@@ -263,7 +264,7 @@ def test_the_commands_write_and_verify(tmp_path, certificate, monkeypatch, capsy
     assert "Proved: all orbits" in done.output
     assert main(str(path)) == 0
     assert "Proved: all orbits" in capsys.readouterr().out
-    write(path, replace(certificate, grid={**certificate.grid, "top": 1.5}))
+    write(path, replace(certificate, trap={**certificate.trap, "impacts": 0}))
     refused = CliRunner().invoke(app, ["verify", str(path), "-q"])
     assert refused.exit_code == 1
     assert "refused" in refused.output

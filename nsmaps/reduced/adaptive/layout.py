@@ -1,6 +1,7 @@
 """The arrays of slabs and leaves from which a map of strips is evaluated."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial.chebyshev import cheb2poly, chebpts1, chebval, chebvander
@@ -110,6 +111,7 @@ def _powers(leaf: Node) -> Floats:
     return np.concatenate([part.ravel() for part in parts])
 
 
+@lru_cache(maxsize=64)
 def _to_powers(n: int) -> Floats:
     """The matrix from n coefficients of a Chebyshev series to those of powers, shape (n, n)."""
     columns = [cheb2poly(row) for row in np.eye(n)]

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats, Ints
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.exact.words import longer_than
 
 if TYPE_CHECKING:
+    from nsmaps.exact.returns import Itineraries
     from nsmaps.exact.systems.system import ImpactSystem
 
 LONGEST = 12  #: impacts and turning points of a return: longer ones, as of long chatter, are not distinguished
@@ -23,6 +24,7 @@ MANY_IMPACTS = -1  #: in place of the code of a longer word
 SCAN = 600  #: phases of a line in the first scan
 ZOOM = 24  #: phases into which a place that may hide two edges is divided, three times
 CHANGES = 20  #: changes that are sought between neighbouring phases
+FIRST = 30  #: halvings of a scanned interval, which leave less than the smallest of these distances:
 NEAR = 10.0 ** -np.arange(3, 11)  #: distance from an edge at which another is sought, in radians
 GRAZE = 1e-8  #: share of the largest gap on the lines, below which a gap at an edge is a graze; for a speed its root
 STENCIL = 1e-10  #: radians between the three places from which the gap is continued to zero
@@ -88,7 +90,7 @@ def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, 
         offsets = np.linspace(-1, 1, 2 * ZOOM + 1)[1:-1] * spacing
         phi = np.clip(hidden.phi[:, None] + offsets, low, high)
         points = points.also(_look(system, v, np.repeat(hidden.line, len(offsets)), phi.ravel())).sorted()
-    below, above = _bisected(system, v, points)
+    below, above = _bisected(system, v, points, FIRST)
     beside = np.concatenate([-NEAR, NEAR])
     phi = below.phi[:, None] + beside
     line = np.repeat(below.line, len(beside))
@@ -98,13 +100,19 @@ def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, 
     return _lines(system, v, below, above, points)
 
 
-def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
+def _followed(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> tuple["Itineraries", Bools, Ints]:
+    """The itineraries of states on lines, which of them are long, and their codes."""
     itineraries = system.itineraries(np.column_stack([v[line], phi]))
-    long = longer_than(LONGEST, itineraries.codes, system.letters, turns=True)
+    long = longer_than(LONGEST, itineraries.codes, itineraries.walls, turns=True)
+    return itineraries, long, np.where(long, MANY_IMPACTS, itineraries.codes)
+
+
+def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
+    itineraries, long, codes = _followed(system, v, line, phi)
     return _Points(
         line,
         phi,
-        np.where(long, MANY_IMPACTS, itineraries.codes),
+        codes,
         itineraries.outcome,
         np.where(long | np.isnan(itineraries.clearance), np.inf, itineraries.clearance),
         np.where(long | np.isnan(itineraries.slowest), np.inf, itineraries.slowest),
@@ -123,17 +131,18 @@ def _hidden(points: _Points, spacing: float) -> _Points:
     return mid.take(alike & found)
 
 
-def _bisected(system: "ImpactSystem", v: Floats, points: _Points) -> tuple[_Points, _Points]:
-    """Every change between neighbouring points, located to rounding: the points below and above it."""
+def _bisected(system: "ImpactSystem", v: Floats, points: _Points, halvings: int = 60) -> tuple[_Points, _Points]:
+    """Every change between neighbouring points, located by so many halvings: the points below and above it."""
     change = (points.line[1:] == points.line[:-1]) & points.take(slice(1, None)).differs(points.take(slice(0, -1)))
     low, high = points.take(slice(0, -1)).take(change), points.take(slice(1, None)).take(change)
 
-    def look(states: Floats) -> _Points:
-        return _look(system, v, states[:, 0].astype(int), states[:, 1])
+    def label(states: Floats) -> Ints:
+        itineraries, _, codes = _followed(system, v, states[:, 0].astype(int), states[:, 1])
+        return np.column_stack([codes, itineraries.outcome])
 
     start, end = (np.column_stack([side.line, side.phi]) for side in (low, high))
-    _, *sides = bisect_changes(lambda states: look(states).label, start, end, low.label, high.label, CHANGES)
-    below, above = map(look, sides)
+    _, *sides = bisect_changes(label, start, end, low.label, high.label, CHANGES, halvings)
+    below, above = (_look(system, v, side[:, 0].astype(int), side[:, 1]) for side in sides)
     order = np.lexsort((below.phi, below.line))
     return below.take(order), above.take(order)
 
