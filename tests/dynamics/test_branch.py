@@ -10,6 +10,7 @@ from dynamics_implicit import flight, gaps, multipliers_test, solve
 from toys import BouncingBall
 
 import nsmaps
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
@@ -26,7 +27,7 @@ class Plane:
     a: float
     kind: str
     last: float = np.inf
-    coordinates: tuple[str, ...] = ("x", "y")
+    coordinates: Coordinates = Coordinates(("x", "y"))
 
     def first_return(self, states, derivative=False):
         x, y = np.asarray(states, float).T
@@ -41,7 +42,9 @@ class Plane:
         else:  # the delayed logistic map: x' = a x (1 - y), y' = x
             image, rows = (self.a * x * (1 - y), x), ((self.a * (1 - y), -self.a * x), (1, 0))
         n = len(x)
-        slopes = np.moveaxis(np.array([[np.broadcast_to(part, n) for part in row] for row in rows], float), -1, 0)
+        slopes = np.empty((n, 2, 2))
+        for i, j in np.ndindex(2, 2):
+            slopes[:, i, j] = rows[i][j]
         inside = self.a <= self.last
         made = np.column_stack(image) if inside else np.full((n, 2), np.nan)
         outcome = np.full(n, Outcome.returned if inside else Outcome.escaped, np.int8)
