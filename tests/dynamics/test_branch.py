@@ -16,6 +16,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
+XY = Coordinates(("x", "y"))
 HALF, QUARTER = mp.mpf(1) / 2, mp.mpf(1) / 4
 G3, G6 = (mp.mpf("0.1245") * mp.mpf("9.8") * mp.sin(mp.pi / k) / 5 for k in (3, 6))  #: g_bar at beta = pi/3 and pi/6
 
@@ -27,7 +28,7 @@ class Plane:
     a: float
     kind: str
     last: float = np.inf
-    coordinates: Coordinates = Coordinates(("x", "y"))
+    coordinates: Coordinates = XY
 
     def first_return(self, states, derivative=False):
         x, y = np.asarray(states, float).T
