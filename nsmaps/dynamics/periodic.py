@@ -153,7 +153,8 @@ def periodic_orbit(
         if nearer is None:
             break
         now = nearer
-    returns = map.first_return(coordinates.wrap(now.start), derivative=True)
+    start = coordinates.wrap(now.start)
+    returns = now if np.array_equal(start, now.start) else map.first_return(start, derivative=True)
     return PeriodicOrbit(returns, tolerance, coordinates.magnitudes(states, returns.start) if scale is None else size)
 
 
