@@ -122,7 +122,7 @@ class CompleteChatter:
             stuck = (length < n) & (last.outcome == Outcome.stuck)
             ends = replace(last.select(stuck), start=start[rows[stuck]], turns=turns[stuck], time=time[stuck])
             found.append((rows[stuck], ends, last.time[stuck]))
-            on = length == n
+            on = (length == n) & (last.image != now).any(axis=1)  # a state that comes back to itself never rests
             rows, now, turns, time = rows[on], last.image[on], turns[on], time[on]
             if not len(rows):
                 break
