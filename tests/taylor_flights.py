@@ -1,4 +1,4 @@
-"""First returns of forced oscillators with a stop by Taylor series in python-flint: a reference in 40 digits without code of nsmaps."""
+"""First returns of forced oscillators with a stop by Taylor series of 40 digits: a reference without code of nsmaps."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ PLACES = [arb(x) for x in (0.0, *(0.25 * 10.0**-k for k in range(16, 1, -1)), *(
 
 @dataclass(frozen=True)
 class Stop:
-    """x'' + c x' + spring(x) = f cos(w t), stopped at x = d from below with restitution r; numbers are balls, of which the midpoints count."""
+    """x'' + c x' + spring(x) = f cos(w t), stopped at x = d from below with restitution r; numbers are balls of python-flint."""
 
     spring: Callable[[list[Any], list[Any]], Any]  #: next coefficient of the force by those of x so far, and a list of its own
     c: Any
