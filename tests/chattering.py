@@ -10,10 +10,12 @@ from nsmaps import CompleteChatter
 
 
 def flight(gamma, speed, phase, guess):
-    """The ball's next impact, from the speed after one: impact speed and phase in the digits of mpmath."""
-    up = speed + gamma * mp.cos(phase)
-    near = guess, guess * (1 + mp.mpf(10) ** -6)
-    s = mp.findroot(lambda s: up - s / 2 - gamma * (mp.sin(phase + s) - mp.sin(phase)) / s, near, tol=1e-100, verify=False)
+    """The ball's next impact, from the speed after one: impact speed and phase in the digits of mpmath, by Newton's method."""
+    up, s, last, step = speed + gamma * mp.cos(phase), mp.mpf(guess), mp.inf, mp.mpf(guess)
+    while abs(step) < last / 2:  # until rounding
+        mean, last = 2 * gamma * mp.cos(phase + s / 2) * mp.sin(s / 2) / s, abs(step)  # of gamma cos over the flight
+        step = (up - s / 2 - mean) / (mp.mpf(1) / 2 + (gamma * mp.cos(phase + s) - mean) / s)
+        s += step
     return gamma * mp.cos(phase + s) - up + s, phase + s
 
 

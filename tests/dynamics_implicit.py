@@ -14,8 +14,9 @@ SIDE = {"B": mp.mpf(1) / 2, "T": -mp.mpf(1) / 2}  #: places of the walls, in uni
 
 def flight(t: Any, z: Any, w: Any, s: Any, g: Any) -> tuple[Any, Any]:
     """Place and velocity a time s after (t, z, w)."""
-    place = z + (w - mp.sin(mp.pi * t) / mp.pi) * s + g * s**2 / 2 - (mp.cos(mp.pi * (t + s)) - mp.cos(mp.pi * t)) / mp.pi**2
-    return place, w + (mp.sin(mp.pi * (t + s)) - mp.sin(mp.pi * t)) / mp.pi + g * s
+    (c, e), (cosine, sine) = mp.cos_sin(mp.pi * t), mp.cos_sin(mp.pi * (t + s))
+    place = z + (w - e / mp.pi) * s + g * s**2 / 2 - (cosine - c) / mp.pi**2
+    return place, w + (sine - e) / mp.pi + g * s
 
 
 def gaps(walls: str, v: Any, phi: Any, times: Sequence[Any], d: Any, r: Any, g: Any, turns: int = 1) -> list[Any]:
@@ -56,5 +57,5 @@ def multipliers_test(walls: str, x: Sequence[Any], d: Any, r: Any, g: Any, of: i
 
 
 def solve(equations: Any, guess: Sequence[float]) -> list[Any]:
-    """Newton's method in 40 digits."""
-    return list(mp.findroot(equations, [mp.mpf(x) for x in guess], tol=1e-50))
+    """Newton's method in 40 digits, until what derivatives by differences leave of them."""
+    return list(mp.findroot(equations, [mp.mpf(x) for x in guess], tol=1e-24))

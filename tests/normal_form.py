@@ -8,6 +8,8 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import encode
 
+CODES = np.array([encode(word, ("L", "R")) for word in ("LL", "RR")])
+
 
 @dataclass(frozen=True)
 class NormalForm:
@@ -27,7 +29,7 @@ class NormalForm:
         right = (start[:, 0] > 0).astype(int)
         slopes = np.array(self.matrices())[right]
         image = np.einsum("kij,kj->ki", slopes, start) + np.array([self.mu, 0.0])
-        codes = np.array([encode("LL", ("L", "R")), encode("RR", ("L", "R"))])[right]
+        codes = CODES[right]
         blank = np.zeros(len(start))
         turns = np.zeros(start.shape, np.int32)
         return Returns(

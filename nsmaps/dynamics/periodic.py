@@ -1,6 +1,7 @@
 """Periodic orbits of return maps by Newton's method."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share o
 LEAST_SHARE = 2.0**-20  #: shortest share of a step that is tried
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PeriodicOrbit:
     """An orbit of q states of n coordinates that closes, or the last iterate of Newton's method."""
 
@@ -62,7 +63,7 @@ class PeriodicOrbit:
     def _scale(self) -> Floats:
         return self.returns.coordinates.magnitudes(self.states) if self.scale is None else self.scale
 
-    @property
+    @cached_property
     def gaps(self) -> Floats:
         """The differences of the image of each state and the next state, shape (q, n), with angles the shorter way round."""
         return _gaps(self.returns)
@@ -87,7 +88,7 @@ class PeriodicOrbit:
         """True if every return on it is certified: it has an image, and is not within rounding of a graze."""
         return bool(np.isin(self.returns.outcome, (Outcome.returned, Outcome.stuck)).all())
 
-    @property
+    @cached_property
     def derivative(self) -> Floats:
         """The derivative of the q-th return at the first state, shape (n, n)."""
         product = np.eye(self.states.shape[1])
@@ -95,12 +96,13 @@ class PeriodicOrbit:
             product = step @ product
         return product
 
-    @property
+    @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
         """The eigenvalues of the derivative, shape (n,), the largest first; NaN where it is not known."""
-        if not np.isfinite(self.derivative).all():
-            return np.full(len(self.derivative), complex(np.nan, np.nan))
-        values = np.linalg.eigvals(self.derivative).astype(complex)
+        derivative = self.derivative
+        if not np.isfinite(derivative).all():
+            return np.full(len(derivative), complex(np.nan, np.nan))
+        values = np.linalg.eigvals(derivative).astype(complex)
         return values[np.argsort(-np.abs(values), kind="stable")]
 
     @property
@@ -151,13 +153,14 @@ def periodic_orbit(
         if nearer is None:
             break
         now = nearer
-    returns = map.first_return(coordinates.wrap(now.start), derivative=True)
+    start = coordinates.wrap(now.start)
+    returns = now if np.array_equal(start, now.start) else map.first_return(start, derivative=True)
     return PeriodicOrbit(returns, tolerance, coordinates.magnitudes(states, returns.start) if scale is None else size)
 
 
 def _gaps(returns: Returns) -> Floats:
     """The differences of the image of each state and the next state, shape (q, n)."""
-    return returns.coordinates.difference(returns.image, np.roll(returns.start, -1, axis=0))
+    return returns.coordinates.difference(returns.image, np.concatenate([returns.start[1:], returns.start[:1]]))
 
 
 def shooting_jacobian(derivative: Floats, scale: Floats) -> Floats:
@@ -167,10 +170,9 @@ def shooting_jacobian(derivative: Floats, scale: Floats) -> Floats:
         derivative: of the returns, shape (q, n, n).
     """
     q, n, _ = derivative.shape
-    jacobian = np.zeros((q, n, q, n))
-    for k in range(q):
-        jacobian[k, :, k] += derivative[k] * scale / scale[:, None]
-        jacobian[k, :, (k + 1) % q] -= np.eye(n)
+    jacobian, k = np.zeros((q, n, q, n)), np.arange(q)
+    jacobian[k, :, k] += derivative * scale / scale[:, None]
+    jacobian[k, :, (k + 1) % q] -= np.eye(n)
     return jacobian.reshape(q * n, q * n)
 
 
@@ -185,9 +187,14 @@ def newton_step(returns: Returns, scale: Floats) -> Floats:
 
 
 def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Returns | None:
-    """The returns from states that a step, or a part of it, brings nearer to an orbit in this scale; None where none does."""
-    before, share = np.linalg.norm(_gaps(now) / scale), 1.0
-    while share >= LEAST_SHARE and np.isfinite(step).all():
+    """The returns from states that a step, or a part of it, brings nearer to an orbit in this scale; None where none does.
+
+    Parts within the precision of a state are not tried.
+    """
+    if not np.isfinite(step).all():
+        return None
+    before, share, length = np.linalg.norm(_gaps(now) / scale), 1.0, np.abs(step / scale).max()
+    while share == 1 or (share >= LEAST_SHARE and share * length > ROUNDING):
         start = now.start + share * step
         if np.array_equal(start, now.start):  # below rounding: no shorter part moves a state either
             return None

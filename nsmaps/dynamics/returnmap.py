@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeGuard, TypeVar, runtime_checkable
 
 import numpy as np
 from pydantic import ValidationError
@@ -48,7 +48,9 @@ class OrbitMap(ReturnMap, Protocol):
         """
 
 
-@runtime_checkable
+EXACT = ("parameter_names", "phase_rate", "itineraries", "sensitivity")  #: the methods of an `ExactMap`
+
+
 class ExactMap(ReturnMap, Protocol):
     """A return map whose flights and parameters are known, as for exact systems."""
 
@@ -67,6 +69,11 @@ class ExactMap(ReturnMap, Protocol):
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of first returns by the parameters, which change at these rates, shape (N, n)."""
+
+
+def is_exact(map: ReturnMap) -> TypeGuard[ExactMap]:
+    """True if the flights and parameters of a map are known; `isinstance` of a protocol takes many times longer."""
+    return all(hasattr(map, name) for name in EXACT)
 
 
 def continued(returns: Returns, before: Returns | None) -> Returns:

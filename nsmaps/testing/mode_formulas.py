@@ -41,6 +41,8 @@ class Formulas:
         self.given, self.section = system.guards(self.t, y), system.section(self.t, y)
         self.names, self.modes = system.states, {name: dict(rates) for name, rates in system.modes(self.t, y).items()}
         self.contacts: dict[str, Guard] = {}
+        self._compiled: dict[tuple[Any, ...], Callable[..., Any]] = {}
+        self._exits: dict[str, list[Exit]] = {}
         for name, guard in self.given.items():
             if isinstance(guard, Sliding):
                 self.modes[name] = self._sliding(guard)
@@ -50,7 +52,9 @@ class Formulas:
 
     def of(self, *formulas: Any) -> Callable[..., Any]:
         """Formulas as a function of the time and of the states."""
-        return sp.lambdify((self.t, *self.states), list(formulas), "numpy")
+        if formulas not in self._compiled:
+            self._compiled[formulas] = sp.lambdify((self.t, *self.states), list(formulas), "numpy")
+        return self._compiled[formulas]
 
     def rate(self, formula: Any, mode: str) -> Any:
         """The rate of a formula in a mode."""
@@ -76,8 +80,13 @@ class Formulas:
         whole = sum(speed.diff(s) * jump for s, jump in zip(self.states, jumps, strict=True))
         return [sp.simplify(jump / whole) for jump in jumps]
 
-    def exits(self, mode: str) -> Iterator[Exit]:
+    def exits(self, mode: str) -> list[Exit]:
         """The events of a mode."""
+        if mode not in self._exits:
+            self._exits[mode] = list(self._found(mode))
+        return self._exits[mode]
+
+    def _found(self, mode: str) -> Iterator[Exit]:
         for name, guard in self.given.items():
             if isinstance(guard, Sliding):
                 yield from self._surface(name, guard, mode)

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from toys import GearRattle
 
 import nsmaps
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.attractors.attractor import find_attractors
 from nsmaps.dynamics.attractors.basins import Basins, basins, boundary
 from nsmaps.errors import NsmapsError, StateError
@@ -17,6 +17,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
 PHASE = Angle("phi")
+X, XY, X_PHASE = (Coordinates(names) for names in (("x",), ("x", "y"), ("x", PHASE)))
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class TwoWells:
     The sign of u is kept up to sqrt 3 and flipped from there on, as long as its image is within sqrt 3; beyond sqrt 5 it escapes.
     """
 
-    coordinates: tuple[str, ...] = ("x", PHASE)
+    coordinates: Coordinates = X_PHASE
 
     def first_return(self, states, derivative=False):
         start = np.asarray(states, float)
@@ -45,7 +46,7 @@ class TwoWells:
 class Chaos:
     """x -> 2 x^2 - 1 on either side of zero of a sign s, kept in y = s + x/10: two attractors without a period."""
 
-    coordinates: tuple[str, ...] = ("x", "y")
+    coordinates: Coordinates = XY
 
     def first_return(self, states, derivative=False):
         start = np.asarray(states, float)
@@ -287,7 +288,7 @@ class Slow:
     """x -> x + (x - x^3)/1000, which comes to 1 or -1 with the multiplier 0.998, or minus that, which comes to both in turn."""
 
     side: int = 1
-    coordinates: tuple[str, ...] = ("x",)
+    coordinates: Coordinates = X
 
     def first_return(self, states, derivative=False):
         x = np.asarray(states, float)

@@ -14,6 +14,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
 PHASE = Angle("phi")
+X_PHASE = Coordinates(("x", PHASE))
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Logistic:
     """x -> a x (1 - x) beside a phase that turns a quarter; x beyond [0, 1] escapes."""
 
     a: float
-    coordinates: tuple[str, ...] = ("x", PHASE)
+    coordinates: Coordinates = X_PHASE
 
     def first_return(self, states, derivative=False):
         x, phi = np.asarray(states, float).T

@@ -10,11 +10,13 @@ from dynamics_implicit import flight, gaps, multipliers_test, solve
 from toys import BouncingBall
 
 import nsmaps
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
+XY = Coordinates(("x", "y"))
 HALF, QUARTER = mp.mpf(1) / 2, mp.mpf(1) / 4
 G3, G6 = (mp.mpf("0.1245") * mp.mpf("9.8") * mp.sin(mp.pi / k) / 5 for k in (3, 6))  #: g_bar at beta = pi/3 and pi/6
 
@@ -26,7 +28,7 @@ class Plane:
     a: float
     kind: str
     last: float = np.inf
-    coordinates: tuple[str, ...] = ("x", "y")
+    coordinates: Coordinates = XY
 
     def first_return(self, states, derivative=False):
         x, y = np.asarray(states, float).T
@@ -41,7 +43,9 @@ class Plane:
         else:  # the delayed logistic map: x' = a x (1 - y), y' = x
             image, rows = (self.a * x * (1 - y), x), ((self.a * (1 - y), -self.a * x), (1, 0))
         n = len(x)
-        slopes = np.moveaxis(np.array([[np.broadcast_to(part, n) for part in row] for row in rows], float), -1, 0)
+        slopes = np.empty((n, 2, 2))
+        for i, j in np.ndindex(2, 2):
+            slopes[:, i, j] = rows[i][j]
         inside = self.a <= self.last
         made = np.column_stack(image) if inside else np.full((n, 2), np.nan)
         outcome = np.full(n, Outcome.returned if inside else Outcome.escaped, np.int8)

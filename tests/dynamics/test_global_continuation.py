@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from test_hybrid_public import PLANAR
 
 import nsmaps
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
@@ -19,6 +19,7 @@ from nsmaps.exact.returns import Returns
 
 EDGE = 2 / (3 * sqrt(3))  #: of the cubic: the value of p at the folds
 FOLD = 0.227713761  #: of 2:1/T of the pair; see test_branch.py
+X, X_PHASE = (Coordinates(names) for names in (("x",), ("x", Angle("phi"))))
 
 
 def returns_of(coordinates, start, image):
@@ -34,7 +35,7 @@ class Jump:
     """x -> -1 + (x + 1)/2 below b, 1 + (x - 1)/4 from there on, in each of n coordinates; beyond 3 there is no image."""
 
     b: float
-    coordinates: tuple[str, ...] = ("x",)
+    coordinates: Coordinates = X
 
     def first_return(self, states, derivative=False):
         x = np.asarray(states, float)
@@ -50,7 +51,7 @@ class Cubic:
     """
 
     p: float
-    coordinates: tuple[str, ...] = ("x",)
+    coordinates: Coordinates = X
 
     def __post_init__(self):
         if 0.1 < self.p < 0.15:
@@ -73,7 +74,7 @@ class Wells:
     """u -> 3/2 u - u^3/2, u = x - c cos phi up to 1.2 in size, to 1 or -1 by the sign of u; phi -> phi - sin(phi)/2, to 0."""
 
     c: float
-    coordinates: tuple[str, ...] = ("x", Angle("phi"))
+    coordinates: Coordinates = X_PHASE
 
     def first_return(self, states, derivative=False):
         x, phi = np.asarray(states, float).T

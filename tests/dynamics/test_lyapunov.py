@@ -1,24 +1,27 @@
 """Lyapunov exponents against closed forms, multipliers, the conserved form of the pair, and plain NumPy."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.frames import carried
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
+X, XY = Coordinates(["x"]), Coordinates(["x", "y"])
+
 
 @dataclass(frozen=True)
 class Logistic:
     """x -> 4 x (1 - x), whose exponent is log 2, beside y -> y/3 + x; x beyond [0, 1] escapes."""
 
-    coordinates: tuple[str, ...] = ("x", "y")
+    coordinates: Coordinates = XY
 
     def first_return(self, states, derivative=False):
         x, y = np.asarray(states, float).T
@@ -36,7 +39,7 @@ class Tent:
     """Up to 1 over [0, a] and down again over [a, 1]."""
 
     a: float
-    coordinates: tuple[str, ...] = ("x",)
+    coordinates: Coordinates = X
 
     def first_return(self, states, derivative=False):
         x = np.asarray(states, float)
@@ -52,9 +55,9 @@ class Linear:
 
     matrix: np.ndarray
 
-    @property
+    @cached_property
     def coordinates(self):
-        return tuple(Angle(f"a{k}") for k in range(len(self.matrix)))
+        return Coordinates([Angle(f"a{k}") for k in range(len(self.matrix))])
 
     def first_return(self, states, derivative=False):
         start = np.asarray(states, float)

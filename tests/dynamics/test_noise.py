@@ -1,6 +1,7 @@
 """Noise against closed forms of 30 digits, Euler's method, the deterministic limit, and finer steps of the same path."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from functools import cache
 
 import mpmath as mp
 import numpy as np
@@ -27,18 +28,16 @@ def test_a_free_step_has_the_covariance_of_the_closed_form(h):
     mp.mp.dps = 30
     transition, root = exact_step(0.0, 0.0, Noise(sigma=sigma, tau=0.4), h)
 
-    def response(power, s):
-        return (h - s) ** power
+    @cache
+    def through(power, u):
+        """What an increment at u does by h."""
+        x = mp.mpf(h) - u
+        if power is None:
+            return mp.exp(-x / tau)
+        return mp.quad(lambda s: (x - s) ** power * mp.exp(-s / tau), [0, x])
 
     def moment(a, b):
         """Of int (h-s)^a and int (h-t)^b against the Brownian increments that eta is made of."""
-
-        def through(power, u):  # what an increment at u does by h
-            x = mp.mpf(h) - u
-            if power is None:
-                return mp.exp(-x / tau)
-            return mp.quad(lambda s: (x - s) ** power * mp.exp(-s / tau), [0, x])
-
         return 2 * mp.mpf(sigma) ** 2 / tau * mp.quad(lambda u: through(a, u) * through(b, u), [0, h])
 
     covariance = root @ root.T

@@ -1,6 +1,7 @@
 """Noise in systems with modes: the noiseless map, impact systems, integration of the same path, finer steps, closed forms."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from itertools import accumulate
 
 import numpy as np
 import pytest
@@ -166,10 +167,9 @@ def fine_path(noise, h, seed, number, parts):
     """The noise at the points of a grid `parts` times as fine as the step, of the generator of a realisation."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
     first, normals = noise.sigma * rng.standard_normal(), rng.standard_normal((STEPS, parts, 3)).reshape(-1, 3)
-    step, path = exact_step(0.0, 0.0, noise, h / parts), [first]
-    for each in normals:
-        path.append(step[0, 2, 2] * path[-1] + step[1, 2] @ each)
-    return np.array(path)
+    transition, root = exact_step(0.0, 0.0, noise, h / parts)
+    decay = float(transition[2, 2])
+    return list(accumulate((normals @ root[2]).tolist(), lambda eta, more: decay * eta + more, initial=first))
 
 
 class Integrated:
@@ -187,13 +187,14 @@ class Integrated:
         ]  # fmt: skip
 
     def step(self, mode, t, y, h, first, last):
-        def f(s, z):
-            return np.array(self.rates[mode](t + s * h, *z, first + s * (last - first)), float)
+        def f(s, slopes):
+            z = [x + s * h * slope for x, slope in zip(y, slopes, strict=True)]
+            return self.rates[mode](t + s * h, *z, first + s * (last - first))
 
-        a = f(0, y)
-        b = f(0.5, y + h / 2 * a)
-        c = f(0.5, y + h / 2 * b)
-        return y + h / 6 * (a + 2 * b + 2 * c + f(1, y + h * c))
+        a = f(0, [0.0] * len(y))
+        b = f(0.5, a)
+        c = f(0.5, b)
+        return [x + h / 6 * (k + 2 * m + 2 * n + p) for x, k, m, n, p in zip(y, a, b, c, f(1, c), strict=True)]
 
     def events(self, t, mode, y, path, h, most):
         """Times since t, and states before, at the first events from a state at time t."""
@@ -209,7 +210,7 @@ class Integrated:
                     then = self.step(mode, t + (k + s) * h, y, x * (1 - s) * h, ends[0], at)
                     time = (k + s + x * (1 - s)) * h
                     if min([0.0, *where(t + time, *then, at)]) == 0 and (best is None or time < best[0]):
-                        best = time, then, one.to or mode, np.array(reset(t + time, *then, at), float)
+                        best = time, then, one.to or mode, reset(t + time, *then, at)
             if best is None:
                 y, k, s = new, k + 1, 0.0
             else:
@@ -239,7 +240,7 @@ def test_paths_are_those_of_an_integrator_along_the_same_noise(system, monkeypat
     for k in range(4):
         mode, state = AFTER[system]
         t, path = STARTS[system][-1] * turn, fine_path(LOUD, h, 5, k, parts)
-        found = formulas.events(t, mode, np.array(state), path, h / parts, len(made.words[0, k]) - 1)
+        found = formulas.events(t, mode, state, path, h / parts, len(made.words[0, k]) - 1)
         (first, _), (time, before) = found[0], found[-1]
         known = dict(zip(system.states, before, strict=True)) | {"phi": (t + time) / turn % (2 * np.pi)}
         image = np.array([known[name] for name in system.coordinates])

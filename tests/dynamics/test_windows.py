@@ -18,12 +18,18 @@ def paper():
     return load_system("vi_pair", d=0.35, r=0.5, M=0.1245, g=9.8, beta=np.pi / 3, F=5)
 
 
+@pytest.fixture(scope="module")
+def doubling(paper):
+    """The period doubling of the branch of 1:1."""
+    branch = continue_branch(Along(paper, "d"), periodic_orbit(paper, [0.83, 0.36]), 0.35, (0.28, 0.35), "down")
+    (found,) = branch.of_kind("period doubling")
+    return found
+
+
 @pytest.mark.parametrize("direction", ["up", "down", None])
 @pytest.mark.parametrize("count", [60, 301])
-def test_a_border_is_the_period_doubling_of_the_branch(paper, count, direction):
-    map_of, _, found = swept(paper, 0.28, 0.35, count, [0.83, 0.36], direction, discard=4000)
-    branch = continue_branch(map_of, periodic_orbit(map_of(0.35), [0.83, 0.36]), 0.35, (0.28, 0.35), "down")
-    (doubling,) = branch.of_kind("period doubling")
+def test_a_border_is_the_period_doubling_of_the_branch(paper, doubling, count, direction):
+    *_, found = swept(paper, 0.28, 0.35, count, [0.83, 0.36], direction, discard=4000)
     assert [window.label for window in found] == ["1:1/2T", "1:1/T"]
     assert [window.by_returns for window in found] == ["1:1, period 2", "1:1, period 1"]
     doubled, single = found

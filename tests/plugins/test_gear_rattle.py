@@ -131,7 +131,8 @@ def test_three_motions_coexist():
 def test_the_diagram_begins_and_doubles_where_the_closed_form_says():
     made = nsmaps.run("gear_rattle/diagram").bifurcation["exact"]
     _, onset, doubling = one_impact(1, **FORMS)
-    single, double = (made.values[(made.labels == label).any(axis=1)] for label in ("1:0/T", "1:0/2T"))
+    labels = made.labels
+    single, double = (made.values[(labels == label).any(axis=1)] for label in ("1:0/T", "1:0/2T"))
     step = made.values[1] - made.values[0]
     assert 0 <= single.min() - onset < step
     assert 0 <= doubling - single.max() < step

@@ -54,7 +54,7 @@ class Attractor(WithCoordinates):
         finite.
         """
         near = np.array(np.isfinite(states).all(axis=1))
-        near[near] = _nearest(self).distances(states[near], np.inf) <= self.reach
+        near[near] = _nearest(self).distances(states[near], np.inf, self.reach) <= self.reach
         return near
 
     def holds(self, states: Floats) -> bool:

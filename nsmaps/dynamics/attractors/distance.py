@@ -72,9 +72,9 @@ class Nearest:
         around = np.where(Coordinates(coordinates).angles, above, 0.0)
         self.tree = KDTree(known / self.unit, boxsize=around)
 
-    def distances(self, states: Floats, p: float = 2) -> Floats:
-        """The distance of each state (N, n) from the nearest known one, shape (N,)."""
-        return np.asarray(self.tree.query(states / self.unit, p=p)[0])
+    def distances(self, states: Floats, p: float = 2, max_distance: float = np.inf) -> Floats:
+        """The distance of each state (N, n) from the nearest known one, shape (N,); infinity beyond `max_distance`."""
+        return np.asarray(self.tree.query(states / self.unit, p=p, distance_upper_bound=np.nextafter(max_distance, np.inf))[0])
 
 
 def _placed(states: ArrayLike, coordinates: Sequence[str]) -> Floats:

@@ -16,7 +16,7 @@ from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import encode
 
-AT_ONCE, MOST = 64, 10_000  #: impacts of a state in one call, and those after which chatter is taken not to be complete
+CALLS = (64, 128, 256, 512, 1024, 2048, 4096, 1920)  #: impacts of a state in successive calls; more are not complete chatter
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,19 +110,19 @@ class CompleteChatter:
         found: list[tuple[Ints, Returns, Floats]] = []
         rows, now = np.arange(len(start)), start
         turns, time = np.zeros(start.shape, np.int32), np.zeros(len(start))
-        for _ in range(0, MOST, AT_ONCE):
-            run = self.system.orbits(now, AT_ONCE, chatter=np.inf)
-            plain = (run.codes == encode(2 * letter, run.walls)).reshape(AT_ONCE, len(rows))
-            length = np.where(plain.all(axis=0), AT_ONCE, (~plain).argmax(axis=0))
-            each, columns = np.arange(AT_ONCE)[:, None], np.arange(len(rows))
+        for n in CALLS:
+            run = self.system.orbits(now, n, chatter=np.inf)
+            plain = (run.codes == encode(2 * letter, run.walls)).reshape(n, len(rows))
+            length = np.where(plain.all(axis=0), n, (~plain).argmax(axis=0))
+            each, columns = np.arange(n)[:, None], np.arange(len(rows))
             counted = each <= length
             time += np.where(counted, run.time.reshape(counted.shape), 0).sum(axis=0)
             turns += np.where(counted[..., None], run.turns.reshape(*counted.shape, 2), 0).sum(axis=0, dtype=np.int32)
-            last = run.select(np.minimum(length, AT_ONCE - 1) * len(rows) + columns)
-            stuck = (length < AT_ONCE) & (last.outcome == Outcome.stuck)
+            last = run.select(np.minimum(length, n - 1) * len(rows) + columns)
+            stuck = (length < n) & (last.outcome == Outcome.stuck)
             ends = replace(last.select(stuck), start=start[rows[stuck]], turns=turns[stuck], time=time[stuck])
             found.append((rows[stuck], ends, last.time[stuck]))
-            on = length == AT_ONCE
+            on = (length == n) & (last.image != now).any(axis=1)  # a state that comes back to itself never rests
             rows, now, turns, time = rows[on], last.image[on], turns[on], time[on]
             if not len(rows):
                 break

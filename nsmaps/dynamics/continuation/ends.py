@@ -60,7 +60,9 @@ def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]
         if len(rows) < 4 and grown.arclength[-1] - grown.arclength[k] >= least:
             rows.append(k)
             least *= 10
-    return [float(grown.points[k].margins[margin]) for k in rows], [grown.points[k].value for k in rows]
+    points, curve = [grown.points[k] for k in rows], grown.curve
+    margins = [curve.margins(curve.map_of(point.value), point.orbit.states)[margin] for point in points]
+    return list(map(float, margins)), [point.value for point in points]
 
 
 def _chatter_ends(grown: GrowingBranch) -> Event | None:

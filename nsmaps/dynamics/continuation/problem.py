@@ -13,7 +13,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
-from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, map_or_reason
+from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, is_exact, map_or_reason
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
@@ -31,7 +31,6 @@ class OrbitPoint:
     orbit: PeriodicOrbit
     residual: Floats  #: the gaps in units of the curve, shape (q n,)
     jacobian: Floats  #: shape (q n, q n + 1)
-    margins: Floats  #: least gap to a wall that is not met and least impact speed, in the curve's units, shape (2,); inf: unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +80,7 @@ class OrbitCurve(WithCoordinates):
         if not np.isfinite(jacobian).all():
             return None
         residual = (orbit.gaps / self.scale).ravel()
-        return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian, self.margins(map, states))
+        return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian)
 
     def exists(self, point: OrbitPoint) -> bool:
         """True if an orbit converged and all of its returns are certified by the map."""
@@ -97,10 +96,11 @@ class OrbitCurve(WithCoordinates):
         return self.y(states, (one[-1] - other[-1]) * self.unit)
 
     def margins(self, map: ReturnMap, states: Floats) -> Floats:
-        """The margins of a point: speeds as shares of the scale of speeds, gaps as shares of the distance flown at it in a
-        radian of phase.
+        """The least gap to a wall that is not met and the least impact speed of an orbit, shape (2,); infinity where unknown.
+
+        Speeds are shares of the scale of speeds, gaps shares of the distance flown at it in a radian of phase.
         """
-        if not isinstance(map, ExactMap):
+        if not is_exact(map):
             return np.full(2, np.inf)
         found, speed = map.itineraries(states), self.scale[0]
         rate = map.phase_rate() or 1.0  # of systems without forcing gaps are in their own units
@@ -115,7 +115,7 @@ class OrbitCurve(WithCoordinates):
                 return None
             return returns.coordinates.difference(there.image, returns.image)
 
-        if isinstance(map, ExactMap):
+        if is_exact(map):
             exact = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit))
             if np.isfinite(exact).all():
                 return exact
@@ -139,7 +139,7 @@ def parameter_rates(map_of: Callable[[float], ReturnMap], value: float, unit: fl
         return np.array(list(cast(ExactMap, map_of(value)).parameters.values()))  # of a protocol a check takes longer
 
     map = map_of(value)
-    assert isinstance(map, ExactMap)
+    assert is_exact(map)
     known = np.abs(parameters(value))
     rates = derivative_of(parameters, value, unit, np.where(known == 0, 1.0, known))
     return dict(zip(map.parameter_names(), rates.tolist(), strict=True))
@@ -155,17 +155,19 @@ def derivative_of(f: Callable[[float], Floats | None], x: float, unit: float, sc
 
     def slope(low: float, high: float) -> Floats | None:
         try:
-            ends = f(low), f(high)
+            below = f(low)
+            above = None if below is None else f(high)
         except ValueError:
             return None
-        return None if ends[0] is None or ends[1] is None else (ends[1] - ends[0]) / (high - low)
+        return None if below is None or above is None else (above - below) / (high - low)
 
     for h in unit * np.array(SHARES):
-        wide, narrow = slope(x - h, x + h), slope(x - h / 2, x + h / 2)
+        wide = slope(x - h, x + h)
+        narrow = None if wide is None else slope(x - h / 2, x + h / 2)
         if wide is None or narrow is None:
             continue
         if np.abs((wide - narrow) / scale).max() <= AGREE * (1 / unit + np.abs(narrow / scale).max()):
             return (4 * narrow - wide) / 3
     h = SHARES[-1] * unit
-    sided = (slope(x, x + h), slope(x - h, x))
+    sided = (slope(*ends) for ends in ((x, x + h), (x - h, x)))
     return next((one for one in sided if one is not None), np.full(1, np.nan))

@@ -52,9 +52,12 @@ class Bifurcation(WithCoordinates):
     def labels(self) -> NDArray[np.str_]:
         """The motion of each orbit, shape (V, S), such as 1:1/2T; "" where it ended. See `nsmaps.dynamics.motion.label`."""
         turns = self.turns[..., self.coordinates.angles].sum(axis=-1)
-        words, table = self.words, np.empty(self.period.shape, object)
+        words, table, known = self.words, np.empty(self.period.shape, object), dict[tuple[bytes, bytes, int], str]()
         for k in np.ndindex(table.shape):
-            table[k] = label(words[k].tolist(), turns[k].tolist(), int(self.period[k]), self.walls)
+            key = self.codes[k].tobytes(), turns[k].tobytes(), int(self.period[k])
+            if key not in known:
+                known[key] = label(words[k].tolist(), turns[k].tolist(), key[-1], self.walls)
+            table[k] = known[key]
         return table.astype(str)
 
     @property

@@ -98,9 +98,14 @@ class _Search:
         """The range of the parameter."""
         return float(np.ptp(self.diagram.values))
 
+    @cached_property
+    def labels(self) -> NDArray[np.str_]:
+        """The motion of the first orbit at each place."""
+        return self.diagram.labels[self.order, 0]
+
     def ends(self) -> Iterator[tuple[tuple[str, str], Border, Border]]:
         """Both names of the motion of each window, where it begins and where it ends, in the order of the places."""
-        labels = self.diagram.labels[self.order, 0]
+        labels = self.labels
         edges = np.flatnonzero(labels[1:] != labels[:-1])
         runs = zip([0, *(edges + 1).tolist()], [*edges.tolist(), len(labels) - 1], strict=True)
         wide = [(first, last) for first, last in runs if self._is_wide(first, last)]
@@ -214,7 +219,7 @@ class _Search:
                 return np.array([""])
 
         places = [place, place + way]
-        ends, labels = np.array([self.value(k) for k in places])[:, None], self.diagram.labels[self.order[places], 0][:, None]
+        ends, labels = np.array([self.value(k) for k in places])[:, None], self.labels[places][:, None]
         low, high, _ = bisect_change(motion, ends[0], ends[1], labels[0], labels[1], CHANGED * self.unit)
         return Border(float(low[0] + high[0]) / 2, float(np.abs(high - low)[0]), LABEL)
 

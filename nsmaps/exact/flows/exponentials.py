@@ -34,8 +34,8 @@ class Term(NamedTuple):
     state: str
 
     def __hash__(self) -> int:
-        """Without the rate, whose digits take longer to hash than to compare with the few others."""
-        return hash((self.power, self.harmonic, self.degree, self.state))
+        """With the rate's numbers as mpmath has them: objects of mpmath take longer to hash and to compare."""
+        return hash((self.power, self.rate._mpc_, self.harmonic, self.degree, self.state))
 
 
 ONE = Term(0, mp.mpc(0), 0, 0, "")
@@ -144,25 +144,25 @@ def _expanded(expr: sp.Expr, known: dict[sp.Expr, Sum]) -> Sum:
 
 
 def _added(parts: list[Sum]) -> Sum:
-    total: Sum = defaultdict(mp.mpf)
+    total: Sum = {}
     for part in parts:
         for term, value in part.items():
-            total[term] += value
-    return dict(total)
+            total[term] = total[term] + value if term in total else value
+    return total
 
 
 def _multiplied(parts: list[Sum], expr: sp.Expr) -> Sum:
     total = parts[0]
     for part in parts[1:]:
-        product: Sum = defaultdict(mp.mpf)
+        product: Sum = {}
         for a, x in total.items():
             for b, y in part.items():
                 if a.state and b.state:
                     raise SystemDefinitionError(f"{_shown(expr)} is not linear in hit.z and hit.w")
                 rate = a.rate + b.rate if a.rate and b.rate else a.rate or b.rate
                 term = Term(a.power + b.power, rate, a.harmonic + b.harmonic, a.degree + b.degree, a.state + b.state)
-                product[term] += x * y
-        total = dict(product)
+                product[term] = product[term] + x * y if term in product else x * y
+        total = product
     return total
 
 
@@ -189,11 +189,11 @@ def _exponential(expr: sp.Expr, argument: Sum) -> Sum:
 
 def merged(total: Sum) -> Sum:
     """A sum in which equal rates are united and terms that cancel are removed."""
-    alike: dict[Term, list[Term]] = defaultdict(list)  # of each term without its rate those met, of rates that differ
+    alike: dict[Any, list[Term]] = defaultdict(list)  # of each term without its rate those met, of rates that differ
     found: dict[Term, Any] = {}
     sizes: dict[Term, Any] = {}
     for term, value in total.items():
-        others = alike[term._replace(rate=0)]
+        others = alike[term.power, term.harmonic, term.degree, term.state]
         same = next((other for other in others if _equal(other.rate, term.rate)), term)
         if same is term:
             others.append(term)

@@ -244,8 +244,8 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
     Raises:
         SystemDefinitionError: the formulas cannot become a flight whose rates have bounds; states which and why.
     """
-    cls = type(system)
-    fixed = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
+    cls, numbers = type(system), system.parameter_names()
+    fixed = {name: getattr(system, name) for name in cls.model_fields if name not in numbers}
     key = *written(cls), *sorted((name, repr(value)) for name, value in fixed.items())
     if key not in KNOWN:
         with refused(cls):

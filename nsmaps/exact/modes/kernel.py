@@ -137,8 +137,8 @@ DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than n
 
 def known_definition(system: "HybridSystem", driven: bool = False) -> Definition:
     """The formulas of a system's class, made when they are first asked for. Arguments and errors as `definition_of`."""
-    cls = type(system)
-    fixed = tuple((name, repr(getattr(system, name))) for name in cls.model_fields if name not in cls.parameter_names())
+    cls, numbers = type(system), system.parameter_names()
+    fixed = tuple((name, repr(getattr(system, name))) for name in cls.model_fields if name not in numbers)
     key = cls, fixed, cls.horizon, driven, cls.noise, (cls.period, cls.modes, cls.guards, cls.section)
     if key not in DEFINITIONS:
         try:

@@ -1,5 +1,6 @@
 """What the loops of observables work in: compiled formulas, which impacts and flights count, and the totals."""
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ class Quantities(NamedTuple):
     when: Any  #: shape (F,), its time
 
 
+@cache
 def rule() -> tuple[Any, Any]:
     """Nodes and weights of Gauss's rule on [0, 1]."""
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
