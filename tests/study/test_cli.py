@@ -181,8 +181,8 @@ def test_ctrl_c_says_what_was_kept(good: str) -> None:
     assert Path("out/result.json").is_file()
     assert "Traceback" not in done.stdout
     Path("s.yaml").write_text(good)
-    refused = nsmaps("run", "s.yaml", "--out", "out", "--resume")
-    assert refused.returncode == 2
+    refused = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out", "--resume"])
+    assert refused.exit_code == 2
     assert refused.stderr.startswith("out holds a run of 's' with another study than 's' now; expected: the same study")
 
 
