@@ -26,6 +26,7 @@ def compiled():
 
 name, calls = sys.argv[1], sys.argv[2].split()
 study = load_study(name)
+study = study.model_copy(update={"domains": tuple(each.model_copy(update={"updates": 1}) for each in study.domains)})
 system = prepare(study).system
 system.first_return([[0.5] * len(system.coordinates)])
 for each in calls:

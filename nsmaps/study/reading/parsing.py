@@ -21,14 +21,15 @@ LONG = re.compile(r"[-+]?([0-9_]{100,}|0[xob][0-9a-fA-F_]{100,})")  #: a number 
 
 
 def parsed(path: Path) -> Any:
-    """The content of a file as ruamel's tree, with line and column of every key; raises StudyError unless it is YAML."""
-    yaml = YAML()
-    yaml.preserve_quotes = True
+    """The content of a file as ruamel's tree, with line and column of every key; raises StudyError unless it is YAML.
+
+    The trees of the texts read last are kept, and are not to be changed.
+    """
     try:
         text = text_of(path, LARGEST)
         if excess := _excess(text):
             raise StudyError(f"{os.fspath(path)}:{excess}")
-        return yaml.load(text)
+        return _tree(text)
     except StudyError:
         raise
     except NsmapsError as error:
@@ -40,6 +41,13 @@ def parsed(path: Path) -> Any:
         raise StudyError(f"{path}:{line}:{column}: {_in_words(problem)}") from error
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError) as error:  # ruamel raises all of these
         raise StudyError(f"{path}:1:1: not readable as YAML: {(str(error).splitlines() or [type(error).__name__])[0]}") from error
+
+
+@lru_cache(maxsize=8)
+def _tree(text: str) -> Any:
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    return yaml.load(text)
 
 
 def _in_words(problem: str) -> str:
