@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 from ball import BALL
+from typer import testing
 from typer.testing import CliRunner
 
 from nsmaps import StudyResult, run
 from nsmaps.cli.cli import app
+
+testing._get_command = cache(testing._get_command)  # which builds a command line anew for each call
 
 STUDY = """\
 # a ball on a table
