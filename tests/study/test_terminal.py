@@ -177,7 +177,7 @@ def complete(line: str) -> list[str]:
     """What the shell is offered at the end of a line."""
     words = line.split(" ")
     asked = {"_NSMAPS_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
-    return program(**asked).stdout.split()
+    return CliRunner().invoke(app, env=asked, prog_name="nsmaps").stdout.split()
 
 
 def test_the_shell_completes_commands_options_and_studies() -> None:
