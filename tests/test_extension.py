@@ -64,9 +64,24 @@ def test_each_kind_is_shown_in_about_ten_lines(kind: str) -> None:
     assert 3 <= len(code) <= 12
 
 
-def test_a_run_computes_judges_draws_exports_and_reads_them_back(extended: Path) -> None:
+WRONG = {
+    without("families", "composite", "  -"): "the figure 'images' needs the section 'families', which is missing",
+    without("grid", "families", "composite", "  -", "figures"): "'fastest' needs the section 'grid', which is missing",
+    STUDY.replace("fastest", "fastet"): "unknown key 'fastet'",
+}
+
+
+@pytest.fixture(scope="module")
+def answers(extended: Path) -> list[tuple[int, str, str]]:
+    """What three commands of a run end with and print, and checks of the studies that are wrong."""
+    for number, text in enumerate(WRONG):
+        (extended / f"bad{number}.yaml").write_text(text)
     commands = ["run", "toy.yaml", "--out", "out", "--quiet"], ["show", "out"], ["export", "out", "--to", "listing"]
-    ran, shown, exported = told(extended, *commands)
+    return told(extended, *commands, *(["check", f"bad{number}.yaml"] for number in range(len(WRONG))))
+
+
+def test_a_run_computes_judges_draws_exports_and_reads_them_back(extended: Path, answers: list[tuple[int, str, str]]) -> None:
+    ran, shown, exported = answers[:3]
     assert ran[0] == 0, ran
     record = json.loads((extended / "out" / "result.json").read_text())
     largest = record["objects"]["fastest"]
@@ -81,15 +96,7 @@ def test_a_run_computes_judges_draws_exports_and_reads_them_back(extended: Path)
     assert "R1: [" in (extended / "out" / "export" / "composite_map.txt").read_text()
 
 
-def test_errors_name_them(extended: Path) -> None:
-    wrong = {
-        without("families", "composite", "  -"): "the figure 'images' needs the section 'families', which is missing",
-        without("grid", "families", "composite", "  -", "figures"): "'fastest' needs the section 'grid', which is missing",
-        STUDY.replace("fastest", "fastet"): "unknown key 'fastet'",
-    }
-    for number, text in enumerate(wrong):
-        (extended / f"bad{number}.yaml").write_text(text)
-    checked = told(extended, *(["check", f"bad{number}.yaml"] for number in range(len(wrong))))
-    for (code, _, complaint), says in zip(checked, wrong.values(), strict=True):
+def test_errors_name_them(answers: list[tuple[int, str, str]]) -> None:
+    for (code, _, complaint), says in zip(answers[3:], WRONG.values(), strict=True):
         assert code == 2
         assert says in " ".join(complaint.split())
