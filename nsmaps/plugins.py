@@ -78,9 +78,9 @@ def sketch_of(name: str) -> "Callable[[Axes], Axes]":
     Raises NsmapsError for a system of which there is no sketch, SystemDefinitionError when its package fails to import or two
     packages offer one.
     """
-    found = list(entry_points(group=SKETCHES, name=name))
+    found = [entry for entry in _entries(SKETCHES) if entry.name == name]
     if not found:
-        known = ", ".join(sorted({entry.name for entry in entry_points(group=SKETCHES)})) or "none"
+        known = ", ".join(sorted({entry.name for entry in _entries(SKETCHES)})) or "none"
         raise NsmapsError(f"no package offers a sketch of the system {name!r}; of these there is one: {known}")
     if len(found) > 1:
         owners = " and ".join(sorted(owner_of(entry) for entry in found))
@@ -134,14 +134,14 @@ def is_file(name: str) -> bool:
     return _split(name)[0].endswith(".py")
 
 
-def _entries() -> tuple[EntryPoint, ...]:
-    """All registered systems; they are read anew when a folder of the path has changed."""
-    return _registered(tuple((place, _changed(place)) for place in sys.path))
+def _entries(group: str = GROUP) -> tuple[EntryPoint, ...]:
+    """All registered systems, or sketches; they are read anew when a folder of the path has changed."""
+    return _registered(group, tuple((place, _changed(place)) for place in sys.path))
 
 
-@lru_cache(maxsize=4)
-def _registered(path: tuple[tuple[str, int], ...]) -> tuple[EntryPoint, ...]:
-    return tuple(entry_points(group=GROUP))
+@lru_cache(maxsize=8)
+def _registered(group: str, path: tuple[tuple[str, int], ...]) -> tuple[EntryPoint, ...]:
+    return tuple(entry_points(group=group))
 
 
 def _changed(place: str) -> int:

@@ -1,14 +1,12 @@
 """A section, a verdict, a figure and a language, added to a copy of the package as docs/architecture.md shows, and used."""
 
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from commands import told
 
 import nsmaps
 
@@ -47,7 +45,7 @@ def without(*starts: str) -> str:
 def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a copy of the package to which everything on the page was added."""
     folder = tmp_path_factory.mktemp("extended")
-    shutil.copytree(Path(nsmaps.__file__).parent, folder / "nsmaps", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(Path(nsmaps.__file__).parent, folder / "nsmaps")
     page = PAGE.read_text()
     for name, text in MODULE.findall(page):
         assert not (folder / name).exists(), f"{name} is in the package already"
@@ -58,13 +56,6 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """One command of the extended package."""
-    command = (sys.executable, "-m", "nsmaps", *words)
-    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])}
-    return subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.parametrize("kind", ["study section", "verdict", "figure", "export language"])
 def test_each_kind_is_shown_in_about_ten_lines(kind: str) -> None:
     section = re.search(rf"^## To add an? {kind}\n(.*?)(?=^## )", PAGE.read_text(), re.MULTILINE | re.DOTALL)[1]
@@ -73,9 +64,25 @@ def test_each_kind_is_shown_in_about_ten_lines(kind: str) -> None:
     assert 3 <= len(code) <= 12
 
 
-def test_a_run_computes_judges_draws_exports_and_reads_them_back(extended: Path) -> None:
-    ran = run(extended, "run", "toy.yaml", "--out", "out", "--quiet")
-    assert ran.returncode == 0, ran.stderr
+WRONG = {
+    without("families", "composite", "  -"): "the figure 'images' needs the section 'families', which is missing",
+    without("grid", "families", "composite", "  -", "figures"): "'fastest' needs the section 'grid', which is missing",
+    STUDY.replace("fastest", "fastet"): "unknown key 'fastet'",
+}
+
+
+@pytest.fixture(scope="module")
+def answers(extended: Path) -> list[tuple[int, str, str]]:
+    """What three commands of a run end with and print, and checks of the studies that are wrong."""
+    for number, text in enumerate(WRONG):
+        (extended / f"bad{number}.yaml").write_text(text)
+    commands = ["run", "toy.yaml", "--out", "out", "--quiet"], ["show", "out"], ["export", "out", "--to", "listing"]
+    return told(extended, *commands, *(["check", f"bad{number}.yaml"] for number in range(len(WRONG))))
+
+
+def test_a_run_computes_judges_draws_exports_and_reads_them_back(extended: Path, answers: list[tuple[int, str, str]]) -> None:
+    ran, shown, exported = answers[:3]
+    assert ran[0] == 0, ran
     record = json.loads((extended / "out" / "result.json").read_text())
     largest = record["objects"]["fastest"]
     (verdict,) = [each for each in record["verdicts"] if each["name"] == "fastest: below one"]
@@ -84,23 +91,12 @@ def test_a_run_computes_judges_draws_exports_and_reads_them_back(extended: Path)
     page = (extended / "out" / "report.html").read_text()
     for part in ('alt="Dots in a plane."', "The images of the first family.", "fastest: below one"):
         assert part in page
-    shown = run(extended, "show", "out")
-    assert "fastest: below one" in shown.stdout, shown.stderr
-    exported = run(extended, "export", "out", "--to", "listing")
-    assert exported.returncode == 0, exported.stderr
+    assert "fastest: below one" in shown[1], shown
+    assert exported[0] == 0, exported
     assert "R1: [" in (extended / "out" / "export" / "composite_map.txt").read_text()
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        (without("families", "composite", "  -"), "the figure 'images' needs the section 'families', which is missing"),
-        (without("grid", "families", "composite", "  -", "figures"), "'fastest' needs the section 'grid', which is missing"),
-        (STUDY.replace("fastest", "fastet"), "unknown key 'fastet'"),
-    ],
-)
-def test_errors_name_them(extended: Path, text: str, says: str) -> None:
-    (extended / "bad.yaml").write_text(text)
-    checked = run(extended, "check", "bad.yaml")
-    assert checked.returncode == 2
-    assert says in " ".join(checked.stderr.split())
+def test_errors_name_them(answers: list[tuple[int, str, str]]) -> None:
+    for (code, _, complaint), says in zip(answers[3:], WRONG.values(), strict=True):
+        assert code == 2
+        assert says in " ".join(complaint.split())

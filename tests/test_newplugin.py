@@ -7,7 +7,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
 from nsmaps.newplugin import new_plugin
 
@@ -44,9 +46,10 @@ def test_it_installs_and_passes_at_once(hybrid: bool, said: str, figures: set[st
     assert {file.name for file in (tmp_path / "run" / "figures").iterdir()} >= figures
 
 
-def test_what_comes_next_is_what_the_page_says(tmp_path: Path) -> None:
+def test_what_comes_next_is_what_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The test extra is asked for, and is there; the project's own pyproject is where pytest stops to look for settings."""
-    made = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "my_ball")
+    monkeypatch.chdir(tmp_path)
+    made = CliRunner().invoke(app, ["new-plugin", "my_ball"])
     line = 'pip install -e "my_ball[test]" && nsmaps run my_ball/first && pytest'
     assert made.stdout.strip() == f'written to my_ball; next: {line} "my_ball"'
     assert f"{line} my_ball\n" in (Path(__file__).parents[1] / "docs" / "write-your-own-system.md").read_text()
@@ -57,11 +60,12 @@ def test_what_comes_next_is_what_the_page_says(tmp_path: Path) -> None:
     assert [need.partition(">")[0] for need in project["optional-dependencies"]["test"]] == ["pytest"]
 
 
-def test_its_class_serves_from_its_file(tmp_path: Path) -> None:
+def test_its_class_serves_from_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     project = new_plugin("other_ball", tmp_path)
     study = tmp_path / "mine.yaml"
     study.write_text("system: other_ball/nsmaps_other_ball/system.py:OtherBall\nparameters: {a: 1.2}\n")
-    checked = python(project, tmp_path, "-m", "nsmaps", "check", str(study))
+    monkeypatch.chdir(project)
+    checked = CliRunner().invoke(app, ["check", str(study)])
     assert f"system: {tmp_path}/other_ball/nsmaps_other_ball/system.py:OtherBall (a = 1.2" in checked.stdout, checked.stderr
 
 
@@ -72,17 +76,18 @@ def test_a_name_that_is_none_is_told(name: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_nothing_is_overwritten_and_no_name_given_twice(tmp_path: Path) -> None:
+def test_nothing_is_overwritten_and_no_name_given_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "my_ball").mkdir()
     with pytest.raises(NsmapsError, match="my_ball is there already and is not overwritten"):
         new_plugin("my_ball", tmp_path)
     with pytest.raises(NsmapsError, match="a system 'vi_pair' is installed already"):
         new_plugin("vi_pair", tmp_path)
-    told = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "My-Ball")
-    assert told.returncode == 2
+    monkeypatch.chdir(tmp_path)
+    told = CliRunner().invoke(app, ["new-plugin", "My-Ball"])
+    assert told.exit_code == 2
     assert told.stderr.strip() == (
         "the name 'My-Ball' is not a valid system name; expected: small letters, digits and _, as in bouncing_ball"
     )
-    made = python(tmp_path, tmp_path, "-m", "nsmaps", "new-plugin", "a_ball", "--into", "projects")
-    assert made.returncode == 0, made.stderr
+    made = CliRunner().invoke(app, ["new-plugin", "a_ball", "--into", "projects"])
+    assert made.exit_code == 0, made.stderr
     assert (tmp_path / "projects" / "a_ball" / "pyproject.toml").is_file()

@@ -1,9 +1,18 @@
 """A small installed system, `ball`, with one study: a package on the path and its metadata, as pip would leave them."""
 
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
 from ball import BALL
+from typer import testing
+from typer.testing import CliRunner
+
+from nsmaps import StudyResult, run
+from nsmaps.cli.cli import app
+
+testing._get_command = cache(testing._get_command)  # which builds a command line anew for each call
 
 STUDY = """\
 # a ball on a table
@@ -69,3 +78,31 @@ def installed(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
 def good() -> str:
     """The text of a study that can be run."""
     return STUDY
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """The folder in which the command line runs a study's text when a test first asks for it: to be read, or copied."""
+
+    @cache
+    def folder(text: str, *more: str) -> Path:
+        out, file = tmp_path_factory.mktemp("once") / "out", tmp_path_factory.mktemp("once") / "s.yaml"
+        file.write_text(text)
+        answer = CliRunner().invoke(app, ["run", str(file), "--out", str(out), *more])
+        assert answer.exit_code in (0, 1), answer.output
+        return out
+
+    return folder
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., tuple[StudyResult, Path]]:
+    """The result of a study's text, and its folder, computed when a test of a file first asks for it: to be read, or copied."""
+
+    @cache
+    def result(text: str, name: str = "s") -> tuple[StudyResult, Path]:
+        folder = tmp_path_factory.mktemp("computed")
+        Path(folder, f"{name}.yaml").write_text(text)
+        return run(folder / f"{name}.yaml", out=folder / "out"), folder / "out"
+
+    return result

@@ -26,6 +26,9 @@ def compiled():
 
 name, calls = sys.argv[1], sys.argv[2].split()
 study = load_study(name)
+domains = tuple(each.model_copy(update={"updates": 1}) for each in study.domains)
+grid = study.grid and {name: axis.model_copy(update={"points": 100}) for name, axis in study.grid.items()}
+study = study.model_copy(update={"domains": domains, "grid": grid})
 system = prepare(study).system
 system.first_return([[0.5] * len(system.coordinates)])
 for each in calls:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import wraps
 from math import pi, sqrt
@@ -42,6 +43,10 @@ stability:
 """
 
 
+Computed = Callable[..., tuple[StudyResult, Path]]
+Swept = tuple[StudyResult, Path, list[tuple[str, float]]]
+
+
 def fold(e: float) -> float:
     """The amplitude at which the fixed points of the ball are born."""
     return pi * (1 - e) / (1 + e)
@@ -58,15 +63,26 @@ def ran(text: str, **how: Any) -> StudyResult:
     return run("s.yaml", **how)
 
 
-def test_a_branch_is_that_of_the_closed_form_and_read_back_as_it_was() -> None:
-    made = ran(BALL, out="out")
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory, site: Path) -> "Swept":
+    """Branches with a stability diagram and curves: the result, its folder, and the steps and fractions that were reported."""
+    folder, seen = tmp_path_factory.mktemp("swept"), []
+    Path(folder, "s.yaml").write_text(BALL + STABILITY)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(site))
+        made = run(folder / "s.yaml", out=folder / "out", progress=lambda share: seen.append((outermost().step, share)))
+    return made, folder / "out", seen
+
+
+def test_a_branch_is_that_of_the_closed_form_and_read_back_as_it_was(computed: Computed) -> None:
+    made, folder = computed(BALL)
     up, down, two, *rest = made.branches["one"]
     assert abs(up.of_kind("period doubling")[0].parameter - doubling(0.5)) < 1e-8
     assert abs(down.of_kind("fold")[0].parameter - fold(0.5)) < 1e-8
     assert np.allclose(down.points[:, 0, 0], 2 * pi / 1.5, atol=1e-10)
     assert (up.ended, two.period, rest) == ("the range ends at 1.8", 2, [])
     assert np.allclose(two.points[0], up.of_kind("period doubling")[0].orbit.states)
-    again = read_result("out")
+    again = read_result(folder)
     assert again.study == made.study
     for one, other in zip(made.branches["one"], again.branches["one"], strict=True):
         for name in ("parameter", "arclength", "points", "words", "multipliers", "labels", "stable"):
@@ -84,9 +100,9 @@ def test_a_branch_is_that_of_the_closed_form_and_read_back_as_it_was() -> None:
             assert np.array_equal(event.multipliers, kept.multipliers)
 
 
-def test_a_branch_is_what_the_functions_give() -> None:
-    made = ran(BALL).branches["one"]
-    system = run("s.yaml").system
+def test_a_branch_is_what_the_functions_give(computed: Computed) -> None:
+    result, _ = computed(BALL)
+    made, system = result.branches["one"], result.system
     map_of, within = Along(system, "a"), (0.5, 1.8)
     orbit = periodic_orbit(system, [2 * pi / 1.5, 0.51])
     first = [continue_branch(map_of, orbit, 1.2, within, way) for way in ("up", "down")]
@@ -104,9 +120,9 @@ def test_only_the_events_that_are_named_are_located() -> None:
     assert not up.stable[-1]
 
 
-def test_numbers_verdicts_and_table_say_what_happens() -> None:
-    Path("s.yaml").write_text(BALL)
-    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"])
+def test_numbers_verdicts_and_table_say_what_happens(computed: Computed) -> None:
+    _, folder = computed(BALL)
+    answer = CliRunner().invoke(app, ["show", str(folder)])
     assert answer.exit_code == 0, answer.output
     rows = [line.split() for line in answer.stdout.splitlines() if line.split()[:1] == ["one"]]
     found = next(row for row in rows if row[2:4] == ["period", "doubling"])
@@ -114,7 +130,7 @@ def test_numbers_verdicts_and_table_say_what_happens() -> None:
     assert found[4:6] == ["a", "="]
     assert float(found[6]) == pytest.approx(doubling(0.5), abs=1e-8)
     assert float(found[7]) < 1e-8
-    numbers = json.loads(Path("out/result.json").read_text())["numbers"]["branches"]["one"]
+    numbers = json.loads((folder / "result.json").read_text())["numbers"]["branches"]["one"]
     events = [(row["kind"], row["label"], pytest.approx(row["parameter"])) for row in numbers["events"]]
     assert numbers["events"][0]["value"] == found[6]
     assert ("period doubling", "1:0/T", doubling(0.5)) in events
@@ -126,10 +142,10 @@ def test_numbers_verdicts_and_table_say_what_happens() -> None:
         "to": 1.8,
         "ended": "the range ends at 1.8",
     }
-    texts = {verdict.name: (verdict.holds, verdict.required, verdict.text) for verdict in read_result("out").verdicts}
+    texts = {verdict.name: (verdict.holds, verdict.required, verdict.text) for verdict in read_result(folder).verdicts}
     told = "yes: up: the range ends at 1.8; down: the range ends at 1.8"
     assert texts["branch one: followed to the end of its range"] == (True, False, told)
-    two = read_result("out").branches["one"][2].of_kind("period doubling")[0]
+    two = read_result(folder).branches["one"][2].of_kind("period doubling")[0]
     assert texts["branch one: doublings"] == (True, False, f"yes: at {doubling(0.5):.8g}, {two.parameter:.8g}")
 
 
@@ -141,14 +157,14 @@ def test_check_says_what_would_be_followed() -> None:
 
 
 def test_doublings_that_are_not_in_the_range_are_said() -> None:
-    (told,) = [verdict for verdict in ran(BALL.replace("to: 1.8", "to: 1.6")).verdicts if verdict.name == "branch one: doublings"]
-    assert told.text == f"no: 1 of 2, at {doubling(0.5):.8g}; then: the range ends at 1.6"
-    (told,) = [verdict for verdict in ran(BALL.replace("to: 1.8", "to: 1.4")).verdicts if verdict.name == "branch one: doublings"]
-    assert told.text == "no: 0 of 2; then: the range ends at 1.4"
+    for end, said in ((1.6, f"1 of 2, at {doubling(0.5):.8g}"), (1.4, "0 of 2")):
+        result = ran(BALL.replace("to: 1.8", f"to: {end}, direction: up"))
+        (told,) = [verdict for verdict in result.verdicts if verdict.name == "branch one: doublings"]
+        assert told.text == f"no: {said}; then: the range ends at {end}"
 
 
 def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
-    text = BALL + (
+    text = BALL.replace(", doublings: 2", "") + (
         "  - {name: nowhere, parameter: a, from: 0.5, to: 1.8, start: {v: 1.0, phi: 3}, period: 5}\n"
         "  - {name: twice, parameter: a, from: 0.5, to: 1.8, start: {v: 2*pi/1.5, phi: 0.51}, period: 2}\n"
         "  - {name: beyond, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, direction: up}\n"
@@ -183,11 +199,11 @@ def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
     assert re.search(r", Ball: r is 1\.0\d*; expected: less than or equal to 1$", told.text)
 
 
-def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() -> None:
-    made = ran(BALL + STABILITY, out="out")
+def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form(swept: Swept) -> None:
+    made, folder, _ = swept
     along, across = np.linspace(1.1, 1.7, 4), np.linspace(0.46, 0.54, 5)
     direct = stability_diagram(Along(made.system, "a", "r"), along, across, [4.19, 0.5], 16, 200)
-    for each in (made, read_result("out")):
+    for each in (made, read_result(folder)):
         assert each.stability is not None
         assert np.array_equal(each.stability.period, direct.period)
         assert np.array_equal(each.stability.labels, direct.labels)
@@ -198,7 +214,7 @@ def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form() 
             assert np.abs(a - [exact(e) for e in r]).max() < 1e-11
             assert sorted(r[[0, -1]]) == pytest.approx([0.46, 0.54])
             assert {end.split(" at ")[0] for end in curve.ended} == {"the range of the second parameter ends"}
-    numbers = json.loads(Path("out/result.json").read_text())["numbers"]["stability"]
+    numbers = json.loads((folder / "result.json").read_text())["numbers"]["stability"]
     assert sum(numbers["shares"].values()) == pytest.approx(1)
     assert numbers["shares"]["1"] == (direct.period == 1).mean()
     assert numbers["curves"]["fold of one"]["parameters"] == made.curves["fold of one"].parameters.tolist()
@@ -350,8 +366,8 @@ def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> No
     assert [verdict.text for verdict in made.verdicts] == ["yes: up: closed"]
 
 
-def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = ran(BALL + STABILITY)
+def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch, swept: Swept) -> None:
+    whole, *_ = swept
 
     def stop(share: float) -> None:
         if outermost().step == "stability" and share >= (2 + 3 / 5 / 3) / 3:  # three of five rows, a third of the last step
@@ -376,9 +392,8 @@ def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch) 
     assert not Path("out/parts").exists()
 
 
-def test_progress_of_branches_and_stability_never_goes_back() -> None:
-    seen: list[tuple[str, float]] = []
-    ran(BALL + STABILITY, progress=lambda share: seen.append((outermost().step, share)))
+def test_progress_of_branches_and_stability_never_goes_back(swept: Swept) -> None:
+    *_, seen = swept
     done = [share for _, share in seen]
     assert done == sorted(done)
     assert [share for step, share in seen if step == "branches"] == pytest.approx([1 / 3, 2 / 3])

@@ -4,14 +4,16 @@ import os
 import signal
 import subprocess
 import sys
-from functools import partial
+import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from nsmaps.cli.cli import app
 from nsmaps.plugins import study_names
+from nsmaps.study import steps
 
 ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n"
 SQUARED = """
@@ -38,13 +40,6 @@ class Squared(HybridSystem):
 
         return {"s": Guard("free", -sp.sin(t / 2))}
 """
-
-
-def nsmaps(*arguments: str) -> "subprocess.CompletedProcess[str]":
-    """The program in a process of its own, with the path that this one has."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, "-m", "nsmaps", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
 
 
 def test_systems_are_listed_with_parameters_and_studies() -> None:
@@ -82,6 +77,9 @@ def test_every_installed_study_is_checked(name) -> None:
     answer = CliRunner().invoke(app, ["check", name])
     assert answer.exit_code == 0, answer.output
     assert answer.stdout.startswith(f"{name}: ")
+    assert [line for line in answer.stdout.splitlines() if line.rstrip().endswith(":")] == [], (
+        "nothing is named with nothing behind"
+    )
 
 
 def test_check_refuses_the_formulas_of_a_system_with_modes() -> None:
@@ -144,45 +142,43 @@ def test_figures_of_no_run() -> None:
 
 
 def test_the_module_is_the_program() -> None:
-    answer = nsmaps("--version")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", "nsmaps", "--version"]
+    answer = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert (answer.returncode, answer.stderr) == (0, "")
     assert answer.stdout.startswith("nsmaps ")
-    assert nsmaps("run").returncode == 2
-    help = nsmaps("--help")
-    assert help.returncode == 0
+    assert CliRunner().invoke(app, ["run"]).exit_code == 2
+    help = CliRunner().invoke(app, ["--help"])
+    assert help.exit_code == 0
     assert all(command in help.stdout for command in ("systems", "check", "run", "figures"))
     assert "\x1b" not in help.stdout
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
-def test_ctrl_c_says_what_was_kept(good: str) -> None:
-    slow = good.replace("returns: 5", "returns: 8000000")
-    Path("s.yaml").write_text(slow)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    watch = (
-        "import os, signal, threading, sys\n"
-        "from nsmaps.study import steps\n"
-        "work = steps.STEPS['orbits']\n"
-        "def orbits(*given):\n"
-        "    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-        "    return work(*given)\n"
-        "steps.STEPS['orbits'] = orbits\n"
-        "from nsmaps.cli.cli import main\n"
-        "sys.argv = ['nsmaps', 'run', 's.yaml', '--out', 'out']\n"
-        "main()\n"
-    )
-    command = [sys.executable, "-c", watch]
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # also behind a shell that ignores it
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False, preexec_fn=heard)
-    assert done.returncode == 128 + signal.SIGINT
+def test_ctrl_c_says_what_was_kept(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 8000000"))
+    work, pressed = steps.STEPS["orbits"], threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+
+    def orbits(*given: Any) -> Any:
+        pressed.start()
+        return work(*given)
+
+    monkeypatch.setitem(steps.STEPS, "orbits", orbits)
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)  # also behind a shell that ignores it
+    try:
+        done = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"])
+    finally:
+        pressed.cancel()
+        signal.signal(signal.SIGINT, handler)
+    assert done.exit_code == 128 + signal.SIGINT
     assert done.stderr == (
         "stopped; out keeps the finished steps: system, surfaces, composite\nto resume: nsmaps run s.yaml --out out --resume\n"
     )
     assert Path("out/result.json").is_file()
     assert "Traceback" not in done.stdout
     Path("s.yaml").write_text(good)
-    refused = nsmaps("run", "s.yaml", "--out", "out", "--resume")
-    assert refused.returncode == 2
+    refused = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out", "--resume"])
+    assert refused.exit_code == 2
     assert refused.stderr.startswith("out holds a run of 's' with another study than 's' now; expected: the same study")
 
 

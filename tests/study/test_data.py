@@ -1,6 +1,5 @@
 """Results as xarray: names, dimensions, units, and that nothing is lost on the way through a file."""
 
-import subprocess
 import sys
 from pathlib import Path
 
@@ -101,6 +100,7 @@ STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 def test_every_array_of_a_run_is_in_its_tree_and_in_netcdf(name: str) -> None:
     """But for words, which are kept as codes, values that label an axis, and surfaces, which stand on their grid there."""
     pytest.importorskip("h5netcdf")
+    h5py = pytest.importorskip("h5py")
     tree = nsmaps.read_result(STORED / name).to_xarray()
     found = {content(array.values) for node in tree.subtree for array in node.data_vars.values()}
     with np.load(STORED / name / "arrays.npz", allow_pickle=False) as arrays:
@@ -111,8 +111,10 @@ def test_every_array_of_a_run_is_in_its_tree_and_in_netcdf(name: str) -> None:
     surfaces = {node.path for node in tree.subtree if node.path.split("/")[-2:-1] == ["surfaces"] or node.name == "surface"}
     assert len(surfaces) == len({tuple(path[: path.index("member")]) for path in lost if "member" in path}) > 0
     tree.to_netcdf("all.nc", engine="h5netcdf")
-    with xarray.open_datatree("all.nc", engine="h5netcdf") as again:
-        assert again.groups == tree.groups
+    with h5py.File("all.nc") as written:
+        for node in tree.subtree:
+            for array in node.data_vars.values():
+                assert written[f"{node.path}/{array.name}"].shape == array.shape
 
 
 def content(array: np.ndarray) -> tuple[tuple[int, ...], bytes]:
@@ -130,14 +132,7 @@ def test_axes_have_names() -> None:
     assert tree["composite/pieces/0/map/report/r2"].sel(coordinate="phi").ndim == 0
 
 
-def test_without_xarray_the_error_says_what_to_install() -> None:
-    program = (
-        "import sys; sys.modules['xarray'] = None\n"
-        "import nsmaps\n"
-        "try:\n"
-        "    nsmaps.load_system('vi_pair', d=0.35, g_bar=0.2).first_return([[0.2, 0.1]]).to_xarray()\n"
-        "except nsmaps.NsmapsError as error:\n"
-        "    print(error)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "xarray is not installed; expected: pip install 'nsmaps[data]'\n"
+def test_without_xarray_the_error_says_what_to_install(system: nsmaps.ImpactSystem, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(nsmaps.NsmapsError, match=r"^xarray is not installed; expected: pip install 'nsmaps\[data\]'$"):
+        system.first_return([[0.2, 0.1]]).to_xarray()

@@ -1,5 +1,6 @@
 """What a domain that is not forward invariant says beside the reason: its fit, the words in its start box."""
 
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 
@@ -40,10 +41,9 @@ domains:
 
 
 @pytest.fixture
-def result() -> nsmaps.StudyResult:
+def result(computed: Callable[..., tuple[nsmaps.StudyResult, Path]]) -> nsmaps.StudyResult:
     """Domains of a constant, of a fit that follows its data, and of the exact map; none is forward invariant."""
-    Path("s.yaml").write_text(BASE)
-    return nsmaps.run("s.yaml")
+    return computed(BASE)[0]
 
 
 def text(result: nsmaps.StudyResult, name: str) -> str:

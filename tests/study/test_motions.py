@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,25 +32,25 @@ bifurcation: {parameter: Gamma, from: 1.5, to: 1.9, points: 41, start: {v: 4.188
 
 
 @pytest.fixture
-def both() -> nsmaps.StudyResult:
-    """One orbit up and one down through the window in which two attractors coexist."""
-    Path("s.yaml").write_text(PAIR)
-    return nsmaps.run("s.yaml", out="out")
+def both(once: Callable[..., Path]) -> Path:
+    """The folder of a run of one orbit up and one down through the window in which two attractors coexist."""
+    return once(PAIR)
 
 
-def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: nsmaps.StudyResult) -> None:
-    values = both.bifurcation["exact"].values
+def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: Path) -> None:
+    result = nsmaps.read_result(both)
+    values = result.bifurcation["exact"].values
     inside = [value for value in values if CRISIS < value < FOLD]
     told = f"Attractors of the exact map coexist: 2:1/T beside C for d from {inside[0]:.6g} to {inside[-1]:.6g}"
     sentence = f"{told} (C: no period up to 60 returns, chaos or a long transient)."
-    assert conclusion(both) == f"The study requires no verdict. {sentence}"
-    (row,) = numbers(both)["bifurcation"]["exact"]["coexisting"]
+    assert conclusion(result) == f"The study requires no verdict. {sentence}"
+    (row,) = numbers(result)["bifurcation"]["exact"]["coexisting"]
     assert row == {"motion": "2:1/T", "beside": "C", "from": inside[0], "to": inside[-1], "values": len(inside)}
-    assert sentence in CliRunner().invoke(app, ["run", "s.yaml", "--out", "again"]).output
-    page = Path("again/report.html").read_text()
+    assert sentence in CliRunner().invoke(app, ["show", str(both)]).output
+    page = (both / "report.html").read_text()
     assert page.count(sentence) == 1
     assert re.search(f"coexisting</h.>.*2:1/T</td>.*{inside[0]:.6g}</td>.*{inside[-1]:.6g}</td>", page)
-    assert json.loads(Path("out/result.json").read_text())["numbers"]["bifurcation"]["exact"]["coexisting"] == [row]
+    assert json.loads((both / "result.json").read_text())["numbers"]["bifurcation"]["exact"]["coexisting"] == [row]
 
 
 def test_all_that_coexists_is_listed_and_what_does_not_is_not() -> None:
@@ -67,13 +68,14 @@ bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, p
     assert {attractor.label for attractor in found.attractors} == {"1:1/T", "2:1/4T"}
 
 
-def test_motions_beside_each_other_again_and_again_are_told_once(both: nsmaps.StudyResult) -> None:
-    made = both.bifurcation["exact"]
+def test_motions_beside_each_other_again_and_again_are_told_once(both: Path) -> None:
+    result = nsmaps.read_result(both)
+    made = result.bifurcation["exact"]
     inside = np.flatnonzero((made.values > CRISIS) & (made.values < FOLD))
     rows = {name: getattr(made, name).copy() for name in ("states", "turns", "codes", "outcome", "period")}
     for table in rows.values():
         table[inside[2], 1] = table[inside[2], 0]  # one value between at which both orbits come to the same
-    again = replace(both, bifurcation={"exact": replace(made, **rows)})
+    again = replace(result, bifurcation={"exact": replace(made, **rows)})
     ends = [f"{made.values[inside[k]]:.6g}" for k in (0, -1)]
     assert f"coexist: 2:1/T beside C at {len(inside) - 1} values for d from {ends[0]} to {ends[1]} (C: " in conclusion(again)
 
@@ -85,10 +87,10 @@ def test_one_orbit_tells_of_no_coexistence() -> None:
     assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions", "windows"}
 
 
-def test_the_table_keeps_the_widest_intervals_and_counts_the_rest() -> None:
-    Path("s.yaml").write_text(BALL)
-    told = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"]).output
-    made = nsmaps.read_result("out").bifurcation["exact"]
+def test_the_table_keeps_the_widest_intervals_and_counts_the_rest(once: Callable[..., Path]) -> None:
+    folder = once(BALL)
+    told = CliRunner().invoke(app, ["show", str(folder)]).output
+    made = nsmaps.read_result(folder).bifurcation["exact"]
     rows = motions(made)
     counts = [sum(row["from"] <= value <= row["to"] for value in made.values) for row in rows]
     assert sum(counts) == len(made.values)
@@ -106,9 +108,8 @@ def test_the_table_keeps_the_widest_intervals_and_counts_the_rest() -> None:
     assert all(len(line) < 100 for line in table), "motion that sticks is named by more than its words"
 
 
-def test_values_have_the_digits_that_tell_them_apart() -> None:
-    Path("s.yaml").write_text(BALL)
-    made = nsmaps.run("s.yaml").bifurcation["exact"]
+def test_values_have_the_digits_that_tell_them_apart(once: Callable[..., Path]) -> None:
+    made = nsmaps.read_result(once(BALL)).bifurcation["exact"]
     assert digits([1.5, 1.5100000000000002, 1.9], made) == ["1.5", "1.51", "1.9"]
     assert len(set(digits(made.values.tolist(), made))) == len(made.values)
 

@@ -1,5 +1,6 @@
 """On a narrow terminal lines end between words, whatever is printed, and no word is cut."""
 
+import json
 import os
 import struct
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 from screens import lines_of, shown
 from typer.main import get_command
+from typer.testing import CliRunner
 
 from nsmaps.cli.cli import app
 from nsmaps.cli.terminal import show_markdown
@@ -27,6 +29,16 @@ COMMANDS = {
     **{f"show {path.name}": ["show", str(path)] for path in sorted(STORED.iterdir())},
     **{f"{name} --help": [name, "--help"] for name in sorted(get_command(app).commands)},
 }
+PROGRAM = """\
+import json, sys
+from contextlib import suppress
+from nsmaps.cli.cli import app
+
+for words in json.loads(sys.argv[1]):
+    with suppress(SystemExit):
+        app(words, prog_name="nsmaps")
+    print(end="\\0", flush=True)
+"""
 
 
 @cache
@@ -41,14 +53,14 @@ def screen(width: int, *arguments: str) -> list[str]:
     return shown(width, lambda: app(arguments, prog_name="nsmaps") if arguments else show_markdown(table()))
 
 
-def of_a_program(width: int, *arguments: str) -> list[str]:
-    """The lines that the program writes to a terminal, which tells its width."""
+def of_a_program(width: int, *commands: list[str]) -> list[list[str]]:
+    """The lines that each command of a program writes to a terminal, which tells its width."""
     pty, fcntl, termios = (pytest.importorskip(name) for name in ("pty", "fcntl", "termios"))
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 60, width, 0, 0))
     kept = {key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES", "FORCE_COLOR", "CI")}
     environment = {**kept, "PYTHONPATH": os.pathsep.join(sys.path), "TERM": "xterm", "NO_COLOR": "1"}
-    command = [sys.executable, "-m", "nsmaps", *arguments]
+    command = [sys.executable, "-c", PROGRAM, json.dumps(commands)]
     running = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
     os.close(theirs)
     written = b""
@@ -56,7 +68,7 @@ def of_a_program(width: int, *arguments: str) -> list[str]:
         while part := output.read(65536):
             written += part
     running.wait()
-    return lines_of(written.decode())
+    return [lines_of(each) for each in written.decode().split("\0")]
 
 
 def words(lines: list[str]) -> set[str]:
@@ -77,9 +89,11 @@ def test_no_word_is_broken_and_none_is_lost(command: str) -> None:
             assert words(whole) - words(lines) == set()
 
 
-@pytest.mark.parametrize("command", ["check", "show run", "run --help", "a wrong study"])
-def test_a_terminal_of_a_program_shows_the_same(command: str) -> None:
-    assert of_a_program(60, *COMMANDS[command]) == screen(60, *COMMANDS[command])
+def test_a_terminal_of_a_program_shows_the_same() -> None:
+    commands = [COMMANDS[command] for command in ("check", "show run", "run --help", "a wrong study")]
+    *lines, end = of_a_program(60, *commands)
+    assert lines == [screen(60, *command) for command in commands]
+    assert end == [""]
 
 
 def test_a_broken_word_is_seen() -> None:
@@ -87,8 +101,6 @@ def test_a_broken_word_is_seen() -> None:
 
 
 def test_what_is_piped_keeps_its_lines() -> None:
-    command = [sys.executable, "-m", "nsmaps", "check", "vi_pair/cd"]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "COLUMNS": "60"}
-    piped = subprocess.run(command, capture_output=True, text=True, env=environment, check=True).stdout
+    piped = CliRunner().invoke(app, ["check", "vi_pair/cd"], env={"COLUMNS": "60"}).stdout
     (line,) = [line for line in piped.split("\n") if line.startswith("  composite: ")]
     assert len(line) > 100

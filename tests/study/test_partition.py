@@ -1,6 +1,7 @@
 """Studies whose pieces the general algorithm finds: their grammar, their results and what is kept of them."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -34,18 +35,13 @@ require: [covered, tolerance]
 
 
 @pytest.fixture
-def study() -> Path:
-    path = Path("auto.yaml")
-    path.write_text(AUTO)
-    return path
+def made(computed: Callable[..., tuple[StudyResult, Path]]) -> tuple[StudyResult, Path]:
+    """The result of the study and its folder."""
+    return computed(AUTO, "auto")
 
 
-@pytest.fixture
-def result(study: Path) -> StudyResult:
-    return run(study, out="out")
-
-
-def test_a_partition_gives_the_composite_map_and_its_verdicts(result: StudyResult) -> None:
+def test_a_partition_gives_the_composite_map_and_its_verdicts(made: tuple[StudyResult, Path]) -> None:
+    result, _ = made
     assert result.holds
     assert result.composite is result.partition.composite
     assert list(result.surfaces) == ["BB", "BTB"]
@@ -59,24 +55,26 @@ def test_a_partition_gives_the_composite_map_and_its_verdicts(result: StudyResul
     assert result.domains["first"].of == "fitted map R1"
 
 
-def test_a_partition_is_kept_and_read_back(result: StudyResult) -> None:
-    again = read_result("out")
+def test_a_partition_is_kept_and_read_back(made: tuple[StudyResult, Path]) -> None:
+    result, folder = made
+    again = read_result(folder)
     assert again.study == result.study
     assert again.partition.log == result.partition.log
     assert again.partition.attracting == result.partition.attracting
     states = result.returns.start
     assert np.array_equal(again.partition.composite.piece_of(states), result.composite.piece_of(states))
-    record = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)
+    record = json.loads((folder / "result.json").read_text(), parse_constant=pytest.fail)
     table = record["numbers"]["partition"]
     assert (table["tolerance"], table["met"]) == (0.01, True)
     assert [row["name"] for row in table["log"]] == [row.name for row in result.partition.log]
-    assert load_study("out/study.yaml").partition == result.study.partition
+    assert load_study(folder / "study.yaml").partition == result.study.partition
 
 
-def test_check_and_run_print_it(study: Path) -> None:
-    answer = CliRunner().invoke(app, ["check", str(study)])
+def test_check_and_run_print_it() -> None:
+    Path("auto.yaml").write_text(AUTO)
+    answer = CliRunner().invoke(app, ["check", "auto.yaml"])
     assert "  partition: closed_form, tolerance 0.01" in answer.stdout.splitlines()
-    answer = CliRunner().invoke(app, ["run", str(study), "--out", "out"])
+    answer = CliRunner().invoke(app, ["run", "auto.yaml", "--out", "out"])
     assert answer.exit_code == 0, answer.output
     assert "attracting" in answer.stdout
     drawn = {path.stem for path in Path("out/figures").iterdir()}

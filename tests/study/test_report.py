@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 from base64 import b64encode
+from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree.ElementTree import tostring
@@ -56,19 +57,20 @@ class Page(HTMLParser):
         return [attributes for tag, attributes in self.tags if tag == name]
 
 
-def ran(study: str, *more: str) -> Path:
-    """The folder of a run by the command line."""
-    Path("s.yaml").write_text(study)
-    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out", *more])
-    assert answer.exit_code in (0, 1), answer.output
-    return Path("out")
+Ran = Callable[..., Path]
+
+
+@pytest.fixture
+def ran(once: Callable[..., Path]) -> Ran:
+    """Gives the folder of a run by the command line, a copy of its own for each test."""
+    return lambda study, *more: Path(shutil.copytree(once(study, *more), "out"))
 
 
 def page_of(folder: Path) -> Page:
     return Page((folder / "report.html").read_text(encoding="utf-8"))
 
 
-def test_a_run_leaves_one_closed_page_that_asks_nobody(good: str) -> None:
+def test_a_run_leaves_one_closed_page_that_asks_nobody(good: str, ran: Ran) -> None:
     folder = ran(good + "figures: [words, orbits, domain_size]\n")
     page = page_of(folder)
     links = {attributes["href"].removeprefix("#") for attributes in page.of("a")}
@@ -85,7 +87,7 @@ def test_a_run_leaves_one_closed_page_that_asks_nobody(good: str) -> None:
     assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in page.of("meta")
 
 
-def test_every_figure_is_within_with_a_text_in_its_place(good: str) -> None:
+def test_every_figure_is_within_with_a_text_in_its_place(good: str, ran: Ran) -> None:
     folder = ran(good + "figures: [words, orbits, domain_size]\n")
     images = page_of(folder).of("img")
     drawn = sorted((folder / "figures").glob("*.png"))
@@ -95,7 +97,7 @@ def test_every_figure_is_within_with_a_text_in_its_place(good: str) -> None:
     assert all(len(image["alt"]) > 20 and int(image["width"]) > 100 for image in images)
 
 
-def test_verdicts_come_first_and_all_of_them(good: str) -> None:
+def test_verdicts_come_first_and_all_of_them(good: str, ran: Ran) -> None:
     folder = ran(good)
     page, result = page_of(folder), nsmaps.read_result(folder)
     assert len(result.verdicts) == 7
@@ -113,7 +115,7 @@ def test_verdicts_come_first_and_all_of_them(good: str) -> None:
     assert "@article{bao2025computer," in page.text
 
 
-def test_terms_of_the_verdicts_are_explained_and_no_others(good: str) -> None:
+def test_terms_of_the_verdicts_are_explained_and_no_others(good: str, ran: Ran) -> None:
     page = page_of(ran(good.replace("map: exact", "map: exact\n    bounds: sampled"))).text
     for part in (
         "coveredevery state of the study's grid",
@@ -129,12 +131,12 @@ def test_terms_of_the_verdicts_are_explained_and_no_others(good: str) -> None:
     assert [tag for tag, _ in page_of(Path("out")).tags].count("dt") == [tag for tag, _ in page_of(Path("out")).tags].count("dd")
 
 
-def test_a_required_verdict_that_fails_is_said_in_the_first_sentence(good: str) -> None:
+def test_a_required_verdict_that_fails_is_said_in_the_first_sentence(good: str, ran: Ran) -> None:
     folder = ran(good.replace("where: v > 0.2,", "where: v > 0.3,"))
     assert "1 of 1 required verdicts fails: covered (composite map)." in page_of(folder).text
 
 
-def test_hostile_names_are_text(good: str) -> None:
+def test_hostile_names_are_text(good: str, ran: Ran) -> None:
     study = YAML(typ="safe").load(good)
     study["title"] = HOSTILE
     study["families"] = {HOSTILE: ["BB"]}
@@ -152,11 +154,13 @@ def test_hostile_names_are_text(good: str) -> None:
 
 
 def test_without_a_report_none_is_left_of_an_earlier_run(good: str) -> None:
-    assert (ran(good) / "report.html").is_file()
-    assert not (ran(good, "--no-report") / "report.html").exists()
+    Path("s.yaml").write_text(good)
+    for options, left in (((), True), (("--no-report",), False)):
+        assert CliRunner().invoke(app, ["run", "s.yaml", "--out", "out", "--no-figures", *options]).exit_code == 0
+        assert Path("out/report.html").exists() is left
 
 
-def test_report_makes_it_again_with_the_figures_that_are_there(good: str) -> None:
+def test_report_makes_it_again_with_the_figures_that_are_there(good: str, ran: Ran) -> None:
     folder = ran(good + "figures: [orbits]\n", "--no-figures")
     assert page_of(folder).of("img") == []
     assert "None was drawn." in page_of(folder).text
@@ -227,7 +231,7 @@ def test_bibtex_says_what_the_citation_file_says(cff: dict) -> None:
     assert (fields["software"]["version"], fields["software"]["author"]) == (cff["version"], f"{{{cff['authors'][0]['name']}}}")
 
 
-def test_a_run_is_cited_by_its_study_and_what_it_computed(good: str) -> None:
+def test_a_run_is_cited_by_its_study_and_what_it_computed(good: str, ran: Ran) -> None:
     folder = ran(good.replace("title: The ball", "title: 100 % of {this} & that_one"))
     answer = CliRunner().invoke(app, ["cite", "out"])
     assert answer.exit_code == 0
@@ -248,23 +252,24 @@ def browse(*arguments: str) -> str:
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
-@pytest.mark.parametrize("width", [390, 1200])
-def test_a_browser_lays_the_page_out_within_its_width(good: str, width: int) -> None:
+def test_a_browser_lays_the_page_out_within_its_width(good: str, ran: Ran) -> None:
     folder = ran(good + "figures: [words, orbits, domain_size]\n")
     measure = (
-        "const page = document.querySelector('iframe').contentDocument;"
+        "const page = this.contentDocument;"
         "const seen = [...page.images].every(image => image.complete && image.naturalWidth > 0 && image.width > 100);"
         "const {scrollWidth, clientWidth} = page.documentElement;"
-        "document.body.append(`beyond ${scrollWidth - clientWidth} images ${page.images.length} ${seen}`)"
+        "document.body.append(`of ${this.width} beyond ${scrollWidth - clientWidth} images ${page.images.length} ${seen}; `)"
     )
-    frame = f'<iframe src="report.html" width="{width}" height="800" style="border:0" onload="{measure}"></iframe>'
-    Path(folder, "frame.html").write_text(f"<!DOCTYPE html><body>{frame}</body>")
+    frame = '<iframe src="report.html" width="{}" height="800" style="border:0" onload="{}"></iframe>'
+    frames = "".join(frame.format(width, measure) for width in (390, 1200))
+    Path(folder, "frame.html").write_text(f"<!DOCTYPE html><body>{frames}</body>")
     seen = browse("--virtual-time-budget=10000", "--dump-dom", (folder / "frame.html").resolve().as_uri())
-    assert "beyond 0 images 3 true" in seen
+    for width in (390, 1200):
+        assert f"of {width} beyond 0 images 3 true; " in seen
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
-def test_a_browser_prints_the_page(good: str) -> None:
+def test_a_browser_prints_the_page(good: str, ran: Ran) -> None:
     folder = ran(good + "figures: [orbits]\n")
     browse("--no-pdf-header-footer", "--print-to-pdf=page.pdf", (folder / "report.html").resolve().as_uri())
     printed = Path("page.pdf").read_bytes()
@@ -299,7 +304,7 @@ figures: [envelopes]
 """
 
 
-def test_the_first_domain_s_figure_comes_first() -> None:
+def test_the_first_domain_s_figure_comes_first(ran: Ran) -> None:
     folder = ran(HELD)
     result = nsmaps.read_result(folder)
     assert [domain.forward_invariant for domain in result.domains.values()] == [False, True, True]
@@ -324,7 +329,7 @@ figures: [orbits, envelopes]
 """
 
 
-def test_what_could_not_be_drawn_and_why_is_on_the_page_until_it_is_drawn() -> None:
+def test_what_could_not_be_drawn_and_why_is_on_the_page_until_it_is_drawn(ran: Ran) -> None:
     folder = ran(NOWHERE)
     reason = f"no auxiliary map has a value (domain 'beyond': {nsmaps.read_result(folder).domain.reason})"
     assert f"envelopes could not be drawn: the figure 'envelopes' has nothing to show: {reason}" in page_of(folder).text
@@ -340,7 +345,7 @@ def test_what_could_not_be_drawn_and_why_is_on_the_page_until_it_is_drawn() -> N
     assert "could not be drawn" not in page_of(folder).text
 
 
-def test_figures_drawn_later_are_on_the_page_after_those_of_the_study() -> None:
+def test_figures_drawn_later_are_on_the_page_after_those_of_the_study(ran: Ran) -> None:
     folder = ran(NOWHERE.replace("figures: [orbits, envelopes]", "figures: [orbits]"))
     (folder / "figures" / "impacts.png").write_bytes((folder / "figures" / "orbits.png").read_bytes())  # of nobody knows what
     for words in (["figures", "out", "--only", "domain_size", "--only", "words"], ["report", "out"]):
@@ -351,7 +356,7 @@ def test_figures_drawn_later_are_on_the_page_after_those_of_the_study() -> None:
 
 
 @pytest.mark.parametrize("cut", [0, 20, 1000, -13])
-def test_a_picture_that_is_cut_off_is_left_out_and_named(cut: int) -> None:
+def test_a_picture_that_is_cut_off_is_left_out_and_named(cut: int, ran: Ran) -> None:
     folder = ran(NOWHERE.replace("figures: [orbits, envelopes]", "figures: [orbits, words]"))
     file = folder / "figures" / "words.png"
     file.write_bytes(file.read_bytes()[:cut])

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,12 +24,19 @@ RUNS = sorted(path.name for path in STORED.iterdir() if path.is_dir())
 IN_DETAILS = re.compile(r"<details><summary>(.*?)</summary>(.*?)</details>", re.DOTALL)
 
 
-def report_of(study: str, *more: str) -> str:
-    """The page of a run of a study, by the command line."""
-    Path("s.yaml").write_text(study)
-    answer = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out", *more])
-    assert answer.exit_code in (0, 1), answer.output
-    return page()
+Report = Callable[..., str]
+
+
+@pytest.fixture
+def report_of(once: Callable[..., Path]) -> Report:
+    """Gives the page of a run of a study by the command line, whose folder is then copied to `out`."""
+
+    def text(study: str, *more: str) -> str:
+        shutil.rmtree("out", ignore_errors=True)
+        shutil.copytree(once(study, *more), "out")
+        return page()
+
+    return text
 
 
 def page() -> str:
@@ -45,7 +53,7 @@ def test_the_map_has_the_name_of_what_was_computed(good: str, monkeypatch: pytes
     assert said == {spoken}
 
 
-def test_the_first_figure_of_the_study_is_right_under_the_summary(good: str) -> None:
+def test_the_first_figure_of_the_study_is_right_under_the_summary(good: str, report_of: Report) -> None:
     text = report_of(good + "figures: [orbits, words]\n")
     summary, nav, first = text.index('role="status"'), text.index("<nav"), text.index("<figure")
     assert summary < first < nav
@@ -54,7 +62,7 @@ def test_the_first_figure_of_the_study_is_right_under_the_summary(good: str) -> 
     assert "<b>words. </b>" in text[nav:]
 
 
-def test_captions_say_the_numbers_of_the_run(good: str) -> None:
+def test_captions_say_the_numbers_of_the_run(good: str, report_of: Report) -> None:
     text = report_of(good + "figures: [words, orbits, domain_size]\n")
     result = nsmaps.read_result("out")
     (word, count), *_ = zip(*np.unique(result.returns.words, return_counts=True), strict=True)
@@ -63,7 +71,7 @@ def test_captions_say_the_numbers_of_the_run(good: str) -> None:
     assert f"by word {word} {share:.3g} %" in text
     assert f"from (v = 0.3, phi = 1) to {'the fixed point' if result.orbits[0].ends.period == 1 else ''}" in text
     assert f"{'exact from 0.2 x 0.8 to' if result.domain.forward_invariant else 'not forward invariant: exact'}" in text
-    other = report_of(good.replace("a: 0.2", "a: 0.3") + "figures: [words]\n", "--out", "out")
+    other = report_of(good.replace("a: 0.2", "a: 0.3") + "figures: [words]\n")
     assert "At a = 0.3, r = 0.5" in other
     assert "At a = 0.2" not in other
 
@@ -102,7 +110,7 @@ def test_a_parameter_that_is_swept_is_not_said_to_have_a_value() -> None:
     assert f"values of {swept} from" in caption(result, "bifurcation")
 
 
-def test_the_study_and_tables_are_folded(good: str) -> None:
+def test_the_study_and_tables_are_folded(good: str, report_of: Report) -> None:
     text = report_of(good)
     folds = dict(IN_DETAILS.findall(text))
     assert {"study.yaml", "Terms", "Versions of the software", "Returns", "Domains"} <= set(folds)
@@ -111,7 +119,7 @@ def test_the_study_and_tables_are_folded(good: str) -> None:
     assert 'class="verdicts"' not in "".join(folds.values())
 
 
-def test_domains_that_bound_nothing_are_folded(good: str) -> None:
+def test_domains_that_bound_nothing_are_folded(good: str, report_of: Report) -> None:
     """Their figures are not drawn beside those of others; one that an earlier version drew is folded."""
     more = "domains:\n  - {name: held, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}\n"
     report_of(good.replace("domains:\n", more) + "figures: [envelopes]\n")
@@ -130,7 +138,7 @@ def test_domains_that_bound_nothing_are_folded(good: str) -> None:
     assert "Domains that bound nothing" not in page()
 
 
-def test_drawing_brings_the_report_up_to_date_where_there_is_one(good: str) -> None:
+def test_drawing_brings_the_report_up_to_date_where_there_is_one(good: str, report_of: Report) -> None:
     assert page_count(report_of(good + "figures: [orbits]\n")) == 1
     assert "Others that this run has the data for: " in page()
     assert re.search(r"Others [^<]*\bwords\b", page())
@@ -158,7 +166,7 @@ def test_other_figures_are_named_at_the_end_of_a_run(good: str) -> None:
     assert {"words", "domain_size"} <= set(named)
 
 
-def test_a_page_to_explore_is_linked_where_it_is_there(good: str) -> None:
+def test_a_page_to_explore_is_linked_where_it_is_there(good: str, report_of: Report) -> None:
     assert "explore.html" not in report_of(good)
     Path("out/explore.html").write_text("<!DOCTYPE html>")
     assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
@@ -170,6 +178,6 @@ def test_a_case_of_the_paper_shows_six_figures(study: str) -> None:
     assert len(nsmaps.load_study(f"vi_pair/{study}").figures) == 6
 
 
-def test_a_run_without_figures_says_how_to_draw_them(good: str) -> None:
+def test_a_run_without_figures_says_how_to_draw_them(good: str, report_of: Report) -> None:
     assert "None was drawn. nsmaps figures DIR draws those that the study names." in report_of(good, "--no-figures")
     shutil.rmtree("out")

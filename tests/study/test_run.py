@@ -1,6 +1,7 @@
 """A study's run: what it names and nothing else, its verdicts with their numbers, its folder, its figures again."""
 
 import json
+import shutil
 import signal
 from collections.abc import Callable
 from contextlib import suppress
@@ -48,10 +49,11 @@ require: [covered]
 
 
 @pytest.fixture
-def whole() -> StudyResult:
-    """The result of a study that names every section, with its folder `out`."""
-    Path("whole.yaml").write_text(WHOLE)
-    return run("whole.yaml", out="out")
+def whole(computed: Callable[..., tuple[StudyResult, Path]]) -> StudyResult:
+    """The result of a study that names every section, with a copy of its folder, `out`."""
+    result, folder = computed(WHOLE, "whole")
+    shutil.copytree(folder, "out")
+    return result
 
 
 def test_only_what_is_named_is_computed() -> None:
@@ -471,9 +473,10 @@ def test_a_bifurcation_does_not_make_partitions() -> None:
 
 
 def test_both_ways_tell_what_coexists() -> None:
-    """The shipped study against the ends of the window: a fold at 0.227713761, a crisis between 0.22504 and 0.22506."""
+    """The shipped study around its window, whose ends are a fold at 0.227713761 and a crisis between 0.22504 and 0.22506."""
     whole = YAML(typ="safe").load(study_files("vi_pair")["bistable"].read_text())
     part = {key: whole[key] for key in ("system", "parameters", "bifurcation")}
+    part["bifurcation"] |= {"from": 0.22, "to": 0.23, "points": 201}  # of its own values
     Path("part.yaml").write_text(json.dumps(part))
     result = run("part.yaml", out="both")
     assert result.bifurcation["exact"].held.all()

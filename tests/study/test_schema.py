@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,15 @@ STUDIES = sorted(ROOT.glob("plugins/*/studies/*.yaml"))
 MODELINE = re.compile(r"# yaml-language-server: \$schema=(\S+)\n")
 
 
+@cache
+def validator() -> Any:
+    """What finds errors by the schema."""
+    return pytest.importorskip("jsonschema").Draft202012Validator(json.loads(SCHEMA.read_text()))
+
+
 def complaints(study: str) -> list[str]:
     """Where a text is no study, by the schema alone."""
-    jsonschema = pytest.importorskip("jsonschema")
-    made = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text()))
-    return sorted({error.json_path for error in made.iter_errors(YAML(typ="safe").load(study))})
+    return sorted({error.json_path for error in validator().iter_errors(YAML(typ="safe").load(study))})
 
 
 def test_the_file_is_that_of_the_grammar_and_its_reference() -> None:

@@ -1,14 +1,12 @@
 """A section of a study stands in one module and one line of the registry: one is added here through these alone."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import told
 
 from nsmaps.study.sections import SECTIONS
 
@@ -18,6 +16,8 @@ FASTEST = '''
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
+from commands import told
 from pydantic import BaseModel
 
 from nsmaps.study.estimates import RETURN, Size, states
@@ -88,45 +88,46 @@ fastest: {coordinate: v, below: 0.1}
 """
 
 
-def nsmaps(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """The command line of a nsmaps whose registry has one more line."""
-    Path("fastest.py").write_text(FASTEST)
-    program = f"{LINE}import sys\nfrom nsmaps.cli.cli import main\nsys.argv[0] = 'nsmaps'\nmain()\n"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([os.getcwd(), *sys.path])}
-    command = [sys.executable, "-c", program, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+WRONG = {
+    STUDY.replace("coordinate: v", "coordinate: w"): "4:23: unknown coordinate 'w'; expected: v, phi",
+    STUDY.replace("below", "bellow"): "4:26: unknown key 'bellow'; expected: coordinate, below",
+    STUDY.replace("grid", "# grid"): "4:10: 'fastest' needs the section 'grid', which is missing",
+}
 
 
-def test_a_section_of_one_module_is_read_described_computed_kept_and_shown() -> None:
-    Path("s.yaml").write_text(STUDY)
-    checked = nsmaps("check", "s.yaml")
-    assert "  fastest: of v, below 0.1\n" in checked.stdout, checked.stderr
-    ran = nsmaps("run", "s.yaml", "--out", "out")
-    assert ran.returncode == 0, ran.stderr
-    record = json.loads(Path("out/result.json").read_text())
+@pytest.fixture(scope="module")
+def answers(site: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[int, str, str]]]:
+    """A folder, and what commands of a nsmaps whose registry has one more line end with and print there."""
+    folder = tmp_path_factory.mktemp("fastest")
+    (folder / "fastest.py").write_text(FASTEST)
+    for name, text in zip(("s", "s0", "s1", "s2"), (STUDY, *WRONG), strict=True):
+        (folder / f"{name}.yaml").write_text(text)
+    commands = ["check", "s.yaml"], ["run", "s.yaml", "--out", "out"], ["show", "out"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(site))
+        return folder, told(folder, *commands, *(["check", f"s{number}.yaml"] for number in range(len(WRONG))), first=LINE)
+
+
+def test_a_section_of_one_module_is_read_described_computed_kept_and_shown(
+    answers: tuple[Path, list[tuple[int, str, str]]],
+) -> None:
+    folder, (checked, ran, shown, *_) = answers
+    assert "  fastest: of v, below 0.1\n" in checked[1], checked
+    assert ran[0] == 0, ran
+    record = json.loads((folder / "out/result.json").read_text())
     (largest,) = record["numbers"]["fastest"]
     assert [verdict["text"] for verdict in record["verdicts"]] == [f"no: {largest:.3g}"]
-    assert re.search(rf"Fastest\s+coordinate\s+largest\s+─*\s+v\s+{largest:.3g}\s", ran.stdout), ran.stdout
-    with np.load("out/arrays.npz") as arrays:
+    assert re.search(rf"Fastest\s+coordinate\s+largest\s+─*\s+v\s+{largest:.3g}\s", ran[1]), ran
+    with np.load(folder / "out/arrays.npz") as arrays:
         assert arrays["fastest"].tolist() == [largest]
-    shown = nsmaps("show", "out")
-    assert "fastest: below its limit" in shown.stdout, shown.stderr
-    assert "fastest: below its limit" in Path("out/report.html").read_text()
+    assert "fastest: below its limit" in shown[1], shown
+    assert "fastest: below its limit" in (folder / "out/report.html").read_text()
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        (STUDY.replace("coordinate: v", "coordinate: w"), "s.yaml:4:23: unknown coordinate 'w'; expected: v, phi"),
-        (STUDY.replace("below", "bellow"), "s.yaml:4:26: unknown key 'bellow'; expected: coordinate, below"),
-        (STUDY.replace("grid", "# grid"), "s.yaml:4:10: 'fastest' needs the section 'grid', which is missing"),
-    ],
-)
-def test_its_errors_have_their_place(text: str, says: str) -> None:
-    Path("s.yaml").write_text(text)
-    told = nsmaps("check", "s.yaml")
-    assert (told.returncode, told.stdout) == (2, "")
-    assert told.stderr.startswith(says)
+def test_its_errors_have_their_place(answers: tuple[Path, list[tuple[int, str, str]]]) -> None:
+    for number, (answer, says) in enumerate(zip(answers[1][3:], WRONG.values(), strict=True)):
+        assert answer[:2] == [2, ""]
+        assert answer[2].startswith(f"s{number}.yaml:{says}")
 
 
 def test_every_section_says_what_it_computes_and_what_that_needs() -> None:

@@ -5,11 +5,13 @@ import re
 import signal
 import subprocess
 import sys
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from functools import cache
 from pathlib import Path
 
 import pytest
-from screens import shown
+from screens import Terminal, shown
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -63,8 +65,27 @@ def on_terminal(*arguments: str, stop_at: str = "\0", **more: str) -> tuple[int,
 @pytest.fixture
 def slow(good: str) -> str:
     """A study whose orbits take a while, as a file."""
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 4000000"))
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 2000000"))
     return "s.yaml"
+
+
+@pytest.fixture
+def looked_at(monkeypatch: pytest.MonkeyPatch, good: str) -> Callable[..., tuple[int, str]]:
+    """A run on a terminal of this process, which shows progress at once and often: the exit code and all that is written."""
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 400000"))
+    monkeypatch.setattr("nsmaps.cli.terminal.SOON", 0.001)
+    monkeypatch.setattr("nsmaps.progress.EVERY", 0.01)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    for name in ("NO_COLOR", "FORCE_COLOR", "COLUMNS", "CI"):
+        monkeypatch.delenv(name, raising=False)
+
+    def invoked(*options: str) -> tuple[int, str]:
+        screen = Terminal()
+        with redirect_stdout(screen), redirect_stderr(screen), pytest.raises(SystemExit) as ended:
+            app(["run", "s.yaml", "--no-figures", *options], prog_name="nsmaps")
+        return ended.value.code, screen.getvalue()
+
+    return invoked
 
 
 def test_times_are_told_as_a_clock() -> None:
@@ -94,14 +115,21 @@ def test_piped_help_has_no_escape_codes(given: list[str]) -> None:
     assert not CODES.search(done.output)
 
 
+@cache
+def piped_help() -> "subprocess.CompletedProcess[str]":
+    """What the program says of itself."""
+    return program("--help")
+
+
 def test_piped_help_of_the_program_has_no_escape_codes() -> None:
-    done = program("--help")
+    done = piped_help()
     assert done.returncode == 0
     assert not CODES.search(done.stdout + done.stderr)
 
 
-def test_a_piped_run_has_no_escape_codes_and_no_progress(slow: str) -> None:
-    done = program("run", slow, "--no-figures")
+def test_a_piped_run_has_no_escape_codes_and_no_progress(good: str) -> None:
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 400000"))
+    done = program("run", "s.yaml", "--no-figures")
     assert done.returncode == 0
     assert not CODES.search(done.stdout)
     assert done.stderr == ""
@@ -116,8 +144,10 @@ def test_a_terminal_sees_progress_with_time_left_and_colours(slow: str) -> None:
     assert "written to runs/s; to be read: runs/s/report.html" in re.sub(r"\s+", " ", written)
 
 
-def test_no_color_is_obeyed_on_a_terminal(slow: str) -> None:
-    code, written = on_terminal("run", slow, "--no-figures", NO_COLOR="1")
+def test_no_color_is_obeyed_on_a_terminal(looked_at: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert COLOURS.search(looked_at()[1]), "where it is not set there are colours"
+    monkeypatch.setenv("NO_COLOR", "1")
+    code, written = looked_at()
     assert code == 0
     assert "orbits (4 of 5)" in written
     assert not COLOURS.search(written)
@@ -125,20 +155,21 @@ def test_no_color_is_obeyed_on_a_terminal(slow: str) -> None:
     assert COLOURS.search(on_terminal("run", "--help")[1]), "where it is not set there are colours"
 
 
-def test_quiet_is_quiet_on_a_terminal(slow: str) -> None:
-    assert on_terminal("run", slow, "--no-figures", "--quiet") == (0, "")
+def test_quiet_is_quiet_on_a_terminal(looked_at: Callable[..., tuple[int, str]]) -> None:
+    assert "orbits (4 of 5)" in looked_at()[1]
+    assert looked_at("--quiet") == (0, "")
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(slow: str) -> None:
     text = Path(slow).read_text()
-    Path(slow).write_text(text.replace("returns: 4000000", "returns: 8000000"))
+    Path(slow).write_text(text.replace("returns: 2000000", "returns: 8000000"))
     code, written = on_terminal("run", slow, "--out", "out", stop_at="left of orbits")
     assert code == 130
     assert "to resume: nsmaps run s.yaml --out out --resume" in written
     kept = read_result("out")
     assert not kept.finished
     assert "orbits" not in kept.timings
-    assert program("report", "out").returncode == 0
+    assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
     assert "Unfinished: the run was stopped" in Path("out/report.html").read_text()
 
 
@@ -146,14 +177,14 @@ def complete(line: str) -> list[str]:
     """What the shell is offered at the end of a line."""
     words = line.split(" ")
     asked = {"_NSMAPS_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
-    return program(**asked).stdout.split()
+    return CliRunner().invoke(app, env=asked, prog_name="nsmaps").stdout.split()
 
 
 def test_the_shell_completes_commands_options_and_studies() -> None:
     assert complete("nsmaps sc") == ["schema"]
     assert complete("nsmaps run --res") == ["--resume"]
     assert complete("nsmaps run ball/") == ["ball/drop"]
-    assert "--install-completion" in program("--help").stdout
+    assert "--install-completion" in piped_help().stdout
 
 
 def test_a_command_that_is_not_there_has_a_near_match() -> None:
@@ -164,8 +195,8 @@ def test_a_command_that_is_not_there_has_a_near_match() -> None:
 
 def test_check_says_where_and_what_was_meant() -> None:
     Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbit: []\n")
-    done = program("check", "s.yaml")
-    assert (done.returncode, done.stdout) == (2, "")
+    done = CliRunner().invoke(app, ["check", "s.yaml"])
+    assert (done.exit_code, done.stdout) == (2, "")
     assert done.stderr.startswith("s.yaml:3:1: unknown key 'orbit'; expected: name, title, system")
     assert done.stderr.endswith("did you mean 'orbits'?\n")
 
@@ -218,8 +249,7 @@ def verdict(lines: list[str], width: int) -> tuple[str, str]:
 
 def test_verdicts_stand_below_their_names_on_a_narrow_terminal(good: str) -> None:
     Path("s.yaml").write_text(good)
-    _, written = on_terminal("run", "s.yaml", "--no-figures", "--no-report", COLUMNS="80", NO_COLOR="1")
-    of_a_run = verdict([re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", line) for line in written.splitlines()], 80)
+    of_a_run = verdict(shown(80, lambda: app(["run", "s.yaml", "--no-figures", "--no-report"], prog_name="nsmaps")), 80)
     made = read_result("runs/s")
     for width, narrow in ((80, True), (120, True), (160, True), (161, False), (200, False)):
         line, above = verdict(shown(width, lambda: summary(made)), width)

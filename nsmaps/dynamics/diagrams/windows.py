@@ -150,7 +150,10 @@ class _Search:
 
     def _cycle(self, value: float, states: Floats, like: PeriodicOrbit | None) -> PeriodicOrbit | None:
         """The stable cycle of least period at a value near such states, with the words of another; None where there is none."""
-        found = self._newton(value, states)
+        return self._continued(self._newton(value, states), states, like)
+
+    def _continued(self, found: PeriodicOrbit | None, states: Floats, like: PeriodicOrbit | None) -> PeriodicOrbit | None:
+        """The cycle to which Newton's method led from such states, if it is one as `_cycle` returns."""
         if (
             found is None
             or not found.stable
@@ -190,14 +193,14 @@ class _Search:
         last, halved = [cycle], list[float]()
 
         def persists(values: Floats) -> NDArray[np.bool_]:
-            found = self._cycle(float(values[0]), last[-1].states, last[-1])
-            if found is not None:
-                last.append(found)
+            states = last[-1].states
+            found = self._newton(float(values[0]), states)
+            if (cycle := self._continued(found, states, last[-1])) is not None:
+                last.append(cycle)
                 return np.array([True])
-            other = self._newton(float(values[0]), last[-1].states)
-            part = other is not None and self._separation(other) <= APART
+            part = found is not None and self._separation(found) <= APART
             halved.extend(values if part else [])
-            return np.array([part and other is not None and other.stable is False])
+            return np.array([part and found is not None and found.stable is False])
 
         ends, yes = (np.array([value]), np.array([beyond])), np.array([True])
         low, high, _ = bisect_change(persists, *ends, yes, ~yes, LOCATED * self.unit)

@@ -132,7 +132,8 @@ def _beside(points: Floats, far: Floats) -> Floats:
 
 def _room(places: Floats, taken: Floats, half: Floats) -> Floats:
     """How many times as large a name at each place could be, half its size given, before it meets a point that is taken."""
-    return np.asarray((np.abs(places[:, None] - taken) / half).max(axis=-1).min(axis=1))
+    dx, dy = (np.abs(x[:, None] - other) / size for x, other, size in zip(places.T, taken.T, half, strict=True))
+    return np.asarray(np.maximum(dx, dy).min(axis=1))
 
 
 def _dense(path: Floats) -> Floats:

@@ -12,6 +12,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, NodeEvent, ScalarEvent
+from ruamel.yaml.parser import RoundTripParser
 
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.reading import odd_character, text_of
@@ -21,16 +22,14 @@ LONG = re.compile(r"[-+]?([0-9_]{100,}|0[xob][0-9a-fA-F_]{100,})")  #: a number 
 
 
 def parsed(path: Path) -> Any:
-    """The content of a file as ruamel's tree, with line and column of every key; raises StudyError unless it is YAML."""
-    yaml = YAML()
-    yaml.preserve_quotes = True
+    """The content of a file as ruamel's tree, with line and column of every key; raises StudyError unless it is YAML.
+
+    The trees of the texts read last are kept, and are not to be changed.
+    """
     try:
-        text = text_of(path, LARGEST)
-        if excess := _excess(text):
-            raise StudyError(f"{os.fspath(path)}:{excess}")
-        return yaml.load(text)
-    except StudyError:
-        raise
+        return _tree(text_of(path, LARGEST))
+    except _Excess as excess:
+        raise StudyError(f"{os.fspath(path)}:{excess}") from None
     except NsmapsError as error:
         raise StudyError(f"{path}:1:1: {error}") from error
     except MarkedYAMLError as error:
@@ -101,12 +100,28 @@ class _Scales:
                 yield f"a number of {len(event.value)} digits; expected: fewer than 100"
 
 
-@lru_cache(maxsize=32)
-def _excess(text: str) -> str:
-    """The first place at which a text exceeds a limit, as `line:column: which`; empty if there is none."""
-    scales = _Scales()
-    for event in YAML().parse(text):
-        scales.add(event)
-        for complaint in scales.complaints(event):
-            return f"{event.start_mark.line + 1}:{event.start_mark.column + 1}: {complaint}"
-    return ""
+class _Excess(Exception):
+    """A text exceeds a limit: the place, as `line:column: which`."""
+
+
+class _Checked(RoundTripParser):
+    """A parser that stops at the first place at which the text exceeds a limit."""
+
+    def __init__(self, loader: Any) -> None:
+        RoundTripParser.__init__(self, loader)
+        self.scales = _Scales()
+
+    def get_event(self) -> Any:
+        """The next event, counted."""
+        event = RoundTripParser.get_event(self)
+        self.scales.add(event)
+        for complaint in self.scales.complaints(event):
+            raise _Excess(f"{event.start_mark.line + 1}:{event.start_mark.column + 1}: {complaint}")
+        return event
+
+
+@lru_cache(maxsize=8)
+def _tree(text: str) -> Any:
+    yaml = YAML()
+    yaml.Parser, yaml.preserve_quotes = _Checked, True
+    return yaml.load(text)
