@@ -75,15 +75,14 @@ from pathlib import Path
 from nsmaps.exact.compiling import compiled, linked
 linked.FOLDER = Path(sys.argv[1])
 compiled.missing.append(lambda: print("compiles"))
-from nsmaps_vi_pair import VIPair
-pair = VIPair(d=0.3, r=0.5, g_bar=0.2)
-print(pair.sensitivity([[0.5, 1.0], [0.9, 3.0]], {"d": 1.0}).tobytes().hex())
+from exported import composite
+print(composite().orbits([[0.7, 0.2], [0.8, 1.0], [1.3, 2.0], [0.05, 5.0]], 40).image.tobytes().hex())
 """
 
 
 def printed(folder: Path, cache: Path) -> list[str]:
     """What the program prints with the entries of a folder and an empty cache."""
-    environment = {**os.environ, "NSMAPS_CACHE_DIR": str(cache)}
+    environment = {**os.environ, "NSMAPS_CACHE_DIR": str(cache), "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", RUN, str(folder)], env=environment, capture_output=True, text=True, check=True)
     return done.stdout.split()
 
@@ -93,7 +92,7 @@ def test_results_are_the_same_with_and_without(tmp_path, monkeypatch):
     """From the shipped form, and compiled here where that is damaged, which is as if there were none."""
     damaged = tmp_path / "damaged"
     damaged.mkdir()
-    for path in linked.FOLDER.glob("sensitivities-*.xz"):
+    for path in linked.FOLDER.glob("orbits-*.xz"):
         (damaged / path.name).write_bytes(path.read_bytes()[:-100])
         monkeypatch.setattr(linked, "FOLDER", damaged)
         assert linked.read(path.name) is None
