@@ -140,14 +140,22 @@ def test_attracting_domains(unit):
         assert abs(a.slope - b.slope) < 1e-3
 
 
+def curves(units):
+    """The grazing curves of the capsule in some units."""
+    box = {"v": units.states([[0.1, 0], [1, 0]])[:, 0].tolist(), "phi": (0, 2 * pi)}
+    found = units.of(SYSTEMS["capsule"][0]).grazing_curves(box, lines=100)
+    return sorted((c.wall, c.word, c.closed, c.jumps, c.words, float(c.length[-1])) for c in found)
+
+
+@pytest.fixture(scope="module")
+def plain_curves():
+    return curves(Units(1, 1))
+
+
 @few
-def test_grazing_curves_and_jumps(unit):
+def test_grazing_curves_and_jumps(unit, plain_curves):
     plain, there = SYSTEMS["capsule"][0], Units(*unit)
-    made = [
-        each.of(plain).grazing_curves({"v": each.states([[0.1, 0], [1, 0]])[:, 0].tolist(), "phi": (0, 2 * pi)}, lines=100)
-        for each in (Units(1, 1), there)
-    ]
-    one, other = (sorted((c.wall, c.word, c.closed, c.jumps, c.words, float(c.length[-1])) for c in each) for each in made)
+    one, other = plain_curves, curves(there)
     assert one
     assert [each[:-1] for each in one] == [each[:-1] for each in other]
     # the curvature grows without bound towards the end of one curve: steps that fail by rounding would end it early
