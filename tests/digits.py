@@ -12,6 +12,8 @@ FUNCTIONS = ("exp", "cos", "sin", "cosh", "sinh", "sqrt", "log")
 
 def number(value: Any) -> arb:
     """A ball of a number of Python, of mpmath, or of one that sympy writes as sign, mantissa and exponent."""
+    if isinstance(value, int | float):
+        return arb(value)
     sign, mantissa, exponent, _ = value if isinstance(value, tuple) else mp.mpf(value)._mpf_
     return arb(-int(mantissa) if sign else int(mantissa)) * arb(2) ** int(exponent)
 
