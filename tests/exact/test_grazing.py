@@ -144,15 +144,18 @@ def test_each_is_traced_once(curves):
 def edges(system, box, n, differ):
     """Where neighbours of a fine grid differ: states within 1e-10 of each place where they still do, by halving."""
     low, high = np.array([*box.values()]).T
-    mesh = np.stack(np.meshgrid(*np.linspace(low, high, n).T, indexing="ij"), axis=-1)
-    a = np.concatenate([mesh[:-1].reshape(-1, 2), mesh[:, :-1].reshape(-1, 2)])
-    b = np.concatenate([mesh[1:].reshape(-1, 2), mesh[:, 1:].reshape(-1, 2)])
+    mesh = np.stack(np.meshgrid(*np.linspace(low, high, n).T, indexing="ij"), axis=-1).reshape(-1, 2)
+    number, returns = np.arange(n * n).reshape(n, n), system.first_return(mesh)
+    a = np.concatenate([number[:-1].ravel(), number[:, :-1].ravel()])
+    b = np.concatenate([number[1:].ravel(), number[:, 1:].ravel()])
+    keep = differ(returns.select(a), returns.select(b))
+    a, b = mesh[a[keep]], mesh[b[keep]]
     for _ in range(30):
-        keep = differ(system.first_return(a), system.first_return(b))
-        a, b = a[keep], b[keep]
         middle = (a + b) / 2
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
-    return a[differ(system.first_return(a), system.first_return(b))]
+        keep = differ(system.first_return(a), system.first_return(b))
+        a, b = a[keep], b[keep]
+    return a
 
 
 def other_word(one, other):

@@ -28,7 +28,7 @@ def made(system, word, low=(0.0033, 0.0), high=(1.0, 2 * np.pi), points=60, part
 def jumps(system, start, end):
     """Whether the map jumps on each segment: what bisection towards the half with the larger difference of images leaves."""
     first, last = system.first_return(start).lifted, system.first_return(end).lifted
-    for _ in range(45):
+    for _ in range(30):
         middle = (start + end) / 2
         image = np.nan_to_num(system.first_return(middle).lifted, nan=1e3)
         left = (np.abs(image - first).max(axis=1) > np.abs(last - image).max(axis=1))[:, None]
