@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -33,16 +32,6 @@ class Exit:
     held: Sequence[Any] = field(default=())  #: what is zero all along before it
 
 
-@lru_cache(maxsize=1024)
-def _function(arguments: tuple[sp.Symbol, ...], formulas: tuple[Any, ...]) -> Callable[..., Any]:
-    return sp.lambdify(arguments, list(formulas), "numpy")
-
-
-@lru_cache(maxsize=256)
-def _simplified(formula: Any) -> Any:
-    return sp.simplify(formula)
-
-
 class Formulas:
     """The formulas of a system at its parameters, as functions of the time and of the states."""
 
@@ -61,7 +50,7 @@ class Formulas:
 
     def of(self, *formulas: Any) -> Callable[..., Any]:
         """Formulas as a function of the time and of the states."""
-        return _function((self.t, *self.states), formulas)
+        return sp.lambdify((self.t, *self.states), list(formulas), "numpy")
 
     def rate(self, formula: Any, mode: str) -> Any:
         """The rate of a formula in a mode."""
@@ -85,7 +74,7 @@ class Formulas:
         speed = sp.sympify(self.rate(guard.function, guard.watched[0]))
         jumps = [guard.reset.get(s.name, s) - s for s in self.states]
         whole = sum(speed.diff(s) * jump for s, jump in zip(self.states, jumps, strict=True))
-        return [_simplified(jump / whole) for jump in jumps]
+        return [sp.simplify(jump / whole) for jump in jumps]
 
     def exits(self, mode: str) -> Iterator[Exit]:
         """The events of a mode."""
