@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import floor, log2
 
+from flint import fmpq, fmpq_poly
+
 ROUND = 2.0**-53  #: what an operation is off by at most, relative to its result
 SLACK = 1e-12  #: far more than what the arithmetic of this file itself is off by, relative
 
@@ -118,20 +120,19 @@ class Series:
 
     def bound(self, radius, pieces):
         """A bound on the absolute value for |x| <= radius: in pieces, by the sizes of the terms around their middles."""
-        most, half = Fraction(0), Fraction(radius) / pieces
-        for k in range(pieces):
-            middle, near, value = (2 * k + 1) * half - radius, Fraction(1), Fraction(0)
-            for coefficient in self.shifted(middle).of:
-                value, near = value + abs(coefficient) * near, near * half
-            most = max(most, value)
-        return most
+        half = Fraction(radius) / pieces
+        shifted = (self.shifted((2 * k + 1) * half - radius) for k in range(pieces))
+        return max(Series(tuple(map(abs, each.of)))(half) for each in shifted)
 
     def shifted(self, middle):
         """The polynomial in x - middle."""
-        total = Series((Fraction(0),))
-        for coefficient in reversed(self.of):
-            total = total * Series((middle, Fraction(1))) + Series((coefficient,))
-        return total
+        moved = fmpq_poly([exactly(x) for x in self.of])(fmpq_poly([exactly(middle), 1])).coeffs()
+        return Series(tuple(Fraction(int(x.p), int(x.q)) for x in moved))
+
+
+def exactly(x):
+    """A rational number for python-flint."""
+    return fmpq(x.numerator, x.denominator)
 
 
 def series(x):

@@ -25,9 +25,9 @@ SECOND = {PLANAR: "a", SPATIAL: "d"}
 SYSTEMS = pytest.mark.parametrize("system", [PLANAR, SPATIAL], ids=["planar", "spatial"])
 
 
-def box(system: Any) -> Any:
+def box(system: Any, half: float = 0.02) -> Any:
     """A small box about the start."""
-    return [[x - 0.02, x + 0.02] for x in STARTS[system]]
+    return [[x - half, x + half] for x in STARTS[system]]
 
 
 def grid(system: Any) -> nsmaps.Grid:
@@ -69,7 +69,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "ReturnMap": lambda s: isinstance(s, nsmaps.ReturnMap),
     "FullAuxiliaryMap": lambda s: nsmaps.FullAuxiliaryMap(s, [box(s)]),
     "StripMap": lambda s: nsmaps.StripMap(s, None),
-    "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s), 1, samples=3),
+    "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), 1, samples=3),
     "basins": lambda s: nsmaps.basins(s, grid(s), returns=20),
     "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(
         plane(s), near(s), getattr(s, SECOND[s]), (tuple(values(s)), (0.0, 1.0))

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -50,17 +51,31 @@ MODES = ("definitions", "tables", "march", "blocks", "paths")  #: rooms of `exac
 HEAVY = ("numba", "sympy", "scipy", "matplotlib")
 
 
-def imports(tree: ast.AST) -> Iterator[str]:
-    """Every module that is imported, at any depth, other than for type checkers only."""
+def statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """The statements of a tree, at any depth, without those that only type checkers read."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
             continue
+        if isinstance(node, ast.stmt | ast.ExceptHandler | ast.match_case):
+            yield node
+            yield from statements(node)
+
+
+@cache
+def import_statements(source: str | Path) -> tuple[ast.Import | ast.ImportFrom, ...]:
+    """The statements of a source, or of a file, that import."""
+    text = source if isinstance(source, str) else source.read_text(encoding="utf-8")
+    return tuple(node for node in statements(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom))
+
+
+def imports(source: str | Path) -> Iterator[str]:
+    """Every module that a source, or a file, imports, at any depth, other than for type checkers only."""
+    for node in import_statements(source):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
+        else:
             module = "." * node.level + (node.module or "")
             yield from (f"nsmaps.{alias.name}" for alias in node.names) if module == "nsmaps" else [module]
-        yield from imports(node)
 
 
 def room(module: str) -> str:
@@ -69,9 +84,9 @@ def room(module: str) -> str:
     return name if name in RANK else "__init__"
 
 
-def upward(source: str, of: str) -> list[str]:
-    """The imports of a file in room `of` that do not lead downwards."""
-    found = [module for module in imports(ast.parse(source)) if module.split(".")[0] == "nsmaps"]
+def upward(source: str | Path, of: str) -> list[str]:
+    """The imports of a source, or of a file, in room `of` that do not lead downwards."""
+    found = [module for module in imports(source) if module.split(".")[0] == "nsmaps"]
     return [module for module in found if room(module) != of and RANK[room(module)] >= RANK[of]]
 
 
@@ -81,9 +96,8 @@ FILES = sorted((ROOT / "nsmaps").rglob("*.py"))
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
 def test_imports_run_one_way(file: Path) -> None:
     parts = file.relative_to(ROOT / "nsmaps").with_suffix("").parts
-    source = file.read_text(encoding="utf-8")
-    assert upward(source, parts[0]) == []
-    for module in imports(ast.parse(source)):
+    assert upward(file, parts[0]) == []
+    for module in imports(file):
         assert not module.startswith("."), "imports name their module in full"
         assert not module.startswith(("plugins", "nsmaps_")), f"{file.name} imports the plugin {module}"
 
@@ -94,7 +108,7 @@ def test_imports_run_one_way(file: Path) -> None:
 def test_rooms_of_systems_with_modes_are_in_order(file: Path) -> None:
     of = file.parent.name
     later = MODES[MODES.index(of) + 1 :] if of in MODES else ()
-    for module in imports(ast.parse(file.read_text(encoding="utf-8"))):
+    for module in imports(file):
         assert not module.startswith(tuple(f"nsmaps.exact.modes.{room}" for room in later))
 
 
@@ -105,7 +119,7 @@ def test_rooms_are_small() -> None:
 
 @pytest.mark.parametrize("file", sorted(ROOT.glob("plugins/**/*.py")) + sorted(ROOT.glob("tests/**/*.py")), ids=str)
 def test_nothing_is_imported_from_the_folder_of_plugins(file: Path) -> None:
-    assert [module for module in imports(ast.parse(file.read_text())) if module.split(".")[0] == "plugins"] == []
+    assert [module for module in imports(file) if module.split(".")[0] == "plugins"] == []
 
 
 def test_a_wrong_direction_is_seen() -> None:
@@ -164,21 +178,13 @@ def test_the_public_face_is_what_type_checkers_see() -> None:
 def imported(file: Path, modules: set[str]) -> set[str]:
     """The modules of nsmaps that a file imports, at any depth, other than for type checkers only."""
     found = set()
-    for node in runtime_nodes(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("nsmaps"):
+    for node in import_statements(file):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names} & modules
+        elif (node.module or "").startswith("nsmaps"):
             names = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= (names & modules) or {str(node.module)}
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names} & modules
     return found - {"nsmaps"}  # whose public names are imported when they are first asked for
-
-
-def runtime_nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """The nodes of a tree, without what only type checkers read."""
-    for node in ast.iter_child_nodes(tree):
-        if not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)):
-            yield node
-            yield from runtime_nodes(node)
 
 
 def circles(graph: dict[str, set[str]]) -> list[list[str]]:

@@ -1,5 +1,6 @@
 """The same system in other units of time and length has the same words, attractors, basins, events, exponents and domains."""
 
+from functools import cache
 from math import pi
 
 import numpy as np
@@ -80,17 +81,20 @@ def test_what_an_orbit_ends_on(unit):
         assert np.allclose(one.multipliers, other.multipliers, atol=1e-9)
 
 
+@cache
+def branch(units):
+    """The branch of a motion of the capsule in some units, and what is 1 of its lengths."""
+    plain = SYSTEMS["capsule"][0]
+    system, ends = units.of(plain), [units.parameter(plain, "d", d) for d in (0.2, 0.4)]
+    orbit = nsmaps.periodic_orbit(system, units.states([0.8, 0.4]))
+    assert orbit.converged
+    found = nsmaps.continue_branch(lambda d: system.at(d=d), orbit, system.d, tuple(ends), "down")
+    return found, units.parameter(plain, "d", 1)
+
+
 @few
 def test_branches_and_their_events(unit):
-    plain, there = SYSTEMS["capsule"][0], Units(*unit)
-    found = []
-    for each in (Units(1, 1), there):
-        system, low, high = each.of(plain), each.parameter(plain, "d", 0.2), each.parameter(plain, "d", 0.4)
-        orbit = nsmaps.periodic_orbit(system, each.states([0.8, 0.4]))
-        assert orbit.converged
-        made = nsmaps.continue_branch(lambda d, system=system: system.at(d=d), orbit, system.d, (low, high), "down")
-        found.append((made, each.parameter(plain, "d", 1)))
-    (one, _), (other, size) = found
+    (one, _), (other, size) = branch(Units(1, 1)), branch(Units(*unit))
     assert [event.kind for event in one.events] == [event.kind for event in other.events]
     assert one.of_kind("period doubling")
     assert other.ended.split(" at ")[0] == one.ended.split(" at ")[0]
@@ -100,20 +104,23 @@ def test_branches_and_their_events(unit):
     assert np.allclose(other.arclength[-1], one.arclength[-1], rtol=1e-3)
 
 
+@cache
+def doublings(units):
+    """The values of the first two doublings of the capsule, found in some units."""
+    plain, values = SYSTEMS["capsule"][0], []
+    system, ends = units.of(plain), [units.parameter(plain, "d", d) for d in (0.26, 0.4)]
+    orbit = nsmaps.periodic_orbit(system, units.states([0.8, 0.4]))
+    for branch in nsmaps.cascade(lambda d: system.at(d=d), orbit, system.d, tuple(ends), "down", doublings=2):
+        event = branch.of_kind("period doubling")[0]
+        there = nsmaps.periodic_orbit(system.at(d=event.parameter), event.orbit.states, branch.period)
+        assert abs(there.multipliers[0] + 1) < 1e-7
+        values.append(event.parameter / units.parameter(plain, "d", 1))
+    return values
+
+
 @few
 def test_doublings(unit):
-    plain, there = SYSTEMS["capsule"][0], Units(*unit)
-    values = []
-    for each in (Units(1, 1), there):
-        system, ends = each.of(plain), [each.parameter(plain, "d", d) for d in (0.26, 0.4)]
-        orbit = nsmaps.periodic_orbit(system, each.states([0.8, 0.4]))
-        made = nsmaps.cascade(lambda d, system=system: system.at(d=d), orbit, system.d, tuple(ends), "down", doublings=2)
-        values.append([branch.of_kind("period doubling")[0].parameter / each.parameter(plain, "d", 1) for branch in made])
-        for branch in made:
-            event = branch.of_kind("period doubling")[0]
-            there = nsmaps.periodic_orbit(system.at(d=event.parameter), event.orbit.states, branch.period)
-            assert abs(there.multipliers[0] + 1) < 1e-7
-    assert np.allclose(values[1], values[0], rtol=1e-9)
+    assert np.allclose(doublings(Units(*unit)), doublings(Units(1, 1)), rtol=1e-9)
 
 
 @every
@@ -140,14 +147,18 @@ def test_attracting_domains(unit):
         assert abs(a.slope - b.slope) < 1e-3
 
 
+@cache
+def curves(units):
+    """The grazing curves of the capsule in some units."""
+    box = {"v": units.states([[0.1, 0], [1, 0]])[:, 0].tolist(), "phi": (0, 2 * pi)}
+    found = units.of(SYSTEMS["capsule"][0]).grazing_curves(box, lines=100)
+    return sorted((c.wall, c.word, c.closed, c.jumps, c.words, float(c.length[-1])) for c in found)
+
+
 @few
 def test_grazing_curves_and_jumps(unit):
     plain, there = SYSTEMS["capsule"][0], Units(*unit)
-    made = [
-        each.of(plain).grazing_curves({"v": each.states([[0.1, 0], [1, 0]])[:, 0].tolist(), "phi": (0, 2 * pi)}, lines=100)
-        for each in (Units(1, 1), there)
-    ]
-    one, other = (sorted((c.wall, c.word, c.closed, c.jumps, c.words, float(c.length[-1])) for c in each) for each in made)
+    one, other = curves(Units(1, 1)), curves(there)
     assert one
     assert [each[:-1] for each in one] == [each[:-1] for each in other]
     # the curvature grows without bound towards the end of one curve: steps that fail by rounding would end it early

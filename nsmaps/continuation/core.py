@@ -4,6 +4,7 @@ The unknowns y are in units in which the curve is of order one: lengths and dire
 may have any units, for each is measured by its own gradient.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -79,11 +80,16 @@ class Step(Generic[P]):
     last: bool  #: True if it leads to the least or greatest value of the last unknown
 
 
+def length(y: Floats) -> float:
+    """The Euclidean length of a vector."""
+    return math.sqrt(y.dot(y))
+
+
 def scaled_rows(point: Point) -> tuple[Floats, Floats]:
     """The equations divided by the lengths of their gradients, and these gradients: (residual, jacobian)."""
-    length = np.linalg.norm(point.jacobian, axis=1)
-    length = np.where(length > 0, length, 1.0)
-    return point.residual / length, point.jacobian / length[:, None]
+    lengths = np.sqrt((point.jacobian**2).sum(axis=1))
+    lengths[~(lengths > 0)] = 1.0
+    return point.residual / lengths, point.jacobian / lengths[:, None]
 
 
 def tangent(point: Point, sense: Floats) -> Floats:
@@ -104,7 +110,7 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
         step = None if here is None else _newton_step(here, normal)
         if here is None or step is None:
             return None
-        size, y = float(np.linalg.norm(step)), here.y + step
+        size, y = length(step), here.y + step
         stalls = WORST >= size >= 0.5 * last and (size <= STALLED or size * least_gain(here, normal) <= BLUR)
         if size <= ROUNDING or size * (size / last) <= ROUNDING or stalls:
             there = curve.evaluate(y)
@@ -115,17 +121,25 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
 
 def _newton_step(point: Point, normal: Floats) -> Floats | None:
     """Newton's step within the plane with this normal; None where the equations are singular."""
-    residual, jacobian = scaled_rows(point)
+    right, matrix = _bordered(point, normal)
     try:
-        step = np.linalg.solve(np.vstack([jacobian, normal]), np.append(-residual, 0.0))
+        step = np.asarray(np.linalg.solve(matrix, right), float)
     except np.linalg.LinAlgError:
         return None
     return step if np.isfinite(step).all() else None
 
 
+def _bordered(point: Point, normal: Floats) -> tuple[Floats, Floats]:
+    """The scaled equations with that of the plane with this normal: (minus the residual, jacobian)."""
+    right, matrix = np.zeros(len(normal)), np.empty((len(normal), len(normal)))
+    residual, matrix[:-1] = scaled_rows(point)
+    right[:-1], matrix[-1] = -residual, normal
+    return right, matrix
+
+
 def least_gain(point: Point, normal: Floats) -> float:
     """The least length of the scaled equations' change for a unit step in the plane, or off it: their smallest singular value."""
-    return float(np.linalg.svd(np.vstack([scaled_rows(point)[1], normal]), compute_uv=False)[-1])
+    return float(np.linalg.svd(_bordered(point, normal)[1], compute_uv=False)[-1])
 
 
 def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> Iterator[Step[P]]:
@@ -163,7 +177,7 @@ def _try(curve: Curve[P], start: P, direction: Floats, h: float, control: Contro
         y[-1] = control.high if direction[-1] > 0 else control.low
         normal = np.append(np.zeros(len(y) - 1), 1.0)
     end = correct(curve, y, normal)
-    if end is None or not curve.connects(start, end) or np.linalg.norm(curve.difference(end.y, start.y)) > 2 * h:
+    if end is None or not curve.connects(start, end) or length(curve.difference(end.y, start.y)) > 2 * h:
         return None
     turned = tangent(end, direction)
     inside = last or control.low <= end.y[-1] <= control.high
@@ -175,7 +189,8 @@ def passes(curve: Curve[P], step: Step[P], point: P, direction: Floats, cosine: 
 
     The directions there and at the end of the step may differ by twice the angle by which a step may turn.
     """
+    if not step.turned @ direction > 2 * cosine**2 - 1:
+        return False
     chord, back = curve.difference(step.end.y, step.start.y), curve.difference(point.y, step.start.y)
     share = float(back @ chord) / float(chord @ chord)
-    beside = float(np.linalg.norm(back - share * chord))
-    return 0 < share <= 1 and beside < STRAY * float(np.linalg.norm(chord)) and bool(step.turned @ direction > 2 * cosine**2 - 1)
+    return 0 < share <= 1 and length(back - share * chord) < STRAY * length(chord)

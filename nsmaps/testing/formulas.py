@@ -61,7 +61,7 @@ def flight_of(system: ImpactSystem) -> Flight:
     given = displacement_of(symbolic, *arguments)
     values = [mp.mpf(value) for value in system.parameters.values()]
     functions = [
-        sp.lambdify((*arguments, *symbols.values()), expr, "mpmath")
+        sp.lambdify((*arguments, *symbols.values()), expr, "mpmath", cse=True)
         for expr in (given, given.diff(arguments[0]), given.diff(arguments[0], 2))
     ]
     place, velocity, acceleration = (lambda *flight, f=f: mp.re(f(*flight, *values)) for f in functions)

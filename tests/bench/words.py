@@ -44,7 +44,8 @@ class Plain:
     @cached_property
     def modes(self):
         given = self.system.modes(T, self.states)
-        return {name: [self.function(rates[state]) for state in self.system.states] for name, rates in given.items()}
+        rows = {name: [rates[state] for state in self.system.states] for name, rates in given.items()}
+        return {name: sp.lambdify((T, *self.symbols), row, "numpy") for name, row in rows.items()}
 
     @cached_property
     def guards(self):
@@ -58,7 +59,13 @@ class Plain:
 
     def step(self, mode, t, y, h):
         """One Runge-Kutta step of order 4."""
-        rates = lambda t, y: np.array([f(t, y) for f in self.modes[mode]])  # noqa: E731
+
+        def rates(t, y):
+            made = np.empty_like(y)
+            for row, rate in zip(made, self.modes[mode](t, *y), strict=True):
+                row[:] = rate
+            return made
+
         a = rates(t, y)
         b = rates(t + h / 2, y + h / 2 * a)
         c = rates(t + h / 2, y + h / 2 * b)
@@ -100,7 +107,9 @@ def returns(plain, t, y, mode, h, longest, careful):
                     )
                 sooner = falls & (high < first)
                 first[sooner], which[sooner] = high[sooner], k
-            y[:, own] = plain.step(name, t[own], y[:, own], first * h[own])
+            hit = which >= 0
+            new[:, hit] = plain.step(name, t[own[hit]], y[:, own[hit]], first[hit] * h[own[hit]])
+            y[:, own] = new
             t[own] += first * h[own]
             for k in np.unique(which[which >= 0]):
                 since[own[which == k]] = t[own[which == k]]

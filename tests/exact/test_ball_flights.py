@@ -6,9 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from numba import njit
 from toys import DraggedBall, Oscillator, Textbook
 
+from nsmaps.exact.compiling.compiled import njit
 from nsmaps.exact.enclosure.arithmetic import elementary
 from nsmaps.exact.enclosure.flight import flow
 from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
@@ -20,7 +20,7 @@ SYSTEMS = {
 }
 
 
-@njit
+@njit(part=False)
 def motions(p, phi, z, w, s):
     """Displacement and its rates, and derivatives of the first of these by phase, velocity and phase twice."""
     flow.ball_begin(p, p.one, elementary.bangle(phi), z, w)

@@ -153,7 +153,7 @@ def test_images_along_grazes_are_little_larger_than_those_of_2000_states(pair, d
     """In all, of boxes of a grid of 2^8 x 2^8 on the curves in the window and up to three boxes from there."""
     system, rng = pair(d), np.random.default_rng(7)
     sides = (WINDOW[:, 1] - WINDOW[:, 0]) / 256
-    curves = system.grazing_curves({"v": tuple(WINDOW[0]), "phi": tuple(WINDOW[1])})
+    curves = system.grazing_curves({"v": tuple(WINDOW[0]), "phi": tuple(WINDOW[1])}, lines=150)
     points = np.concatenate([curve.points[::7] for curve in curves])
     boxes = boxes_around(np.concatenate([points + shift * sides for shift in np.ndindex(7, 7)]) - 3 * sides, sides)
     inner = system.first_return(states_in(boxes, rng, 2000).reshape(-1, 2)).lifted.reshape(len(boxes), -1, 2)

@@ -39,14 +39,14 @@ def errors(system, states, returns):
     """The errors of speed and phase of returns of one flight, shape (N, 2); infinite where that flight had passed the wall."""
     place, velocity = formulas(system, in_balls, number)
     wall, rate = next(iter(system.walls().values())), number(system.phase_rate())
-    at, turn = number(wall.at), 2 * arb.pi()
+    at, turn, shares = number(wall.at), 2 * arb.pi(), [number(x) for x in np.linspace(0.003, 0.997, 80)]
     found = np.full((len(states), 2), np.nan)
     for i in np.flatnonzero(np.isfinite(returns.image[:, 0]) & (returns.words == "BB")):
         start = number(states[i, 1]) / rate, at, -wall.side * number(system.r) * number(states[i, 0])
         s = number(returns.time[i])
         for _ in range(8):
             s = (s - (place(start[0] + s, *start) - at) / velocity(start[0] + s, *start)).mid()
-        if not all(wall.side * (at - place(start[0] + s * number(x), *start)) > 0 for x in np.linspace(0.003, 0.997, 80)):
+        if not all(wall.side * (at - place(start[0] + s * share, *start)) > 0 for share in shares):
             found[i] = np.inf
             continue
         v, phi = abs(velocity(start[0] + s, *start)), number(states[i, 1]) + rate * s

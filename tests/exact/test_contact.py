@@ -105,18 +105,15 @@ def test_a_ball_that_is_never_released() -> None:
 
 def test_chatter_on_the_other_wall_is_one_event_of_the_word() -> None:
     values = {"d": 0.35, "g_bar": -0.9, "r": 0.3}
-    given = starts(100, 1.5)
+    given = starts(100, 1.5)[[4, 31, 34, 51, 63, 70, 74, 0, 1, 2, 3, 5]]  # the other 88 chatter without end too
     expected = VIPair(**values).first_return(given)
-    endless = np.flatnonzero(~expected.valid)[:5]
-    assert np.char.find(expected.words[endless], "T~T~").min() > 0
-    compared = np.concatenate([np.flatnonzero(expected.valid), endless])
-    assert len(compared) > 10
-    rows = np.column_stack([given[compared, 0], np.zeros((len(compared), 2)), given[compared, 1]])
+    assert expected.valid.tolist() == [True] * 7 + [False] * 5
+    assert np.char.find(expected.words[7:], "T~T~").min() > 0
+    rows = np.column_stack([given[:, 0], np.zeros((len(given), 2)), given[:, 1]])
     returns = RecoilPair(eta=0, kappa=0, Lambda=0, contact=True, **values).first_return(rows)
-    for mine, theirs in zip(returns.words, expected.words[compared], strict=True):
+    for mine, theirs in zip(returns.words, expected.words, strict=True):
         assert mine == theirs or (mine.endswith("...") and mine[:20] == theirs[:20])
-    whole = expected.valid[compared]
-    assert np.abs(expected.lifted[compared] - returns.lifted[:, [0, 3]])[whole].max() < 1e-10
+    assert np.abs(expected.lifted - returns.lifted[:, [0, 3]])[:7].max() < 1e-10
 
 
 def test_ball_and_capsule_move_as_one_in_contact() -> None:

@@ -7,10 +7,11 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
-import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from digits import in_balls, number
+from flint import ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -40,10 +41,10 @@ def system_of(kind, pair):
 
 
 def formula(system):
-    """The user's displacement as a function of (t, t0, z0, w0) in mpmath: independent of the kernel."""
+    """The user's displacement and its rate as functions of (t, t0, z0, w0) in balls: independent of the kernel."""
     t, t0, z0, w0 = sp.symbols("t t0 z0 w0", real=True)
     expr = system.displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
-    return tuple(sp.lambdify((t, t0, z0, w0), each, "mpmath", cse=True) for each in (expr, sp.diff(expr, t)))
+    return tuple(in_balls((t, t0, z0, w0), each) for each in (expr, sp.diff(expr, t)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -54,22 +55,22 @@ def test_impacts_are_on_the_walls_and_none_was_missed(kind, pair):
     walls = list(system.walls().values())
     loss = 50 if kind == "near resonance" else 1  # there terms of size 500 cancel in the formula itself
     rng = np.random.default_rng(5)
-    with mp.workdps(40):
+    with ctx.workdps(40):
         for v, phi in zip(rng.uniform(0.02, top, 12), rng.uniform(0, TWO_PI, 12), strict=True):
             hits = system.impacts([v, phi], 4)
             for i in range(len(hits.time) - 1):
                 if hits.mark[i + 1]:
                     continue
                 wall, name = walls[hits.wall[i]], system.letters[hits.wall[i]]
-                t0 = mp.mpf(hits.phase[i]) / mp.mpf(system.phase_rate())
-                flown = mp.mpf(hits.time[i + 1]) - mp.mpf(hits.time[i])
-                start = (t0, mp.mpf(wall.at), -wall.side * mp.mpf(system.rebound(hits.speed[i], name)))
+                t0 = number(hits.phase[i]) / number(system.phase_rate())
+                flown = number(hits.time[i + 1]) - number(hits.time[i])
+                start = (t0, number(wall.at), -wall.side * number(system.rebound(hits.speed[i], name)))
                 end = walls[hits.wall[i + 1]]
                 speed = velocity(t0 + flown, *start)
                 assert abs(place(t0 + flown, *start) - end.at) < 2e-14 * loss * (1 + hits.time[i + 1]) * (1 + abs(speed))
                 assert abs(end.side * speed - hits.speed[i + 1]) < 1e-13 * loss * (1 + hits.time[i + 1])
                 for share in np.linspace(0.002, 0.998, 60):
-                    z = place(t0 + flown * mp.mpf(float(share)), *start)
+                    z = place(t0 + flown * number(share), *start)
                     assert all(side.side * (side.at - z) > -1e-15 * loss for side in walls)
 
 

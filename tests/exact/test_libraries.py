@@ -145,14 +145,14 @@ def high(x):
     return names["low"], names["high"]
 
 
-kept = []
-for k in range(24):
-    low, high = made(k % 8, k % 5 == 4)
+kept, count = [], int(sys.argv[2])
+for k in range(3 * count):
+    low, high = made(k % count, k % 5 == 4)
     first, second = (low, high) if k % 2 else (high, low)
     want = {id(low): 1, id(high): 2}
     for function in (first, second):
         try:
-            assert function(1.0) == want[id(function)] * (1.0 + k % 8) * (2.0 + k % 8), k
+            assert function(1.0) == want[id(function)] * (1.0 + k % count) * (2.0 + k % count), k
         except Exception as error:
             assert k % 5 == 4 and "undefined" in str(error), (k, error)
         try:
@@ -161,7 +161,7 @@ for k in range(24):
         except Exception as error:
             assert "negative" in str(error) or k % 5 == 4, (k, error)
     if k % 3 == 0:
-        kept.append((k % 8, low, k % 5 == 4))
+        kept.append((k % count, low, k % 5 == 4))
     del low, high, first, second, function
     gc.collect()
     ast.parse("x = [" + "1 + 2, " * 2000 + "]")
@@ -172,13 +172,14 @@ print("whole")
 '''
 
 
-def test_many_versions_failures_and_collected_functions_leave_the_process_whole(tmp_path):
+@pytest.mark.parametrize("count", [4, pytest.param(8, marks=pytest.mark.thorough)])
+def test_many_versions_failures_and_collected_functions_leave_the_process_whole(count, tmp_path):
     script, kernels = tmp_path / "stress.py", tmp_path / "kernels"
     script.write_text(STRESS)
     for turn in range(3):  # from an empty folder of compiled code, from a full one, from half of one
         for file in sorted(kernels.glob("*.bin"))[::2] if turn == 2 else []:
             file.unlink()
-        done = subprocess.run([sys.executable, script, kernels], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, script, kernels, str(count)], capture_output=True, text=True, check=False)
         assert done.stdout == "whole\n", done.stderr
 
 

@@ -7,16 +7,18 @@ import pkgutil
 import subprocess
 import sys
 from importlib import import_module
-from pathlib import Path
 
+import exported
 import numba
 import pytest
 from numba.core.registry import CPUDispatcher, cpu_target
 
 import nsmaps
-from nsmaps.exact.compiling import linked
+from nsmaps.exact.compiling import compiled, kept, linked
 from nsmaps.exact.compiling.compiled import _Kept
 from nsmaps.exact.compiling.libraries import EntryCompiler
+from nsmaps.exact.engine.jit import entry
+from nsmaps.reduced.composite import compiled as callers
 
 CODEGEN = cpu_target.target_context.codegen()
 MADE = linked.FOLDER / "versions.txt"
@@ -49,9 +51,9 @@ def test_shipped_entries_are_those_of_the_code():
     for path, module, name, signature in shipped():
         if module.startswith("nsmaps.exact.ode"):
             continue  # without heyoka there is none
-        kept = known[module, name]._cache
-        assert isinstance(kept, _Kept)
-        assert kept._name(signature.args, CODEGEN, shipped=True) == path.name, f"{name} has been changed since it was made"
+        cache = known[module, name]._cache
+        assert isinstance(cache, _Kept)
+        assert cache._name(signature.args, CODEGEN, shipped=True) == path.name, f"{name} has been changed since it was made"
 
 
 @same_versions
@@ -61,44 +63,38 @@ def test_every_entry_is_shipped():
 
 
 def test_the_name_tells_versions_but_not_the_processor(monkeypatch):
-    kept = next(iter(entries().values()))._cache
-    name = kept._name((), CODEGEN, shipped=True)
+    cache = next(iter(entries().values()))._cache
+    name = cache._name((), CODEGEN, shipped=True)
     monkeypatch.setattr(CODEGEN, "_tm_features", "+other")
-    assert kept._name((), CODEGEN, shipped=True) == name
+    assert cache._name((), CODEGEN, shipped=True) == name
     monkeypatch.setattr(numba, "__version__", "0.0")
-    assert kept._name((), CODEGEN, shipped=True) != name
+    assert cache._name((), CODEGEN, shipped=True) != name
 
 
-RUN = """
-import sys
-from pathlib import Path
-from nsmaps.exact.compiling import compiled, linked
-linked.FOLDER = Path(sys.argv[1])
+STARTS = [[0.7, 0.2], [0.8, 1.0], [1.3, 2.0], [0.05, 5.0]]
+RUN = f"""
+from exported import composite
+from nsmaps.exact.compiling import compiled
 compiled.missing.append(lambda: print("compiles"))
-from nsmaps_vi_pair import VIPair
-pair = VIPair(d=0.3, r=0.5, g_bar=0.2)
-print(pair.sensitivity([[0.5, 1.0], [0.9, 3.0]], {"d": 1.0}).tobytes().hex())
+print(composite().orbits({STARTS}, 40).image.tobytes().hex())
 """
-
-
-def printed(folder: Path, cache: Path) -> list[str]:
-    """What the program prints with the entries of a folder and an empty cache."""
-    environment = {**os.environ, "NSMAPS_CACHE_DIR": str(cache)}
-    done = subprocess.run([sys.executable, "-c", RUN, str(folder)], env=environment, capture_output=True, text=True, check=True)
-    return done.stdout.split()
 
 
 @same_versions
 def test_results_are_the_same_with_and_without(tmp_path, monkeypatch):
-    """From the shipped form, and compiled here where that is damaged, which is as if there were none."""
-    damaged = tmp_path / "damaged"
+    """From the shipped form in a program of its own, and compiled here where that is damaged, which is as if there were none."""
+    shipped, damaged, missing = linked.FOLDER, tmp_path / "damaged", []
     damaged.mkdir()
-    for path in linked.FOLDER.glob("sensitivities-*.xz"):
+    monkeypatch.setattr(linked, "FOLDER", damaged)
+    for path in shipped.glob("orbits-*.xz"):
         (damaged / path.name).write_bytes(path.read_bytes()[:-100])
-        monkeypatch.setattr(linked, "FOLDER", damaged)
         assert linked.read(path.name) is None
-        assert linked.read("none.xz") is None
-    monkeypatch.undo()
-    without = printed(damaged, tmp_path / "one")
-    assert without[0] == "compiles"
-    assert printed(linked.FOLDER, tmp_path / "two") == without[1:]
+    assert linked.read("none.xz") is None
+    monkeypatch.setattr(kept, "_folder", lambda: tmp_path)
+    monkeypatch.setattr(compiled, "missing", [lambda: missing.append("compiles")])
+    monkeypatch.setattr(callers, "orbits", entry(callers.orbits.py_func))
+    without = exported.composite().orbits(STARTS, 40).image.tobytes().hex()
+    assert missing == ["compiles"]
+    environment = {**os.environ, "NSMAPS_CACHE_DIR": str(tmp_path / "empty"), "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", RUN], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [without]

@@ -59,7 +59,7 @@ def checked_acceleration(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.S
     given, name = acceleration_of(symbolic, S, Z, W), type(symbolic).__name__
     check_symbols(name, [given], {*symbols.values(), S})
     for values in trials(given):
-        now, later = (sp.N(given.subs(S, time).subs(values), 50) for time in (S, S + period))
+        now, later = (sp.N(given.subs(S, time).xreplace(values), 50) for time in (S, S + period))
         if now.is_finite and not abs(later - now) < ROUNDED * (1 + abs(now)):
             raise SystemDefinitionError(
                 f"{name}.acceleration is not the same after one `period`: {sp.N(now, 8)} becomes {sp.N(later, 8)} at "
@@ -74,10 +74,10 @@ def _check_restart(name: str, given: sp.Expr, period: sp.Expr, near: sp.Float) -
     for values in trials(sp.diff(given, S), period, Z):
         parameters_at = {x: value for x, value in values.items() if x not in (S, PHI, Z, W)}
         start = {PHI: values.get(PHI, sp.S.One), Z: values.get(Z, sp.S.One), W: values.get(W, sp.S.One)}
-        place, velocity = (sp.N(x.subs(parameters_at).subs({S: early, **start}), 60) for x in (given, sp.diff(given, S)))
-        phase = start[PHI] + 2 * sp.pi * early / period.subs(parameters_at)
-        again = sp.N(given.subs(parameters_at).subs({S: late, PHI: sp.N(phase, 60), Z: place, W: velocity}), 50)
-        whole = sp.N(given.subs(parameters_at).subs({S: early + late, **start}), 50)
+        place, velocity = (sp.N(x.xreplace({**parameters_at, S: early, **start}), 60) for x in (given, sp.diff(given, S)))
+        phase = start[PHI] + 2 * sp.pi * early / period.xreplace(parameters_at)
+        again = sp.N(given.xreplace({**parameters_at, S: late, PHI: sp.N(phase, 60), Z: place, W: velocity}), 50)
+        whole = sp.N(given.xreplace({**parameters_at, S: early + late, **start}), 50)
         if not abs(again - whole) < near * (1 + abs(whole)):
             raise SystemDefinitionError(
                 f"{name}.displacement is not the same flight when restarted at a later time: at the time "
@@ -89,7 +89,7 @@ def _check(name: str, what: str, residue: sp.Expr, symbols: dict[str, sp.Symbol]
     """Refuse a displacement whose residue is not zero at a few points."""
     check_symbols(name, [residue], set(symbols.values()))
     for values in trials(residue):
-        value = abs(sp.N(residue.subs(values), 60))
+        value = abs(sp.N(residue.xreplace(values), 60))
         if not value < near:
             raise SystemDefinitionError(f"{name}.displacement does not {what}: off by {sp.N(value, 6)} at {values_told(values)}")
 

@@ -4,11 +4,12 @@ With s the time from the last impact before the touch, gap and rate of the fligh
 """
 
 from dataclasses import dataclass
+from math import isfinite, sqrt
 
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.continuation.core import Control, correct, follow, passes, tangent
+from nsmaps.continuation.core import Control, correct, follow, length, passes, tangent
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.itinerary import touch
@@ -39,13 +40,13 @@ class Frame:
     def difference_of(self, difference: Floats) -> Floats:
         """A difference of points (..., 3), with phases the shorter way round the circle."""
         if self.circle:
-            turn = TWO_PI / self.scale[1]
-            difference = difference - np.array([0.0, turn, 0.0]) * np.round(difference[..., 1:2] / turn)
+            turn, difference = TWO_PI / self.scale[1], difference.copy()
+            difference[..., 1] -= turn * np.round(difference[..., 1] / turn)
         return difference
 
     def outside(self, y: Floats) -> str:
         """The reason why a point is outside the box, or an empty string."""
-        v, phi, s = y * self.scale
+        v, phi, s = (y * self.scale).tolist()
         if v <= SMALLEST * self.scale[0] or s <= SHORTEST * self.scale[2]:
             return "rest"
         return "" if self.low[0] <= v <= self.high[0] and (self.circle or self.low[1] <= phi <= self.high[1]) else "box"
@@ -72,14 +73,14 @@ class Touch:
 
     def evaluate(self, y: Floats) -> TouchPoint | None:
         """Gap and rate at a point; None where there is no flight."""
-        v, phi, s = y * self.frame.scale
+        v, phi, s = (y * self.frame.scale).tolist()
         if not (v > 0 and s > 0):
             return None
         slowest, share, gap, rate, a, by = touch(self.frame.p, v, phi, s, self.hits, self.upper)
         jacobian = np.array([[by[0], by[1], rate], [by[2], by[3], a]]) * self.frame.scale
-        if not (np.isfinite([gap, rate]).all() and np.isfinite(jacobian).all()):
+        if not (isfinite(gap) and isfinite(rate) and np.isfinite(jacobian).all()):
             return None
-        early = max(1e-5, np.sqrt(2 * ROUNDED * np.linalg.norm(jacobian[0]) / a) / s) if a > 0 else 0.0
+        early = max(1e-5, sqrt(2 * ROUNDED * length(jacobian[0]) / a) / s) if a > 0 else 0.0
         why = "inflection" if a <= 0 else "" if share > 1 - early else "graze"
         return TouchPoint(y, np.array([gap, rate]), jacobian, why if slowest > 0 else "graze", float(slowest))
 
@@ -126,7 +127,7 @@ class Touch:
         """The curve through a point near it: its points, shape (M, 3), and why it ends at both ends; None if there is none."""
         near = self.evaluate(seed)
         start = None if near is None else correct(self, seed, self.direction(near))
-        if start is None or np.linalg.norm(self.difference(start.y, seed)) > NEAR:
+        if start is None or length(self.difference(start.y, seed)) > NEAR:
             return None
         along = self.direction(start)
         last, ahead = self.branch(start, along, max_points)

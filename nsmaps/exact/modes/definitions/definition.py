@@ -177,7 +177,7 @@ def filled(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> Floats:
     known, waves = row
     n = len(known)
     values = np.zeros(n + 1 + 2 * harmonics)
-    values[:n] = [complex(x).real for x in known]
+    values[:n] = [float(x.real) for x in known]
     values[n] = complex(waves.get(0, 0)).real
     for m in range(1, harmonics + 1):
         plus, minus = waves.get(m, 0), waves.get(-m, 0)

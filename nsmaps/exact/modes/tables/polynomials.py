@@ -18,12 +18,13 @@ def bernstein() -> Floats:
 BERNSTEIN = bernstein()
 
 
-def exponential_series(matrix: Floats) -> Floats:
-    """The terms of the exponential of a matrix (N, N), shape (ORDER + 2, N, N), in more digits where the processor has them."""
-    terms = [np.eye(len(matrix), dtype=np.longdouble)]
+def exponential_series(matrices: Floats) -> Floats:
+    """The terms of the exponentials of matrices (M, N, N), shape (M, ORDER + 2, N, N), in more digits where there are any."""
+    precise = matrices.astype(np.longdouble)
+    terms: list[Any] = [np.broadcast_to(np.eye(matrices.shape[1], dtype=np.longdouble), precise.shape)]
     for k in range(1, ORDER + 2):
-        terms.append(terms[-1] @ matrix.astype(np.longdouble) / k)
-    return np.array(terms)
+        terms.append(terms[-1] @ precise / k)
+    return np.stack(terms, axis=1)
 
 
 def features_used(series: Floats) -> tuple[Ints, Ints]:
@@ -70,7 +71,7 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
     `flows`, shape (M, N, N), are the matrices of z' in these units, z with n states in front; `functions`, shape (S, N), are
     watched in `modes`, shape (S,), and `bounds` are those on remainders by the sizes of the features.
     """
-    terms = np.array([exponential_series(flow) for flow in flows])
+    terms = exponential_series(flows)
     series = np.einsum("si,skij->sjk", functions, terms[modes, : ORDER + 1])
     sizes, points, bare = np.abs(series).astype(float), series @ BERNSTEIN, series.copy()
     bare[:, n, 0] = 0.0

@@ -154,7 +154,7 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
         "columns": columns,
         "values": coefficients,
         "abscissa": np.array([max(0.0, float(np.linalg.eigvals(flow[:n, :n]).real.max())) for flow in flows]),
-        "growth": np.array([exponential(np.abs(flow) * step) for flow, step in zip(flows, steps, strict=True)]),
+        "growth": exponential(np.abs(flows) * steps[:, None, None]),
     }
 
 
@@ -252,11 +252,11 @@ def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
     return flow
 
 
-def exponential(matrix: Floats) -> Floats:
-    """An upper bound on the exponential of a matrix without negative entries, by its series."""
-    total = term = np.eye(len(matrix))
+def exponential(matrices: Floats) -> Floats:
+    """Upper bounds on the exponentials of matrices (M, N, N) without negative entries, by their series."""
+    total = term = np.broadcast_to(np.eye(matrices.shape[1]), matrices.shape)
     for k in range(1, 1000):
-        term = term @ matrix / k
+        term = term @ matrices / k
         total = total + term
         if k > REACH and (term <= TINY * total).all():
             break
