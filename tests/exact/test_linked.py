@@ -16,7 +16,7 @@ from numba.core.registry import CPUDispatcher, cpu_target
 import nsmaps
 from nsmaps.exact.compiling import compiled, kept, linked
 from nsmaps.exact.compiling.compiled import _Kept
-from nsmaps.exact.compiling.libraries import EntryCompiler
+from nsmaps.exact.compiling.libraries import EntryCompiler, LongEntryCompiler
 from nsmaps.exact.engine.jit import entry
 from nsmaps.reduced.composite import compiled as callers
 
@@ -32,7 +32,7 @@ def entries():
     for module in pkgutil.walk_packages(nsmaps.__path__, "nsmaps."):
         if module.name.startswith(("nsmaps.exact.", "nsmaps.reduced.", "nsmaps.dynamics.")) and ".ode" not in module.name:
             for value in vars(import_module(module.name)).values():
-                if isinstance(value, CPUDispatcher) and value._compiler.pipeline_class is EntryCompiler:
+                if isinstance(value, CPUDispatcher) and value._compiler.pipeline_class in (EntryCompiler, LongEntryCompiler):
                     found[value.py_func.__module__, value.py_func.__name__] = value
     return found
 

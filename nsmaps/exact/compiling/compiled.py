@@ -28,7 +28,7 @@ from numba.core.serialize import dumps
 
 from nsmaps.exact.compiling import libraries, linked
 from nsmaps.exact.compiling.kept import cache_folder, claim, kept, release, store
-from nsmaps.exact.compiling.libraries import EntryCompiler, NamedCompiler, PartCompiler, unspecialised
+from nsmaps.exact.compiling.libraries import EntryCompiler, LongEntryCompiler, NamedCompiler, PartCompiler, unspecialised
 from nsmaps.exact.compiling.linked import versions
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
@@ -40,10 +40,12 @@ FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")
 def njit(**options: Any) -> Any:
     """`numba.njit`; a function with `cache=True` is stored in the folder of compiled code.
 
-    A function with `part=True` is a part of the entries that call it, one with `part=False` is an entry: see `libraries.py`.
+    A function with `part=True` is a part of the entries that call it, one with `part=False` is an entry, with `long=True` one
+    of much code: see `libraries.py`.
     """
-    cache, part = options.pop("cache", False), options.pop("part", None)
-    options["pipeline_class"] = NamedCompiler if part is None else PartCompiler if part else EntryCompiler
+    cache, part, long = options.pop("cache", False), options.pop("part", None), options.pop("long", False)
+    entry = LongEntryCompiler if long else EntryCompiler
+    options["pipeline_class"] = NamedCompiler if part is None else PartCompiler if part else entry
 
     def wrapper(function: Any) -> Any:
         dispatcher = numba.njit(**options)(function)
@@ -193,7 +195,7 @@ class _Kept(_Cache):  # type: ignore[misc]
         content = kept(name)
         if content is None and shipped is not None:
             with _released_if_it_fails():
-                content = linked.completed(codegen, shipped)
+                content = linked.completed(codegen, shipped, self._function._compiler.pipeline_class.library)
             self._write(name, content)
         if content is not None:
             release(name)

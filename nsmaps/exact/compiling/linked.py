@@ -43,10 +43,10 @@ def write(name: str, result: Any) -> None:
         (written_to / name).write_bytes(lzma.compress(dumps((result.library.name, linked, tuple(about)))))
 
 
-def completed(codegen: Any, content: bytes) -> bytes:
-    """Linked code, optimised and compiled for this processor, as numba keeps compiled functions."""
+def completed(codegen: Any, content: bytes, kind: type[Any]) -> bytes:
+    """Linked code, optimised as a library of its kind and compiled for this processor, as numba keeps compiled functions."""
     name, linked, about = pickle.loads(content)
-    library = codegen.create_library(name)
+    library = kind(codegen, name)
     library._final_module = llvm.parse_bitcode(linked)
     library._optimize_final_module()
     library._final_module.verify()

@@ -163,10 +163,10 @@ def size_of(t, k, s):
 @inner
 def varies(f, row, width):
     """True if a linear row of the table depends on the velocity or the phase at the start."""
+    found = False
     for i in range(row + 2, row + width):
-        if f[i] != 0.0:
-            return True
-    return False
+        found = found or f[i] != 0.0
+    return found
 
 
 @inner

@@ -19,7 +19,9 @@ inner = njit(**LEAN)  #: without wrappers, and without counting references to ar
 inlined = njit(**LEAN, forceinline=True)
 fused = njit(**LEAN, forceinline=True, fastmath={"contract"})  #: a product and a sum may be rounded once
 allocating = njit(**{**LEAN, "_nrt": True})  #: as `inner`, for functions that allocate arrays
-entry = njit(cache=True, part=False, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+ENTRY = {"cache": True, "part": False, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+entry = njit(**ENTRY)
+long_entry = njit(**ENTRY, long=True)  #: an entry of much code, which is compiled in less time
 
 
 def law_of(text: str) -> Any:

@@ -8,7 +8,7 @@ noise. Of flights on which only the noise acts, places and speeds at the ends ar
 import math
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, RETURNED, STUCK, UNDECIDED
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, velocity
 from nsmaps.exact.modes.march.resting import entered
@@ -126,7 +126,7 @@ def through(p, h, run, count, found, eta, hits, w):
             met_one(p, which, run, count, found, eta, hits, w)
 
 
-@entry
+@long_entry
 def ready(p, sigma, normal, run, count, found, eta, w):
     """Prepare a motion for its first step."""
     row = found.states[0, 0]
@@ -137,7 +137,7 @@ def ready(p, sigma, normal, run, count, found, eta, w):
             count[WHOLE] = math.floor(row[c] / TWO_PI)
 
 
-@entry
+@long_entry
 def noisy_motion(p, h, step, normals, run, count, found, eta, hits, w):
     """Advance through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns."""
     n = p.first.shape[1] - 1
@@ -156,7 +156,7 @@ def noisy_motion(p, h, step, normals, run, count, found, eta, hits, w):
         count[STEPS] += 1
 
 
-@entry
+@long_entry
 def finish(count, found, eta):
     """Fill the record of a motion that ended."""
     for i in range(count[MADE], len(found.codes)):

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.jit import inlined, inner, long_entry
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, carried, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import GOES_ON, MOST_EVENTS, bounded, cleared, met
@@ -138,7 +138,7 @@ def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
     return False
 
 
-@entry
+@long_entry
 def mode_slopes(p, q, g, states, slopes, image, tangent, w, x):
     """The derivatives of the totals of first returns (N, m) along the directions of the memory, slopes (N, C, D)."""
     for i in range(len(states)):

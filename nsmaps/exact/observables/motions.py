@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.jit import inlined, inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, UNDECIDED
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
 from nsmaps.exact.modes.march.resting import entered
@@ -127,7 +127,7 @@ def observed_return(p, q, row, image, tangent, counts, w, x):
     return observed_motion(p, q, mode, phi, image, tangent, counts, w, x)
 
 
-@entry
+@long_entry
 def observed_modes(p, q, discard, length, states, outcome, time, totals, image, tangent, w, x):
     """As `observed` of an impact system, for states (M, m) of a system with modes."""
     for k in range(len(states)):

@@ -6,7 +6,7 @@ All decisions at an event are those of `happens`; returns of many events, and of
 
 import math
 
-from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import RETURNED, UNDECIDED
 from nsmaps.exact.modes.blocks.columns import AT_ONCE, moved, next_events, turned
 from nsmaps.exact.modes.blocks.lanes import (
@@ -238,7 +238,7 @@ def side_by_side(p, found, r, o, b, w):
         block(p, mode, found, r, o, b, w)
 
 
-@entry
+@long_entry
 def returns(p, found, w, o, b):
     """The first n returns of M states, written to a `Record` with the first states; in blocks if there is room for them."""
     for r in range(len(found.codes)):

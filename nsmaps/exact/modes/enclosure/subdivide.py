@@ -3,7 +3,7 @@
 import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import badd, high, low, reduced
-from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.modes.enclosure.events import GONE, LANDED, copied, first_events
 from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, least, radius
 from nsmaps.exact.modes.enclosure.landing import FALLING, STARTED
@@ -170,7 +170,7 @@ def box_images(p, w, codes, images):
     return m, True, empty
 
 
-@entry
+@long_entry
 def all_box_images(p, w, boxes, codes, images, numbers, empty, bounded):
     """The images of boxes of shape (N, m, 2), written in order into `codes` and `images`; returns their number."""
     total, room = 0, len(w.codes)

@@ -3,7 +3,7 @@
 import math
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import (
     ENDLESS,
     INVALID,
@@ -222,7 +222,7 @@ def alone(p, found, r, k, w):
     put(p, found, r, k, first_return(p, found.states[r, k], found.states[r + 1, k], found.tangents[r, k], w), w)
 
 
-@entry
+@long_entry
 def arrivals(p, modes, states, phases, found, w):
     """The first arrivals at the section of M states in modes, written to a `Record` of one return."""
     for r in range(len(modes)):

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import bounded
@@ -19,7 +19,7 @@ def followed_by(p, k, with_reset, phi, w):
     return LEFT if repelled(p, mode, w) else mode
 
 
-@entry
+@long_entry
 def begin(p, row, before, w):
     """The event at which coordinates of the section start, -1 for none, the mode that follows, and the phase; states in `w.z`."""
     k, phi = starting(p, row, w)
@@ -30,7 +30,7 @@ def begin(p, row, before, w):
     return k, followed_by(p, k, not p.after, phi, w), phi
 
 
-@entry
+@long_entry
 def follow(p, mode, phi, before, w):
     """To the next event: (its transition, -1 for none; the mode that follows; time of the flight; phase; whether doubtful)."""
     which, flight, phi, _, doubtful = fly(p, mode, phi, math.inf, w)
@@ -45,7 +45,7 @@ def follow(p, mode, phi, before, w):
     return k, followed_by(p, k, True, phi, w), flight, phi, doubtful or unsure
 
 
-@entry
+@long_entry
 def sample(p, mode, phi, z, times, states, w):
     """Write the states of a flight from the states z at times since its start, which grow."""
     n, width, done, step = len(z), len(w.z), 0.0, p.steps[mode]
