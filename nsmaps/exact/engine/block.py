@@ -1,4 +1,4 @@
-"""A block of flights, a column each: the computations of `flow.py` in loops over all columns, with the same results, bit for bit."""
+"""A block of flights, a column each: the computations of `flow.py` in loops over all columns, the same results, bit for bit."""
 
 import math
 
@@ -11,9 +11,9 @@ from nsmaps.exact.engine.returns import is_state, turned
 
 BLOCK = 512  # returns in parallel: few enough to stay in the processor's cache
 PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all rows to one part of the cache
-# Rows stand at constant places, so that a compiler sees that they do not overlap. The motion and its derivatives are rewritten when
-# needed; the other rows are valid as long as their object: the derivative of a return, the phase at the start of a flight, the return
-# and its last impact, the flight, the gap ahead with its rates, and bounds (see `layout`), two steps, the coefficients of every rate.
+# Rows stand at constant places, so that a compiler sees that they do not overlap. The motion and its derivatives are written anew
+# when needed; other rows are valid as long as their object: derivatives of a return, phases at the start of a flight, the return and
+# its last impact, the flight, the gap ahead with its rates, bounds (see `layout`), two steps, coefficients of every rate.
 D, D1, D2, D3, D4, D5, BY_PHASE, BY_SPEED, BY_PHASE_1, BY_SPEED_1, SPARE, SPARE_1 = range(0, 12 * PITCH, PITCH)
 D00, D01, D10, D11, LESS, SINE, RETURN = range(12 * PITCH, 19 * PITCH, PITCH)
 WHICH, TIME, TURNS, V, PHI, ODD, OPEN, FLIGHT = range(18 * PITCH, 26 * PITCH, PITCH)
