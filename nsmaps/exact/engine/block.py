@@ -11,9 +11,8 @@ from nsmaps.exact.engine.returns import is_state, turned
 
 BLOCK = 512  # returns in parallel: few enough to stay in the processor's cache
 PITCH = BLOCK + 8  # from row to row: not a power of two, which would map all rows to one part of the cache
-# Rows stand at constant places, so that a compiler sees that they do not overlap. The motion and its derivatives are written anew
-# when needed; other rows are valid as long as their object: derivatives of a return, phases at the start of a flight, the return,
-# its last impact, the flight, the gap ahead with its rates, bounds (see `layout`), two steps, coefficients of every rate.
+# Rows stand at constant places, so that a compiler sees that they do not overlap: a motion and its derivatives, and what is valid
+# as long as its object: a return's derivative, waves, the return and last impact, the flight, gap, bounds, steps, coefficients.
 D, D1, D2, D3, D4, D5, BY_PHASE, BY_SPEED, BY_PHASE_1, BY_SPEED_1, SPARE, SPARE_1 = range(0, 12 * PITCH, PITCH)
 D00, D01, D10, D11, LESS, SINE, RETURN = range(12 * PITCH, 19 * PITCH, PITCH)
 WHICH, TIME, TURNS, V, PHI, ODD, OPEN, FLIGHT = range(18 * PITCH, 26 * PITCH, PITCH)

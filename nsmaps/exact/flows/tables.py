@@ -59,9 +59,7 @@ class Rate:
 
 def rates_and_powers(total: Sum, harmonics: int) -> tuple[list[Rate], list[list[Any]]]:
     """The plain rates, then the chained ones; and the coefficients of s^n/n! from n = 2 on."""
-    powers: list[list[Any]] = []
-    plain: list[Rate] = []
-    chains: list[Rate] = []
+    powers, plain, chains = list[list[Any]](), list[Rate](), list[Rate]()
     for rate, degree in rates_of(total):
         rows = [[x * mp.factorial(n) for x in functional(total, rate, n, harmonics)] for n in range(degree + 1)]
         if rate == 0:
@@ -284,7 +282,7 @@ def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
     period = period_of(symbolic)
     if period.is_number and not period.is_positive:
         raise SystemDefinitionError(f"{cls.__name__}.period is {period}; expected: a positive number{place_of(cls, 'period')}")
-    given, acceleration, walls = sp.S.Zero, None, walls_of(symbolic)
+    given, acceleration, sides = sp.S.Zero, None, [wall.side for wall in walls_of(symbolic).values()]
     try:
         if cls.flight() == "acceleration":
             acceleration = checked_acceleration(symbolic, period, symbols)
@@ -293,7 +291,6 @@ def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
             check_flight(cls.__name__, given + Z, period, symbols)
     except SystemDefinitionError as error:
         raise SystemDefinitionError(f"{error}{place_of(cls, cls.flight())}") from error
-    sides = [wall.side for wall in walls.values()]
     places, laws = impact_law(symbolic)
     laws.reverse()  # the lower wall first
     check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))
