@@ -1,6 +1,7 @@
 """Imports run one way, no plugin is imported, and nothing heavy is loaded before it is needed."""
 
 import ast
+import os
 import subprocess
 import sys
 from collections import Counter
@@ -157,6 +158,19 @@ def loaded_by(program: str) -> list[str]:
 )
 def test_nothing_heavy_is_loaded(program: str) -> None:
     assert loaded_by(program) == []
+
+
+def test_programs_keep_linear_algebra_to_one_core() -> None:
+    """What the environment says to NumPy is read when it is loaded, which must not be before the program sets it."""
+    script = (
+        "import os, runpy, sys; import nsmaps.cli.cli; assert 'numpy' not in sys.modules\n"
+        "try: runpy.run_module('nsmaps', run_name='__main__')\n"
+        "except SystemExit: print(os.environ['OPENBLAS_NUM_THREADS'], 'numpy' in sys.modules)"
+    )
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    command = [sys.executable, "-c", script, "show", "nowhere"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout.splitlines()[-1] == "1 True"
 
 
 def test_something_heavy_would_be_seen() -> None:

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.need import Need
 from nsmaps.plugins import sketch_of
@@ -153,6 +151,8 @@ def held(domains: "Mapping[str, AttractingDomain]") -> "dict[str, AttractingDoma
 
 def _has_values(domain: "AttractingDomain") -> bool:
     """Whether both auxiliary maps of a coordinate are finite somewhere."""
+    import numpy as np
+
     curves = [(each.lower, each.upper) for update in domain.updates for each in update.envelopes]
     return any(bool(np.isfinite(pair).all(axis=0).any()) for pair in curves)
 

@@ -24,6 +24,7 @@ import numpy as np
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from nsmaps.exact.compiling import libraries, linked
@@ -177,7 +178,7 @@ class _Kept(_Cache):  # type: ignore[misc]
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function for arguments of these types, or None."""
-        target_context.refresh()
+        rtsys.initialize(target_context)  # all that compiled code calls; to compile, numba loads much more
         name = self._name(sig, target_context.codegen())
         content = kept(name)
         if content is None:
