@@ -32,8 +32,10 @@ def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge:
     Returns:
         the states with those in between, and the triangles.
     """
-    image, flat = _images(members, states), np.zeros((0, 3), np.int64)
-    size = np.ptp(image[np.unique(triangles)], axis=0) if len(triangles) else np.ones(image.shape[1])
+    flat, used = np.zeros((0, 3), np.int64), np.unique(triangles)
+    image = np.full(states.shape, np.nan)
+    image[used] = _images(members, states[used])
+    size = np.ptp(image[used], axis=0) if len(used) else np.ones(image.shape[1])
     size[size == 0] = 1
     image /= size
 
@@ -41,7 +43,9 @@ def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge:
         return _images(members, at) / size
 
     for _ in range(ROUNDS):
-        wide = np.ptp(image[triangles], axis=1).max(axis=1) > STEEP * FLAT
+        a, b, c = image[triangles.T]
+        extent = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c)
+        wide = (extent > STEEP * FLAT).any(axis=1)
         flat, triangles = np.concatenate([flat, triangles[~wide]]), triangles[wide]
         states, image, triangles = _halved(scaled, keys, states, image, triangles, edge)
         edge = np.pad(edge, (0, len(states) - len(edge)))
@@ -56,14 +60,17 @@ def _halved(
 ) -> tuple[Floats, Floats, Ints]:
     """One round: the states and images with those of the middles of bent sides, and the triangles between them."""
     sides, of_side = _sides(triangles, len(states))
-    middle, between = states[sides].mean(axis=1), np.full((len(sides), image.shape[1]), np.nan)
-    asked = np.abs(np.diff(image[sides], axis=1)).max(axis=(1, 2)) > STEEP * FLAT
-    between[asked] = images(middle[asked])
-    bent = np.abs(between - image[sides].mean(axis=1)).max(axis=1) > FLAT
-    beside = np.flatnonzero(bent & edge[sides].any(axis=1))  # of an edge, which a side may cut across
-    of_middle, *of_ends = (keys(at) for at in (middle[beside], *states[sides[beside]].swapaxes(0, 1)))
-    bent[beside] = np.logical_or(*((of_middle == key).all(axis=1) for key in of_ends))
-    number = np.where(bent, len(states) + np.cumsum(bent) - 1, -1)
+    asked = np.flatnonzero((np.abs(np.subtract(*image[sides.T])) > STEEP * FLAT).any(axis=1))
+    ends = sides[asked].T
+    middle = np.add(*states[ends]) / 2
+    between = images(middle)
+    bent = (np.abs(between - np.add(*image[ends]) / 2) > FLAT).any(axis=1)
+    beside = np.flatnonzero(bent & edge[ends].any(axis=0))  # of an edge, which a side may cut across
+    points, of_point = np.unique(ends[:, beside], return_inverse=True)
+    of_ends = keys(states[points])[of_point.reshape(2, -1)]
+    bent[beside] = (keys(middle[beside]) == of_ends).all(axis=2).any(axis=0)
+    number = np.full(len(sides), -1)
+    number[asked[bent]] = np.arange(len(states), len(states) + bent.sum())
     points = np.concatenate([states, middle[bent]]), np.concatenate([image, between[bent]])
     return *points, _divided(triangles, number[of_side])
 
@@ -104,7 +111,7 @@ def _divided(triangles: Ints, middle: Ints) -> Ints:
 
 def _jumps(images: Images, ends: Floats, values: Floats) -> Bools:
     """Whether the image jumps between ends (S, 2, n) with values (S, 2, n), shape (S,)."""
-    asked = np.flatnonzero(np.abs(np.diff(values, axis=1)).max(axis=(1, 2)) > STEEP * FLAT)
+    asked = np.flatnonzero((np.abs(values[:, 1] - values[:, 0]) > STEEP * FLAT).any(axis=1))
     (low, high), (below, above) = ends[asked].swapaxes(0, 1), values[asked].swapaxes(0, 1)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -112,7 +119,7 @@ def _jumps(images: Images, ends: Floats, values: Floats) -> Bools:
         first = (np.abs(between - below).max(axis=1) >= np.abs(above - between).max(axis=1))[:, None]
         low, below = np.where(first, low, middle), np.where(first, below, between)
         high, above = np.where(first, middle, high), np.where(first, between, above)
-        left = np.abs(above - below).max(axis=1) > JUMP
+        left = (np.abs(above - below) > JUMP).any(axis=1)
         asked, low, high, below, above = (part[left] for part in (asked, low, high, below, above))
     torn = np.zeros(len(ends), bool)
     torn[asked] = True
