@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
 from matplotlib.cbook import is_math_text
@@ -136,11 +137,23 @@ def lay_out(figure: Figure) -> None:
         for ax in figure.axes:
             if ax.name == "3d":  # it places its names while it is drawn, and only then can measure them
                 renderer = cast(Any, figure.canvas).get_renderer()
-                with renderer._draw_disabled():
+                with renderer._draw_disabled(), _hidden([each for each in ax.collections if each.get_visible()]):
                     ax.draw(renderer)
         with _measured_once(figure):
             engine.execute(figure)
         figure.set_layout_engine(None)
+
+
+@contextmanager
+def _hidden(artists: Sequence[Artist]) -> Iterator[None]:
+    """While names are placed, which surfaces do not move, these are not projected and sorted."""
+    for each in artists:
+        each.set_visible(False)
+    try:
+        yield
+    finally:
+        for each in artists:
+            each.set_visible(True)
 
 
 @contextmanager

@@ -151,15 +151,20 @@ def name_area(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str, sizes: t
     """Write a name into an area, of the grid's shape, in the first type size, in points, that fits; whether one does."""
     axes = np.array([ax.bbox.width, ax.bbox.height]) * _POINTS / ax.figure.dpi
     for size in sizes:
-        lines = [TextPath((0, 0), line, size=size).get_extents() for line in name.splitlines()]
-        extent = [max(line.width for line in lines), 1.2 * size * (len(lines) - 1) + lines[0].height]
-        cells = np.ceil(_PADDING * np.array(extent) / axes * grid.shape).astype(int) + 1
+        cells = np.ceil(_PADDING * np.array(_extent_of(name, size)) / axes * grid.shape).astype(int) + 1
         middles = minimum_filter(area, size=tuple(cells), mode="constant", cval=False)
         if middles.any():
             x, y = grid.states()[inmost(middles)]
             ax.text(x, y, name, ha="center", va="center", fontsize=size, color="black", zorder=8, path_effects=HALO)
             return True
     return False
+
+
+@lru_cache(maxsize=64)
+def _extent_of(name: str, size: float) -> tuple[float, float]:
+    """The width and the height of a name in a type size, points; one of a figure is asked for in each of its panels."""
+    lines = [TextPath((0, 0), line, size=size).get_extents() for line in name.splitlines()]
+    return max(line.width for line in lines), 1.2 * size * (len(lines) - 1) + lines[0].height
 
 
 def paint(ax: Axes, grid: Grid, number: NDArray[np.integer], colours: list[tuple[float, float, float]]) -> None:

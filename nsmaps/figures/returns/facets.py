@@ -37,10 +37,12 @@ class Facets(Poly3DCollection):  # type: ignore[misc]
 
     @allow_rasterization  # type: ignore[untyped-decorator]
     def draw(self, renderer: Any) -> None:
-        """Paint the triangles."""
+        """Paint the triangles, if they are visible."""
+        if not self.get_visible():
+            return
         x, y, _ = self._projected(self.points)
         depth = self._projected(self.points * [1, 1, 0])[2]
-        corners = self.triangles[np.argsort(-depth[self.triangles].sum(axis=1))]
+        corners = self.triangles[np.argsort(-np.add.reduce(depth[self.triangles.T]))]
         gc = renderer.new_gc()
         self._set_gc_clip(gc)
         page = self.axes.transData.transform(np.column_stack([x, y]))
@@ -57,7 +59,7 @@ def flat(ax: Axes, points: Floats, triangles: Ints, colour: tuple[float, float, 
     if not len(triangles):
         return
     area = TriMesh(Triangulation(points[:, 0], points[:, 1], triangles), rasterized=True, zorder=0)
-    area.set_facecolor([colour] * len(points))
+    area.set_facecolor(np.tile(colour, (len(points), 1)))  # a list would be looked through
     area.set_in_layout(False)  # its box would be found from a path a triangle
     ax.add_collection(area, autolim=False)
 
