@@ -85,12 +85,13 @@ class Clock:
     """Takes the user time of programs beside that of their imports."""
 
     folder: Path  #: in which they run
+    environment: Mapping[str, str]  #: of theirs
     units: list[float] = field(default_factory=list)  #: I, s, as often as it was taken
 
     def user(self, *arguments: str, **environment: str) -> float:
         """The user time of Python with these arguments, s. NsmapsError if it fails."""
         before = os.times().children_user
-        command, variables = [sys.executable, *arguments], {**os.environ, **environment}
+        command, variables = [sys.executable, *arguments], {**self.environment, **environment}
         variables.pop("PYTHONDONTWRITEBYTECODE", None)  # modules are translated once, as they are when a package is installed
         done = subprocess.run(command, cwd=self.folder, env=variables, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 1):
@@ -124,8 +125,12 @@ class Clock:
 
 
 @shows
-def start(turns: int = TURNS, *, progress: Progress | None = None) -> StartResult:
+def start(
+    turns: int = TURNS, *, environment: Mapping[str, str] | None = None, progress: Progress | None = None
+) -> StartResult:
     """Take the user time of programs from their start to their result, each beside I: some minutes.
+
+    Programs have the given environment, that of this process if omitted, in which `nsmaps` has limited NumPy to one core.
 
     Raises NsmapsError where a program fails, and on systems that do not report the user time of programs (Windows).
     """
@@ -135,7 +140,7 @@ def start(turns: int = TURNS, *, progress: Progress | None = None) -> StartResul
         )
     rows: list[Start] = []
     with TemporaryDirectory() as folder:
-        clock, empty = Clock(Path(folder)), str(Path(folder, "cache"))
+        clock, empty = Clock(Path(folder), os.environ if environment is None else environment), str(Path(folder, "cache"))
         total = len(STUDIES) + 3
         beat(0.0, "an empty kernel cache")
         rows.append(clock.study("fp", NSMAPS_CACHE_DIR=empty))

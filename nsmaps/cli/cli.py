@@ -48,6 +48,7 @@ StudyName = Annotated[
     str, typer.Argument(metavar="STUDY", help="A YAML file, or an installed study such as vi_pair/fp.", autocompletion=_studies)
 ]
 
+GIVEN = dict(os.environ)  #: the environment with which the program was started
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="A parameter in place of the study's own, such as r=0.45; may be repeated."),
@@ -222,7 +223,7 @@ def bench(
     from nsmaps.bench import start as take
 
     with _reported_errors(), progress_line(quiet):
-        result = take() if start else run(returns=returns)
+        result = take(environment=GIVEN) if start else run(returns=returns)
     show_markdown(result.table())
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,6 @@
 """The time to a first result: programs beside what their imports take, as a table."""
 
+import os
 import re
 import time
 
@@ -13,7 +14,7 @@ BUSY = "import os\nend = os.times().user + {}\nwhile os.times().user < end: sum(
 
 
 def test_user_time_is_that_of_the_program_and_not_of_what_it_waits_for(tmp_path):
-    clock = Clock(tmp_path)
+    clock = Clock(tmp_path, os.environ)
     idle = clock.user("-c", "import time; time.sleep(0.5)")
     busy = clock.user("-c", BUSY.format(0.5))
     assert idle < 0.3
@@ -22,14 +23,22 @@ def test_user_time_is_that_of_the_program_and_not_of_what_it_waits_for(tmp_path)
 
 def test_shares_are_of_the_imports_before_and_after(tmp_path, monkeypatch):
     monkeypatch.setattr(starts, "IMPORTS", BUSY.format(0.2))
-    taken = Clock(tmp_path).take("busy", "-c", BUSY.format(0.6), turns=2)
+    taken = Clock(tmp_path, os.environ).take("busy", "-c", BUSY.format(0.6), turns=2)
     assert len(taken.shares) == len(taken.seconds) == 2
     assert 1.8 < taken.share < 3.2
 
 
 def test_a_program_that_fails_is_told_with_what_it_said(tmp_path):
     with pytest.raises(NsmapsError, match=r"ended with 3; expected: 0 or 1.* no such luck"):
-        Clock(tmp_path).user("-c", "import sys; sys.stderr.write('no such luck'); sys.exit(3)")
+        Clock(tmp_path, os.environ).user("-c", "import sys; sys.stderr.write('no such luck'); sys.exit(3)")
+
+
+def test_programs_have_the_environment_that_is_given(tmp_path):
+    """That of the shell, in which I is what a user would take, and not what this process has set for itself."""
+    program = "import os, sys; sys.exit(3 * ('OPENBLAS_NUM_THREADS' in os.environ))"
+    assert Clock(tmp_path, {"PATH": os.environ["PATH"]}).user("-c", program) >= 0
+    with pytest.raises(NsmapsError, match="ended with 3"):
+        Clock(tmp_path, {"OPENBLAS_NUM_THREADS": "1"}).user("-c", program)
 
 
 def test_the_unit_imports_what_is_there():
@@ -40,7 +49,7 @@ def test_a_study_is_told_with_its_steps(tmp_path, monkeypatch):
     """A run of fp without figures, its kernels compiled before."""
     monkeypatch.setattr(starts, "IMPORTS", BUSY.format(0.2))
     begun = time.perf_counter()
-    taken = Clock(tmp_path).study("fp", "--no-figures", "--no-report")
+    taken = Clock(tmp_path, os.environ).study("fp", "--no-figures", "--no-report")
     spent = time.perf_counter() - begun
     assert taken.name == "run vi_pair/fp --no-figures --no-report"
     assert {"system", "composite", "domains", "second_iterate"} <= set(taken.steps)
