@@ -125,9 +125,7 @@ class Clock:
 
 
 @shows
-def start(
-    turns: int = TURNS, *, environment: Mapping[str, str] | None = None, progress: Progress | None = None
-) -> StartResult:
+def start(turns: int = TURNS, *, environment: Mapping[str, str] | None = None, progress: Progress | None = None) -> StartResult:
     """Take the user time of programs from their start to their result, each beside I: some minutes.
 
     Programs have the given environment, that of this process if omitted, in which `nsmaps` has limited NumPy to one core.
