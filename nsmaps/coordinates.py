@@ -74,6 +74,9 @@ class Coordinates(Sequence[str]):
         Raises:
             NsmapsError: there is no name, one occurs twice or is not a printable text, or an angle is not among the names.
         """
+        if isinstance(names, Coordinates) and not angles:
+            vars(self).update(vars(names))
+            return
         plain = tuple(map(_plain, names)) if isinstance(names, Iterable) and not isinstance(names, str) else ()
         wrong = [name for name in plain if not name or plain.count(name) > 1] + [name for name in angles if name not in plain]
         if wrong or not plain:

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Self, cast
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
 from nsmaps.auxiliary.sampled import Sampled
 from nsmaps.coordinates import TWO_PI, Coordinates
@@ -148,18 +148,26 @@ def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxe
     """What the enclosure says of boxes (M, n, 2), with angles on the turn nearest to the centre of `box`."""
     found, angles = map.image_boxes(boxes), Coordinates(map.coordinates).angles
     known = np.where(np.isfinite(found.images), found.images, 0.0)  # what has no end is on every turn
-    turns = TWO_PI * np.round((known.mean(axis=2) - box.mean(axis=1)) / TWO_PI)
+    turns = TWO_PI * np.round(((known[..., 0] + known[..., 1]) / 2 - box.mean(axis=1)) / TWO_PI)
     images = found.images - np.where(angles, turns, 0.0)[..., None]
     outer = replace(found, images=images).hulls()
     outer[found.empty | np.isnan(outer).any(axis=(1, 2))] = [-np.inf, np.inf]
     count, n = outer.shape[:2]
-    corners = boxes[:, np.arange(n), np.indices((2,) * n).reshape(n, -1).T]  # where what rises or falls is extreme
-    states = np.concatenate([corners, boxes.mean(axis=2)[:, None]], axis=1)
+    corners = boxes[:, np.arange(n), _corners(n)]  # where what rises or falls is extreme
+    states = np.concatenate([corners, ((boxes[..., 0] + boxes[..., 1]) / 2)[:, None]], axis=1)
     values = taken(states.reshape(-1, n)).reshape(states.shape)
     finite = np.isfinite(values)
-    inner = np.stack([np.where(finite, values, np.inf).min(axis=1), np.where(finite, values, -np.inf).max(axis=1)], axis=2)
+    inner = np.empty((count, n, 2))
+    inner[..., 0], inner[..., 1] = np.where(finite, values, np.inf).min(axis=1), np.where(finite, values, -np.inf).max(axis=1)
     at = np.broadcast_to(boxes[:, None, None], (count, n, 2, n, 2))
     side = np.ptp(box, axis=1)
-    bend = np.ptp(boxes, axis=2) / np.where(side > 0, side, 1.0)
-    margin = TRIFLE * np.nan_to_num(np.abs(outer).max(axis=2), posinf=0.0)  # finer than which enclosures are rounding
+    bend = (boxes[..., 1] - boxes[..., 0]) / np.where(side > 0, side, 1.0)
+    size = np.abs(outer).max(axis=2)
+    margin = TRIFLE * np.where(np.isfinite(size), size, 0.0)  # finer than which enclosures are rounding
     return Hulls(outer, inner, margin, at, bend)
+
+
+@lru_cache(maxsize=16)
+def _corners(n: int) -> Ints:
+    """The end of each coordinate, 0 or 1, at each corner of a box in n of them, shape (2^n, n)."""
+    return np.indices((2,) * n).reshape(n, -1).T

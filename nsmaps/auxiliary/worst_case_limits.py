@@ -94,7 +94,7 @@ def _root(function: Curve, near: float, reach: Floats) -> float:
     Values on a grid show where it lies, and values on finer and finer ones between the neighbours. Among others a value may be
     another in its last digits: where no sign changes on the finer grid, the root is known to rounding.
     """
-    x = np.linspace(*reach, POINTS)
+    x = np.linspace(reach[0], reach[1], POINTS)
     over = function(x) - x
     changes = _changes(over)
     if not len(changes):

@@ -156,28 +156,25 @@ def _along(values: Floats, matrices: list[Floats]) -> Floats:
 
 def _hulls(boxes: Floats, level: Floats, bernstein: Floats, margin: Floats, own: Floats, absolute: tuple[bool, ...]) -> Hulls:
     """Bounds and places from Bernstein coefficients about a level: the extreme of a corner is taken at the corner."""
-    count, n = len(boxes), boxes.shape[1]
-    sizes = np.array(bernstein.shape[2:])
+    (count, n), sizes = boxes.shape[:2], bernstein.shape[2:]
     flat = bernstein.reshape(*level.shape, -1)
-    taken = flat[:, :, _corners(bernstein.shape[2:])]
-    inner = np.stack([taken.min(axis=2), taken.max(axis=2)], axis=2) + level[:, :, None]
-    best = np.stack([flat.argmin(axis=2), flat.argmax(axis=2)], axis=2)
-    outer = np.stack([flat.min(axis=2), flat.max(axis=2)], axis=2) + level[:, :, None] + own[:, :, None] * [-1.0, 1.0]
-    multi = np.stack(np.unravel_index(best, tuple(sizes)), axis=-1)
-    low, high = multi == 0, multi == sizes - 1
-    sharp = (low | high).all(axis=-1)[..., None] & (sizes > 1)
-    sides = np.broadcast_to(boxes[:, None, None], (*best.shape, n, 2))
-    first, last = sides[..., 0], sides[..., 1]
-    at = np.stack([np.where(sharp & high, last, first), np.where(sharp & ~high, first, last)], axis=-1)
-    bend = np.zeros((count, n))
-    for j in range(n):
+    taken = flat[:, :, _corners(sizes)]
+    outer, inner, best = np.empty((*level.shape, 2)), np.empty((*level.shape, 2)), np.empty((*level.shape, 2), np.intp)
+    outer[..., 0], outer[..., 1] = flat.min(axis=2) + level - own, flat.max(axis=2) + level + own
+    inner[..., 0], inner[..., 1] = taken.min(axis=2) + level, taken.max(axis=2) + level
+    best[..., 0], best[..., 1] = flat.argmin(axis=2), flat.argmax(axis=2)
+    places = np.unravel_index(best, sizes)
+    sharp = np.logical_and.reduce([(place == 0) | (place == size - 1) for place, size in zip(places, sizes, strict=True)])
+    at, bend, rising = np.empty((*best.shape, n, 2)), np.zeros((count, n)), np.empty((*level.shape, 2), bool)
+    for j, (place, size) in enumerate(zip(places, sizes, strict=True)):
         steps = np.diff(bernstein, axis=2 + j)
         rise = steps.reshape(*level.shape, -1)
-        rises, falls = (rise > 0).all(axis=2), (rise < 0).all(axis=2)  # a monotone coordinate is extreme at its ends
-        ends = np.stack([rises, falls], axis=-1), np.stack([falls, rises], axis=-1)
-        at[..., j, 1] = np.where(ends[0], first[..., j], at[..., j, 1])
-        at[..., j, 0] = np.where(ends[1], last[..., j], at[..., j, 0])
-        if sizes[j] > 2:
-            bend[:, j] = np.abs(np.diff(steps, axis=2 + j)).reshape(len(level), -1).max(axis=1)
+        rising[..., 0], rising[..., 1] = (rise > 0).all(axis=2), (rise < 0).all(axis=2)
+        corner, high = sharp & (size > 1), place == size - 1
+        first, last = boxes[:, j, 0, None, None], boxes[:, j, 1, None, None]
+        at[..., j, 1] = np.where(corner & ~high | rising, first, last)  # a monotone coordinate is extreme at its ends
+        at[..., j, 0] = np.where(corner & high | rising[..., ::-1], last, first)
+        if size > 2:
+            bend[:, j] = np.abs(np.diff(steps, axis=2 + j)).reshape(count, -1).max(axis=1)
     hulls = Hulls(outer, inner, margin, at, bend)
     return hulls.absolute(np.array(absolute), boxes) if any(absolute) else hulls

@@ -110,9 +110,10 @@ def images_in_chunks(
     from nsmaps.exact.kernel import in_chunks
 
     (n, m), angles = start.shape[:2], system.coordinates.angles
-    circles = np.where(angles, np.maximum(np.ceil(np.ptp(start, axis=2) / TWO_PI) - 1, 0), 0.0)  # after the first
-    ends = np.where(circles > 0, start[:, :, 0] + TWO_PI * (1 + 1e-15), start[:, :, 1])
-    start = np.stack([start[:, :, 0], ends], axis=2)
+    low, high = start[:, :, 0], start[:, :, 1]
+    circles = np.where(angles, np.maximum(np.ceil((high - low) / TWO_PI) - 1, 0), 0.0)  # after the first
+    if circles.any():
+        start = np.stack([low, np.where(circles > 0, low + TWO_PI * (1 + 1e-15), high)], axis=2)
     number, empty, bounded = np.empty(n, np.int64), np.empty(n, bool), np.empty(n, bool)
     parts = {0: (np.empty(0, np.int64), np.empty((0, m, 2)))}
 
@@ -120,7 +121,8 @@ def images_in_chunks(
         rows = len(start[k]) * most_images  # memory is used for the rows that are written
         codes, images = np.empty(rows, np.int64), np.empty((rows, m, 2))
         rows = enclose(start[k], codes, images, number[k], empty[k], bounded[k])
-        images[:rows, :, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k], axis=0)
+        if circles[k].any():
+            images[:rows, :, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k], axis=0)
         parts[k.start] = codes[:rows], images[:rows]
 
     in_chunks(n, run, CHUNK)

@@ -35,7 +35,7 @@ def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge:
     flat, used = np.zeros((0, 3), np.int64), np.unique(triangles)
     image = np.full(states.shape, np.nan)
     image[used] = _images(members, states[used])
-    size = np.ptp(image[used], axis=0) if len(used) else np.ones(image.shape[1])
+    size = np.asarray(np.ptp(image[used], axis=0) if len(used) else np.ones(states.shape[1]))
     size[size == 0] = 1
     image /= size
 
@@ -43,7 +43,7 @@ def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge:
         return _images(members, at) / size
 
     for _ in range(ROUNDS):
-        a, b, c = image[triangles.T]
+        a, b, c = (image[corner] for corner in triangles.T)
         extent = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c)
         wide = (extent > STEEP * FLAT).any(axis=1)
         flat, triangles = np.concatenate([flat, triangles[~wide]]), triangles[wide]
@@ -66,8 +66,8 @@ def _halved(
     between = images(middle)
     bent = (np.abs(between - np.add(*image[ends]) / 2) > FLAT).any(axis=1)
     beside = np.flatnonzero(bent & edge[ends].any(axis=0))  # of an edge, which a side may cut across
-    points, of_point = np.unique(ends[:, beside], return_inverse=True)
-    of_ends = keys(states[points])[of_point.reshape(2, -1)]
+    corners, of_point = np.unique(ends[:, beside], return_inverse=True)
+    of_ends = keys(states[corners])[of_point.reshape(2, -1)]
     bent[beside] = (keys(middle[beside]) == of_ends).all(axis=2).any(axis=0)
     number = np.full(len(sides), -1)
     number[asked[bent]] = np.arange(len(states), len(states) + bent.sum())

@@ -1,6 +1,6 @@
 """Many small triangles, painted at once: surfaces over a plane with smooth shades, and areas in a plane."""
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.artist import allow_rasterization
@@ -59,7 +59,7 @@ def flat(ax: Axes, points: Floats, triangles: Ints, colour: tuple[float, float, 
     if not len(triangles):
         return
     area = TriMesh(Triangulation(points[:, 0], points[:, 1], triangles), rasterized=True, zorder=0)
-    area.set_facecolor(np.tile(colour, (len(points), 1)))  # a list would be looked through
+    area.set_facecolor(cast(Any, np.tile(colour, (len(points), 1))))  # a list would be looked through
     area.set_in_layout(False)  # its box would be found from a path a triangle
     ax.add_collection(area, autolim=False)
 

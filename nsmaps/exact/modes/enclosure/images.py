@@ -35,5 +35,5 @@ def table_of(system: "HybridSystem") -> BallTables:
 
 def image_boxes(system: "HybridSystem", boxes: ArrayLike) -> BoxImages:
     """The images of boxes as described in `HybridSystem.image_boxes`."""
-    start, table = as_boxes(boxes, system.coordinates), table_of(system)
+    start, table = as_boxes(boxes, system.coordinates).copy(), table_of(system)
     return images_in_chunks(system, start, MOST_IMAGES, lambda *room: all_box_images(table, ball_memory(table), *room))
