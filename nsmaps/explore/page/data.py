@@ -1,5 +1,6 @@
 """What the page of a run is given: its map as JavaScript, diagrams, events, exact flights, surfaces, as plain data."""
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -164,4 +165,5 @@ def _short(values: NDArray[Any]) -> list[Any]:
     """Numbers with the digits that a picture needs; null for those that are not finite."""
     if values.ndim > 1:
         return [_short(row) for row in values]
-    return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values.tolist()]
+    printed = (f"%.{_DIGITS}g " * values.size % tuple(values.tolist())).split()
+    return [value if isfinite(value) else None for value in map(float, printed)]

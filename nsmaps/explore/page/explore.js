@@ -83,7 +83,7 @@ function drawCobweb(c, rows, path) {
     frame.axes()
 }
 
-let asked = false, refined = 0, flown = false
+let asked = false, refined = 0, flown = false, seen = false, due = null
 /* Draw all that depends on parameter and start: coarsely while something is dragged, finely when it rests. */
 function refresh() {
     if (asked) return
@@ -113,7 +113,17 @@ function draw(points, all = false) {
             + short(DATA.parameters[moved.name]) : ""}, the nearest of ${DATA.flights.length} computed with this page.` : near === null ? "The exact flight, computed with this page." :
         `The exact flight on the attractor at ${moved.name} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
     moveCursor()
-    if (all && DATA.surfaces.length) drawSurfaces(byId("surfaces"), Number(byId("image").value), byId("sheets").value, rows, points, fly)
+    if (!all || !DATA.surfaces.length) return
+    due = () => drawSurfaces(byId("surfaces"), Number(byId("image").value), byId("sheets").value, rows, points, fly)
+    surface()
+}
+
+/* The surfaces are drawn, and plotly.js is read, when they are nearly in sight: what is above them need not wait for them. */
+function surface() {
+    if (!seen || !due) return
+    if (!window.Plotly) document.head.append(Object.assign(document.createElement("script"), {text: byId("plotly").text}))
+    due()
+    due = null
 }
 
 /* The exact flight from the state that is nearest to one, where the sides of the window count alike. */
@@ -208,4 +218,12 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     draw(FINE, true)
 })
 window.addEventListener("resize", refresh)
+new IntersectionObserver(found => {
+    seen = found[found.length - 1].isIntersecting
+    surface()
+}, {rootMargin: "25%"}).observe(byId("surfaces-part"))
+window.addEventListener("beforeprint", () => {
+    seen = true
+    surface()
+})
 draw(FINE, true)

@@ -4,7 +4,7 @@ function drawSurfaces(box, image, shown, rows, points, chosen) {
     const names = DATA.coordinates, exact = DATA.surfaces.map(each => ({
         type: "mesh3d", name: each.name, x: each.states[0], y: each.states[1], z: each.images[image],
         i: each.triangles[0], j: each.triangles[1], k: each.triangles[2], color: each.colour === "#000000" ? themed("--black") : each.colour, opacity: shown === "both" ? 0.6 : 1, showlegend: true,
-        text: each.words.map((word, k) => described(names.map((_, c) => each.states[c][k]), word, names.map((_, c) => each.images[c][k]))),
+        text: each.texts ??= each.words.map((word, k) => described(names.map((_, c) => each.states[c][k]), word, names.map((_, c) => each.images[c][k]))),
         hoverinfo: "text+name", lighting: {ambient: 0.65, diffuse: 0.6},
     }))
     const [i, j, k] = triangles(rows, points, image)
