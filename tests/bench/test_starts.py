@@ -46,13 +46,13 @@ def test_the_unit_imports_what_is_there():
 
 
 def test_a_study_is_told_with_its_steps(tmp_path, monkeypatch):
-    """A run of fp without figures, its kernels compiled before."""
+    """A run without figures, its kernels compiled before."""
     monkeypatch.setattr(starts, "IMPORTS", BUSY.format(0.2))
     begun = time.perf_counter()
-    taken = Clock(tmp_path, os.environ).study("fp", "--no-figures", "--no-report")
+    taken = Clock(tmp_path, os.environ).study("fits", "--no-figures", "--no-report")
     spent = time.perf_counter() - begun
-    assert taken.name == "run vi_pair/fp --no-figures --no-report"
-    assert {"system", "composite", "domains", "second_iterate"} <= set(taken.steps)
+    assert taken.name == "run vi_pair/fits --no-figures --no-report"
+    assert {"system", "surfaces", "diagonal", "composite"} <= set(taken.steps)
     assert 0 < sum(taken.steps.values()) < spent
 
 
