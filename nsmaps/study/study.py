@@ -60,7 +60,7 @@ class _Head(BaseModel):
 
     def names(self, key: str) -> bool:
         """True if the study names a section."""
-        return bool(dict(self)[key])
+        return bool(self.__dict__[key])
 
     def once(self, key: str, names: Sequence[str]) -> None:
         """Raise StudyError at the first entry of a section whose name occurs before."""

@@ -13,6 +13,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, NodeEvent, ScalarEvent
 from ruamel.yaml.parser import RoundTripParser
+from ruamel.yaml.scanner import Scanner
 
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.reading import odd_character, text_of
@@ -123,5 +124,5 @@ class _Checked(RoundTripParser):
 @lru_cache(maxsize=8)
 def _tree(text: str) -> Any:
     yaml = YAML()
-    yaml.Parser, yaml.preserve_quotes = _Checked, True
+    yaml.Parser, yaml.Scanner, yaml.preserve_quotes = _Checked, Scanner, True  # a scanner that keeps no comments
     return yaml.load(text)

@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
+from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from io import StringIO
@@ -50,6 +51,12 @@ class BrokenRun(NsmapsError):
 
 def versions() -> dict[str, str]:
     """The versions of Python, of nsmaps and of its dependencies, without importing them."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Those versions, read when a process first asks for them: what it has imported stays what it was."""
     found = {"python": platform.python_version(), "platform": platform.platform()}
     for package in PACKAGES:
         with suppress(PackageNotFoundError):
