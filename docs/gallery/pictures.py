@@ -8,7 +8,7 @@ stale. The digest does not cover the code by which results are computed: for tha
 import ast
 import inspect
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cache
 from hashlib import sha256
@@ -57,6 +57,7 @@ class Picture:
         return not self.path.exists() or stamp(self.path) != digest(self)
 
 
+@cache
 def listed() -> dict[str, list[dict[str, Any]]]:
     """The list as it is written."""
     return YAML(typ="safe").load((HERE / "figures.yaml").read_text(encoding="utf-8"))
@@ -148,12 +149,16 @@ def imported(modules: Iterable[str]) -> list[Path]:
     return [found[name] for name in sorted(found)]
 
 
-def _imports(path: Path) -> Iterator[str]:
+@cache
+def _imports(path: Path) -> tuple[str, ...]:
     """The modules of `nsmaps.figures` that a file imports anywhere; the catalogue has words alone."""
+    found = list[str]()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        names = [node.module] if isinstance(node, ast.ImportFrom) else [each.name for each in getattr(node, "names", ())]
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            yield from (name for name in names if name and name.startswith("nsmaps.figures.") and not name.endswith("catalogue"))
+        if isinstance(node, ast.ImportFrom):
+            found.append(node.module or "")
+        elif isinstance(node, ast.Import):
+            found += [each.name for each in node.names]
+    return tuple(name for name in found if name.startswith("nsmaps.figures.") and not name.endswith("catalogue"))
 
 
 def stamp(path: Path) -> str:
