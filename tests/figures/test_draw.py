@@ -92,8 +92,9 @@ def test_a_figure_of_a_stored_run_shows_data_with_names_inside_the_page(stored, 
         for ax in panels:
             assert all(name.get_text() for name in (ax.xaxis.label, ax.yaxis.label))
             assert in_view(ax), "something of the data is within the limits"
-        page, ticks = figure.bbox.padded(1), tick_labels(figure)
-        for text in figure.findobj(Text):
+        page, drawn = figure.bbox.padded(1), figure.findobj()
+        ticks = tick_labels(drawn)
+        for text in (each for each in drawn if isinstance(each, Text)):
             if text.get_visible() and text.get_text() and text.get_clip_box() is None and text not in ticks:
                 extent = text.get_window_extent()
                 assert page.x0 <= extent.x0 <= extent.x1 <= page.x1, text
@@ -117,9 +118,10 @@ def image_box(image):
     return left, low, right, high
 
 
-def tick_labels(figure):
-    """The texts at the ticks of all axes, of which those beyond the limits are not drawn."""
-    axes = [axis for ax in figure.findobj(Axes) for axis in (ax.xaxis, ax.yaxis, *([ax.zaxis] if ax.name == "3d" else []))]
+def tick_labels(artists):
+    """The texts at the ticks of all axes among some artists, of which those beyond the limits are not drawn."""
+    every = [each for each in artists if isinstance(each, Axes)]
+    axes = [axis for ax in every for axis in (ax.xaxis, ax.yaxis, *([ax.zaxis] if ax.name == "3d" else []))]
     ticks = [tick for axis in axes for tick in (*axis.majorTicks, *axis.minorTicks)]
     return {label for tick in ticks for label in (tick.label1, tick.label2)}
 
