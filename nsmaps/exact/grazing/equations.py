@@ -5,6 +5,7 @@ With s the time from the last impact before the touch, gap and rate of the fligh
 
 from dataclasses import dataclass
 from math import isfinite, sqrt
+from operator import mul
 
 import numpy as np
 
@@ -41,12 +42,13 @@ class Frame:
         """A difference of points (..., 3), with phases the shorter way round the circle."""
         if self.circle:
             turn, difference = TWO_PI / self.scale[1], difference.copy()
-            difference[..., 1] -= turn * np.round(difference[..., 1] / turn)
+            phi = difference[..., 1]
+            phi -= turn * np.rint(phi / turn)
         return difference
 
     def outside(self, y: Floats) -> str:
         """The reason why a point is outside the box, or an empty string."""
-        v, phi, s = (y * self.scale).tolist()
+        v, phi, s = map(mul, y.tolist(), self.scale.tolist())
         if v <= SMALLEST * self.scale[0] or s <= SHORTEST * self.scale[2]:
             return "rest"
         return "" if self.low[0] <= v <= self.high[0] and (self.circle or self.low[1] <= phi <= self.high[1]) else "box"
@@ -73,13 +75,15 @@ class Touch:
 
     def evaluate(self, y: Floats) -> TouchPoint | None:
         """Gap and rate at a point; None where there is no flight."""
-        v, phi, s = (y * self.frame.scale).tolist()
+        scale = self.frame.scale.tolist()
+        v, phi, s = map(mul, y.tolist(), scale)
         if not (v > 0 and s > 0):
             return None
         slowest, share, gap, rate, a, by = touch(self.frame.p, v, phi, s, self.hits, self.upper)
-        jacobian = np.array([[by[0], by[1], rate], [by[2], by[3], a]]) * self.frame.scale
-        if not (isfinite(gap) and isfinite(rate) and np.isfinite(jacobian).all()):
+        rows = [*map(mul, (by[0], by[1], rate), scale)], [*map(mul, (by[2], by[3], a), scale)]
+        if not all(map(isfinite, (gap, rate, *rows[0], *rows[1]))):
             return None
+        jacobian = np.array(rows)
         early = max(1e-5, sqrt(2 * ROUNDED * length(jacobian[0]) / a) / s) if a > 0 else 0.0
         why = "inflection" if a <= 0 else "" if share > 1 - early else "graze"
         return TouchPoint(y, np.array([gap, rate]), jacobian, why if slowest > 0 else "graze", float(slowest))
