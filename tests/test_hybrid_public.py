@@ -2,6 +2,7 @@
 
 import pickle
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import exported
@@ -52,13 +53,35 @@ def values(system: Any) -> Any:
     return getattr(system, SWEPT[system]) * np.array([1.0, 1.001])
 
 
+@cache
 def near(system: Any) -> nsmaps.PeriodicOrbit:
     return nsmaps.periodic_orbit(system, nsmaps.orbit(system, STARTS[system], 300).final)
 
 
+@cache
 def branch(system: Any) -> Any:
     low, high = values(system)
     return nsmaps.continue_branch(along(system), near(system), float(low), (0.999 * low, high))
+
+
+@cache
+def settled(system: Any) -> nsmaps.Basins:
+    return nsmaps.basins(system, grid(system), returns=200)
+
+
+@cache
+def swept(system: Any) -> nsmaps.Bifurcation:
+    return nsmaps.bifurcation(along(system), values(system), STARTS[system], 4, 9)
+
+
+@cache
+def noisy(system: Any) -> Any:
+    return nsmaps.noisy_orbits(system, STARTS[system], 2, nsmaps.Noise(sigma=0.1, tau=1))
+
+
+@cache
+def strips() -> nsmaps.StripMap:
+    return nsmaps.strip_map(IMPACT, [[0.8, 0.81], [0.4, 0.41]], 1e-2)
 
 
 #: a call with a system of each public name that can be given one
@@ -74,8 +97,8 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(
         plane(s), near(s), getattr(s, SECOND[s]), (tuple(values(s)), (0.0, 1.0))
     ),
-    "bifurcation": lambda s: nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9),
-    "boundary": lambda s: nsmaps.boundary(s, nsmaps.basins(s, grid(s), returns=200), 0.01),
+    "bifurcation": swept,
+    "boundary": lambda s: nsmaps.boundary(s, settled(s), 0.01),
     "box_map": lambda s: nsmaps.box_map(s),
     "cascade": lambda s: nsmaps.cascade(along(s), near(s), float(values(s)[0]), tuple(values(s)), "up", 1),
     "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), near(s), tuple(values(s)), 1),
@@ -83,7 +106,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         s, {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]}, STARTS[s], 4, 9, 2, observables=["work"]
     ),
     "closed_box": lambda s: nsmaps.closed_box(s, box(s), 1),
-    "coexistence": lambda s: nsmaps.coexistence([nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9)]),
+    "coexistence": lambda s: nsmaps.coexistence([swept(s)]),
     "compose": lambda s: nsmaps.compose(s, ["R1"]),
     "conley_indices": lambda s: nsmaps.conley_indices(s, box(s), 1),
     "continue_branch": branch,
@@ -101,16 +124,12 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), values(s), STARTS[s], 32, 4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
     "morse_sets": lambda s: nsmaps.morse_sets(s, box(s), 0, 2),
-    "noisy_orbits": lambda s: nsmaps.noisy_orbits(s, STARTS[s], 2, nsmaps.Noise(sigma=0.1, tau=1)),
+    "noisy_orbits": noisy,
     "observe": lambda s: nsmaps.observe(s, STARTS[s], 4, ["work"], batches=2),
-    "observe_attractors": lambda s: nsmaps.observe_attractors(s, nsmaps.basins(s, grid(s), returns=200).attractors, ["work"], 64),
+    "observe_attractors": lambda s: nsmaps.observe_attractors(s, settled(s).attractors, ["work"], 64),
     "observe_branch": lambda s: nsmaps.observe_branch(along(s), branch(s), ["work"]),
-    "observe_diagram": lambda s: nsmaps.observe_diagram(
-        along(s), nsmaps.bifurcation(along(s), values(s), STARTS[s], 4, 9), ["work"], 64
-    ),
-    "observe_noisy": lambda s: nsmaps.observe_noisy(
-        s, nsmaps.noisy_orbits(s, STARTS[s], 2, nsmaps.Noise(sigma=0.1, tau=1)), ["work"]
-    ),
+    "observe_diagram": lambda s: nsmaps.observe_diagram(along(s), swept(s), ["work"], 64),
+    "observe_noisy": lambda s: nsmaps.observe_noisy(s, noisy(s), ["work"]),
     "observe_orbit": lambda s: nsmaps.observe_orbit(s, near(s), ["work"]),
     "optimize": lambda s: nsmaps.optimize(
         s.at, "work", {SWEPT[s]: tuple(values(s))}, {SWEPT[s]: values(s)[0]}, near(s).states, starts=1
@@ -225,8 +244,8 @@ PLANE: dict[str, Callable[[Any], int]] = {
     "lyapunov": lambda none: len(nsmaps.lyapunov(exported.composite(), none, 32, 2).exponents),
     "basins": lambda none: len(nsmaps.basins(exported.composite(), none, returns=9).label),
     "ParametricMap": lambda none: len(exported.parametric().at(exported.parametric().low).first_return(none)),
-    "StripMap": lambda none: len(nsmaps.strip_map(IMPACT, [[0.8, 0.81], [0.4, 0.41]], 1e-2).first_return(none)),
-    "StripMap.orbits": lambda none: len(nsmaps.strip_map(IMPACT, [[0.8, 0.81], [0.4, 0.41]], 1e-2).orbits(none, 3)),
+    "StripMap": lambda none: len(strips().first_return(none)),
+    "StripMap.orbits": lambda none: len(strips().orbits(none, 3)),
 }
 
 

@@ -286,10 +286,14 @@ def test_bad_commands_end_with_two(run, tmp_path):
     assert CliRunner().invoke(app, ["export", str(run)]).exit_code == 2
 
 
-@pytest.mark.parametrize("first", ["import nsmaps.exports.write", "import nsmaps.exports", "nsmaps.read_map", "nsmaps.export"])
-def test_the_name_is_a_function_however_it_came_in(first):
-    """`nsmaps.export` is the function, whatever was imported before."""
-    program = f"import nsmaps; {first}; print(nsmaps.export(nsmaps.PolyMap.reset(('x',), {{}}), 'json')[:1])"
+def test_the_name_is_a_function_however_it_came_in():
+    """`nsmaps.export` is the function, whatever was imported before, each time of the package anew."""
+    program = (
+        "import sys\nfor first in sys.argv[1:]:\n for name in [each for each in sys.modules if each.split('.')[0] == 'nsmaps']:\n"
+        "  del sys.modules[name]\n import nsmaps\n exec(first)\n"
+        " print(nsmaps.export(nsmaps.PolyMap.reset(('x',), {}), 'json')[:1])"
+    )
+    firsts = ["import nsmaps.exports.write", "import nsmaps.exports", "nsmaps.read_map", "nsmaps.export"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True)
-    assert done.stdout == "{\n"
+    done = subprocess.run([sys.executable, "-c", program, *firsts], capture_output=True, text=True, env=environment, check=True)
+    assert done.stdout == "{\n" * 4
