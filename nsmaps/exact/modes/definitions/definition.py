@@ -175,15 +175,14 @@ class Numbers:
 def filled(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> Floats:
     """A row over the features in floats, shape (n + 1 + 2 harmonics,)."""
     known, waves = row
-    n = len(known)
-    values = np.zeros(n + 1 + 2 * harmonics)
-    values[:n] = [float(x.real) for x in known]
-    values[n] = complex(waves.get(0, 0)).real
+    values = [float(x.real) for x in known]
+    values.append(complex(waves[0]).real if 0 in waves else 0.0)
+    if not waves:
+        return np.array([*values, *[0.0, -0.0] * harmonics])
     for m in range(1, harmonics + 1):
         plus, minus = waves.get(m, 0), waves.get(-m, 0)
-        values[n + 2 * m - 1] = complex(plus + minus).real
-        values[n + 2 * m] = -complex(plus - minus).imag
-    return values
+        values += [complex(plus + minus).real, -complex(plus - minus).imag]
+    return np.array(values)
 
 
 def harmonics_of(given: Sequence[Any]) -> int:

@@ -139,7 +139,8 @@ def _in_rows(value: Any) -> Any:
     """A field with its arrays row by row, so that the tables of all systems are of one type, for which the engine is compiled."""
     if isinstance(value, tuple):
         return tuple(map(_in_rows, value))
-    return np.require(value, requirements=["C", "W"]) if isinstance(value, np.ndarray) else value
+    plain = not isinstance(value, np.ndarray) or (value.flags.c_contiguous and value.flags.writeable)
+    return value if plain else np.require(value, requirements=["C", "W"])
 
 
 def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
