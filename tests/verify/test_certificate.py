@@ -66,7 +66,7 @@ def test_a_share_of_the_states_is_proved_to_converge(pair, certificate, proved):
     place = rng.uniform(size=(len(row), 2))
     states = np.column_stack([(row + place[:, 0]) * certificate.grid["top"] / side, (column + place[:, 1]) * 2 * np.pi / side])
     cycle = nsmaps.periodic_orbit(pair, [0.8334, 0.3636]).states[0]
-    for _ in range(200):
+    for _ in range(120):
         states = pair.first_return(states).image
     np.testing.assert_allclose(states, np.broadcast_to(cycle, states.shape), atol=1e-9)
 
