@@ -1,5 +1,6 @@
 """Flights in balls hold the exact motion of states and times within them, in 60 digits."""
 
+from functools import cache
 from types import SimpleNamespace
 
 import mpmath as mp
@@ -28,6 +29,7 @@ def motions(p, phi, z, w, s):
     return flow.ball_motion(p, p.one, w, 3), flow.ball_tangent(p, p.one, 2), flow.ball_bends(p, p.one)
 
 
+@cache
 def exact_motions(system):
     """What `motions` encloses, as functions of phase, place and velocity of the start and of time, in as many digits as asked."""
     phi, z, w, s = symbols = sp.symbols("phi z w s", real=True)
@@ -37,7 +39,7 @@ def exact_motions(system):
     d = exact.displacement(begin + s, SimpleNamespace(t=begin, z=z, w=w)) - z
     rates = [sp.diff(d, s, n) for n in range(4)]
     tangents = [sp.diff(rates[n], x) for n in range(3) for x in (phi, w)]
-    return sp.lambdify(symbols, [*rates, *tangents, *(sp.diff(rate, phi, 2) for rate in rates[:2])], "mpmath")
+    return sp.lambdify(symbols, [*rates, *tangents, *(sp.diff(rate, phi, 2) for rate in rates[:2])], "mpmath", cse=True)
 
 
 @pytest.mark.parametrize("kind", ["pair", *SYSTEMS])
