@@ -126,7 +126,7 @@ def series_of(unit: Any) -> dict[str, Floats]:
     eye = np.array([[mp.mpf(i == j) for j in range(width)] for i in range(width)], dtype=object)
     terms = [eye]
     while len(terms) <= 3 * POWERS:
-        terms.append(terms[-1] @ unit / len(terms))
+        terms.append(product(terms[-1], unit) / len(terms))
     cell = sum(terms[1:], eye)
     near = powers_of(cell, eye)
     powers = np.array([floats(term) for term in terms[: POWERS + 1]])
@@ -140,7 +140,7 @@ def series_of(unit: Any) -> dict[str, Floats]:
         "blur": np.abs(powers[1:]).sum(axis=0) * WIDER,
         "left_out": left_out * WIDER,
         "near": np.array([floats(power) for power in near]),
-        "far": np.array([floats(power) for power in powers_of(near[-1] @ cell, eye)]),
+        "far": np.array([floats(power) for power in powers_of(product(near[-1], cell), eye)]),
     }
 
 
@@ -148,8 +148,20 @@ def powers_of(matrix: Any, eye: Any) -> list[Any]:
     """The powers of a matrix from the first, which is one, on."""
     powers = [eye]
     while len(powers) < CELLS:
-        powers.append(powers[-1] @ matrix)
+        powers.append(product(powers[-1], matrix))
     return powers
+
+
+def product(left: Any, right: Any) -> Any:
+    """The product of two square matrices in many digits, of which most numbers are zero."""
+    found = np.full(left.shape, mp.mpf(0), dtype=object)
+    rows = [[(j, y) for j, y in enumerate(row) if y] for row in right.tolist()]
+    for total, row in zip(found, left.tolist(), strict=True):
+        for x, others in zip(row, rows, strict=True):
+            if x:
+                for j, y in others:
+                    total[j] += x * y
+    return found
 
 
 def functions_of(definition: Definition, rows: list[list[Any]], table: Tables) -> list[Any]:
