@@ -33,22 +33,19 @@ def rational(x):
 
 def exactly(map, states):
     """The first image of states in rational arithmetic, by recurrences from the floats that the map holds."""
-    values = []
+    values, keys = [], [tuple(key) for key in map.exponents[0].tolist()]
+    terms = dict(zip(keys, [rational(c) for c in map.coefficients[0]], strict=True))
     for state in states:
-        powers = []
-        for x, centre, scale in zip(state, map.centre, map.scale, strict=True):
-            s = (rational(x) - rational(centre)) / rational(scale)
+        total = terms
+        for k in reversed(range(len(state))):
+            s, parts = (rational(state[k]) - rational(map.centre[k])) / rational(map.scale[k]), {}
             t = [fmpq(1), s]
             while len(t) <= map.exponents[0].max():
                 t.append(2 * s * t[-1] - t[-2])
-            powers.append(t)
-        total = fmpq(0)
-        for key, c in zip(map.exponents[0].tolist(), map.coefficients[0].tolist(), strict=True):
-            term = rational(c)
-            for k, t in zip(key, powers, strict=True):
-                term *= t[k]
-            total += term
-        values.append(total)
+            for key, c in total.items():
+                parts[key[:k]] = parts.get(key[:k], 0) + c * t[key[k]]
+            total = parts
+        values.append(total[()])
     return values
 
 
