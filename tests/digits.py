@@ -22,7 +22,8 @@ def in_balls(arguments: Sequence[sp.Symbol], formulas: Any) -> Callable[..., Any
     """A function of balls, in the precision of `flint.ctx` when it is called."""
 
     def of(name: str) -> Callable[[Any], arb]:
-        return lambda x: getattr(x if isinstance(x, arb) else arb(x), name)()
+        function = getattr(arb, name)
+        return lambda x: function(x if isinstance(x, arb) else arb(x))
 
     with ctx.workdps(100):
         names = {"mpf": number, "pi": arb.pi(), **{name: of(name) for name in FUNCTIONS}}

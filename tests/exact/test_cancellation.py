@@ -1,7 +1,7 @@
 """Flights whose terms cancel, against 40 digits: right, or undecided; never certified and wrong."""
 
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import cache, partial
 from types import SimpleNamespace
 
 import mpmath as mp
@@ -25,14 +25,19 @@ IN_MPMATH = partial(sp.lambdify, modules="mpmath", cse=True)
 
 def formulas(system, made=IN_MPMATH, number=mp.mpf):
     """The displacement that the class says, and its rate, of (t, t0, z0, w0) in many digits: independent of the kernel."""
-    t, t0, z0, w0 = sp.symbols("t t0 z0 w0", real=True)
-    symbols = {name: sp.Symbol(f"p_{name}", real=True) for name in system.parameter_names()}
-    fixed = {name: getattr(system, name) for name in type(system).model_fields if name not in symbols}
-    expr = type(system).model_construct(**symbols, **fixed).displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
+    fixed = tuple((name, getattr(system, name)) for name in type(system).model_fields if name not in system.parameter_names())
+    place, velocity = written(type(system), fixed, made)
     values = [number(value) for value in system.parameters.values()]
-    given = t, t0, z0, w0, *symbols.values()
-    place, velocity = (made(given, f) for f in (expr, sp.diff(expr, t)))
     return (lambda *args: place(*args, *values)), (lambda *args: velocity(*args, *values))
+
+
+@cache
+def written(cls, fixed, made):
+    """Displacement and rate of a class with these fields, of (t, t0, z0, w0) and the parameters."""
+    t, t0, z0, w0 = sp.symbols("t t0 z0 w0", real=True)
+    symbols = {name: sp.Symbol(f"p_{name}", real=True) for name in cls.parameter_names()}
+    expr = cls.model_construct(**symbols, **dict(fixed)).displacement(t, SimpleNamespace(t=t0, z=z0, w=w0))
+    return [made((t, t0, z0, w0, *symbols.values()), f) for f in (expr, sp.diff(expr, t))]
 
 
 def errors(system, states, returns):
