@@ -1,8 +1,9 @@
 """Random first returns of systems with modes against a plain integrator: python tests/bench/words.py [STARTS [SYSTEM ...]].
 
 The integrator shares nothing with nsmaps but the formulas of the class: Runge-Kutta steps of order 4, and an event wherever a
-function of the mode is negative at the end of a step, found by bisection. Where a word differs it is computed again with steps
-of a tenth and of a hundredth, short after events. What still differs is listed: both words, clearance and slowest event.
+function of the mode is negative at the end of a step, found in ever smaller parts of it. Where a word differs it is computed
+again with steps of a tenth and of a hundredth, short after events. What still differs is listed: both words, clearance and
+slowest event.
 """
 
 import sys
@@ -19,6 +20,7 @@ from hybrid import SYSTEMS, numbers, reference, system
 
 STEPS, LONGEST, FINER = 100, 40, (10, 100)  # a radian of the forcing, radians, finer steps for those that differ
 GROWTH, FIRST = 0.2, 1e-6  # steps after an event, for those: at most a share of the time since then, and of a step at first
+PARTS, ROUNDS = 16, 13  # of a step in which an event is looked for at once, and how often: to 2^-52 of it
 T = sp.Symbol("t", real=True)
 
 
@@ -39,7 +41,12 @@ class Plain:
 
     def function(self, expr):
         made = sp.lambdify((T, *self.symbols), expr, "numpy")
-        return lambda t, y: np.broadcast_to(made(t, *y), t.shape)
+
+        def values(t, y):
+            value = made(t, *y)
+            return value if isinstance(value, np.ndarray) else np.full(t.shape, float(value))
+
+        return values
 
     @cached_property
     def modes(self):
@@ -62,8 +69,8 @@ class Plain:
 
         def rates(t, y):
             made = np.empty_like(y)
-            for row, rate in zip(made, self.modes[mode](t, *y), strict=True):
-                row[:] = rate
+            for k, rate in enumerate(self.modes[mode](t, *y)):
+                made[k] = rate
             return made
 
         a = rates(t, y)
@@ -94,30 +101,36 @@ def returns(plain, t, y, mode, h, longest, careful):
                 value = function(t[own] + h[own], new)
                 falls = (value < 0) & armed[label][own]
                 armed[label][own] |= value > 0
-                low, high = np.zeros(len(own)), np.ones(len(own))
-                for _ in range(50 if falls.any() else 0):
-                    middle = (low + high) / 2
-                    some = own[falls]
-                    there = function(
-                        t[some] + middle[falls] * h[some], plain.step(name, t[some], y[:, some], middle[falls] * h[some])
-                    )
-                    low[falls], high[falls] = (
-                        np.where(there > 0, middle[falls], low[falls]),
-                        np.where(there > 0, high[falls], middle[falls]),
-                    )
-                sooner = falls & (high < first)
-                first[sooner], which[sooner] = high[sooner], k
+                if falls.any():
+                    when = np.ones(len(own))
+                    when[falls] = zeros(plain, name, function, t[own[falls]], y[:, own[falls]], h[own[falls]])
+                    sooner = falls & (when < first)
+                    first[sooner], which[sooner] = when[sooner], k
             hit = which >= 0
-            new[:, hit] = plain.step(name, t[own[hit]], y[:, own[hit]], first[hit] * h[own[hit]])
+            if hit.any():
+                new[:, hit] = plain.step(name, t[own[hit]], y[:, own[hit]], first[hit] * h[own[hit]])
             y[:, own] = new
             t[own] += first * h[own]
-            for k in np.unique(which[which >= 0]):
+            for k in np.unique(which[hit]) if hit.any() else ():
                 since[own[which == k]] = t[own[which == k]]
                 happen(plain, k, own[which == k], (t, y, mode, word, done, image, armed), sections, names.side)
         late = (t - start > longest) & ~done
         done |= late
         word[late] = "late"
     return word, image
+
+
+def zeros(plain, mode, function, t, y, h):
+    """The shares of steps at whose ends a function has fallen, from where it is no longer positive."""
+    low, high, parts = np.zeros(len(t)), np.ones(len(t)), np.arange(1, PARTS)[:, None] / PARTS
+    for _ in range(ROUNDS):
+        places = low + (high - low) * parts
+        times, steps = np.tile(t, PARTS - 1), (places * h).ravel()
+        there = function(times + steps, plain.step(mode, times, np.tile(y, PARTS - 1), steps)).reshape(places.shape)
+        ends = np.vstack([low, places, high])
+        end = np.where((there > 0).all(axis=0), PARTS, np.argmin(there > 0, axis=0) + 1)
+        low, high = ends[end - 1, np.arange(len(t))], ends[end, np.arange(len(t))]
+    return high
 
 
 def happen(plain, k, rows, motion, sections, side):
