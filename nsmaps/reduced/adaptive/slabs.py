@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 LINES = 60  #: lines of constant speed in the first comparison
 NODES = 33  #: lines from which the curves of a band are computed
+ENDS = 3  #: of these lines at either end of a band, so close to it that rounding may change their kind
 RESOLVED = 2e-15  #: bound on the last coefficients of a curve, relative to the largest
 NOISE = 15  #: factor of this bound in bands narrower than a hundredth of the speeds
 MANY = 64  #: changes of kind at once: more are due to the rounding of one, and are resolved only so far
@@ -115,16 +116,21 @@ def _resolved(system: "ImpactSystem", found: list[Line], phases: tuple[float, fl
 def _fitted(
     system: "ImpactSystem", bands: list[tuple[float, float]], phases: tuple[float, float], narrow: float
 ) -> list[Slab | None]:
-    """Each band as a slab, in the simplest chart in which its curves are resolved, or None."""
+    """Each band as a slab, in the simplest chart in which its curves are resolved, or None.
+
+    A band in which lines away from its ends are of several kinds is none in any chart.
+    """
     result: list[Slab | None] = [None] * len(bands)
+    left = list(range(len(bands)))
     for chart in (STRAIGHT, LOW, HIGH):
-        left = [k for k, slab in enumerate(result) if slab is None]
         if not left:
             break
         seen = lines(system, np.concatenate([unchart(chart, *bands[k], PLACES) for k in left]), *phases)
-        for j, k in enumerate(left):
+        of_band = {k: seen[j * NODES : (j + 1) * NODES] for j, k in enumerate(left)}
+        for k in left:
             bound = RESOLVED * (NOISE if bands[k][1] - bands[k][0] < narrow else 1)
-            result[k] = _slab(bands[k], chart, seen[j * NODES : (j + 1) * NODES], phases, bound)
+            result[k] = _slab(bands[k], chart, of_band[k], phases, bound)
+        left = [k for k in left if result[k] is None and len({line.kind for line in of_band[k][ENDS:-ENDS]}) == 1]
     return result
 
 
