@@ -170,8 +170,11 @@ def shooting_jacobian(derivative: Floats, scale: Floats) -> Floats:
         derivative: of the returns, shape (q, n, n).
     """
     q, n, _ = derivative.shape
+    scaled = derivative * scale / scale[:, None]
+    if q == 1:
+        return np.asarray(scaled[0] - np.eye(n))
     jacobian, k = np.zeros((q, n, q, n)), np.arange(q)
-    jacobian[k, :, k] += derivative * scale / scale[:, None]
+    jacobian[k, :, k] += scaled
     jacobian[k, :, (k + 1) % q] -= np.eye(n)
     return jacobian.reshape(q * n, q * n)
 

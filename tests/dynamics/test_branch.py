@@ -43,15 +43,14 @@ class Plane:
         else:  # the delayed logistic map: x' = a x (1 - y), y' = x
             image, rows = (self.a * x * (1 - y), x), ((self.a * (1 - y), -self.a * x), (1, 0))
         n = len(x)
-        slopes = np.empty((n, 2, 2))
-        for i, j in np.ndindex(2, 2):
+        slopes = np.empty((n, 2, 2)) if derivative else None
+        for i, j in np.ndindex(2, 2) if derivative else ():
             slopes[:, i, j] = rows[i][j]
         inside = self.a <= self.last
         made = np.column_stack(image) if inside else np.full((n, 2), np.nan)
         outcome = np.full(n, Outcome.returned if inside else Outcome.escaped, np.int8)
         turns, codes, time = np.zeros((n, 2), np.int32), np.ones(n, np.int64), np.full(n, np.nan)
-        given = slopes if derivative else None
-        return Returns(self.coordinates, ("B",), np.asarray(states), made, turns, codes, outcome, time, given)
+        return Returns(self.coordinates, ("B",), np.asarray(states), made, turns, codes, outcome, time, slopes)
 
 
 def only(branch, kind):

@@ -85,7 +85,8 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
     A doubled cycle that ends on the original one is reported whether or not it is among the kinds.
     """
     found: list[tuple[float, Event]] = []
-    ends = {kind: (test(step.start, step.direction), test(step.end, step.turned)) for kind, test in TESTS.items()}
+    tests = [(kind, test) for kind, test in TESTS.items() if kind in (FOLD, *kinds)]
+    ends = {kind: (test(step.start, step.direction), test(step.end, step.turned)) for kind, test in tests}
     passed = {kind for kind, (a, b) in ends.items() if (a * b < 0 or a != 0 == b) and max(abs(a), abs(b)) > CONSERVED}
     if FOLD in passed:
         passed.discard(BRANCH_POINT)
