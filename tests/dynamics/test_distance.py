@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nsmaps.coordinates import Angle
-from nsmaps.dynamics.attractors.distance import extents, hausdorff
+from nsmaps.dynamics.attractors.distance import Nearest, extents, hausdorff
 from nsmaps.errors import StateError
 
 COORDINATES = ("v", Angle("phi"))
@@ -53,3 +53,15 @@ def test_distances_in_a_scale_do_not_know_the_units():
     assert np.isclose(found, max(lengths.min(axis=0).max(), lengths.min(axis=1).max()), rtol=1e-12)
     inches = [1e4, 1]
     assert np.isclose(hausdorff(a * inches, b * inches, COORDINATES, scale * inches), found, rtol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1.0, np.array([0.3, 2.0])])
+def test_few_known_states_have_the_digits_of_the_tree(scale):
+    """Within a bound, around the circle, on other turns, and where states agree."""
+    rng = np.random.default_rng(3)
+    known, states = (rng.uniform([0, 0], [1, 2 * np.pi], (count, 2)) for count in (3, 400))
+    states[:3], states[3:6, 1] = known, states[3:6, 1] + 4 * np.pi
+    nearest = Nearest(known, COORDINATES, scale)
+    for bound in (np.inf, 0.5, 0.0):
+        expected = nearest.tree.query(states / scale, p=np.inf, distance_upper_bound=np.nextafter(bound, np.inf))[0]
+        assert np.array_equal(nearest.distances(states, np.inf, bound), expected)

@@ -197,16 +197,22 @@ def follow(
     outcome, stuck = np.full(n, Outcome.returned, np.int8), np.zeros(n, bool)
     streak, going, states = np.zeros((len(attractors), n), np.int32), np.arange(n), Coordinates(map.coordinates).wrap(start)
     for k in range(returns + 1):
-        ended = ~np.isfinite(states).all(axis=1)
-        label[going[ended]] = ENDED
-        outcome[going[ended & (outcome[going] == Outcome.returned)]] = Outcome.invalid
+        open_ = np.isfinite(states).all(axis=1)
+        if not open_.all():
+            ended = going[~open_]
+            label[ended] = ENDED
+            outcome[ended[outcome[ended] == Outcome.returned]] = Outcome.invalid
         for number, attractor in enumerate(attractors):
             near = attractor.near(states)
-            streak[number, going] = np.where(near, streak[number, going] + 1, 0)
-            there = going[(streak[number, going] >= attractor.stay) & (label[going] == UNRESOLVED)]
-            label[there], arrival[there] = number, k - attractor.stay + 1
-        open_ = label[going] == UNRESOLVED
-        going, states = going[open_], states[open_]
+            if attractor.stay > 1:
+                streak[number, going] = np.where(near, streak[number, going] + 1, 0)
+                near = streak[number, going] >= attractor.stay
+            near &= open_
+            if near.any():
+                label[going[near]], arrival[going[near]] = number, k - attractor.stay + 1
+                open_ &= ~near
+        if not open_.all():
+            going, states = going[open_], states[open_]
         if progress is not None:
             progress(max(k / max(returns, 1), 1 - len(going) / max(n, 1)))
         if not len(going) or k == returns:

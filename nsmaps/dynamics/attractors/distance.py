@@ -1,6 +1,8 @@
 """Distances between attractors, and extents of sets of states."""
 
 from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +10,10 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.errors import StateError
 
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+FEW = 4  #: known states, up to which others are compared with each of them
 FLAT = 0.01  #: share of the largest magnitude of a coordinate, or of the circle: a smaller extent is not used as a scale
 
 
@@ -65,16 +71,37 @@ class Nearest:
     """The nearest of M known states (M, n) to others, searched for by one tree; arguments as of `distances`."""
 
     def __init__(self, known: Floats, coordinates: Sequence[str], scale: ArrayLike = 1.0) -> None:
-        from scipy.spatial import KDTree
-
         self.unit = np.broadcast_to(np.asarray(scale, float), len(coordinates))
         above = np.nextafter(TWO_PI / self.unit, np.inf)  # above every state, after rounding too
-        around = np.where(Coordinates(coordinates).angles, above, 0.0)
-        self.tree = KDTree(known / self.unit, boxsize=around)
+        self.around = np.where(Coordinates(coordinates).angles, above, 0.0)
+        self.known = known / self.unit
+
+    @cached_property
+    def tree(self) -> "KDTree":
+        """The search tree."""
+        from scipy.spatial import KDTree
+
+        return KDTree(self.known, boxsize=self.around)
 
     def distances(self, states: Floats, p: float = 2, max_distance: float = np.inf) -> Floats:
         """The distance of each state (N, n) from the nearest known one, shape (N,); infinity beyond `max_distance`."""
-        return np.asarray(self.tree.query(states / self.unit, p=p, distance_upper_bound=np.nextafter(max_distance, np.inf))[0])
+        x = states / self.unit
+        if p == np.inf and len(self.known) <= FEW:
+            nearest = self._least(x)
+            return np.where(nearest <= max_distance, nearest, np.inf)
+        return np.asarray(self.tree.query(x, p=p, distance_upper_bound=np.nextafter(max_distance, np.inf))[0])
+
+    def _least(self, x: Floats) -> Floats:
+        """The least over all known states of the largest difference in a coordinate, shape (N,), as the tree has it."""
+        least, circles = np.full(len(x), np.inf), [(j, full) for j, full in enumerate(self.around.tolist()) if full]
+        for j, full in circles:
+            x[:, j] -= np.floor(x[:, j] / full) * full
+        for one in self.known:
+            gaps = np.abs(x - one)
+            for j, full in circles:
+                gaps[:, j] = np.minimum(gaps[:, j], full - gaps[:, j])
+            np.minimum(least, gaps.max(axis=1), out=least)
+        return least
 
 
 def _placed(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
