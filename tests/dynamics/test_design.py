@@ -209,7 +209,7 @@ def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.Optimum) 
     ("changes", "message"),
     [
         (
-            {"multiplier": 0.2},
+            {"multiplier": 0.2, **ALONE},
             "no motion that meets the conditions was found; nearest at .*: multiplier 0.25.*; expected: at most 0.2",
         ),
         ({"motion": "2:1/T"}, "the motion at d = 0.35, g_bar = 0.211328 is 1:1/T with the word BTB; expected: 2:1/T"),

@@ -29,7 +29,7 @@ def doubling(paper):
 @pytest.mark.parametrize("direction", ["up", "down", None])
 @pytest.mark.parametrize("count", [60, 301])
 def test_a_border_is_the_period_doubling_of_the_branch(paper, doubling, count, direction):
-    *_, found = swept(paper, 0.28, 0.35, count, [0.83, 0.36], direction, discard=4000)
+    *_, found = swept(paper, 0.28, 0.35, count, [0.83, 0.36], direction, discard=2000)
     assert [window.label for window in found] == ["1:1/2T", "1:1/T"]
     assert [window.by_returns for window in found] == ["1:1, period 2", "1:1, period 1"]
     doubled, single = found
