@@ -139,14 +139,19 @@ def periodic_orbit(
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
     states = np.atleast_2d(as_starts(guess, map.coordinates))
-    coordinates = Coordinates(map.coordinates)
-    dim = len(coordinates)
+    dim = len(map.coordinates)
     if states.shape not in ((1, dim), (period, dim)):
         raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")
     if len(states) < period:
         states = orbit(map, states[0], period - 1).states
-    now = map.first_return(states, derivative=True)
-    size = coordinates.magnitudes(states) if scale is None else np.asarray(scale, float)
+    size = None if scale is None else np.asarray(scale, float)
+    return refined(map, map.first_return(states, derivative=True), tolerance, size)
+
+
+def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Floats | None = None) -> PeriodicOrbit:
+    """As `periodic_orbit`, from the returns of the states of a guess, with derivatives."""
+    coordinates, states = Coordinates(map.coordinates), now.start
+    size = coordinates.magnitudes(states) if scale is None else scale
     for _ in range(MOST_STEPS):
         step = newton_step(now, size)
         nearer = _nearer(map, now, step, size)

@@ -9,7 +9,7 @@ from nsmaps.arrays import Bools, Floats
 from nsmaps.dynamics.continuation.problem import derivative_of, parameter_rates
 from nsmaps.dynamics.design.conditions import FAR, STABILITY, Condition, margins, stability
 from nsmaps.dynamics.observables.cycles import moved_states, observe_orbit
-from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step, periodic_orbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step, refined
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
@@ -93,7 +93,7 @@ class Problem:
         returns = system.first_return(guess, derivative=True)
         if not np.abs(newton_step(returns, scale) / scale).max() <= BEND * long + ROUNDED:
             return None
-        found = periodic_orbit(system, guess, len(guess))
+        found = refined(system, returns)
         correction = np.abs(coordinates.difference(found.states, guess) / scale).max()
         same = np.array_equal(found.returns.codes, here.orbit.returns.codes) and correction <= BEND * long + ROUNDED
         return (at, system, found) if same and found.converged and found.exists else None
