@@ -103,10 +103,11 @@ class _Growth:
 
 def _growth(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[_Growth]:
     """The growth of frames in n returns of states (M, dim), in parts of many returns if the map computes many in one call."""
-    block = max(BLOCK // len(states), 1) if isinstance(map, OrbitMap) and len(states) else 1
+    many = map if isinstance(map, OrbitMap) else None  # a check of a protocol takes as long as a return
+    block = max(BLOCK // len(states), 1) if many is not None and len(states) else 1
     for first in range(0, n, block):
-        if isinstance(map, OrbitMap):
-            returns = map.orbits(states, min(block, n - first), derivative=True)
+        if many is not None:
+            returns = many.orbits(states, min(block, n - first), derivative=True)
         else:
             returns = map.first_return(states, derivative=True)
         part = _carried(returns, frames)

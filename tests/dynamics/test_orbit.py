@@ -28,15 +28,15 @@ def test_compiled_orbits_are_those_of_single_returns(count, a):
     ours, theirs = (nsmaps.orbit(map, starts, 150) for map in (system, OneByOne(system)))
     for name in ("states", "turns", "codes", "outcome"):
         assert np.array_equal(getattr(ours, name), getattr(theirs, name), equal_nan=name == "states"), name
-    alive = np.isfinite(ours.states).all(axis=-1)
+    alive, words = np.isfinite(ours.states).all(axis=-1), ours.words
     for k in range(150):  # every step by itself
         returns = system.first_return(ours.states[k][alive[k]])
         assert np.array_equal(returns.image, ours.states[k + 1][alive[k]], equal_nan=True)
         assert np.array_equal(returns.outcome, ours.outcome[k][alive[k]])
-        assert returns.words.tolist() == ours.words[k][alive[k]].tolist()
+        assert returns.words.tolist() == words[k][alive[k]].tolist()
         if k:
             assert np.array_equal(ours.outcome[k][~alive[k]], ours.outcome[k - 1][~alive[k]])
-            assert set(ours.words[k][~alive[k]]) <= {""}
+            assert set(words[k][~alive[k]]) <= {""}
     if a < 1 and count > 1:
         assert Outcome.rests in ours.outcome[-1]
 
