@@ -83,11 +83,19 @@ class Entry(JITCodeLibrary):  # type: ignore[misc]
                 self._reload_init.update(library._reload_init)
         for name in linked(self._final_module, self):
             self._final_module.get_function(name).linkage = "internal"
+        self._drop_unused_arguments()
         self.linked = self._final_module.as_bitcode()
         self._optimize_final_module()
         self._final_module.verify()
         self._finalize_final_module()
         self._environments = list(self._connected())  # compiled code holds their addresses alone
+
+    def _drop_unused_arguments(self) -> None:
+        """Parts hand on whole tables, of which each reads a few: without the rest the other passes take down to half the time."""
+        passes = llvm.create_new_module_pass_manager()
+        if hasattr(passes, "add_dead_arg_elimination_pass"):  # which the oldest llvmlite allowed does not have
+            passes.add_dead_arg_elimination_pass()
+            passes.run(self._final_module, llvm.create_pass_builder(self._codegen._tm, llvm.create_pipeline_tuning_options()))
 
     def _connected(self) -> Iterator[Any]:
         """Connect the compiled code to the Python objects of its parts, as numba does for a single function."""

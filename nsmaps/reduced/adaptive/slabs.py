@@ -118,7 +118,7 @@ def _fitted(
 ) -> list[Slab | None]:
     """Each band as a slab, in the simplest chart in which its curves are resolved, or None.
 
-    A band in which lines away from its ends are of several kinds is none in any chart.
+    A band in which lines away from its ends are of several kinds has no chart in which it is a slab, and is not tried.
     """
     result: list[Slab | None] = [None] * len(bands)
     left = list(range(len(bands)))
