@@ -128,7 +128,8 @@ class Clock:
 def start(turns: int = TURNS, *, environment: Mapping[str, str] | None = None, progress: Progress | None = None) -> StartResult:
     """Take the user time of programs from their start to their result, each beside I: some minutes.
 
-    Programs have the given environment, that of this process if omitted, in which `nsmaps` has limited NumPy to one core.
+    Programs have the given environment, that of this process if omitted. `nsmaps bench` gives that of its shell, without its own
+    limit of NumPy to one core.
 
     Raises NsmapsError where a program fails, and on systems that do not report the user time of programs (Windows).
     """
