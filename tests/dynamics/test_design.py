@@ -205,6 +205,20 @@ def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.Optimum) 
     assert found.basins.fractions[0] == shares[0]
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize("tolerance", [0.01, 0.01 * (1 + 1e-13), 0.01 * (1 - 1e-9), 0.01 * (1 + 1e-5)])
+def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rounding(tolerance: float) -> None:
+    """COBYLA by itself ends between 57.7/64.5 and 67.9/64.5, or without a point that holds the share, by such changes."""
+    grid = nsmaps.Grid(
+        axes={"v": nsmaps.Axis(low=0.05, high=1.95, points=16), "phi": nsmaps.Axis(low=0, high=2 * pi * 15 / 16, points=16)}
+    )
+    bounds, kept = {"d": (0.3, 1.2), "g_bar": (0, 0.24402)}, {"d": tolerance, "g_bar": 0.01}
+    how = PAIR.at, {"name": "energy", "formula": "(v**2 - v_after**2)/2"}, bounds, NEAR, START
+    found = nsmaps.optimize(*how, motion="1:1/T", states=grid, share=0.9, tolerances=kept, returns=300, starts=1)
+    assert found.conditions[-1].value >= 0.9
+    assert found.value > 65.5 / 64.5
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -229,7 +243,7 @@ def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.Optimum) 
             {"graze": 0.06, "start": [0.0820254, 3.7085256], "period": 3},
             "the motion at d = 0.35, g_bar = 0.211328 has a margin of .* from a graze; expected: 0.06 or more",
         ),
-        ({"states": [[1.9, 0.1], [0.1, 0.2]], "share": 1.0, **ALONE}, "the basin holds at most"),
+        ({"states": [[1.9, 0.1]], "share": 1.0, "returns": 1, **ALONE}, "the basin holds at most 0 of 1 states"),
     ],
 )
 def test_what_cannot_be_answered_is_refused(changes: dict[str, Any], message: str) -> None:

@@ -13,6 +13,8 @@ from nsmaps.dynamics.design.search import Search
 REACH = 1e-6  #: distance from the motion, in the scale of its states, within which a state has come to it
 FIRST, LAST = 0.05, 1e-3  #: steps of COBYLA, as shares of the parameters' ranges
 TRIALS = 60  #: points of COBYLA, at most
+SPREAD = 64  #: points in the bounds that are tried where one is better than the best known
+ROUNDS = 8  #: searches from the best point known, at most
 
 
 def attractor_of(point: Point) -> Attractor:
@@ -65,7 +67,41 @@ class Basin:
         return np.append(found, beyond)
 
     def best(self, begin: Floats) -> Point | None:
-        """The best motion among the points of COBYLA that meets all conditions; None without one."""
+        """The best motion known that meets all conditions; None without one.
+
+        COBYLA first continues from `begin`. Which of the points that hold the share it meets is chance, so that points spread
+        over the bounds are tried too, those of the best values first, until one is better; then COBYLA goes on from the best
+        known, as long as that leads further.
+        """
+        self._search(begin)
+        for at in self._spread(len(begin)):
+            if self.search.sought(at) >= self._least():
+                break
+            self.conditions(at)
+        for _ in range(ROUNDS):
+            least = self._least()
+            if self.met:
+                self._search(self._known().at)
+            if self._least() >= least:
+                break
+        return self._known() if self.met else None
+
+    def _spread(self, k: int) -> list[Floats]:
+        """Points of a Halton sequence at which the other conditions are met, the best first."""
+        from scipy.stats.qmc import Halton
+
+        return sorted(filter(self.search.met, Halton(k, scramble=False).random(SPREAD)), key=self.search.sought)
+
+    def _known(self) -> Point:
+        """The best motion known that meets all conditions."""
+        return min(self.met, key=lambda point: self.search.sign * point.value)
+
+    def _least(self) -> float:
+        """What is sought at the best motion known; infinite without one."""
+        return self.search.sought(self._known().at) if self.met else np.inf
+
+    def _search(self, begin: Floats) -> None:
+        """Search with COBYLA; its points that meet all conditions are kept."""
         from scipy.optimize import minimize
 
         minimize(
@@ -77,4 +113,3 @@ class Basin:
             tol=LAST,
             options={"rhobeg": FIRST, "maxiter": TRIALS},
         )
-        return min(self.met, key=lambda point: self.search.sign * point.value, default=None)

@@ -104,7 +104,8 @@ def optimize(
             walls that are not met as shares of the distance flown at it in a radian of phase.
         states: whose basins are computed at the optimum, as of `basins`; None for none.
         share: of these states that is at least to come to the motion. It is sampled and has no derivative: where the optimum of
-            SLSQP has less, COBYLA continues from there, with the same states, to steps of 1e-3 of the bounds.
+            SLSQP has less, COBYLA continues from there and from a better point of 64 in the bounds, with the same states, to
+            steps of 1e-3 of the bounds.
         tolerances: of parameters. The share is also to be kept where one of them differs by its tolerance, either way, since the
             basins of attractors that come and go change with every parameter.
         returns: within which a state is to come to the motion.
