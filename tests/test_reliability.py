@@ -120,7 +120,7 @@ def test_full_disk(work: Path, whole: dict[str, np.ndarray]) -> None:
     """The run ends in a line; with more room it goes on, and what was finished is there."""
     (work / "out").mkdir()
     size = sum(value.nbytes for value in whole.values()) // 1024
-    for room in np.linspace(0.05, 1.6, TIMES) * size:
+    for room in np.linspace(0.05, 1.2, TIMES) * size:  # a run needs 1.3 of it, for a short time
         more = f'mount -o remount,size={8 * size}k out; ls out/parts >&2; "$@" --resume && cp -r out saved'
         code, told = done(work, within=f'mount -t tmpfs -o size={int(room)}k tmpfs out; "$@"; echo $? >&2; {more}')
         assert code == 0, told
@@ -151,7 +151,7 @@ def test_read_only_disk(work: Path, whole: dict[str, np.ndarray]) -> None:
         only = "mount --bind out out; mount -o remount,ro,bind out"
         code, told = done(work, *(["--resume"] if k % 2 else []), within=only + '; "$@"')
         assert (code, told.count("\n")) == (2, 1)
-        assert told.startswith("out is no folder that can be written to")
+        assert told.startswith("out is not a writable folder")
         kernels = "mount --bind kernels kernels; mount -o remount,ro,bind kernels"
         assert done(work, within=kernels + '; "$@"') == (0, "")
         assert_same(work / "out", whole)
