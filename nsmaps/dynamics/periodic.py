@@ -12,7 +12,6 @@ from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
 MOST_STEPS = 50  #: steps of Newton's method
@@ -86,7 +85,7 @@ class PeriodicOrbit:
     @property
     def exists(self) -> bool:
         """True if every return on it is certified: it has an image, and is not within rounding of a graze."""
-        return bool(np.isin(self.returns.outcome, (Outcome.returned, Outcome.stuck)).all())
+        return bool(self.returns.decided.all())
 
     @cached_property
     def derivative(self) -> Floats:

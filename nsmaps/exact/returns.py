@@ -75,7 +75,12 @@ class Returns(WithCoordinates):
 
         False for fitted polynomials and for flights that were integrated numerically.
         """
-        return np.isin(self.outcome, (Outcome.returned, Outcome.stuck)) & (not self.fitted) & (not self.integrated)
+        return self.decided & (not self.fitted) & (not self.integrated)
+
+    @property
+    def decided(self) -> NDArray[np.bool_]:
+        """The returns with an image that is not one of several within rounding of a graze, shape (N,): returned or stuck."""
+        return np.asarray((self.outcome == Outcome.returned) | (self.outcome == Outcome.stuck))
 
     @property
     def lifted(self) -> Floats:

@@ -75,8 +75,9 @@ class OrbitCurve(WithCoordinates):
             return None
         q, n = states.shape
         orbit = PeriodicOrbit(returns, self.tolerance, self.scale)
-        by_value = np.broadcast_to(self._by_value(map, returns, value) / self.scale * self.unit, (q, n)).reshape(q * n, 1)
-        jacobian = np.hstack([shooting_jacobian(returns.derivative, self.scale) * np.sqrt(q), by_value])
+        jacobian = np.empty((q * n, q * n + 1))
+        jacobian[:, :-1] = shooting_jacobian(returns.derivative, self.scale) * np.sqrt(q)
+        jacobian[:, -1] = self.by_value(map, returns, value)
         if not np.isfinite(jacobian).all():
             return None
         residual = (orbit.gaps / self.scale).ravel()
@@ -96,18 +97,21 @@ class OrbitCurve(WithCoordinates):
         return self.y(states, (one[-1] - other[-1]) * self.unit)
 
     def margins(self, map: ReturnMap, states: Floats) -> Floats:
-        """The least gap to a wall that is not met and the least impact speed of an orbit, shape (2,); infinity where unknown.
+        """The least gap to a wall that is not met and the least impact speed of orbits (..., q, n), shape (..., 2).
 
-        Speeds are shares of the scale of speeds, gaps shares of the distance flown at it in a radian of phase.
+        Infinity where unknown. Speeds are shares of the scale of speeds, gaps shares of the distance flown at it in a radian of
+        phase.
         """
+        shape = states.shape[:-1]
         if not is_exact(map):
-            return np.full(2, np.inf)
-        found, speed = map.itineraries(states), self.scale[0]
+            return np.full((*shape[:-1], 2), np.inf)
+        found, speed = map.itineraries(states.reshape(-1, states.shape[-1])), self.scale[0]
         rate = map.phase_rate() or 1.0  # of systems without forcing gaps are in their own units
-        return np.array([found.clearance.min() * rate / speed, found.slowest.min() / speed])
+        clearance, slowest = (each.reshape(shape).min(axis=-1) for each in (found.clearance, found.slowest))
+        return np.stack([clearance * rate / speed, slowest / speed], axis=-1)
 
-    def _by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
-        """The derivative of the images by the parameter, shape (q, n): through impacts where the map is exact."""
+    def by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
+        """The derivative of the gaps by the parameter, shape (q n,), in the curve's units; of exact maps through impacts."""
 
         def images(value: float) -> Floats | None:
             there = self.map_of(value).first_return(returns.start)
@@ -115,11 +119,14 @@ class OrbitCurve(WithCoordinates):
                 return None
             return returns.coordinates.difference(there.image, returns.image)
 
+        slopes = np.full(1, np.nan)
         if is_exact(map):
-            exact = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit))
-            if np.isfinite(exact).all():
-                return exact
-        return derivative_of(images, value, self.unit, self.scale)
+            slopes = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit, map))
+        if not np.isfinite(slopes).all():
+            slopes = derivative_of(images, value, self.unit, self.scale)
+        found = np.empty_like(returns.start)
+        found[:] = slopes / self.scale * self.unit
+        return found.ravel()
 
     def missing(self, value: float) -> str:
         """The reason why there is no map at a value of the parameter, or an empty string."""
@@ -132,16 +139,21 @@ class OrbitCurve(WithCoordinates):
         return ", ".join(dict.fromkeys(ends))
 
 
-def parameter_rates(map_of: Callable[[float], ReturnMap], value: float, unit: float) -> dict[str, float]:
-    """The rates at which the parameters of an exact system change with a parameter of which it is a function, in this unit."""
+def parameter_rates(
+    map_of: Callable[[float], ReturnMap], value: float, unit: float, map: ReturnMap | None = None
+) -> dict[str, float]:
+    """The rates at which the parameters of an exact system change with a parameter of which it is a function, in this unit.
 
-    def parameters(value: float) -> Floats:
-        return np.array(list(cast(ExactMap, map_of(value)).parameters.values()))  # of a protocol a check takes longer
+    The map at the value is made unless it is given.
+    """
 
-    map = map_of(value)
+    def parameters(map: ReturnMap) -> Floats:
+        return np.array(list(cast(ExactMap, map).parameters.values()))  # of a protocol a check takes longer
+
+    map = map_of(value) if map is None else map
     assert is_exact(map)
-    known = np.abs(parameters(value))
-    rates = derivative_of(parameters, value, unit, np.where(known == 0, 1.0, known))
+    known = np.abs(parameters(map))
+    rates = derivative_of(lambda value: parameters(map_of(value)), value, unit, np.where(known == 0, 1.0, known))
     return dict(zip(map.parameter_names(), rates.tolist(), strict=True))
 
 

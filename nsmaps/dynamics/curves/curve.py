@@ -128,7 +128,12 @@ def _beside(curve: CriticalCurve, event: Event, second: float) -> Floats | None:
                 states = event.orbit.states
                 found = periodic_orbit(map, states, len(states), branch.tolerance, branch.scale)
                 same = curve.side is None or np.array_equal(found.returns.codes, own)
-                if found.converged and found.exists and same and curve.least <= curve.clearance(map, found.states) <= MOST:
+                if (
+                    found.converged
+                    and found.exists
+                    and same
+                    and curve.least <= curve.clearance(map, found.states[None])[0] <= MOST
+                ):
                     return branch.y(found.states, value)
             share *= 1.5
     return None
@@ -282,7 +287,7 @@ def _side(map: ReturnMap, states: Floats, scale: Floats) -> Side:
     """
     steps = [sign * row for row in np.diag(scale) for sign in (1.0, -1.0)]
     sides = [Side(k, step) for k in range(len(states)) for step in steps]
-    distances = [side.distance(map, states) for side in sides]
+    distances = [side.distance(map, states[None])[0] for side in sides]
     if not min(distances) < LEAST:
         raise NsmapsError(f"no state within {LEAST:g} of the orbit has other words; expected: an orbit at the border")
     return sides[int(np.argmin(distances))]

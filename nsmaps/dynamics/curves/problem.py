@@ -8,6 +8,7 @@ graze a clearance, at a border the distance of a state from states of other word
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.exact.returns import Returns
 
 H = 1e-6  #: step of the differences of the condition, in the curve's units
 FAR = 0.01  #: distance from a border, in units of branches, up to which it is looked for
@@ -41,17 +43,21 @@ class Side:
     state: int  #: number of the state
     step: Floats  #: shape (n,), a unit of the coordinate, upwards or downwards
 
-    def distance(self, map: ReturnMap, states: Floats) -> float:
-        """The distance of the state from one with another word, in units of the step, or infinity."""
-        near, far = 0.0, FAR
+    def distance(self, map: ReturnMap, states: Floats) -> Floats:
+        """The distances of the state of M orbits (M, q, n) from one with another word, in units of the step, or infinity."""
+        own, rows = states[:, self.state, None], np.arange(len(states))
+        near, far, known = np.zeros(len(rows)), np.full(len(rows), FAR), np.ones(len(rows), bool)
         for _ in range(DIVISIONS):
-            steps = np.linspace(near, far, PARTS + 1)
-            codes = map.first_return(states[self.state] + np.append(0.0, steps)[:, None] * self.step).codes
-            other = np.flatnonzero(codes[1:] != codes[0])
-            if not len(other):
-                return np.inf
-            near, far = steps[max(other[0] - 1, 0)], steps[other[0]]
-        return float(near + far) / 2
+            steps = np.linspace(near, far, PARTS + 1, axis=-1)
+            tried = own + np.insert(steps, 0, 0.0, axis=-1)[..., None] * self.step
+            codes = map.first_return(tried.reshape(-1, tried.shape[-1])).codes.reshape(len(rows), -1)
+            other = codes[:, 1:] != codes[:, :1]
+            known &= other.any(axis=1)
+            if not known.any():
+                break
+            first = other.argmax(axis=1)
+            near, far = steps[rows, np.maximum(first - 1, 0)], steps[rows, first]
+        return np.where(known, (near + far) / 2, np.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,53 +93,63 @@ class CriticalCurve:
         """The orbit at these unknowns, with the derivatives of its gaps and of the condition; None where there is none."""
         first, second = self.values(y)
         here = self.in_first(second).evaluate(y[:-1])
-        there = self.in_second(first).evaluate(np.append(y[:-2], y[-1]))
-        if here is None or there is None:
+        there = None if here is None else self._by_second(here, first, second)
+        slopes = None if here is None or there is None else self._slopes(y, here)
+        if here is None or there is None or slopes is None or not np.isfinite(slopes).all():
             return None
-        slopes = self._slopes(y, here)
-        if slopes is None or not np.isfinite(slopes).all():
-            return None
-        jacobian = np.vstack([np.hstack([here.jacobian, there.jacobian[:, -1:]]), slopes])
-        residual = np.append(here.residual, self.condition(self.map_of(first, second), here.orbit))
+        jacobian = np.empty((len(slopes) - 1, len(slopes)))
+        jacobian[:-1, :-1], jacobian[:-1, -1], jacobian[-1] = here.jacobian, there, slopes
+        residual = np.append(here.residual, self._conditions(self.map_of(first, second), here.orbit.returns))
         return CriticalPoint(np.append(here.y, y[-1]), (first, second), here.orbit, residual, jacobian)
 
-    def clearance(self, map: ReturnMap, states: Floats) -> float:
-        """The distance of an orbit from the graze or the border, in units of branches."""
-        return float(self.along.margins(map, states)[0]) if self.side is None else self.side.distance(map, states)
+    def _by_second(self, here: OrbitPoint, first: float, second: float) -> Floats | None:
+        """The derivative of the gaps by the second parameter, shape (q n,), or None."""
+        curve = self.in_second(first)
+        map, _ = map_or_reason(curve.map_of, second)
+        slopes = None if map is None else curve.by_value(map, here.orbit.returns, second)
+        return slopes if slopes is not None and np.isfinite(slopes).all() else None
 
-    def condition(self, map: ReturnMap, orbit: PeriodicOrbit) -> float:
-        """The condition, zero on the curve."""
+    def clearance(self, map: ReturnMap, states: Floats) -> Floats:
+        """The distances of M orbits (M, q, n) from the graze or the border, in units of branches."""
+        return self.along.margins(map, states)[:, 0] if self.side is None else self.side.distance(map, states)
+
+    def _conditions(self, map: ReturnMap, returns: Returns) -> Floats:
+        """The condition of M orbits, given by their M q returns, shape (M,), zero on the curve."""
+        shape = (-1, self.along.period, returns.start.shape[1])
         if self.least:
-            return self.clearance(map, orbit.states) - self.least
+            return self.clearance(map, returns.start.reshape(shape)) - self.least
+        assert returns.derivative is not None
+        first, *others = returns.derivative.reshape(*shape, shape[-1]).swapaxes(0, 1)
+        whole = reduce(lambda so_far, each: each @ so_far, others, first)
         if self.kind != "Neimark-Sacker":
             one = 1.0 if self.kind == "period doubling" else -1.0
-            return float(np.linalg.det(orbit.derivative + one * np.eye(len(orbit.derivative))))
-        values = np.linalg.eigvals(orbit.derivative)
-        i, j = np.triu_indices(len(values), 1)
-        return float(np.prod(values[i] * values[j] - 1).real)
+            return np.asarray(np.linalg.det(whole + one * np.eye(shape[-1])))
+        values = np.linalg.eigvals(whole)
+        i, j = np.triu_indices(shape[-1], 1)
+        return np.asarray(np.prod(values[:, i] * values[:, j] - 1, axis=1).real)
 
     def _slopes(self, y: Floats, here: OrbitPoint) -> Floats | None:
         """The derivative of the condition by the unknowns, by central differences."""
-        h = min(H, self.least / 100) if self.least else H
-        found = np.empty(len(y))
-        for k in range(len(y)):
-            ends = []
-            for sign in (h, -h):
-                moved = y.copy()
-                moved[k] += sign
-                map, _ = map_or_reason(self.map_of, *self.values(moved))
-                orbit = None if map is None else self._orbit(map, moved)
-                if map is None or orbit is None or not np.array_equal(orbit.returns.codes, here.orbit.returns.codes):
-                    return None
-                ends.append(self.condition(map, orbit))
-            found[k] = (ends[0] - ends[1]) / (2 * h)
-        return found
+        h, size = min(H, self.least / 100) if self.least else H, len(y)
+        moved = np.concatenate([y + h * np.eye(size), y - h * np.eye(size)])
+        of_states = np.arange(2 * size) % size < size - 2
+        found = np.empty(2 * size)
+        for rows in (np.flatnonzero(of_states), *np.flatnonzero(~of_states)[:, None]):
+            conditions = self._moved(moved[rows], here)
+            if conditions is None:
+                return None
+            found[rows] = conditions
+        return np.asarray((found[:size] - found[size:]) / (2 * h))
 
-    def _orbit(self, map: ReturnMap, y: Floats) -> PeriodicOrbit | None:
-        """The returns of the states among the unknowns, with derivatives; None where one has no image."""
-        returns = map.first_return(self.along.coordinates.wrap(self.along.states(y[:-1])), derivative=True)
-        known = returns.valid.all() and returns.derivative is not None
-        return PeriodicOrbit(returns, self.along.tolerance, self.along.scale) if known else None
+    def _moved(self, y: Floats, here: OrbitPoint) -> Floats | None:
+        """The condition at M unknowns of the same parameters, shape (M,); None where a state has no image, or another word."""
+        map, _ = map_or_reason(self.map_of, *self.values(y[0]))
+        if map is None:
+            return None
+        states = self.along.coordinates.wrap(np.concatenate([self.along.states(row[:-1]) for row in y]))
+        returns = map.first_return(states, derivative=not self.least)
+        same = (returns.codes.reshape(len(y), -1) == here.orbit.returns.codes).all()
+        return self._conditions(map, returns) if same and returns.valid.all() else None
 
     def exists(self, point: CriticalPoint) -> bool:
         """True if an orbit converged and all of its returns are certified by the map."""
