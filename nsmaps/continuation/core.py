@@ -190,7 +190,7 @@ def _ahead(curve: Curve[P], start: P, direction: Floats, h: float, before: Seque
         return tangential
     at, value, slope = nodes[-1]
     bend = value + (h - at) * slope
-    if len(nodes) > 1:
+    if len(nodes) > 1 and nodes[0][0] < at:
         other, farther, steeper = nodes[0]
         width = other - at
         mean = (farther - value) / width
