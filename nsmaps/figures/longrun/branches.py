@@ -132,8 +132,11 @@ def _beside(points: Floats, far: Floats) -> Floats:
 
 def _room(places: Floats, taken: Floats, half: Floats) -> Floats:
     """How many times as large a name at each place could be, half its size given, before it meets a point that is taken."""
-    dx, dy = (np.abs(x[:, None] - other) / size for x, other, size in zip(places.T, taken.T, half, strict=True))
-    return np.asarray(np.maximum(dx, dy).min(axis=1))
+    columns, room = np.ascontiguousarray(taken.T), np.empty(len(places))
+    for k, place in enumerate(places):  # one at a time, so that what is in between stays small
+        dx, dy = (np.abs(x - other) / size for x, other, size in zip(place, columns, half, strict=True))
+        room[k] = np.maximum(dx, dy).min()
+    return room
 
 
 def _dense(path: Floats) -> Floats:
