@@ -42,6 +42,7 @@ class Motion {
 
     draw() {
         const scale = window.devicePixelRatio || 1, box = this.canvas.getBoundingClientRect(), pen = this.canvas.getContext("2d")
+        if (this.now === this.spelt && (box.bottom < 0 || box.top > innerHeight)) return  // out of sight it stands still
         this.canvas.width = Math.round(box.width * scale)
         this.canvas.height = Math.round(box.height * scale)
         pen.setTransform(scale, 0, 0, scale, 0, 0)
