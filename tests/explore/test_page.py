@@ -63,7 +63,8 @@ def opened(once):
 
 
 def show_surfaces(page):
-    """Bring the surfaces into sight, and wait until they are drawn."""
+    """Bring the surfaces into sight, and wait until they are drawn: low, as a processor alone fills their pixels."""
+    page.evaluate("() => { document.getElementById('surfaces').style.height = '12rem' }")
     page.locator("#surfaces").scroll_into_view_if_needed()
     page.locator("#surfaces canvas").first.wait_for()
     page.wait_for_function("() => !due && document.getElementById('surfaces').listens")
