@@ -1,6 +1,7 @@
 """Flights whose terms cancel, against 40 digits: right, or undecided; never certified and wrong."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cache, partial
 from types import SimpleNamespace
 
@@ -16,6 +17,7 @@ from toys import Dragged, Saddle, Table, Textbook
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact import kernel
 from nsmaps.exact.engine.flight import layout
+from nsmaps.exact.flows import tables
 from nsmaps.exact.flows.exponentials import Expansion
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.outcome import Outcome
@@ -211,6 +213,20 @@ def test_sums_kept_from_other_parameters_are_those_of_a_new_formula():
             decay = values[0] * place * mp.exp(-values[1] * s) * mp.cos(s + phi)
             direct = decay + mp.exp(-s) * (mp.sin(values[1] * s) - values[0] * speed) + mp.mpf(values[1]) ** 2
             assert abs(total - direct) < mp.mpf(10) ** -45
+
+
+def test_tables_repeated_at_other_parameters_are_those_of_new_formulas():
+    """Across slow waves, the ends of damping and rates that agree, and back."""
+    system = ImpactOscillator(zeta=0.5, w=0.7, A=1.2, wall=0.1)
+    used, width = tables.formulas_of(system), []
+    for zeta in (0.5, 0.9999, 0.99999, 0.3, 0.0, 0.3, 0.9999, 0.0, 1e-9, 0.7):
+        values = [zeta, 0.7, 1.2, 0.1, 0.9]
+        tables._flight.cache_clear()
+        found = used.table(values)
+        new = replace(used, displacement=Expansion(used.displacement.formula, used.displacement.parameters))
+        assert np.array_equal(found, new.table(values), equal_nan=True)
+        width.append(len(found))
+    assert len(set(width)) == 2  # waves that are slow have a chain
 
 
 def test_tables_made_in_many_threads_are_the_same():

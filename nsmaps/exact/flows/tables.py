@@ -8,13 +8,12 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import mpmath as mp
-import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.engine.flight import layout as at
-from nsmaps.exact.flows.exponentials import DIGITS, Expansion, Sum, functional, rates_of
+from nsmaps.exact.flows.exponentials import Expansion
 from nsmaps.exact.flows.formulas import (
     V,
     Z,
@@ -27,139 +26,17 @@ from nsmaps.exact.flows.formulas import (
     is_linear,
 )
 from nsmaps.exact.flows.laws import law_address
+from nsmaps.exact.flows.numbers import Finish, Number, Recorded
+from nsmaps.exact.flows.rates import packed, rates_and_powers
+from nsmaps.exact.flows.recording import DIGITS, Real
 from nsmaps.exact.flows.source import period_of, walls_of
 from nsmaps.exact.systems.files import place_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
 
-CANCELS = mp.mpf("0.1")  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
-NEAR = mp.mpf("0.1")  #: and if their rates differ by less than this share
-SLOW = mp.mpf("0.02")  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
 ONE_AT_A_TIME = Lock()  #: mpmath has one precision for all threads
 FLIGHTS = 4096  #: number of flights that are remembered, about 1 kB each
-ORDERS = range(2, 6)  #: time derivatives of the displacement at the start: acceleration to crackle
-
-
-@dataclass(frozen=True, slots=True)
-class Rate:
-    """A rate with its complex coefficients by the features, of exp(rate s) or of the function of a chain, see `layout`."""
-
-    rate: Any
-    coefficients: list[Any]
-    power: int = 0
-    difference: Any = 0
-    linked: bool = False  #: to the next
-
-    @property
-    def chained(self) -> bool:
-        """True if it is more than a plain exponential."""
-        return self.linked or self.power > 0
-
-
-def rates_and_powers(total: Sum, harmonics: int) -> tuple[list[Rate], list[list[Any]]]:
-    """The plain rates, then the chained ones; and the coefficients of s^n/n! from n = 2 on."""
-    powers, plain, chains = list[list[Any]](), list[Rate](), list[Rate]()
-    for rate, degree in rates_of(total):
-        rows = [[x * mp.factorial(n) for x in functional(total, rate, n, harmonics)] for n in range(degree + 1)]
-        if rate == 0:
-            powers = rows[2:]
-        elif degree:
-            chains += [Rate(rate, row, n, linked=n < degree) for n, row in enumerate(rows)]
-        elif 0 < mp.im(rate) < SLOW * abs(rate):
-            chains += _slow_wave(rate, rows[0])
-        else:
-            plain.append(Rate(rate, rows[0]))
-    return [*_paired(plain), *chains], powers
-
-
-def _slow_wave(rate: Any, row: list[Any]) -> list[Rate]:
-    """A damped wave by exp(a s) cos(k s) and exp(a s) sin(k s)/k, the divided difference of the rates a + i k and a - i k."""
-    real, imaginary = _real(row)
-    k = mp.im(rate)
-    return [Rate(rate, real, linked=True), Rate(mp.conj(rate), [x * k for x in imaginary], 1, mp.mpc(0, -2 * k))]
-
-
-def _paired(plain: list[Rate]) -> list[Rate]:
-    """Rates that nearly agree and whose terms cancel, as pairs with a divided difference; the others come first."""
-    left, pairs = list(plain), []
-    for one in plain:
-        for other in plain:
-            if one in left and other in left and one is not other and _cancel(one, other):
-                left.remove(one)
-                left.remove(other)
-                delta = other.rate - one.rate
-                both = [x + y for x, y in zip(one.coefficients, other.coefficients, strict=True)]
-                pairs += [Rate(one.rate, both, linked=True)]
-                pairs += [Rate(other.rate, [y * delta for y in other.coefficients], 1, delta)]
-    return left + pairs
-
-
-def _cancel(one: Rate, other: Rate) -> bool:
-    if abs(one.rate - other.rate) > NEAR * max(abs(one.rate), abs(other.rate)):
-        return False
-    pairs = zip(one.coefficients, other.coefficients, strict=True)
-    return any(abs(x + y) < CANCELS * max(abs(x), abs(y)) for x, y in pairs if max(abs(x), abs(y)) > 0)
-
-
-def rows_at_start(rates: list[Rate], powers: list[list[Any]], count: int) -> list[list[Any]]:
-    """Acceleration, jerk, snap and crackle at the start by the features, with the contribution of the velocity itself."""
-    rows = []
-    for order in ORDERS:
-        row = list(powers[order - 2]) if order - 2 < len(powers) else [mp.mpc(0)] * count
-        for one, before in zip(rates, [None, *rates], strict=False):
-            value = _at_zero(one, before, order)
-            row = [x + value * c for x, c in zip(row, one.coefficients, strict=True)]
-        rows.append([mp.re(x) for x in row])
-    return rows
-
-
-def _at_zero(one: Rate, before: Rate | None, order: int) -> Any:
-    """The derivative of this order at zero of exp(rate s), of s^n exp(rate s)/n! or of a divided difference."""
-    if not one.power:
-        return one.rate**order
-    if one.difference:
-        assert before is not None
-        return sum(one.rate**k * before.rate ** (order - 1 - k) for k in range(order))
-    return mp.binomial(order, one.power) * one.rate ** (order - one.power) if order >= one.power else mp.mpc(0)
-
-
-def packed(rates: list[Rate], powers: list[list[Any]], harmonics: int, parameters: list[float]) -> Floats:
-    """The table of a flight, its head filled except for walls and laws."""
-    rates = sorted(rates, key=lambda one: one.chained)
-    count, simple = at.features(harmonics), sum(not one.chained for one in rates)
-    sizes = [len(powers) * count, 2 * len(rates), 2 * len(rates) * count, at.CHAIN * (len(rates) - simple), 4 * count]
-    begins = at.HEAD + np.cumsum([0, *sizes])
-    table = np.zeros(int(begins[-1]) + len(parameters) + 1)
-    growing = max([float(mp.re(one.rate)) for one in rates], default=0.0)
-    local = growing > 0 or len(powers) > 1 or simple < len(rates)
-    table[at.HARMONICS : at.WIDE + 1] = harmonics, len(powers), simple, len(rates) - simple, local, _reach(rates), not local
-    table[at.AT_POWERS : at.AT_PARAMETERS + 1] = begins
-    table[at.DAMPED] = any(row[2] != 0 for row in [*powers, *(one.coefficients for one in rates)])
-    table[at.FLIGHT_SIZE] = at.POLYNOMIAL + len(powers) + 2 * len(rates) + 1
-    fill = [
-        [float(mp.re(x)) for row in powers for x in row],
-        [float(part) for one in rates for part in (one.rate.real, one.rate.imag)],
-    ]
-    fill.append([float(x) for one in rates for row in _real(one.coefficients) for x in row])
-    fill.append(
-        [x for one in rates[simple:] for x in (one.power, float(mp.re(one.difference)), float(mp.im(one.difference)), one.linked)]
-    )
-    fill.append([float(x) for row in rows_at_start(rates, powers, count) for x in row])
-    for begin, values in zip(begins, [*fill, parameters], strict=True):
-        table[begin : begin + len(values)] = values
-    return table
-
-
-def _reach(rates: list[Rate]) -> float:
-    """The time over which bounds on flights that grow are taken: growth by a factor e."""
-    growing = max([float(mp.re(one.rate)) for one in rates], default=0.0)
-    fastest = max([float(abs(one.rate)) for one in rates], default=1.0)
-    return 1 / growing if growing > 0 else 10 / fastest
-
-
-def _real(row: list[Any]) -> tuple[list[Any], list[Any]]:
-    return [mp.re(x) for x in row], [-mp.im(x) for x in row]
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,6 +68,16 @@ class Formulas:
         free = self.displacement.formula.free_symbols
         return [symbol in free for symbol in self.symbols]
 
+    @cached_property
+    def flights(self) -> Recorded:
+        """The tables without walls, laws and parameters, by the numbers of the displacement."""
+        return Recorded(self._packed, self.displacement.fixed)
+
+    def _packed(self, numbers: list[Number]) -> tuple[list[Real], Finish]:
+        total = self.displacement.expanded(numbers)
+        harmonics = max([1, *(abs(term.harmonic) for term in total)])
+        return packed(*rates_and_powers(total, harmonics), harmonics, len(self.symbols))
+
     def table(self, values: list[float]) -> Floats:
         """The table at these values of the parameters, shape (M,)."""
         with ONE_AT_A_TIME, mp.workdps(DIGITS):
@@ -212,9 +99,7 @@ class Formulas:
 @lru_cache(maxsize=FLIGHTS)
 def _flight(formulas: Formulas, values: tuple[float, ...]) -> Floats:
     """The table without walls, laws and parameters, at values of the parameters on which flights depend, 0 for the others."""
-    total = formulas.displacement.at(list(values))
-    harmonics = max([1, *(abs(term.harmonic) for term in total)])
-    return packed(*rates_and_powers(total, harmonics), harmonics, list(values))
+    return formulas.flights(formulas.displacement.numbers(values))
 
 
 @lru_cache(maxsize=64)

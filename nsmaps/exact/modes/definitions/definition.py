@@ -15,8 +15,9 @@ import sympy as sp
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.exponentials import DIGITS, Expansion
+from nsmaps.exact.flows.exponentials import Expansion
 from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.flows.recording import DIGITS
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import mpmath as mp
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.flows.exponentials import DIGITS
+from nsmaps.exact.flows.recording import DIGITS
 from nsmaps.exact.modes.definitions.definition import Definition, harmonics_of
 from nsmaps.exact.modes.enclosure.zeros import mode_of, zeros_of
 from nsmaps.exact.modes.tables.tables import Tables
