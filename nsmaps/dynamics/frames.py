@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from nsmaps.exact.compiling.compiled import njit
-from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.jit import entry, inner
 
 
 @inner
@@ -62,7 +61,7 @@ def orthonormalized(columns, growth):
                 columns[a, j] -= columns[a, i] * along
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def carried(derivatives, frames, growth):
     """Carry M frames, shape (M, dim, dim), through n derivatives, shape (n, M, dim, dim), in place; write (n, M, dim) growths."""
     dim = frames.shape[1]

@@ -37,6 +37,10 @@ def call_all() -> None:
         )
     for call in CALLS.values():
         call(pair)
+    strips = nsmaps.strip_map(pair, [[0.8, 0.81], [0.4, 0.41]], 1e-2)
+    strips.first_return([[0.805, 0.405]], derivative=True)
+    strips.orbits([[0.805, 0.405]], 2)
+    nsmaps.lyapunov(pair, state, 32, 4)
     CALLS["boxes"](capsule)
     CALLS["noise"](capsule)
     nsmaps.load_study("duffing/diagram").system_object().first_return([[1.5, 0.5]])

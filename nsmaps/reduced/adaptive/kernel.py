@@ -7,7 +7,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.compiling.compiled import njit
-from nsmaps.exact.engine.jit import LEAN
+from nsmaps.exact.engine.jit import ENTRY, LEAN
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT
@@ -50,7 +50,7 @@ FAST = {"contract": True, "nsz": True}  #: a product and a sum may be rounded on
 inner = njit(**LEAN, fastmath=FAST)
 inlined = njit(**LEAN, fastmath=FAST, forceinline=True)
 allocating = njit(**{**LEAN, "_nrt": True}, fastmath=FAST)
-entry = njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+entry = njit(**ENTRY, fastmath=FAST)
 
 
 @inlined

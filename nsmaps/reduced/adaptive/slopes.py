@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from nsmaps.exact.compiling.compiled import njit
+from nsmaps.exact.engine.jit import entry
 from nsmaps.reduced.adaptive.kernel import (
     ABOVE_COUNT,
     ABOVE_FIRST,
@@ -61,7 +61,7 @@ def _bend(curve, first, count, s):
     return slope * count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def slopes(tables, v, phi, number, out):
     """The derivatives of speed and advance by speed and phase, written into (N, 2, 2), by the chain rule through the charts."""
     curve = tables.curve
