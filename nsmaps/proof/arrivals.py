@@ -1,12 +1,12 @@
 """The cells of a search, and those in which arrivals can be, in floats."""
 
-from collections.abc import Callable
 from math import floor
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from nsmaps.exact.engine.jit import allocating, inner
 
 Doubles = NDArray[np.float64]
 Integers = NDArray[np.signedinteger]  #: of 32 bits in cells, of which there are up to 10^8
@@ -14,13 +14,6 @@ OPEN, SPLIT, CUT = 65535, 65534, 65533
 WIDE: Any = np.int64  #: the one type of numbers of cells and phases in calls: for others all would be compiled once more
 NONE = WIDE(-1)  #: no cell
 PAD = 16.0  #: times the bound of rounding of the verification
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def compiled(function: F) -> F:
-    """A function compiled by numba, which calls others compiled so and lets other threads run."""
-    return cast(F, njit(cache=True, nogil=True)(function))
 
 
 class Flow(NamedTuple):
@@ -70,13 +63,13 @@ class Arrival(NamedTuple):
 UNKNOWN = Arrival(False, 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0)
 
 
-@compiled
+@inner
 def parts(cells: Cells, node: int) -> int:
     """The number of parts of a divided cell."""
     return 4 if cells.lines[cells.child[node], 0] == 0 else 2
 
 
-@compiled
+@inner
 def extent(cells: Cells, leaf: int) -> tuple[float, float]:
     """The slowest and fastest speed of a cell; reversed if it is empty."""
     _, _, width, row = cells.place[leaf]
@@ -85,7 +78,7 @@ def extent(cells: Cells, leaf: int) -> tuple[float, float]:
     return max(row * tall, low - rise), min((row + 1) * tall, high + rise)
 
 
-@compiled
+@inner
 def speeds(at: Arrival, slope: float) -> tuple[float, float]:
     """Bounds of u - slope (t1 - c1) on the line f = 0, by multiples of f that remove one of the three derivatives, or none."""
     low, high = -np.inf, np.inf
@@ -99,7 +92,7 @@ def speeds(at: Arrival, slope: float) -> tuple[float, float]:
     return low, high
 
 
-@compiled
+@allocating
 def blocking(
     flow: Flow, cells: Cells, skipped: int, wall: int, first: int, end: int, low: float, high: float, at: Arrival
 ) -> tuple[int, int]:
@@ -140,7 +133,7 @@ def blocking(
     return -1, highest
 
 
-@compiled
+@inner
 def leaning(
     flow: Flow, slope: float, anchor: int, first: int, end: int, low: float, high: float, at: Arrival
 ) -> tuple[float, float]:

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.proof.arrivals import CUT, OPEN, SPLIT, Cells, Doubles, Flow, Integers, compiled, parts
+from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.proof.arrivals import CUT, OPEN, SPLIT, Cells, Doubles, Flow, Integers, parts
 from nsmaps.proof.flights import follow
 from nsmaps.proof.slopes import SHARES, slopes_of
 
@@ -148,7 +149,7 @@ def _more(cells: Cells, leaves: Integers, place: Integers, lines: Doubles) -> tu
     return Cells(cells.side, cells.n, cells.top, *columns), len(cells.child) + np.arange(more)
 
 
-@compiled
+@entry
 def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
     """Certify what can be of the cells in a queue, the last first; `order` is changed in place."""
     total = cells.child.size
@@ -179,7 +180,7 @@ def certify(flow: Flow, cells: Cells, queue: Integers) -> None:
                 node = _parent(cells, node)
 
 
-@compiled
+@inner
 def _parent(cells: Cells, node: int) -> int:
     """The parent of a node, with its order brought up to date; -1 for a cell of the base grid."""
     parent = cells.parent[node]
@@ -191,7 +192,7 @@ def _parent(cells: Cells, node: int) -> int:
     return int(parent)
 
 
-@compiled
+@entry
 def bring_up(cells: Cells, nodes: Integers) -> None:
     """Bring the orders of all ancestors up to date."""
     for node in nodes:

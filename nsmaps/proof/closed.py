@@ -7,7 +7,8 @@ import numpy as np
 from nsmaps.arrays import Bools
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
-from nsmaps.proof.arrivals import OPEN, Cells, Flow, Integers, compiled
+from nsmaps.exact.engine.jit import entry
+from nsmaps.proof.arrivals import OPEN, Cells, Flow, Integers
 from nsmaps.proof.cells import bring_up, divided
 from nsmaps.proof.flights import follow
 
@@ -99,7 +100,7 @@ def _leaf(cells: Cells, seed: tuple[int, float, float]) -> int:
     return int(node)
 
 
-@compiled
+@entry
 def _images(flow: Flow, cells: Cells, leaves: Integers, onward: bool, largest: int) -> bool:
     """Give the order zero to all cells that images of some cells meet; `onward`: to these cells and all that follow them.
 

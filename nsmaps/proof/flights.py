@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.proof.arrivals import NONE, UNKNOWN, WIDE, Arrival, Cells, Doubles, Flow, blocking, compiled, extent, speeds
+from nsmaps.exact.engine.jit import inner
+from nsmaps.proof.arrivals import NONE, UNKNOWN, WIDE, Arrival, Cells, Doubles, Flow, blocking, extent, speeds
 
 
-@compiled
+@inner
 def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, int]:
     """The first cell that blocks `leaf`, -1 for none and -2 where it can never be certified, and the largest order met so far.
 
@@ -55,7 +56,7 @@ def follow(flow: Flow, cells: Cells, leaf: int, state: Doubles) -> tuple[int, in
     return -2, highest
 
 
-@compiled
+@inner
 def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) -> tuple[int, int, int]:
     """A blocking cell (-1: none), the time from which blocks follow (-1: all flights have ended), and the largest order met."""
     wall, first, width = WIDE(cells.place[leaf, 0]), WIDE(cells.place[leaf, 1]), WIDE(cells.place[leaf, 2])
@@ -96,7 +97,7 @@ def first_times(flow: Flow, cells: Cells, leaf: int, low: float, high: float) ->
     return blocker, -1 if closed else first + s, max(met, highest)
 
 
-@compiled
+@inner
 def expansion(
     flow: Flow, wall: int, c0: int, c1: int, kappa: float, tilt: float, radii: tuple[float, float, float]
 ) -> tuple[Any, Any]:
@@ -122,7 +123,7 @@ def expansion(
     return (z, v, z0 - tilt * side * a, -side * a, v0 - tilt * side * da, -side * da, push), (still, off, off_v)
 
 
-@compiled
+@inner
 def impacts(
     flow: Flow, cells: Cells, leaf: int, low: float, high: float, start: int, block: int
 ) -> tuple[int, float, float, int]:

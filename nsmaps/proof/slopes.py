@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from nsmaps.proof.arrivals import Cells, Doubles, Flow, Integers, compiled
+from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.proof.arrivals import Cells, Doubles, Flow, Integers
 from nsmaps.proof.flights import expansion
 
 IMPACTS = 4  #: of the orbit of a middle along which its direction is found
@@ -19,7 +20,7 @@ def slopes_of(flow: Flow, cells: Cells, squares: Integers) -> Integers:
     return np.where(eighths == 0, 1, eighths)
 
 
-@compiled
+@entry
 def _fill(flow: Flow, cells: Cells, squares: Integers, slopes: Doubles) -> None:
     """The slope dv/dphase of the speeds that impacts IMPACTS later bring closest together; zero where there is no impact.
 
@@ -42,7 +43,7 @@ def _fill(flow: Flow, cells: Cells, squares: Integers, slopes: Doubles) -> None:
             slopes[i] = -along / across / flow.r * flow.step if across != 0 else 0.0
 
 
-@compiled
+@inner
 def _landing(flow: Flow, wall: int, phase: int, kappa: float, df: Doubles, du: Doubles) -> tuple[int, int, float]:
     """The next impact: wall (-1: none), phase and speed; the derivatives of place and speed are filled in."""
     n, low, high, hit = flow.phases.shape[0], 0, 0, -1

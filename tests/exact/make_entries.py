@@ -13,6 +13,8 @@ from numba.core.registry import cpu_target
 
 import nsmaps
 from nsmaps.exact.compiling import linked
+from nsmaps.proof.closed import Around
+from nsmaps.proof.prove import prove
 from nsmaps.study.ahead import CALLS
 
 
@@ -41,6 +43,9 @@ def call_all() -> None:
     strips.first_return([[0.805, 0.405]], derivative=True)
     strips.orbits([[0.805, 0.405]], 2)
     nsmaps.lyapunov(pair, state, 32, 4)
+    shape = {"side": 64, "top": 1.0633, "periods": 2}
+    prove(nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113275), [0.83, 0.36], depth=1, cuts=1, **shape)
+    prove(nsmaps.load_system("vi_pair", d=0.26, g_bar=0.2113275), [0.7, 0.3], depth=0, around=Around(0, 500, 1000), **shape)
     CALLS["boxes"](capsule)
     CALLS["noise"](capsule)
     nsmaps.load_study("duffing/diagram").system_object().first_return([[1.5, 0.5]])
