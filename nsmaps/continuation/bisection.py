@@ -55,27 +55,38 @@ def bisect_changes(
     most_changes: int,
     halvings: int = 60,
 ) -> tuple[Ints, Floats, Floats]:
-    """The changes of a label that bisection finds one after another on each of K segments, up to a number on each.
+    """The changes of a label that bisection finds on each of K segments, up to a number on each: those nearest to `low`.
 
-    Behind a change the search continues as long as the label there is not that at the end of the segment. The labels at the ends
-    of a segment differ.
+    Where the label in the middle of a segment is that at neither end, both halves are bisected. The labels at the ends of a
+    segment differ.
 
     Returns:
-        The numbers of the segments (C,), not in order, and both sides of the changes, each of shape (C, n) or (C,).
+        The numbers of the segments (C,), in order, and both sides of the changes, from `low` on, each of shape (C, n) or (C,).
     """
-    found, rows = [], np.arange(len(low))
-    for _ in range(most_changes):
-        near, far, now = bisect_change(label, low, high, before, beyond, halvings=halvings)
-        found.append((rows, near, far))
-        more = ~_same(now, beyond)
-        rows, low, high, before, beyond = rows[more], far[more], high[more], now[more], beyond[more]
-        if not len(rows):
+    rows, before, beyond = np.arange(len(low)), np.asarray(before), np.asarray(beyond)
+    for _ in range(halvings):
+        middle = (low + high) / 2
+        wide = _any((middle != low) & (middle != high))
+        if not wide.any():
             break
-    numbers, below, above = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    return numbers, below, above
+        middle[~wide] = high[~wide]
+        found = beyond.copy()
+        found[wide] = label(middle[wide])
+        halves = np.column_stack([~_same(found, before), ~_same(found, beyond)])
+        pairs = (rows, rows), (low, middle), (middle, high), (before, found), (found, beyond)
+        rows, low, high, before, beyond = (np.stack(pair, axis=1)[halves] for pair in pairs)
+        first = np.arange(len(rows)) - np.searchsorted(rows, rows) < most_changes
+        if not first.all():
+            rows, low, high, before, beyond = (each[first] for each in (rows, low, high, before, beyond))
+    return rows, low, high
 
 
 def _same(labels: Labels, others: Labels) -> Bools:
     """True for the labels that agree in every column, shape (K,)."""
     same = np.asarray(labels == others)
     return np.asarray(same.all(axis=tuple(range(1, same.ndim))))
+
+
+def _any(true: Bools) -> Bools:
+    """True for the rows with any true coordinate, shape (K,)."""
+    return np.asarray(true.any(axis=tuple(range(1, true.ndim))))
