@@ -63,7 +63,8 @@ def bisect_changes(
     Returns:
         The numbers of the segments (C,), in order, and both sides of the changes, from `low` on, each of shape (C, n) or (C,).
     """
-    rows, before, beyond = np.arange(len(low)), np.asarray(before), np.asarray(beyond)
+    rows: Ints = np.arange(len(low))
+    before, beyond = np.asarray(before), np.asarray(beyond)
     for _ in range(halvings):
         middle = (low + high) / 2
         wide = _any((middle != low) & (middle != high))
@@ -73,11 +74,11 @@ def bisect_changes(
         found = beyond.copy()
         found[wide] = label(middle[wide])
         halves = np.column_stack([~_same(found, before), ~_same(found, beyond)])
-        pairs = (rows, rows), (low, middle), (middle, high), (before, found), (found, beyond)
+        pairs: list[tuple[Any, Any]] = [(rows, rows), (low, middle), (middle, high), (before, found), (found, beyond)]
         rows, low, high, before, beyond = (np.stack(pair, axis=1)[halves] for pair in pairs)
         first = np.arange(len(rows)) - np.searchsorted(rows, rows) < most_changes
         if not first.all():
-            rows, low, high, before, beyond = (each[first] for each in (rows, low, high, before, beyond))
+            rows, low, high, before, beyond = rows[first], low[first], high[first], before[first], beyond[first]
     return rows, low, high
 
 
