@@ -121,7 +121,7 @@ class _Checked(RoundTripParser):
         return event
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
 def _tree(text: str) -> Any:
     yaml = YAML()
     yaml.Parser, yaml.Scanner, yaml.preserve_quotes = _Checked, Scanner, True  # a scanner that keeps no comments
