@@ -99,6 +99,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """Before many tests two processes compile the engine, from both ends of a list; what one compiles the other loads."""
     if worker(session) in ("gw0", "gw1") and len(session.items) > MANY:
         compile_from(COMPILED if worker(session) == "gw0" else reversed(COMPILED))
+    gc.freeze()  # what is loaded by now is there to the end, and need not be searched for garbage
 
 
 def compile_from(calls: Iterable[Callable[[], object]]) -> None:
