@@ -152,7 +152,8 @@ class Numbers:
     def __init__(self, rows: list[Row], symbols: Sequence[sp.Symbol]) -> None:
         coefficients = [c for row in rows for c in row.coefficients]
         self.coefficients = sp.lambdify(symbols, coefficients, "mpmath", cse=True)
-        self.inhomogeneous = [Expansion(row.remainder, tuple(symbols)) if row.remainder != 0 else None for row in rows]
+        known = {row.remainder: Expansion(row.remainder, tuple(symbols)) for row in rows if row.remainder != 0}
+        self.inhomogeneous = [known.get(row.remainder) for row in rows]
 
     def at(self, values: Sequence[float]) -> list[tuple[list[Any], dict[int, Any]]]:
         """Of each row the coefficients of the states, and of exp(i m phi) by m."""

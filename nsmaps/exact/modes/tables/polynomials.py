@@ -21,10 +21,12 @@ BERNSTEIN = bernstein()
 def exponential_series(matrices: Floats) -> Floats:
     """The terms of the exponentials of matrices (M, N, N), shape (M, ORDER + 2, N, N), in more digits where there are any."""
     precise = matrices.astype(np.longdouble)
-    terms: list[Any] = [np.broadcast_to(np.eye(matrices.shape[1], dtype=np.longdouble), precise.shape)]
+    terms = np.empty((ORDER + 2, *matrices.shape), np.longdouble)
+    terms[0] = np.eye(matrices.shape[1])
     for k in range(1, ORDER + 2):
-        terms.append(terms[-1] @ precise / k)
-    return np.stack(terms, axis=1)
+        np.matmul(terms[k - 1], precise, out=terms[k])
+        terms[k] /= k
+    return np.ascontiguousarray(terms.swapaxes(0, 1))
 
 
 def features_used(series: Floats) -> tuple[Ints, Ints]:
@@ -73,8 +75,10 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
     """
     terms = exponential_series(flows)
     series = np.einsum("si,skij->sjk", functions, terms[modes, : ORDER + 1])
-    sizes, points, bare = np.abs(series).astype(float), series @ BERNSTEIN, series.copy()
-    bare[:, n, 0] = 0.0
+    sizes, points, bare = np.abs(series).astype(float), series @ BERNSTEIN, series[:, n].copy()
+    bare[:, 0] = 0.0
+    shapes = points.copy()
+    shapes[:, n] = bare @ BERNSTEIN
     twins, signs = twins_of(n, functions, modes)
     weights = np.arange(ORDER + 1) * np.arange(-1, ORDER)
     changes = terms[:, 1 : ORDER + 1, :n].reshape(len(flows), ORDER, -1)
@@ -95,7 +99,7 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
         "series": in_time,
         "series_features": features_used(in_time),
         "points": points.astype(float),
-        "shapes": (bare @ BERNSTEIN).astype(float),
+        "shapes": shapes.astype(float),
         "twins": twins,
         "signs": signs,
         "sizes": sizes.sum(axis=2),

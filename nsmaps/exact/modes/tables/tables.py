@@ -6,20 +6,21 @@ its longest step.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.modes.definitions.definition import Definition, filled, harmonics_of
-from nsmaps.exact.modes.definitions.resets import reset_address
+from nsmaps.exact.modes.definitions.definition import Definition, harmonics_of
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.polynomials import polynomials_of
+from nsmaps.exact.modes.tables.rows import Rows, rows_of
+from nsmaps.exact.modes.tables.transitions import plain_of, transitions_of
 from nsmaps.exact.modes.tables.vanishing import vanishing
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
 TINY = 1e-18  #: of a series: what is left out of it
+PACE = 8  #: terms of a series from one look at what is left out to the next, more than REACH
 
 
 class Tables(NamedTuple):
@@ -83,35 +84,6 @@ class Tables(NamedTuple):
     places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
 
 
-@dataclass(frozen=True)
-class Rows:
-    """All rows in floats, in the parts of a definition."""
-
-    rates: Floats  #: shape (M, n, N)
-    functions: Floats  #: shape (T, N)
-    resets: Floats  #: shape (T, n, N)
-    where: list[Floats]  #: of each transition
-    begins: Floats  #: shape (T, 2, N), zero but where contact begins
-    starts: Floats  #: shape (number of starts, n, N)
-    surfaces: Floats  #: shape (Q, 3, N)
-
-
-def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Rows:
-    """The rows of a definition, given in the order of `Definition.rows`."""
-    waiting = iter([filled(row, harmonics) for row in given])
-    n, width = len(definition.states), len(definition.states) + 1 + 2 * harmonics
-    rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
-    functions, resets, where, begins = [], [], [], []
-    for one in definition.transitions:
-        functions.append(next(waiting))
-        resets.append([next(waiting) for _ in one.reset])
-        where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
-        begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
-    starts = np.array([[next(waiting) for _ in range(n)] for _ in definition.starts])
-    surfaces = np.array([[next(waiting) for _ in one.rows] for one in definition.surfaces]).reshape(-1, 3, width)
-    return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), starts, surfaces)
-
-
 def tables_of(definition: Definition, values: Sequence[float], max_step: float = math.inf) -> Tables:
     """The table of a system at values of its parameters, with steps of at most `max_step`."""
     given = definition.expansions.at(values)
@@ -147,14 +119,14 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
     """The fields of a table that describe the flows of its modes."""
     n = rows.rates.shape[1]
     flows = flow_matrices(rows, rate)
-    steps = np.array([longest_step(flow, horizon) for flow in flows])
+    steps = longest_steps(flows, horizon)
     first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
     return {
         "steps": steps,
         "first": first,
         "columns": columns,
         "values": coefficients,
-        "abscissa": np.array([max(0.0, float(np.linalg.eigvals(flow[:n, :n]).real.max())) for flow in flows]),
+        "abscissa": np.maximum(0.0, np.linalg.eigvals(flows[:, :n, :n]).real.max(axis=1)),
         "growth": exponential(np.abs(flows) * steps[:, None, None]),
     }
 
@@ -182,47 +154,8 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which.get(k, 0) for k in range(len(definition.transitions))]),
-        "plain": np.array([all(is_plain(definition, k) for k in group) for group in sets]),
+        "plain": np.array([all(plain_of(definition)[k] for k in group) for group in sets]),
         "on": vanishing(definition, rows.resets, rows.functions, functions, modes, matrices),
-    }
-
-
-def is_plain(definition: Definition, k: int) -> bool:
-    """Whether a motion continues from a transition with a linear reset, and neither contact nor sliding may begin there."""
-    one, contact = definition.transitions[k], any(other.begins or other.releases for other in definition.transitions)
-    return not (one.curved or one.target < 0 or contact or definition.surfaces)
-
-
-def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
-    """The fields of a table that describe its transitions."""
-    n, width = rows.resets.shape[1:]
-    letters, transitions = definition.letters, definition.transitions
-    curved = np.array([[k in dict(one.curved) for k in range(n)] for one in transitions])
-    jumps = (rows.resets != np.eye(n, width)).any(axis=2)
-    names = {transitions[start.transition].name for start in definition.starts}
-    guards = [one.guard for one in transitions if one.begins]
-    return {
-        "mode": np.array([one.mode for one in transitions]),
-        "target": np.array([one.target for one in transitions]),
-        "resets": rows.resets,
-        "moves": (curved | jumps).any(axis=1),
-        "jumps": jumps,
-        "laws": np.array([reset_address(definition, one) for one in transitions]),
-        "curved": curved,
-        "conditions": np.cumsum([0, *map(len, rows.where)]),
-        "where": np.concatenate([np.empty((0, width)), *rows.where]),
-        "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
-        "base": len(letters) + 3,
-        "impacts": np.array([guards.index(one.guard) if one.guard and not one.begins else -1 for one in transitions]),
-        "contacts": np.array([guards.index(one.guard) if one.begins else -1 for one in transitions]),
-        "begins": rows.begins,
-        "releases": np.array([one.releases for one in transitions]),
-        "resting": np.isin(range(len(definition.modes)), [one.mode for one in transitions if one.releases]),
-        "is_section": np.array([one.name in names for one in transitions]),
-        "surfaces": rows.surfaces,
-        "beside": np.array([[mode in one.modes for mode in definition.modes] for one in definition.surfaces], bool).reshape(
-            len(definition.surfaces), len(definition.modes)
-        ),
     }
 
 
@@ -255,19 +188,21 @@ def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
 
 def exponential(matrices: Floats) -> Floats:
     """Upper bounds on the exponentials of matrices (M, N, N) without negative entries, by their series."""
-    total = term = np.broadcast_to(np.eye(matrices.shape[1]), matrices.shape)
+    total = np.broadcast_to(np.eye(matrices.shape[1]), matrices.shape).copy()
+    term = total.copy()
     for k in range(1, 1000):
-        term = term @ matrices / k
-        total = total + term
-        if k > REACH and (term <= TINY * total).all():
+        term = term @ matrices
+        term /= k
+        total += term
+        if k % PACE == 0 and (term <= TINY * total).all():
             break
     return total * (1 + 1e-12)
 
 
-def longest_step(flow: Floats, horizon: float) -> float:
-    """The longest step of a mode: within it the bounds grow by about exp(REACH), whatever the units."""
-    radius = float(np.abs(np.linalg.eigvals(np.abs(flow))).max())
-    return min(REACH / radius, horizon) if radius > REACH / horizon else horizon
+def longest_steps(flows: Floats, horizon: float) -> Floats:
+    """The longest step of each mode: within it the bounds grow by about exp(REACH), whatever the units."""
+    radii = np.abs(np.linalg.eigvals(np.abs(flows))).max(axis=1).tolist()
+    return np.array([min(REACH / radius, horizon) if radius > REACH / horizon else horizon for radius in radii])
 
 
 def sparse(rates: Floats) -> tuple[Ints, Ints, Floats]:

@@ -1,0 +1,39 @@
+"""All rows of a system with modes, in floats."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.modes.definitions.definition import Definition, filled
+
+
+@dataclass(frozen=True)
+class Rows:
+    """All rows in floats, in the parts of a definition."""
+
+    rates: Floats  #: shape (M, n, N)
+    functions: Floats  #: shape (T, N)
+    resets: Floats  #: shape (T, n, N)
+    where: list[Floats]  #: of each transition
+    begins: Floats  #: shape (T, 2, N), zero but where contact begins
+    starts: Floats  #: shape (number of starts, n, N)
+    surfaces: Floats  #: shape (Q, 3, N)
+
+
+def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Rows:
+    """The rows of a definition, given in the order of `Definition.rows`."""
+    waiting = iter([filled(row, harmonics) for row in given])
+    n, width = len(definition.states), len(definition.states) + 1 + 2 * harmonics
+    rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
+    functions, resets, where, begins = [], [], [], []
+    for one in definition.transitions:
+        functions.append(next(waiting))
+        resets.append([next(waiting) for _ in one.reset])
+        where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
+        begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
+    starts = np.array([[next(waiting) for _ in range(n)] for _ in definition.starts])
+    surfaces = np.array([[next(waiting) for _ in one.rows] for one in definition.surfaces]).reshape(-1, 3, width)
+    return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), starts, surfaces)
