@@ -13,7 +13,8 @@ from nsmaps.reduced.adaptive.tree import UNDIVIDED, Node, terms
 
 NEAR = 1e-11  #: radians beside an edge within which rounding may decide its side, and the exact map answers
 BUCKETS = 512  #: intervals of the speeds in which the slab is looked up
-RASTER = 512  #: cells per side of the raster that determines most leaves
+RASTER = 512  #: most cells per side of the raster that determines most leaves
+FEW = 64  #: cells per side for each leaf, up to these
 
 Trees = Sequence[Sequence[Sequence[Node]]]  #: of each slab, of each of its cells, one root, two or none
 
@@ -25,10 +26,11 @@ def build_tables(box: Floats, bands: Sequence[Slab], trees: Trees) -> Tables:
     first = np.cumsum([0, *(len(band.curves) for band in bands)])
     coefficients = [_powers(leaf) for leaf in leaves]
     offset = np.cumsum([0, *(len(each) for each in coefficients)])[:-1]
+    side = min(RASTER, FEW * max(len(leaves), 1))
     begin = np.linspace(box[0, 0], box[0, 1], BUCKETS + 1)[:-1]
     tables = Tables(
         box=box.ravel(),
-        raster=np.full((RASTER, RASTER), -1, np.int32),
+        raster=np.full((side, side), -1, np.int32),
         leaf=np.array([_row(leaf, bands, segment, first, at) for leaf, at in zip(leaves, offset, strict=True)]).reshape(-1, 14),
         curve=curve,
         coefficient=np.concatenate([*coefficients, np.zeros(1)]),
