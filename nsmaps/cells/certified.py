@@ -50,12 +50,11 @@ class Orders:
         (rows, columns), (high, wide) = shape, (parts * side for side in shape)
         speed, phase = np.meshgrid((np.arange(wide) + 0.5) * self.tree.top / wide, (np.arange(high) + 0.5) * TWO_PI / high)
         orders = self.orders(self.cells(wall, phase, speed)).reshape(rows, parts, columns, parts)
-        found = orders.swapaxes(1, 2).reshape(rows, columns, parts * parts)
-        left = found == LEFT
-        some = ~left.all(axis=2)
-        order = np.full(shape, np.nan)
-        order[some] = np.nanmedian(np.where(left, np.nan, found)[some], axis=1)
-        return Shares(order, left.mean(axis=2), self.tree.top)
+        found = np.sort(orders.swapaxes(1, 2).reshape(rows, columns, parts * parts), axis=2)  # those left open are the last
+        some = (found < LEFT).sum(axis=2)
+        middle = np.stack([np.maximum(some - 1, 0) // 2, np.minimum(some // 2, parts**2 - 1)], axis=2)
+        order = np.where(some > 0, np.take_along_axis(found, middle, axis=2).mean(axis=2), np.nan)
+        return Shares(order, 1 - some / parts**2, self.tree.top)
 
 
 @compiled
