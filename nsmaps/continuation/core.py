@@ -5,7 +5,7 @@ may have any units, for each is measured by its own gradient.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
@@ -14,11 +14,8 @@ import numpy as np
 from nsmaps.arrays import Floats
 
 MAX_CORRECTIONS = 20  #: steps of Newton's method
-FEW = 8  #: steps of Newton's method after which a step along a curve is tried with half its length
-EXACT = 1e-16  #: step of Newton's method from a point that is itself taken to be the corrected one
 ROUNDING = 4e-16  #: error of an unknown of order one that Newton's method may leave in a corrected point
 STALLED = 1e-12  #: a Newton step below this that is at least half as long as the last one is rounding
-QUADRATIC = 1e-8  #: a Newton step up to this leaves an error that is taken to decrease quadratically, as the steps do
 BLUR = 5e-15  #: rounding of the equations, each in units of its gradient's length
 WORST = 1e-9  #: error of a point, by this rounding, above which it is rejected: where two curves cross
 STRAY = 0.1  #: share of a step: largest distance of the first point of a closed curve from its chord
@@ -101,24 +98,21 @@ def tangent(point: Point, sense: Floats) -> Floats:
     return np.asarray(along * np.copysign(1.0, along @ sense))
 
 
-def correct(curve: Curve[P], y: Floats, normal: Floats, most: int = MAX_CORRECTIONS) -> P | None:
+def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
     """The point of a curve in the plane through y with this normal, by Newton's method; None where there is none.
 
-    The iteration ends when the remaining error is below rounding, if it decreases by the ratio of the last two steps, or, once
-    these are small, quadratically; or when a step consists of rounding only, which grows where the equations are nearly singular.
+    The iteration ends when the remaining error is below rounding, if it decreases by the ratio of the last two steps, or when
+    a step consists of rounding only, which grows where the equations are nearly singular.
     """
     last = np.nan
-    for _ in range(most):
+    for _ in range(MAX_CORRECTIONS):
         here = curve.evaluate(y)
         step = None if here is None else _newton_step(here, normal)
         if here is None or step is None:
             return None
         size, y = length(step), here.y + step
-        if size <= EXACT or (size <= ROUNDING and last <= QUADRATIC / 100):
-            return here if curve.exists(here) else None
         stalls = WORST >= size >= 0.5 * last and (size <= STALLED or size * least_gain(here, normal) <= BLUR)
-        squared = size <= QUADRATIC and size * (size / last) ** 2 <= EXACT
-        if size <= ROUNDING or size * (size / last) <= ROUNDING or squared or stalls:
+        if size <= ROUNDING or size * (size / last) <= ROUNDING or stalls:
             there = curve.evaluate(y)
             return there if there is not None and curve.exists(there) else None
         last = size
@@ -155,15 +149,13 @@ def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> It
     not a
     neighbour, or if the curve turns by too much.
     """
-    h, before = control.max_step, list[Step[P]]()
+    h = control.max_step
     while h > control.shortest:
-        tried = _to_the_end(start, direction, h, control)
-        step = _try(curve, start, direction, tried, control, before)
+        step = _try(curve, start, direction, _to_the_end(start, direction, h, control), control)
         if step is None:
-            h = tried / 2
+            h = _to_the_end(start, direction, h, control) / 2
             continue
         yield step
-        before = [*before[-1:], step]
         if step.last:
             return
         gentle = step.turned @ direction > 1 - (1 - control.cosine) / 4
@@ -178,42 +170,13 @@ def _to_the_end(point: Point, direction: Floats, h: float, control: Control) -> 
     return float(left) if 0 < left < h else h
 
 
-def _ahead(curve: Curve[P], start: P, direction: Floats, h: float, before: Sequence[Step[P]]) -> Floats:
-    """The point of the plane at a distance h ahead of a point, through which a curve is likely to pass.
-
-    It is that of the tangent, and behind other steps that of the polynomial through their starts with the tangents there: of
-    the curve as a function of the distance along the tangent.
-    """
-    tangential = start.y + h * direction
-    nodes = [_beside(curve, start, direction, step) for step in before]
-    if not nodes or not all(at < 0 for at, _, _ in nodes):
-        return tangential
-    at, value, slope = nodes[-1]
-    bend = value + (h - at) * slope
-    if len(nodes) > 1 and nodes[0][0] < at:
-        other, farther, steeper = nodes[0]
-        width = other - at
-        mean = (farther - value) / width
-        bend += (h - at) ** 2 * ((mean - slope) / width + (h - other) * (steeper - 2 * mean + slope) / width**2)
-    return tangential + h**2 * bend
-
-
-def _beside(curve: Curve[P], start: P, direction: Floats, step: Step[P]) -> tuple[float, Floats, Floats]:
-    """The start of an earlier step: its distance s along the tangent at a point, and that beside it, by s^2, with its slope."""
-    off, along = curve.difference(step.start.y, start.y), float(step.direction @ direction)
-    at = float(off @ direction)
-    value = (off - at * direction) / at**2 if at else off
-    slope = (step.direction / along - direction) / at**2 - 2 * value / at if at and along > 0 else off
-    return at if along > 0 else 0.0, value, slope
-
-
-def _try(curve: Curve[P], start: P, direction: Floats, h: float, control: Control, before: Sequence[Step[P]]) -> Step[P] | None:
-    """A step of this length behind another one, None if it fails."""
-    y, normal = _ahead(curve, start, direction, h, before), direction
-    if last := not control.low < start.y[-1] + h * direction[-1] < control.high:
+def _try(curve: Curve[P], start: P, direction: Floats, h: float, control: Control) -> Step[P] | None:
+    """A step of this length, None if it fails."""
+    y, normal = start.y + h * direction, direction
+    if last := not control.low < y[-1] < control.high:
         y[-1] = control.high if direction[-1] > 0 else control.low
         normal = np.append(np.zeros(len(y) - 1), 1.0)
-    end = correct(curve, y, normal, FEW)
+    end = correct(curve, y, normal)
     if end is None or not curve.connects(start, end) or length(curve.difference(end.y, start.y)) > 2 * h:
         return None
     turned = tangent(end, direction)

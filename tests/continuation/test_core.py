@@ -91,15 +91,6 @@ def test_a_circle_is_followed_all_around(size, unit):
     assert 2 * np.pi < 0.1003 * (closing.index(True) + 1) < 2 * np.pi + 0.11
 
 
-def test_a_smooth_curve_takes_few_evaluations(monkeypatch):
-    """Behind the first steps the polynomial through the last ones leads so near the helix that one correction is enough."""
-    curve, evaluated = Equations(helix), []
-    monkeypatch.setattr(Equations, "evaluate", lambda self, y, own=Equations.evaluate: evaluated.append(y) or own(self, y))
-    taken = steps(curve, [1, 0, 0, 0], [0, 0, 0, 1], Control(0.02, 1e-9, 0.98, high=4.0))
-    assert len(evaluated) < 2.1 * len(taken)
-    assert max(np.abs(step.end.residual).max() for step in taken) < 2e-15
-
-
 @pytest.mark.parametrize("unit", UNITS)
 def test_a_circle_is_not_closed_where_it_is_passed_the_other_way(unit):
     curve = Equations(circle, unit=unit)

@@ -163,6 +163,24 @@ def test_saddles_of_the_pair_meet_in_a_graze(pair):
         assert abs(event.parameter - float(d)) < 1e-8
 
 
+def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
+    """At r = 0.25, beta = pi/6 the 3:1 motion folds where one of its impacts is nearly a graze; in 40 digits by Newton's method."""
+    system = pair(0.18, r=0.25, beta=pi / 6)
+    start = nsmaps.periodic_orbit(system, [0.56, 0.22], 3)
+    fold = only(continue_branch(of(system, "d"), start, 0.18, (0.17, 0.19), "up"), "fold")
+    state, word = fold.orbit.states[0].tolist(), fold.orbit.word
+    times = np.diff(system.at(d=fold.parameter).impacts(state, len(word)).time).tolist()
+    *_, d = solve(
+        lambda v, phi, *rest: [
+            *gaps(word, v, phi, rest[:-1], rest[-1], QUARTER, G6),
+            multipliers_test(word, [v, phi, *rest[:-1]], rest[-1], QUARTER, G6, 1),
+        ],
+        [*state, *times, fold.parameter],
+    )
+    assert abs(fold.parameter - float(d)) < 1e-12
+    assert fold.precision < 1e-13
+
+
 def test_bistable_window(pair):
     """At r = 0.25, beta = pi/6 the 2:1 motion folds, its saddle meets the 1:1 motion in a graze; 1:1 has doubled before."""
     system = pair(0.25, r=0.25, beta=pi / 6)

@@ -70,8 +70,8 @@ class Basin:
         """The best motion known that meets all conditions; None without one.
 
         COBYLA first continues from `begin`. Which of the points that hold the share it meets is chance, so that points spread
-        over the bounds are tried too, those of the best values first, until one is better; then COBYLA goes on from the best
-        known, as long as that leads further.
+        over the bounds are tried too, those of the best values first, until one is better; then COBYLA continues from the
+        best known, as long as that leads further.
         """
         self._search(begin)
         for at in self._spread(len(begin)):
