@@ -164,7 +164,7 @@ def test_saddles_of_the_pair_meet_in_a_graze(pair):
 
 
 def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
-    """At r = 0.25, beta = pi/6 the 3:1 motion folds where one of its impacts is nearly a graze; in 40 digits by Newton's method."""
+    """At r = 0.25, beta = pi/6 the 3:1 motion folds where one of its impacts nearly grazes; by Newton's method in 40 digits."""
     system = pair(0.18, r=0.25, beta=pi / 6)
     start = nsmaps.periodic_orbit(system, [0.56, 0.22], 3)
     fold = only(continue_branch(of(system, "d"), start, 0.18, (0.17, 0.19), "up"), "fold")
