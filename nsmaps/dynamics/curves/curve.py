@@ -128,12 +128,8 @@ def _beside(curve: CriticalCurve, event: Event, second: float) -> Floats | None:
                 states = event.orbit.states
                 found = periodic_orbit(map, states, len(states), branch.tolerance, branch.scale)
                 same = curve.side is None or np.array_equal(found.returns.codes, own)
-                if (
-                    found.converged
-                    and found.exists
-                    and same
-                    and curve.least <= curve.clearance(map, found.states[None])[0] <= MOST
-                ):
+                there = found.converged and found.exists and same
+                if there and curve.least <= curve.clearance(map, found.states[None])[0] <= MOST:
                     return branch.y(found.states, value)
             share *= 1.5
     return None
