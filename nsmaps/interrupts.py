@@ -10,11 +10,23 @@ from typing import Any
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a long call: `result` holds what was finished, `folder` is where that was written, if anywhere."""
+    """Ctrl-C during a long call.
 
-    def __init__(self, result: Any, folder: Path | None = None) -> None:
+    Attributes:
+        result: what was finished: the result of the call, in which the rest is missing, or None if nothing was finished.
+        folder: where that was written, if anywhere.
+    """
+
+    def __init__(self, result: Any, folder: Path | None = None, finished: str = "") -> None:
+        super().__init__(f"stopped{f' with {finished}' if finished else ''}; {_advice(result, folder)}")
         self.result = result
         self.folder = folder
+
+
+def _advice(result: Any, folder: Path | None) -> str:
+    """How the work goes on after Ctrl-C."""
+    kept = "`result` of this exception holds what was finished" if result is not None else "nothing was finished"
+    return f"{kept}; {folder} keeps it, and the same call goes on after it" if folder else kept
 
 
 @contextmanager

@@ -8,10 +8,13 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import singledispatch, wraps
 from io import BytesIO
+from multiprocessing import get_context
 from pathlib import Path
+from signal import SIG_IGN, SIGINT, signal
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -27,6 +30,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 Arrays = dict[str, NDArray[Any]]
 NOTE, OF = "parts.json", "part_of"  #: of a folder of parts: the file that says of what, and the key in each that does
+NOT_COMPUTED = "not computed: interrupted"  #: the reason why a result has no numbers of a part
 LOST = ("KilledWorker", "CancelledError", "FutureCancelledError")  #: errors of dask for a worker that is lost permanently
 
 
@@ -78,6 +82,11 @@ class Jobs:
         """Whether a computation is divided into parts at all: they run elsewhere, or are kept."""
         return self.executor is not None or self.checkpoint is not None
 
+    @property
+    def path(self) -> Path | None:
+        """The folder for finished parts, if there is one."""
+        return None if self.checkpoint is None else Path(self.checkpoint)
+
     def cuts(self, items: int, default: int = 1) -> list[slice]:
         """The items of each part: `part` of them, by default as many as the function sets."""
         size = self.part or default
@@ -85,21 +94,27 @@ class Jobs:
 
     def share(self, first: float, last: float, *names: str) -> "Jobs":
         """The jobs of one portion of a computation, between two fractions of it, with a folder of its own under these names."""
-        folder = None if self.checkpoint is None else Path(self.checkpoint, *names)
+        folder = self.path and self.path.joinpath(*names)
         return replace(self, checkpoint=folder, progress=portion(self.progress, first, last))
 
-    def run(self, work: Callable[..., Arrays], parts: Sequence[tuple[Any, ...]]) -> list[Arrays]:
+    def run(
+        self,
+        work: Callable[..., Arrays],
+        parts: Sequence[tuple[Any, ...]],
+        unfinished: Callable[[dict[int, Arrays]], Any] | None = None,
+    ) -> list[Arrays]:
         """The arrays `work(*part)` of every part, in their order.
 
         Args:
             work: a function of a module, which every process can import.
             parts: its arguments.
+            unfinished: the result of the call of which these are the parts, from the arrays of some of them by number.
 
         Raises:
             NsmapsError: the checkpoint has parts of other work, or a part cannot be sent to another process or recognised later.
-            Interrupted: Ctrl-C; `result` maps the numbers of the finished parts to their arrays.
+            Interrupted: Ctrl-C; `result` is that of `unfinished`, or without it the arrays of finished parts by number.
         """
-        folder = None if self.checkpoint is None else _Folder.of(Path(self.checkpoint), work, parts)
+        folder = None if self.path is None else _Folder.of(self.path, work, parts)
         found = {} if folder is None else folder.read(len(parts))
         left = [k for k in range(len(parts)) if k not in found]
         with working(work.__name__, self.progress):
@@ -111,9 +126,20 @@ class Jobs:
                     if folder is not None:
                         folder.write(number, arrays)
                     _report(len(found), len(parts))
-            except KeyboardInterrupt as error:
-                raise Interrupted(found) from error
+            except KeyboardInterrupt:
+                raise Interrupted(_unfinished(found, unfinished), self.path, f"{len(found)} of {len(parts)} parts") from None
         return [found[number] for number in range(len(parts))]
+
+
+@contextmanager
+def processes(count: int) -> Iterator[Executor | None]:
+    """An executor of so many processes, ended at the end; None for one, which is this process. Ctrl-C is heard here alone."""
+    if count == 1:
+        yield None
+        return
+    context = get_context("spawn")  # a fork would have the locks of threads that it does not have
+    with ProcessPoolExecutor(count, context, initializer=signal, initargs=(SIGINT, SIG_IGN)) as pool:
+        yield pool
 
 
 SERIAL = Jobs()  #: no parts at all, in this process
@@ -131,6 +157,14 @@ def divides(call: Callable[P, R]) -> Callable[P, R]:
             return call(*args, **kwargs)
 
     return call_divided
+
+
+def _unfinished(found: dict[int, Arrays], result: Callable[[dict[int, Arrays]], Any] | None) -> Any:
+    """What an interrupted call has as its result; None where no part gives one."""
+    try:
+        return (result(found) if result else found) if found else None
+    except NsmapsError:
+        return None
 
 
 def _report(done: int, parts: int) -> None:

@@ -1,8 +1,8 @@
 """The command line: `nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR | show DIR |
 explore DIR | export DIR | prove STUDY | verify FILE | new-plugin NAME | schema | cite | bench`.
 
-Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read or the output not be written,
-130 stopped by Ctrl-C, 141 broken pipe.
+Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, a figure not be drawn or the output
+not be written, 130 stopped by Ctrl-C, 141 broken pipe.
 Nothing heavy is imported before a command needs it.
 """
 
@@ -18,7 +18,7 @@ import typer
 from nsmaps.cli import commands, exploring, proving
 from nsmaps.cli.drawing import draw_listed, say_undrawn
 from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory
-from nsmaps.cli.terminal import FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
+from nsmaps.cli.terminal import BAD, FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
 from nsmaps.figures.catalogue import drawable, named_by
 from nsmaps.progress import working
@@ -174,6 +174,7 @@ def run(
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.html.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Resume a run of the same study that was stopped.")] = False,
+    workers: Annotated[int, typer.Option(metavar="N", min=1, help="The number of processes that compute.")] = 1,
     installed_only: InstalledOnly = False,
     max_memory: MaxMemory = None,
     max_hours: MaxHours = None,
@@ -182,11 +183,12 @@ def run(
 
     The folder holds report.html, which shows all of it in a browser, and the numbers and arrays for programs. Ctrl-C keeps
     the steps that are finished. The exit code is 0 if every required verdict holds, 1 if one fails, 2 if the study cannot be
-    read, 130 after Ctrl-C.
+    read or a figure not be drawn, 130 after Ctrl-C.
     """
     with _reported_errors(), progress_line(quiet):
         begun = perf_counter()
         from nsmaps.interrupts import Interrupted
+        from nsmaps.parallel import processes
         from nsmaps.study.reading.overrides import assignments
         from nsmaps.study.reading.reader import load_study
         from nsmaps.study.run import run as compute
@@ -195,7 +197,8 @@ def run(
         seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:
-            result = compute(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours)
+            with processes(workers) as executor:
+                result = compute(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours, executor=executor)
         except Interrupted as stopped:
             _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None
@@ -209,6 +212,8 @@ def run(
         say(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
     if not result.holds:
         raise typer.Exit(FAILED)
+    if result.undrawn and not no_figures:
+        raise typer.Exit(BAD)
 
 
 @app.command(epilog=examples("nsmaps bench --returns 2000", "nsmaps bench --start"))

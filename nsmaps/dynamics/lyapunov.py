@@ -1,6 +1,6 @@
 """Lyapunov exponents of return maps, through impacts, per return and per unit of time."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Literal
@@ -14,7 +14,7 @@ from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed, starts_unde
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 from nsmaps.progress import shows
 
 BATCHES = 32  #: of successive returns, whose means determine the standard error
@@ -216,18 +216,26 @@ def lyapunov_sweep(
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     cuts = [order] if direction else [order[cut] for cut in jobs.cuts(len(order))]
     parts = [(map_of, along[cut], now, n, discard, bool(direction)) for cut in cuts]
-    parts_found = jobs.run(_exponents, parts)
-    reasons = np.full(len(along), "", object)
-    for cut, part in zip(cuts, parts_found, strict=True):
+
+    def sweep(found: Mapping[int, Arrays]) -> LyapunovSweep:
+        return _sweep(along, n, [(cuts[k], part) for k, part in found.items()])
+
+    return sweep(dict(enumerate(jobs.run(_exponents, parts, sweep))))
+
+
+def _sweep(along: Floats, n: int, blocks: list[tuple[NDArray[np.int64], Arrays]]) -> LyapunovSweep:
+    """The exponents over all values, from the arrays at some of them, by their indices."""
+    reasons = np.full(len(along), NOT_COMPUTED, object)
+    for cut, part in blocks:
         reasons[cut] = part["reasons"]
-    known = next((part for part in parts_found if "exponents" in part), None)
+    known = next((part for _, part in blocks if "exponents" in part), None)
     if known is None:
         raise NsmapsError(f"there is no map at any of {len(along)} values; at {along[0]:g}: {reasons[0]}")
     tables: Arrays = {}
     for name in TABLES:
         own = known[name]
         tables[name] = np.full((len(along), *own.shape[1:]), Outcome.invalid if name == "outcome" else np.nan, own.dtype)
-        for cut, part in zip(cuts, parts_found, strict=True):
+        for cut, part in blocks:
             if name in part:
                 tables[name][cut[part["reasons"] == ""]] = part[name]
     return LyapunovSweep(along, tuple(reasons.tolist()), Lyapunov(names_among(known)[0], n, **tables))

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Bools, Floats
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
@@ -87,3 +87,12 @@ def jumps(values: Floats, least: float) -> NDArray[np.bool_]:
     jump |= np.pad(back, [*ends, (0, 1)]) | np.pad(back, [*ends, (1, 0)])
     around = np.pad(jump, [*ends, (1, 1)], constant_values=True)
     return np.asarray(jump | (large & around[..., 2:] & around[..., :-2]))
+
+
+def neighbours(chosen: Bools) -> Bools:
+    """A mask (L,) with the places next to those it keeps.
+
+    >>> neighbours(np.array([True, False])).tolist(), neighbours(np.array([False, False, True])).tolist()
+    ([True, True], [False, True, True])
+    """
+    return np.convolve(chosen, np.ones(3))[1:-1] > 0

@@ -4,7 +4,7 @@ import numpy as np
 
 from nsmaps.report.phrases import MOST, at, listed
 from nsmaps.study.conclusions.headline import motions_of
-from nsmaps.study.conclusions.texts import range_text, returns_text
+from nsmaps.study.conclusions.texts import computed_text, range_text, returns_text
 from nsmaps.study.result import StudyResult
 
 
@@ -46,10 +46,11 @@ def chart(result: StudyResult, part: str) -> str:
     if spec is None or found is None:
         return ""
     refused = f"; the system refuses the parameters of {int(found.refused.sum()):,} pixels" if found.refused.any() else ""
+    filled = "" if found.computed.all() else f" {computed_text(found)[0].upper()}{computed_text(found)[1:]}"
     over = f"{range_text(spec.sweep)}, {range_text(spec.across)}"
     motions = {label or "none": share for label, share in found.shares().items()}
     text = f"{over}; motions {listed(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
-    return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{text}{_optimum(result)}"
+    return f"{at(result, (spec.sweep.parameter, spec.across.parameter))}{text}{filled}{_optimum(result)}"
 
 
 def _optimum(result: StudyResult) -> str:

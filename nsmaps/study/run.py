@@ -4,6 +4,7 @@ import os
 import shutil
 import warnings
 from collections.abc import Callable
+from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,6 +38,7 @@ def run(
     installed_only: bool = False,
     max_memory: float | None = None,
     max_hours: float | None = None,
+    executor: Executor | None = None,
 ) -> StudyResult:
     """Run a study, and write its result to the folder `out`, if one is given.
 
@@ -54,6 +56,8 @@ def run(
         max_memory: refuse a run that is estimated to need more gigabytes, before anything is computed; by default the value of
             the environment variable `NSMAPS_MAX_MEMORY`, else the memory of the machine.
         max_hours: the same for hours on one core; by default the value of `NSMAPS_MAX_HOURS`, else 24.
+        executor: where the parts of diagrams, charts, exponents, basins and noise run, as of `Jobs`; this process if omitted.
+            The numbers are the same.
 
     Raises:
         StudyError: the study cannot be run, or is estimated to exceed a limit.
@@ -69,7 +73,7 @@ def run(
         folder = None if out is None else Path(out)
         if folder:
             check_folder(folder, study.name)
-        return _Run(plan, folder, work, _at_first(plan, folder, resume)).result_of_all()
+        return _Run(plan, folder, work, executor, _at_first(plan, folder, resume)).result_of_all()
 
 
 def _at_first(plan: Plan, folder: Path | None, resume: bool) -> StudyResult:
@@ -91,6 +95,7 @@ class _Run:
     plan: Plan
     folder: Path | None
     work: Work
+    executor: Executor | None
     result: StudyResult
 
     def result_of_all(self) -> StudyResult:
@@ -133,7 +138,7 @@ class _Run:
 
         begun = perf_counter()
         with working(name, progress) as step:
-            jobs = Jobs(checkpoint=self.folder and self.folder / PARTS / name, progress=step.reached)
+            jobs = Jobs(self.executor, self.folder and self.folder / PARTS / name, progress=step.reached)
             changes = STEPS[name](replace(self.plan, jobs=jobs), self.result)
         timings = {**self.result.timings, name: perf_counter() - begun}
         self.result = replace(self.result, **changes, timings=timings)

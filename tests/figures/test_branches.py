@@ -70,6 +70,16 @@ def test_lines_are_the_finer_the_longer_the_period(pair, ax):
     assert len(set(width.values())) == 2
 
 
+def test_an_unstable_branch_of_two_orbits_is_drawn(pair, ax):
+    """A start at the end of its range leaves two orbits one way."""
+    system = pair(0.35)
+    saddle = nsmaps.periodic_orbit(system, [0.34, 2.87])
+    up = continue_branch(lambda r: system.at(r=r), saddle, 0.5, (0.1, 0.5))
+    assert (len(up.parameter), set(up.stable)) == (2, {False})
+    branches([up], ax, 0, "r")
+    assert np.isfinite(np.asarray(ax.lines[1].get_ydata(), float)).sum() == 2
+
+
 def test_nothing_to_draw_is_an_error(ax):
     with pytest.raises(NsmapsError, match="no branch with orbits"):
         branches([], ax)

@@ -1,5 +1,6 @@
 """A chart shows each pixel's period in its fixed colour, hatches what coexists or is refused, and draws curves over it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +57,7 @@ def test_periods_have_their_colours_in_every_chart(ax):
     assert texts == ["1", "2", "above 9", "no period found", "several attractors", "refused parameters: 1 pixels"]
     patches = {patch.get_label(): to_hex(patch.get_facecolor()) for patch in ax.get_legend().get_patches()[:4]}
     assert patches == {"1": one, "2": two, "above 9": grey, "no period found": black}
-    assert len(set(COLOURS)) == len(PERIODS) + 3
+    assert len(set(COLOURS)) == len(PERIODS) + 4
 
 
 def test_what_coexists_and_what_is_refused_are_hatched(ax):
@@ -91,6 +92,26 @@ def test_exponents_are_centred_at_zero(ax):
     mesh = ax.collections[0]
     assert mesh.norm(0.0) == 0.5
     assert np.allclose(mesh.get_array().reshape(2, 3), made().exponent[..., 0])
+
+
+def test_minus_infinity_and_what_was_not_computed_have_colours_of_their_own(ax):
+    values = np.array([[-np.inf, 0.0, 0.4], [np.nan, -0.2, -0.2]])[..., None].repeat(2, axis=2)
+    exponents(replace(made(), exponent=values), ax)
+    shown = [np.ma.filled(mesh.get_array().astype(float), np.nan).reshape(2, 3) for mesh in ax.collections]
+    assert np.array_equal(shown[0], np.where(np.isfinite(values[..., 0]), values[..., 0], np.nan), equal_nan=True)
+    assert np.isfinite(shown[1]).tolist() == [[True, False, False], [False, False, False]]
+    assert np.isfinite(shown[2]).tolist() == [[False, False, False], [True, False, False]]
+    assert [each.get_text() for each in ax.get_legend().get_texts()] == ["exponent minus infinity", "not computed"]
+    drawn = [to_hex(mesh.to_rgba(1.0)) for mesh in ax.collections[1:]]
+    assert len({*drawn, to_hex(ax.collections[0].to_rgba(0.0))}) == 3
+
+
+def test_what_was_not_computed_is_told_apart_from_what_has_no_attractor(ax):
+    computed = np.array([[True] * 3, [True, True, False]])
+    chart(replace(made(refused=np.zeros((2, 3), bool)), computed=computed), ax)
+    assert colours(ax)[-1] == to_hex(COLOURS[12])
+    assert "not computed" in [each.get_text() for each in ax.get_legend().get_texts()]
+    assert ax.get_title() == "period in returns (83 % computed)"
 
 
 def test_means_are_shown_by_name(ax):

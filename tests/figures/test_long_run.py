@@ -34,6 +34,21 @@ def test_basins_have_a_colour_each_and_their_share(result, ax):
         assert np.allclose(line.get_xydata(), attractor.states)
 
 
+@pytest.mark.parametrize(("kind", "name"), [(-1, "unresolved"), (-2, "ended")])
+def test_what_reaches_no_attractor_has_its_own_share(result, ax, kind, name):
+    label = np.full_like(result.basins.label, kind)
+    label[: len(label) // 4] = 0
+    basins(replace(result, basins=replace(result.basins, label=label)), ax)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts[1] == f"{name}: {100 * np.mean(label == kind):.3g} %"
+
+
+def test_without_any_arrival_there_is_no_scale_of_returns(result, ax):
+    arrival(replace(result, basins=replace(result.basins, label=np.full_like(result.basins.label, -1))), ax)
+    assert [text.get_text() for text in ax.texts] == ["no start arrives"]
+    assert len(ax.figure.axes) == 1
+
+
 def test_arrival_counts_returns(result, ax):
     arrival(result, ax)
     mesh = np.asarray(ax.collections[0].get_array())

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.plugins import study_names
 from nsmaps.study import steps
@@ -182,7 +183,7 @@ def test_ctrl_c_says_what_was_kept(good: str, monkeypatch: pytest.MonkeyPatch) -
     assert refused.stderr.startswith("out holds a run of 's' with another study than 's' now; expected: the same study")
 
 
-def test_a_figure_without_anything_to_show_does_not_end_the_run(good: str) -> None:
+def test_a_figure_that_cannot_be_drawn_is_told_by_the_exit_code_and_does_not_end_the_run(good: str) -> None:
     text = good.replace("low: [BB]", "low: [BB]\n  never: [B_]").replace(
         "require: [covered]", "figures: [surfaces, projections, words]"
     )
@@ -194,9 +195,25 @@ def test_a_figure_without_anything_to_show_does_not_end_the_run(good: str) -> No
         "families: {never: [B_]}\nfigures: [surfaces]\n"
     )
     done = CliRunner().invoke(app, ["run", "t.yaml", "--out", "new"])
-    assert done.exit_code == 0
+    assert done.exit_code == 2
     assert done.stderr == (
         "the figure 'surfaces' cannot be drawn: the figure 'surfaces' has nothing to show: no state of the grid is in 'never'; "
         "expected: families of words that occur on the grid\n"
     )
     assert Path("new/report.html").is_file()
+
+
+def test_a_run_on_two_processes_has_the_same_numbers() -> None:
+    Path("s.yaml").write_text(
+        "system: vi_pair\nparameters: {d: 0.35, r: 0.5, g_bar: 0.2113}\n"
+        "bifurcation: {parameter: d, from: 0.3, to: 0.35, points: 5, start: {v: 0.8, phi: 0.4}, returns: 20, discard: 100}\n"
+        "chart: {sweep: {parameter: d, from: 0.3, to: 0.35, points: 3}, across: {parameter: r, from: 0.4, to: 0.5, points: 3}, "
+        "starts: [{v: 0.8, phi: 0.4}], returns: 64, discard: 100}\n"
+    )
+    for words in (["--out", "one"], ["--out", "two", "--workers", "2"]):
+        assert CliRunner().invoke(app, ["run", "s.yaml", "--no-report", *words]).exit_code == 0
+    one, two = (nsmaps.read_result(name) for name in ("one", "two"))
+    assert one.bifurcation["exact"].states.tobytes() == two.bifurcation["exact"].states.tobytes()
+    assert one.chart is not None
+    assert two.chart is not None
+    assert one.chart.exponent.tobytes() == two.chart.exponent.tobytes()

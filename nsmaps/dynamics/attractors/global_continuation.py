@@ -18,10 +18,9 @@ from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.interrupts import Interrupted
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 
 MEASURES = "distance", "return_time", "return_error", "returned"  #: fields of `Stability`
-NOT_COMPUTED = "not computed: interrupted"
 FIELDS = "states", "period", "label", "words", "reach", "scale"  #: of an attractor, as arrays of a part
 FOUND = 0.4  #: share of the work that the search for attractors is assumed to take, for `progress`
 

@@ -12,11 +12,11 @@ from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_start
 from nsmaps.dynamics.charts.arguments import check_length, check_plane, check_refine, observables_of, values_of
 from nsmaps.dynamics.charts.motions import Motion, Motions
 from nsmaps.dynamics.charts.pixels import WAYS, Way, motions_of, pixels
-from nsmaps.dynamics.charts.quadtree import interpolated, refined
+from nsmaps.dynamics.charts.quadtree import Refinement, refined
 from nsmaps.dynamics.charts.tails import Length
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
-from nsmaps.exact.outcome import OUTCOMES
+from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
 
 PART = 2_000_000  #: returns of a part by default: about a second
+MISSING = {"motion": -1, "attractor": -1, "outcome": Outcome.invalid, "refused": False}  #: of pixels that are not computed
 REFUSED = -1000  #: in place of a period, where there is no map
 TABLES = ("motion", "attractor", "exponent", "outcome", "state", "means", "refused")  #: arrays of a pixel
 
@@ -51,11 +52,11 @@ class Chart(WithCoordinates):
     observables: tuple[str, ...]  #: names of K observables
     means: Floats  #: shape (W, V, S, K), their means per period of the forcing, without forcing per return; NaN where it ended
     refused: Bools  #: shape (W, V), where there is no map
-    computed: (
-        Bools  #: shape (W, V); elsewhere exponents and means are interpolated, and all else is that of a pixel that was computed
-    )
+    computed: Bools  #: shape (W, V); elsewhere motion, attractor, outcome are those of a computed pixel, and numbers are NaN
     reason: str  #: the first reason why there is no map; "" if there is one everywhere
     returns: int  #: number of returns computed; others are repetitions
+    probes: int = 0  #: number of pixels that were to be filled, drawn at random and computed as well; 0 without any to fill
+    differing: int = 0  #: number of these that had another motion than the one to be filled in
 
     @property
     def period(self) -> Ints:
@@ -82,8 +83,20 @@ class Chart(WithCoordinates):
         """The number of attractors at each pixel, shape (W, V)."""
         return self.attractor.max(axis=2).astype(np.int64) + 1
 
+    @property
+    def most_differing(self) -> float:
+        """The largest share of the filled pixels that may have another motion, at 95 % confidence, by `probes`; 0 without any."""
+        from scipy.stats import beta
+
+        if self.computed.all():
+            return 0.0
+        return float(beta.ppf(0.95, self.differing + 1, self.probes - self.differing)) if self.differing < self.probes else 1.0
+
     def shares(self) -> dict[str, float]:
-        """The fraction of the pixels at which each motion attracts an orbit, the most frequent first; pixels may count twice."""
+        """The fraction of the pixels at which each motion attracts an orbit, the most frequent first; pixels may count twice.
+
+        Filled pixels count as they are filled: see `computed` and `most_differing`.
+        """
         kinds = list(dict.fromkeys(motion.label for motion in self.motions))
         found = np.sort(np.array([*(kinds.index(motion.label) for motion in self.motions), -1])[self.motion], axis=2)
         first = found >= 0
@@ -113,7 +126,7 @@ class Chart(WithCoordinates):
             ),
             "outcome": (f"{plane} orbit", self.outcome, NONE, OUTCOMES),
             "refused": (plane, self.refused, NONE, "whether the system refuses the parameters"),
-            "computed": (plane, self.computed, NONE, "whether the pixel was computed, not filled"),
+            "computed": (plane, self.computed, NONE, "whether the pixel was computed, not filled from another"),
         }
         names = {**dict(zip(self.parameters, (self.along, self.across), strict=True)), "observable": self.observables}
         return dataset(self.coordinates, rows, names)
@@ -153,7 +166,8 @@ def chart(
             magnitude on the orbit.
         refine: distance of the pixels computed first, a power of two, such as 16. Others are computed beside those where the
             motions of neighbours differ, or none has a period, since windows of periodic motion lie everywhere among such ones;
-            the rest is filled. None computes every pixel.
+            the rest is filled with the motion of a neighbour, without exponents, means and states. Filled pixels are drawn at
+            random and computed as well, which bounds the share of those that differ. None computes every pixel.
         observables: quantities of impacts and flights, as of `observe`, whose means are taken from the last state on: over a
             period, or over `returns` returns.
         jobs: see `nsmaps.Jobs`. Parts are pixels, with a direction rows, that make 2,000,000 returns together.
@@ -161,6 +175,7 @@ def chart(
     Raises:
         StateError: the starts do not have the system's coordinates.
         NsmapsError: another argument is not valid, or there is no map at any pixel.
+        Interrupted: on Ctrl-C, with the chart of the finished parts, whose other pixels are not `computed`.
     """
     axes = {str(name): values_of(name, values) for name, values in plane.items()}
     check_plane(system, axes)
@@ -173,9 +188,13 @@ def chart(
     (first, columns), (second, rows) = axes.items()
     work = _Work(Along(cast("ImpactSystem", system), first, second), columns, rows, how)
     if refine is None or 1 in work.shape:
-        work.compute(np.arange(rows.size * columns.size), jobs)
-        return work.chart(np.arange(rows.size * columns.size))
-    return work.chart(refined(work.shape, refine, _Levels(work, jobs, 2 * refine.bit_length()).kinds)[0].ravel())
+        work.compute(np.arange(work.known.size), jobs)
+        refinement = Refinement(np.arange(work.known.size), np.ones(work.shape, bool), 0, 0)
+    else:
+        refinement = refined(work.shape, refine, _Levels(work, jobs, 2 * refine.bit_length()).kinds)
+    if work.tables["refused"][work.known].all():
+        raise NsmapsError(f"there is no map at any of {work.known.sum()} pixels: {work.reason}")
+    return work.chart(refinement)
 
 
 @dataclass(slots=True, eq=False)
@@ -187,9 +206,13 @@ class _Work:
     across: Floats
     how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...]]  #: starts, returns, tolerance, direction, observables
     tables: Arrays = field(default_factory=dict)
+    known: Bools = field(init=False)  #: of all pixels, by their numbers: which are computed
     motions: Motions = field(default_factory=Motions)
     reason: str = ""
     returns: int = 0
+
+    def __post_init__(self) -> None:
+        self.known = np.zeros(self.along.size * self.across.size, bool)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -204,30 +227,35 @@ class _Work:
         size = -(-PART // ((length.discard + length.returns) * len(starts) * each.shape[1] * len(WAYS[direction])))
         cuts = jobs.cuts(len(each), size)
         rows = [each[cut] if direction else each[cut].reshape(1, -1, 2) for cut in cuts]
-        done = 0
-        for part in jobs.run(pixels, [(self.map_of, row, *self.how) for row in rows]):
-            count = len(part["refused"])
-            self._write(part, numbers[done : done + count])
-            done += count
+        ends = np.cumsum([0, *(row.shape[0] * row.shape[1] for row in rows)])
+
+        def write(parts: dict[int, Arrays]) -> None:
+            for k, part in parts.items():
+                self._write(part, numbers[ends[k] : ends[k + 1]])
+
+        def unfinished(parts: dict[int, Arrays]) -> Chart:
+            write(parts)
+            return self.chart(Refinement(np.arange(self.known.size), self.known.reshape(self.shape), 0, 0))
+
+        write(dict(enumerate(jobs.run(pixels, [(self.map_of, row, *self.how) for row in rows], unfinished))))
 
     def _write(self, part: Arrays, numbers: Ints) -> None:
         """Write the result of a part."""
         own = np.array([*map(self.motions.number, motions_of(part)), -1], np.int32)
-        found = {name: part[name] for name in TABLES} | {"motion": own[part["motion"]], "known": np.ones(len(numbers), bool)}
+        found = {name: part[name] for name in TABLES} | {"motion": own[part["motion"]]}
         for name, rows in found.items():
             if name not in self.tables:
-                self.tables[name] = np.zeros((self.shape[0] * self.shape[1], *rows.shape[1:]), rows.dtype)
+                self.tables[name] = np.full((self.known.size, *rows.shape[1:]), MISSING.get(name, np.nan), rows.dtype)
             self.tables[name][numbers] = rows
+        self.known[numbers] = True
         self.reason, self.returns = self.reason or str(part["reason"]), self.returns + int(part["computed"])
 
-    def chart(self, source: Ints) -> Chart:
-        """The chart, whose pixels are filled from others, by their numbers."""
-        known = self.tables.pop("known")
-        if self.tables["refused"][known].all():
-            raise NsmapsError(f"there is no map at any of {known.sum()} pixels: {self.reason}")
-        filled: dict[str, Any] = {name: rows[source] for name, rows in self.tables.items()}
-        for name in ("exponent", "means"):
-            filled[name] = interpolated(filled[name], known, self.shape)
+    def chart(self, refinement: Refinement) -> Chart:
+        """The chart, some of whose pixels have the motions of others; what was not computed has no numbers."""
+        known = refinement.computed.ravel()
+        filled: dict[str, Any] = {name: rows[refinement.source.ravel()] for name, rows in self.tables.items()}
+        for name in ("exponent", "means", "state"):
+            filled[name][~known] = np.nan
         filled = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in filled.items()}
         names = self.map_of.parameter, str(self.map_of.second)
         about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions.known)
@@ -236,7 +264,9 @@ class _Work:
             *about,
             **filled,
             observables=observables,
-            computed=known.reshape(self.shape),
+            computed=refinement.computed,
+            probes=refinement.probes,
+            differing=refinement.differing,
             reason=self.reason,
             returns=self.returns,
         )

@@ -5,34 +5,46 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.arrays import Bools, Ints
+
+ROUNDS = 4  #: most rounds of random pixels that look for what was missed, before those that are counted
+SHARE, FEWEST = 0.02, 100  #: random pixels of a round, as a share of the picture; at least so many
 
 
-def refined(shape: tuple[int, int], coarse: int, kinds_of: Callable[[Ints], Ints]) -> tuple[Ints, Bools]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Refinement:
+    """Which pixels of a picture were computed, what the others were filled from, and how many of these were found wrong."""
+
+    source: Ints  #: shape (rows, columns), number of the pixel from which each has its kind; its own where it was computed
+    computed: Bools  #: shape (rows, columns)
+    probes: int  #: number of pixels that were filled, drawn at random and then computed
+    differing: int  #: number of these whose kind was not the filled one
+
+
+def refined(shape: tuple[int, int], coarse: int, kinds_of: Callable[[Ints], Ints]) -> Refinement:
     """A picture of kinds of pixels of which few are computed.
 
     Every `coarse`-th pixel of each axis, and the last one, are computed first. From level to level the distance is halved: in
     cells whose corners differ all new pixels are computed, in others they are filled from the nearest ones before them. Where
     corners of a cell differ they are computed themselves, until all of them are: a border that was found is followed to its
-    ends, and computed on both sides. What lies within cells whose four corners agree is not found.
+    ends, and computed on both sides.
+
+    What lies within cells whose four corners agree is not seen by this. Filled pixels are therefore drawn at random and
+    computed, in rounds until one finds no difference, and each difference is followed like any border. One more round is
+    counted: the share of filled pixels that differ is estimated from it.
 
     Args:
         shape: rows and columns, at least two of each.
         coarse: a power of two; with 1 every pixel is computed.
         kinds_of: the kinds, as numbers, of pixels by their numbers, shape (N,), ascending; called once for each pixel at most.
-
-    Returns:
-        The number of the pixel from which each was filled, its own where it was computed, shape (rows, columns), and whether it
-        was.
     """
     picture = _Picture(np.zeros(shape, np.int64), np.arange(np.prod(shape)).reshape(shape), np.zeros(shape, bool), kinds_of)
     places = [_places(size, coarse) for size in shape]
     picture.compute(np.ones([len(each) for each in places], bool), *places)
     while True:
-        while picture.compute(_corners(picture.differ(*places)), *places):
-            pass
+        picture.follow_borders(*places)
         if coarse == 1:
-            return picture.source, picture.known
+            return picture.probed()
         coarse //= 2
         finer = [_places(size, coarse) for size in shape]
         asked = _touched(picture.differ(*places), *(_around(old, new) for old, new in zip(places, finer, strict=True)))
@@ -40,25 +52,6 @@ def refined(shape: tuple[int, int], coarse: int, kinds_of: Callable[[Ints], Ints
         picture.fill(before, finer)
         picture.compute(asked, *finer)
         places = finer
-
-
-def interpolated(values: Floats, known: Bools, shape: tuple[int, int]) -> Floats:
-    """Values of pixels (N, ...), of which those that are not known are linear between known ones, on triangles.
-
-    Where a known one is not finite they remain as they were filled.
-    """
-    if known.all() or not values.size:
-        return values
-    from scipy.interpolate import LinearNDInterpolator
-
-    good = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-    finite, left = known & good, np.flatnonzero(~known & good)
-    if len(left):
-        points = np.column_stack(np.unravel_index(np.flatnonzero(finite), shape))
-        between = LinearNDInterpolator(points, values[finite])(np.column_stack(np.unravel_index(left, shape)))
-        values = values.copy()
-        values[left] = np.where(np.isfinite(between), between, values[left])
-    return values
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +76,29 @@ class _Picture:
         at = self.kinds[np.ix_(rows, columns)]
         one = at[:-1, :-1]
         return np.asarray((at[1:, :-1] != one) | (at[:-1, 1:] != one) | (at[1:, 1:] != one))
+
+    def follow_borders(self, rows: Ints, columns: Ints) -> None:
+        """Compute the corners of cells whose corners differ, until all of them are computed."""
+        while self.compute(_corners(self.differ(rows, columns)), rows, columns):
+            pass
+
+    def probed(self) -> Refinement:
+        """The picture, once rounds of random pixels have found what was missed, with the numbers of one more round."""
+        random, rounds = np.random.default_rng(0), ROUNDS
+        while self._probe(random)[1] and (rounds := rounds - 1):
+            continue
+        return Refinement(self.source, self.known, *self._probe(random))
+
+    def _probe(self, random: np.random.Generator) -> tuple[int, int]:
+        """Compute random pixels and the borders that they reveal: their number, and how many differ from what was filled in."""
+        left = np.flatnonzero(~self.known)
+        pixels = np.sort(random.choice(left, min(len(left), max(FEWEST, int(SHARE * self.known.size))), replace=False))
+        before, asked = self.kinds.flat[pixels], np.zeros(self.known.shape, bool)
+        asked.flat[pixels] = True
+        rows, columns = (np.arange(size) for size in self.known.shape)
+        self.compute(asked, rows, columns)
+        self.follow_borders(rows, columns)
+        return len(pixels), int((self.kinds.flat[pixels] != before).sum())
 
     def fill(self, before: list[Ints], places: list[Ints]) -> None:
         """Fill pixels that are not known from those before them."""

@@ -1,7 +1,8 @@
 """Bifurcation diagrams: the attractors of a return map over the values of a parameter (figs. bifexact, bifapprox)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -15,7 +16,7 @@ from nsmaps.dynamics.returnmap import ReturnMap, followed, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import decoded
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -124,8 +125,8 @@ def bifurcation(
     if not jobs.divided or not len(now):
         found = _attractors(map_of, along[order], now, returns, discard, bool(direction))
         return _diagram(along, now, [(order, slice(None), found)], tolerance)
-    sweep = _Sweep(map_of, along, order, returns, discard, jobs)
-    return _diagram(along, now, sweep.followed(now) if direction else sweep.independent(now), tolerance)
+    sweep = _Sweep(map_of, along, order, returns, discard, jobs, lambda blocks: _diagram(along, now, blocks, tolerance))
+    return sweep.diagram(sweep.followed(now) if direction else sweep.independent(now))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,12 +139,17 @@ class _Sweep:
     returns: int
     discard: int
     jobs: Jobs
+    diagram: Callable[[list[Block]], Bifurcation]  #: over all values, from the results at some of them
 
     def independent(self, starts: Floats) -> list[Block]:
         """Every start at every value; parts are values."""
         cuts = self._cuts(len(starts))
         parts = [(self.map_of, self.values[cut], starts, self.returns, self.discard, False) for cut in cuts]
-        return [(cut, slice(None), part) for cut, part in zip(cuts, self.jobs.run(_attractors, parts), strict=True)]
+
+        def blocks(found: Mapping[int, Arrays]) -> list[Block]:
+            return [(cuts[k], slice(None), part) for k, part in found.items()]
+
+        return blocks(dict(enumerate(self.jobs.run(_attractors, parts, lambda found: self.diagram(blocks(found))))))
 
     def followed(self, starts: Floats) -> list[Block]:
         """Each start followed through the values; parts are starts, for successive ranges of values."""
@@ -152,15 +158,24 @@ class _Sweep:
         for cut in self._cuts(1):
             parts = [(self.map_of, self.values[cut], start[None], self.returns, self.discard, True) for start in starts]
             jobs = self.jobs.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
-            found = jobs.run(_attractors, parts)
-            blocks += [(cut, slice(s, s + 1), part) for s, part in enumerate(found)]
+            found = jobs.run(_attractors, parts, partial(self._diagram_until, blocks, cut))
+            blocks += _of_starts(cut, dict(enumerate(found)))
             starts, done = np.concatenate([part["last"] for part in found]), done + len(cut)
         return blocks
+
+    def _diagram_until(self, blocks: list[Block], cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> Bifurcation:
+        """The diagram of some blocks, and of those of some starts at the next values."""
+        return self.diagram([*blocks, *_of_starts(cut, found)])
 
     def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
         """The indices of the values of each part, in their order."""
         size = -(-PART // ((self.returns + self.discard) * starts))
         return [self.order[cut] for cut in self.jobs.cuts(len(self.order), size)]
+
+
+def _of_starts(cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> list[Block]:
+    """The blocks of some starts, by their number, at some values."""
+    return [(cut, slice(number, number + 1), part) for number, part in found.items()]
 
 
 def _attractors(
@@ -198,7 +213,7 @@ def _attractor(map: ReturnMap, states: Floats, discard: int, returns: int) -> Or
 
 def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> Bifurcation:
     """The diagram over all values from the results at some of them."""
-    reasons = np.full(len(values), "", object)
+    reasons = np.full(len(values), NOT_COMPUTED, object)
     for cut, _, part in blocks:
         reasons[cut] = part["reasons"]
     some = next((part for *_, part in blocks if "states" in part), None)

@@ -1,6 +1,6 @@
 """Stability diagrams: the attracting motion over two parameters."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -13,7 +13,7 @@ from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 from nsmaps.dynamics.returnmap import ReturnMap, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
-from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, concatenated, divides
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -94,18 +94,42 @@ def stability_diagram(
         raise NsmapsError(f"the values across have shape {rows.shape}; expected: one or more numbers, shape (W,)")
     pairs = np.array([(x, y) for y in rows for x in columns]).reshape(-1, 2)
     how = starts_under(map_of, pairs, start), max_period, discard, direction, tolerance
-    parts = [(map_of, columns, rows[cut], *how) for cut in jobs.cuts(len(rows))]
-    tables = concatenated(jobs.run(_rows, parts)) if parts else {}
-    reasons = tuple(tables["reason"].tolist()) if tables else ()
-    if all(reasons) and all((row == Outcome.invalid).all() for row in tables.get("outcome", ())):
-        raise NsmapsError(f"none of {len(rows)} rows has a map: {reasons[0] if reasons else 'no value across'}")
-    return StabilityDiagram(columns, rows, tables["period"], tables["labels"], tables["outcome"], reasons)
+    cuts = jobs.cuts(len(rows))
+    parts = [(map_of, columns, rows[cut], *how) for cut in cuts]
+
+    def unfinished(found: Mapping[int, Arrays]) -> StabilityDiagram:
+        missing = [_stacked([_without_map(columns, NOT_COMPUTED)] * len(rows[cut])) for cut in cuts]
+        return _diagram(columns, rows, concatenated([found.get(k, part) for k, part in enumerate(missing)]))
+
+    if not parts:
+        raise NsmapsError("none of 0 rows has a map: no value across")
+    found = _diagram(columns, rows, concatenated(jobs.run(_rows, parts, unfinished)))
+    if all(found.reasons) and (found.outcome == Outcome.invalid).all():
+        raise NsmapsError(f"none of {len(rows)} rows has a map: {found.reasons[0]}")
+    return found
+
+
+def _diagram(columns: Floats, rows: Floats, tables: Arrays) -> StabilityDiagram:
+    """The diagram of the arrays of all rows."""
+    return StabilityDiagram(
+        columns, rows, tables["period"], tables["labels"], tables["outcome"], tuple(tables["reason"].tolist())
+    )
 
 
 def _rows(map_of: Callable[[float, float], ReturnMap], columns: Floats, rows: Floats, *how: Any) -> Arrays:
     """The arrays of `_row` at some values of the other parameter."""
-    found = [_row(map_of, columns, value, *how) for value in rows.tolist()]
-    return {name: np.stack([row[name] for row in found]) for name in found[0]}
+    return _stacked([_row(map_of, columns, value, *how) for value in rows.tolist()])
+
+
+def _stacked(rows: list[Arrays]) -> Arrays:
+    """The arrays of several rows, along their first axis."""
+    return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+
+
+def _without_map(columns: Floats, reason: str) -> Arrays:
+    """The arrays of a row without a map, for this reason."""
+    none = {"period": np.full(len(columns), -1), "labels": np.full(len(columns), "")}
+    return {**none, "outcome": np.full(len(columns), Outcome.invalid, np.int8), "reason": np.array(reason)}
 
 
 def _row(
@@ -115,9 +139,7 @@ def _row(
     try:
         diagram = bifurcation(_at(map_of, value), columns, start, 2 * max_period, *how)
     except NsmapsError as error:
-        none = {"period": np.full(len(columns), -1), "labels": np.full(len(columns), "")}
-        outcome = np.full(len(columns), Outcome.invalid, np.int8)
-        return {**none, "outcome": outcome, "reason": np.array(str(error))}
+        return _without_map(columns, str(error))
     period = np.where(diagram.held[:, 0], diagram.period[:, 0], -1)
     reason = np.array(next(filter(None, diagram.reasons), ""))
     return {"period": period, "labels": diagram.labels[:, 0], "outcome": diagram.outcome[:, 0], "reason": reason}

@@ -39,7 +39,7 @@ def basins(result: "StudyResult", ax: Axes) -> Axes:
     handles, shown = [], plane(_grid(result))
     for k, colour in zip(present, colours, strict=True):
         name = _KINDS[k][0] if k < 0 else f"{_motion(found.attractors[k])}"
-        handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * found.fractions[k]:.3g} %"))
+        handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * np.mean(found.label == k):.3g} %"))
         if k >= 0:
             states, many = found.attractors[k].states, found.attractors[k].period == 0
             look = {"mfc": COLOURS[k % len(COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
@@ -59,7 +59,10 @@ def arrival(result: "StudyResult", ax: Axes) -> Axes:
     found = BASINS.of(result, "basins")
     shown = np.where(found.label >= 0, found.arrival, np.nan).astype(float)
     some = np.maximum(shown[np.isfinite(shown)], 1)
-    scale = LogNorm(some.min(), some.max()) if len(some) and some.max() > _DECADE * some.min() else None
+    if not len(some):
+        ax.text(0.5, 0.5, "no start arrives", ha="center", va="center", transform=ax.transAxes)
+        return _dressed(ax, result)
+    scale = LogNorm(some.min(), some.max()) if some.max() > _DECADE * some.min() else None
     mesh = _paint(ax, result, np.maximum(shown, 1) if scale else shown, cmap="cividis", norm=scale)
     figure = ax.get_figure()
     assert figure is not None

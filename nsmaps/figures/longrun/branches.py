@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import BRANCHES
-from nsmaps.figures.lines import cut
+from nsmaps.figures.lines import cut, neighbours
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress
 
@@ -150,7 +149,7 @@ def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
     for path in branch.points[..., coordinate].T:
         for stable, (dashes, _) in _LOOKS.items():
             own = np.array([each is stable for each in branch.stable], bool)
-            chosen = own if stable else _neighbours(own)
+            chosen = own if stable else neighbours(own)
             line = np.where(chosen, path, np.nan)
             line = cut(line, np.pi) if branch.returns.coordinates.angles[coordinate] else line
             ax.plot(branch.parameter, line, ls=dashes, color=colour, lw=_WEIGHT[stable] * _fineness(branch.period))
@@ -159,8 +158,3 @@ def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
 def _fineness(period: int) -> float:
     """How much of its size a line or mark has that stands beside so many others."""
     return float(period**-0.4)
-
-
-def _neighbours(chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """A mask with the places next to those it keeps."""
-    return np.convolve(chosen, np.ones(3), "same") > 0

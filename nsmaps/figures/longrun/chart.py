@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 PERIODS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, BLUE, RED, OLIVE, BROWN)  #: of the periods 1, 2, ..., in every chart
-LONGER, CHAOS, NOTHING = len(PERIODS) + 1, len(PERIODS) + 2, len(PERIODS) + 3  #: numbers of further kinds
-COLOURS = (*PERIODS, GREY, BLACK, "#FFFFFF")  #: of the kinds from 1 on
+LONGER, CHAOS, NOTHING, MISSING = (len(PERIODS) + k for k in (1, 2, 3, 4))  #: numbers of further kinds
+COLOURS = (*PERIODS, GREY, BLACK, "#FFFFFF", "0.88")  #: of the kinds from 1 on
 SEVERAL, REFUSED = "////", "xxxx"  #: hatches
+MINUS_INFINITY, UNKNOWN = "#1B1145", "0.78"  #: of exponents, beside the colours of finite ones
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
@@ -56,7 +57,8 @@ def chart(
     """The period of the attractor of the first start at each pixel, a fixed colour for each from 1 to 9.
 
     Longer ones are grey, black is what has no period, white what has no attractor. Hatched are pixels with several attractors,
-    and crossed those whose parameters the system refuses, whose number the legend states.
+    and crossed those whose parameters the system refuses, whose number the legend states. Pixels that were not computed have
+    the colour of a neighbour; the title then says what share was computed.
 
     Args:
         diagram: from `nsmaps.chart`.
@@ -74,34 +76,47 @@ def chart(
         diagram.along, diagram.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True
     )
     names = {number: str(number) for number in range(1, LONGER)}
-    names |= {LONGER: f"above {len(PERIODS)}", CHAOS: "no period found", NOTHING: "no attractor"}
+    names |= {LONGER: f"above {len(PERIODS)}", CHAOS: "no period found", NOTHING: "no attractor", MISSING: "not computed"}
     shown = [number for number in names if (kinds[~diagram.refused] == number).any()]
     patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
     patches += _hatched(ax, diagram)
     ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
-    ax.set_title("period in returns" if by == "period" else "period in periods of the forcing")
+    title = "period in returns" if by == "period" else "period in periods of the forcing"
+    share = "" if diagram.computed.all() else f" ({100 * diagram.computed.mean():.2g} % computed)"
+    ax.set_title(title + share)
     return _dressed(diagram, ax)
 
 
 def exponents(diagram: "Chart", ax: Axes) -> Axes:
-    """The largest Lyapunov exponent per return of the first start, blue where it is below zero, red above.
+    """The largest Lyapunov exponent per return of the first start, blue where it is below zero, white at zero, red above.
 
-    White is where it is unknown, or minus infinity as of motion that rests or chatters.
+    Minus infinity, as of motion that rests or chatters, has a colour of its own, and grey is where no exponent was computed.
     """
-    values = np.where(np.isfinite(diagram.exponent[..., 0]), diagram.exponent[..., 0], np.nan)
-    limits = [
-        float(np.nanquantile(values, share, method="nearest")) if np.isfinite(values).any() else 0.0 for share in (0.02, 0.98)
-    ]
+    values = diagram.exponent[..., 0]
+    finite = values[np.isfinite(values)]
+    limits = np.quantile(finite, (0.02, 0.98), method="nearest").tolist() if finite.size else (0.0, 0.0)
     norm = TwoSlopeNorm(0.0, min(limits[0], -1e-3), max(limits[1], 1e-3))
-    mesh = ax.pcolormesh(diagram.along, diagram.across, values, cmap="RdBu_r", norm=norm, shading="nearest", rasterized=True)
+    shown = np.where(np.isfinite(values), values, np.nan)
+    mesh = ax.pcolormesh(diagram.along, diagram.across, shown, cmap="RdBu_r", norm=norm, shading="nearest", rasterized=True)
     figure = ax.get_figure()
     assert figure is not None
     figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend="both")
+    kinds = ((np.isneginf(values), MINUS_INFINITY, "exponent minus infinity"), (np.isnan(values), UNKNOWN, "not computed"))
+    ax.legend(handles=[_paint(ax, diagram, there, colour, name) for there, colour, name in kinds if there.any()])
     return _dressed(diagram, ax)
+
+
+def _paint(ax: Axes, diagram: "Chart", there: Bools, colour: str, name: str) -> Patch:
+    """Paint some pixels in one colour; the entry of the legend."""
+    cells = np.ma.masked_array(np.ones(there.shape), ~there)
+    ax.pcolormesh(diagram.along, diagram.across, cells, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
+    return Patch(facecolor=colour, edgecolor="0.5", label=name)
 
 
 def mean(diagram: "Chart", ax: Axes, name: str) -> Axes:
     """The mean of an observable along the orbit of the first start, per period of the forcing, without forcing per return.
+
+    Grey is where none was computed.
 
     Raises:
         NsmapsError: the chart has none of this name.
@@ -115,13 +130,16 @@ def mean(diagram: "Chart", ax: Axes, name: str) -> Axes:
     figure = ax.get_figure()
     assert figure is not None
     figure.colorbar(mesh, ax=ax, label=name)
+    if np.isnan(values).any():
+        ax.legend(handles=[_paint(ax, diagram, np.isnan(values), UNKNOWN, "not computed")])
     return _dressed(diagram, ax)
 
 
 def _kinds(diagram: "Chart", period: Ints) -> Ints:
     """The number of the colour of each pixel, shape (W, V)."""
     longer = np.where(period > len(PERIODS), LONGER, period)
-    return np.where(diagram.motion[..., 0] < 0, NOTHING, np.where(diagram.period[..., 0] == 0, CHAOS, np.maximum(longer, 1)))
+    ended = np.where(diagram.computed, NOTHING, MISSING)
+    return np.where(diagram.motion[..., 0] < 0, ended, np.where(diagram.period[..., 0] == 0, CHAOS, np.maximum(longer, 1)))
 
 
 def _hatched(ax: Axes, diagram: "Chart") -> Iterator[Any]:

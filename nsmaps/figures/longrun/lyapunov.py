@@ -1,7 +1,7 @@
 """Lyapunov exponents over a parameter, with their errors."""
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,7 +23,10 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 
 def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
-    """The exponents with bands of two standard errors, a colour each; above the line at zero nearby orbits part."""
+    """The exponents with bands of two standard errors, a colour each; above the line at zero nearby orbits part.
+
+    A mark on the lower edge is an exponent of minus infinity, as of motion that rests or chatters.
+    """
     sweep = LYAPUNOV.of(result, "lyapunov")
     exponents, error = (sweep.at.per_time, sweep.at.per_time_error) if per_time else (sweep.at.exponents, sweep.at.error)
     order = np.argsort(sweep.values)
@@ -35,6 +38,10 @@ def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
         ax.plot([], [], color=colour, label=rf"$\lambda_{{{i + 1}}}$")
         for column, wide in zip(y.reshape(len(x), -1).T, spread.reshape(len(x), -1).T, strict=True):
             ax.fill_between(x, column - 2 * wide, column + 2 * wide, color=colour, alpha=0.25, lw=0)
+        if len(lowest := x[np.isneginf(exponents[order, ..., i]).reshape(len(x), -1).any(axis=1)]):
+            look: dict[str, Any] = {"color": colour, "ms": 2.5, "mew": 0, "clip_on": False, "zorder": 3}
+            name = rf"$\lambda_{{{i + 1}}}$: minus infinity"
+            ax.plot(lowest, np.zeros(len(lowest)), "v", transform=ax.get_xaxis_transform(), label=name, **look)
     ax.axhline(0, color="black", lw=0.5, zorder=0)
     ax.set_xlim(x[0], x[-1])
     ax.set_xlabel(label(section(result.study.lyapunov, "lyapunov").parameter))

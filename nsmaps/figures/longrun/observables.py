@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.figures.data import OBSERVABLES
+from nsmaps.figures.lines import neighbours
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, ORANGE, label
 
@@ -62,7 +63,7 @@ def observables(result: "StudyResult", ax: Axes, parameter: str = "", number: in
 
 def _lines(ax: Axes, values: Floats, means: Floats, stable: Bools) -> None:
     """The means along a branch, dashed where its orbits are not stable."""
-    beside = np.convolve(~stable, np.ones(3), "same") > 0
+    beside = neighbours(~stable)
     for own, dashes, name in ((stable, "-", "stable"), (beside, (0, (3, 1.6)), "unstable")):
         if own.any():
             ax.plot(values, np.where(own, means, np.nan), ls=dashes, color=ORANGE, lw=0.8, zorder=1, label=name)

@@ -11,7 +11,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import returns_text
+from nsmaps.study.conclusions.texts import computed_text, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Section, Table, Verdict
@@ -116,7 +116,8 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
         return {}
     shares = {name or NONE: share for name, share in found.shares().items()}
     about = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
-    work = {"computed": int(found.computed.sum()), "returns": found.returns}
+    work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.returns}
+    work |= {"probes": found.probes, "differing": found.differing, "most_differing": found.most_differing}
     ranges = {name: _range(found.means[..., k]) for k, name in enumerate(found.observables)}
     return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}
 
@@ -142,6 +143,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     shares = found.shares()
     rows = tuple((name or NONE, f"{100 * share:.3g} %") for name, share in list(shares.items())[:ROWS])
     notes = [f"Several motions attract at {100 * (found.counts > 1).mean():.3g} % of the pixels."]
+    notes += [computed_text(found)] if not found.computed.all() else []
     notes += [f"There are {len(shares) - ROWS} more motions."] if len(shares) > ROWS else []
     yield Table("Motions over two parameters", ("motion", "pixels"), rows, tuple(notes))
 
