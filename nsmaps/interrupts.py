@@ -24,9 +24,9 @@ class Interrupted(KeyboardInterrupt):
 
 
 def _advice(result: Any, folder: Path | None) -> str:
-    """How the work goes on after Ctrl-C."""
+    """How the work is resumed after Ctrl-C."""
     kept = "`result` of this exception holds what was finished" if result is not None else "nothing was finished"
-    return f"{kept}; {folder} keeps it, and the same call goes on after it" if folder else kept
+    return f"{kept}; {folder} keeps it, and the same call resumes there" if folder else kept
 
 
 @contextmanager
