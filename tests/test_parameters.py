@@ -1,6 +1,10 @@
 """Wrong parameters: one error of nsmaps wherever a system is made, with a near match whatever the case."""
 
+import math
+
 import pytest
+import sympy as sp
+from pydantic import Field
 
 import nsmaps
 from nsmaps.errors import ParameterError, near_match
@@ -46,3 +50,54 @@ def test_near_matches_do_not_mind_the_case() -> None:
     assert near_match("l", ["a", "L"]) == ", did you mean 'L'?"
     assert near_match("R1", ["R1", "r2"]) == ", did you mean 'R1'?"
     assert near_match("x", ["L"]) == ""
+
+
+class Runner(nsmaps.HybridSystem):
+    """x' = h + e from 0 to 1, with numbers of sympy as defaults."""
+
+    h: float = sp.pi / 8
+    e: float = Field(sp.sqrt(2).evalf() / 8, gt=0)
+    states = ("x",)
+
+    def modes(self, t, y):
+        return {"m": {"x": self.h + self.e}}
+
+    def guards(self, t, y):
+        return {"J": nsmaps.Guard("m", 1 - y.x, reset={"x": y.x - 1})}
+
+    def section(self, t, y):
+        return nsmaps.Section("J", ("x",))
+
+
+class Falling(nsmaps.ImpactSystem):
+    """A ball that falls at the rate g."""
+
+    g: float = sp.Rational(1, 4)
+
+    def walls(self):
+        return {"B": nsmaps.Wall(at=0, side=-1)}
+
+    def period(self):
+        return 1
+
+    def rebound(self, speed, wall):
+        return speed / 2
+
+    def displacement(self, t, hit):
+        return hit.z + hit.w * (t - hit.t) - self.g * (t - hit.t) ** 2 / 2
+
+
+def test_numbers_of_sympy_are_parameters_also_as_defaults() -> None:
+    runner, ball = Runner(), Falling()
+    assert [type(x) for x in (*runner.parameters.values(), *ball.parameters.values())] == [float] * 3
+    assert runner.first_return([[1.0]]).time == pytest.approx([8 / (math.pi + math.sqrt(2))])
+    assert ball.first_return([[1.0, 0.0]]).time == pytest.approx([4])  # 2 r v / g
+    assert Runner(h=sp.Rational(1, 3)).h == 1 / 3
+
+
+def test_a_default_that_no_parameter_may_have_is_refused() -> None:
+    class Negative(Runner):
+        e: float = Field(-1, gt=0)
+
+    with pytest.raises(ValueError, match="greater than 0"):
+        Negative()

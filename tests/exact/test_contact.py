@@ -251,3 +251,60 @@ class Endless(Strobe):
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}), "s": Guard("flight", -sp.sin(t))}
+
+
+class Spun(HybridSystem):
+    """A ball on a plate that each impact spins, by a share of its speed that is a rational function of parameters; spin fades."""
+
+    a: float = 0.7
+    b: float = 0.4
+    c: float = 1.6
+    share: str = "(a + b)/c"
+    states = ("x", "v", "w")
+
+    def modes(self, t, y):
+        return {"fly": {"x": y.v, "v": -1, "w": -y.w}}
+
+    def guards(self, t, y):
+        share = sp.sympify(self.share, locals={"a": self.a, "b": self.b, "c": self.c})
+        return {"B": Guard("fly", y.x, reset={"v": -y.v / 2, "w": y.w - share * y.v}, rests="plate")}
+
+    def section(self, t, y):
+        return Section("B", ("v", "w"))
+
+
+@pytest.mark.parametrize("share", ["(a + b)/c", "a/(c*(a + b))", "(1 - a)/(2 + a)", "a/(b + 1/(a + c))", "(a**2 - b**2)/(a - b)"])
+def test_directions_that_are_rational_functions_of_parameters(share):
+    """From v = -1: half the speed for a unit of time, in which the spin fades to 1/e."""
+    given = float(sp.sympify(share).subs({"a": 0.7, "b": 0.4, "c": 1.6}))
+    returns = Spun(share=share).first_return([[-1.0, 0.0]])
+    assert returns.image.ravel() == pytest.approx([-0.5, given * np.exp(-1)], abs=1e-14)
+
+
+def test_a_direction_with_floats_that_cancel():
+    """Two masses of 0.1 and 0.3 meet; in floats their shares of the relative speed do not add up to one."""
+
+    class Pair(HybridSystem):
+        states = ("gap", "one", "other")
+
+        def modes(self, t, y):
+            return {"fly": {"gap": y.other - y.one, "one": 0.5, "other": -0.5}}
+
+        def guards(self, t, y):
+            both = (0.1 * y.one + 0.3 * y.other) / (0.1 + 0.3)
+            lost = 0.5 * (y.one - y.other)
+            reset = {"one": both - 0.3 / 0.4 * lost, "other": both + 0.1 / 0.4 * lost}
+            return {"B": Guard("fly", y.gap, reset=reset, rests="together")}
+
+        def section(self, t, y):
+            return Section("B", ("one", "other"))
+
+    returns = Pair().first_return([[1.0, -1.0]])  # apart at the speed 1, with 1 of relative acceleration: for a time of 2
+    assert returns.image.ravel() == pytest.approx([-0.5 - 0.75 + 1, -0.5 + 0.25 - 1], abs=1e-14)
+
+
+def test_a_direction_that_changes_is_refused():
+    turning = type("Turning", (Spun,), {"reset_spin": lambda self, y: y.w - y.w * y.v})
+    turning.guards = lambda self, t, y: {"B": Guard("fly", y.x, reset={"v": -y.v / 2, "w": self.reset_spin(y)}, rests="plate")}
+    with pytest.raises(SystemDefinitionError, match=r"w changes by 2\*y\.w/3 at an impact .* free of states and time"):
+        turning().first_return([[-1.0, 0.0]])

@@ -196,15 +196,6 @@ def test_a_start_belongs_to_the_mode_whose_guards_it_obeys():
     assert contact[:2] == "sF"
 
 
-def test_a_phase_that_no_coordinate_gives_is_zero():
-    class Late(Strobe):
-        def guards(self, t, y):
-            return {**super().guards(t, y), "strobe": Guard(("free", "contact"), -sp.sin(self.w * t - 1))}
-
-    with pytest.raises(SystemDefinitionError, match=r"Late.section has no phase .* 'strobe' is not zero at t = 0"):
-        Late(w=0.79, **SOFT).first_return([[0.0, 0.0]])
-
-
 def test_too_many_crossings_are_refused():
     class Many(Strobe):
         def guards(self, t, y):

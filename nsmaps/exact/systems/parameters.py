@@ -18,7 +18,7 @@ Model = TypeVar("Model", bound="ParametricSystem")
 class ParametricSystem(BaseModel, ABC):
     """Equations whose float fields are parameters; other fields (a choice, a switch) are part of the formulas."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
 
     dimensionless: ClassVar[bool] = False  #: True if states, times and parameters have no unit, which figures then state
     units: ClassVar[Mapping[str, str]] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`

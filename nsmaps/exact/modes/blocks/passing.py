@@ -10,7 +10,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import MOST_PHASE
-from nsmaps.exact.modes.blocks.lanes import BEND, EVENT, KIND, LEAST, PHI, RATE, SHIFT, THERE, UNSURE, WHICH, U, X, Y
+from nsmaps.exact.modes.blocks.lanes import BEND, EVENT, KIND, PHI, RATE, SHIFT, THERE, UNSURE, WHICH, U, X, Y
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 NONE = -1  # in place of a transition: none takes place
@@ -156,7 +156,7 @@ def given_columns(p, found, r, row, n, b):
     """Write the phases, the waves and the coordinates of n starts from a row on; KIND is 1 outside of the domain."""
     t, h, states = b.t, b.h, p.first.shape[1] - 1
     for k in range(n):
-        h[KIND + k], h[EVENT + k], t[PHI + k], t[LEAST + k], b.z[states, k] = 0, NONE, 0.0, math.inf, 1.0
+        h[KIND + k], t[PHI + k], b.z[states, k] = 0, p.phase, 1.0
     for i in range(states):
         for k in range(n):
             b.z[i, k] = 0.0
@@ -173,50 +173,25 @@ def given_columns(p, found, r, row, n, b):
     waved(p, n, b)
     for j in range(len(b.z)):
         for k in range(n):
-            b.c[j, k], b.other[j, k] = b.z[j, k], b.z[j, k]
-
-
-@inner
-def away_columns(p, e, z, n, t):
-    """Write to X how far states are from one at which a transition takes place, as `away` of `section.py`."""
-    for k in range(n):
-        t[X + k] = 0.0
-    for f in range(p.watched[p.mode[e]], p.watched[p.mode[e] + 1]):
-        weighed_rows(p.functions[f], z, n, t)
-        for k in range(n):
-            wrong = abs(t[Y + k]) if f == p.function[e] else -t[Y + k]
-            t[X + k] = wrong / t[U + k] if wrong > t[X + k] * t[U + k] else t[X + k]
+            b.c[j, k] = b.z[j, k]
 
 
 @inner
 def begun_columns(p, found, r, row, n, b):
     """Write features and transitions of n motions just after their starts, from a row on; KIND as `given_columns`.
 
-    All starts are of plain transitions.
+    There is one start, of a plain transition.
     """
-    t, h, states = b.t, b.h, p.first.shape[1] - 1
+    t, h, e, states = b.t, b.h, p.starts[0], p.first.shape[1] - 1
     given_columns(p, found, r, row, n, b)
-    for s in range(len(p.starts)):
-        e = p.starts[s]
-        for i in range(states):
-            summed_rows(p.states[s, i], b.c, n, t)
-            for k in range(n):
-                b.other[i, k] = t[Y + k]
-        permitted(p, e, b.other, n, t)
+    for i in range(states):
+        summed_rows(p.states[0, i], b.c, n, t)
         for k in range(n):
-            t[X + k] = 0.0
-        if len(p.starts) > 1:
-            away_columns(p, e, b.other, n, t)
-        for k in range(n):
-            best = ((t[THERE + k] > 0.0) | p.after) & (t[X + k] < t[LEAST + k])
-            t[THERE + k], t[LEAST + k] = 1.0 if best else 0.0, t[X + k] if best else t[LEAST + k]
-            h[EVENT + k] = e if best else h[EVENT + k]
-        for i in range(states):
-            for k in range(n):
-                b.z[i, k] = b.other[i, k] if t[THERE + k] > 0.0 else b.z[i, k]
+            b.z[i, k] = t[Y + k]
+    permitted(p, e, b.z, n, t)
     for k in range(n):
-        h[KIND + k] = 1 if h[EVENT + k] == NONE else h[KIND + k]
-    for s in range(0 if p.after else len(p.starts)):
-        rising(p, p.starts[s], n, b)
-    for s in range(0 if p.after else len(p.starts)):
-        reset_columns(p, p.starts[s], n, b)
+        h[EVENT + k] = e
+        h[KIND + k] = h[KIND + k] if (t[THERE + k] > 0.0) | p.after else 1
+    if not p.after:
+        rising(p, e, n, b)
+        reset_columns(p, e, n, b)

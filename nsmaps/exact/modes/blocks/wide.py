@@ -182,9 +182,7 @@ def launched_in_columns(p, found, r, row, n, o, b, w):
 def filled(p, found, r, row, o, b, w):
     """Put motions from a row on at their starts for as long as there is room; the row that follows them."""
     free, rows = len(p.growth), found.states.shape[1]
-    plain = True
-    for s in range(len(p.starts)):
-        plain = plain and p.plain[p.function[p.starts[s]]]
+    plain = len(p.starts) == 1 and p.plain[p.function[p.starts[0]]]
     while o.length[free] > 0 and row < rows:
         if plain:
             n = min(min(BLOCK, o.length[free]), rows - row)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.formulas import trials
+from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Row, Transition
-from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names
+from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
 from nsmaps.exact.modes.definitions.sliding import Rates, on_surface
 from nsmaps.exact.systems.guards import Guard
 
@@ -50,13 +50,30 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
     jumps = [sp.expand(one - y) for one, y in zip(after, variables, strict=True)]
     _check_impact(reader, what, gap, speed, jumps)
     whole = sp.Add(*(c * jump for c, jump in zip(speed.coefficients, jumps, strict=True)))
-    direction = [sp.simplify(jump / whole) for jump in jumps]
-    if any(q.has(*variables) or not reader.affine(q) or reader.row(q, what).remainder != q for q in direction):
-        raise SystemDefinitionError(f"{what}: the direction of the impact depends on the states; expected: one direction")
+    direction = [
+        _fixed(reader, sp.simplify(jump / whole), f"{what}: {state}") for state, jump in zip(reader.states, jumps, strict=True)
+    ]
     held = tuple(one + lift.scaled(-q) for one, q in zip(rates[free], direction, strict=True))
     still = tuple(reader.same(state) + speed.scaled(-q) for state, q in zip(reader.states, direction, strict=True))
     states = tuple(row.at(still) for row in on_surface(reader, gap, what))
     return Contact(free, gap, speed, lift, tuple(row.at(tuple(map(reader.same, reader.states))) for row in held), states)
+
+
+def _fixed(reader: Reader, share: sp.Expr, what: str) -> sp.Expr:
+    """A component of the direction of an impact, free of states and time, also where these cancel in floats alone."""
+    moving = share.free_symbols & {PHI, *reader.states.values()}
+    if not moving:
+        return share
+    values = [share.subs({x: value for x, value in at.items() if x in moving}) for at in trials(share)]
+    differences = [sp.N((one - values[0]).subs(at), 30) for one in values for at in trials(share)]
+    if not all(
+        abs(x) <= NEAR * (1 + abs(sp.N(values[0].subs(at), 30))) for x, at in zip(differences, 3 * trials(share), strict=True)
+    ):
+        raise SystemDefinitionError(
+            f"{what} changes by {shown(share)} at an impact where the rate of the function grows by one; expected: a direction of "
+            "the impact that is free of states and time"
+        )
+    return values[0]
 
 
 def _check_impact(reader: Reader, what: str, gap: Row, speed: Row, jumps: list[sp.Expr]) -> None:

@@ -69,12 +69,22 @@ class Crossings:
                 f"{self.name}.guards: the reset of {one.name!r} is not affine, and changes a function that is crossed without a "
                 "change of mode; expected: modes of their own for either side of it"
             )
+        known = [self.known(row, one, below) for row in after]
         for flags in self.flags(one.target):
-            if not all(flag or not proportional(row, one.function) for row, flag in zip(after, flags, strict=True)):
-                continue  # just on the surface: counted as crossed
-            sides = [side(r, f) for r, f in zip(after, flags, strict=True) if not proportional(r, one.function)]
-            numbers = self.numbers[one.mode, below], self.numbers[one.target, flags]
-            yield replace(one, mode=numbers[0], target=numbers[1], where=(*one.where, *sides))
+            if all(part in (None, flag) for part, flag in zip(known, flags, strict=True)):
+                sides = [side(row, flag) for row, flag, part in zip(after, flags, known, strict=True) if part is None]
+                numbers = self.numbers[one.mode, below], self.numbers[one.target, flags]
+                yield replace(one, mode=numbers[0], target=numbers[1], where=(*one.where, *sides))
+
+    def known(self, row: Row, one: Transition, below: Flags) -> bool | None:
+        """Whether a function, seen through an event, is below zero just after it, None where that depends on the state.
+
+        One that is zero with the event's own counts as crossed; one that the event does not change stays on its side.
+        """
+        if proportional(row, one.function):
+            return True
+        same = (flag for function, flag in zip(self.functions[one.mode], below, strict=True) if equal(row, function))
+        return next(same, None)
 
 
 def crosses(one: Transition) -> bool:
@@ -110,6 +120,12 @@ def silent(like: Transition, mode: int, function: Row, target: int) -> Transitio
 def side(function: Row, below: bool) -> Row:
     """What is not negative on one side of a surface."""
     return function.scaled(sp.S.NegativeOne) if below else function
+
+
+def equal(one: Row, other: Row) -> bool:
+    """Whether two functions are the same."""
+    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
+    return all(a == b or sp.simplify(a - b) == 0 for a, b in pairs)
 
 
 def proportional(one: Row, other: Row) -> bool:

@@ -109,6 +109,7 @@ class Definition:
     after: bool  #: whether start and image are taken just after the reset
     starts: tuple[Start, ...]
     surfaces: tuple[Surface, ...] = ()
+    clock: int = -1  #: the transition whose function gives the phase of the section where no coordinate does; -1 for phase zero
     derivatives: dict[int, "Numbers"] = field(default_factory=dict)
 
     @property

@@ -1,19 +1,18 @@
 """A class of systems with modes, read as a whole: modes, guards, slidings and section become a `Definition`."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.formulas import PHI, trials
+from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.contact import Contact, contact_of, contact_transitions
 from nsmaps.exact.modes.definitions.crossings import crosses, divided
-from nsmaps.exact.modes.definitions.definition import Definition, Row, Start, Transition
+from nsmaps.exact.modes.definitions.definition import Definition, Row, Transition
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
-from nsmaps.exact.modes.definitions.formulas import CLOCK, NEAR, Reader, check_names, check_periodic
+from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, check_periodic
+from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
 from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.stated import formulas_stated
 from nsmaps.exact.systems.guards import Guard, Section, Sliding
@@ -77,18 +76,29 @@ def _defined(
             "there, or `ends=True` for the guards that lead to it"
         )
     transitions, parts = divided(reader.name, events, len(rates))
-    coordinates = _coordinates(reader.name, names, section, forced)
-    starts = _starts(reader, section, transitions)
-    if forced and not coordinates.angles.any():
-        _check_phase_zero(reader, transitions, starts)
+    coordinates = coordinates_of(reader.name, names, section, forced)
+    starts = starts_of(reader, section, transitions)
     after = section.side == "after" and not all(crosses(transitions[start.transition]) for start in starts)
-    if after and len(starts) > 1:
-        raise SystemDefinitionError(f"{reader.name}.section has several events; expected: one, or side='before'")
     surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, Sliding))
     modes, flows = tuple(tuple(rates)[k] for k in parts), tuple(tuple(rates.values())[k] for k in parts)
     variables = tuple(reader.states.values())
+    check_starts(reader, section, transitions, starts, flows, after)
+    moved = forced and any(row.remainder.has(PHI) for mode in rates.values() for row in mode)
+    clock = clock_of(reader, section, transitions, starts, moved) if forced and not coordinates.angles.any() else -1
     return Definition(
-        symbols, names, variables, reader.phase_rate, horizon, modes, flows, transitions, coordinates, after, starts, surfaces
+        symbols,
+        names,
+        variables,
+        reader.phase_rate,
+        horizon,
+        modes,
+        flows,
+        transitions,
+        coordinates,
+        after,
+        starts,
+        surfaces,
+        clock,
     )
 
 
@@ -155,58 +165,3 @@ def _reset(reader: Reader, guard: Guard, what: str) -> tuple[tuple[Row, ...], tu
             check_periodic(expr, f"the reset of {state} by {what}")
             curved.append((k, expr))
     return tuple(rows), tuple(curved)
-
-
-def _coordinates(name: str, states: tuple[str, ...], section: Section, forced: bool) -> Coordinates:
-    others = [each for each in section.coordinates if each not in states]
-    if len(others) > forced or not section.coordinates:
-        wanted = f"names of the states {', '.join(states)}" + ", and of one phase" * forced
-        raise SystemDefinitionError(f"{name}.section has the coordinates {', '.join(section.coordinates)}; expected: {wanted}")
-    return Coordinates(tuple(section.coordinates), angles=others)
-
-
-def _check_phase_zero(reader: Reader, transitions: Sequence[Transition], starts: Sequence[Start]) -> None:
-    """Refuse a section without a phase among its coordinates whose event is at another phase than zero."""
-    for start in starts:
-        one = transitions[start.transition]
-        zero = one.function.at(start.states)
-        for expr in (*zero.coefficients, zero.remainder.subs(PHI, 0)):
-            if any(abs(sp.N(expr.subs(values), 30)) > NEAR for values in trials(expr)):
-                raise SystemDefinitionError(
-                    f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r} is not zero "
-                    "at t = 0; expected: a name for the phase in `coordinates`, or an event at t = 0, such as -sin(w t)"
-                )
-
-
-def _starts(reader: Reader, section: Section, transitions: Sequence[Transition]) -> tuple[Start, ...]:
-    """What the coordinates give at each event of the section."""
-    names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
-    check_names(f"{reader.name}.section is at", names, tuple(dict.fromkeys(one.name for one in transitions if one.name)))
-    return tuple(_start(reader, section, k, one) for k, one in enumerate(transitions) if one.name in names and not one.releases)
-
-
-def _start(reader: Reader, section: Section, number: int, transition: Transition) -> Start:
-    """The states by the coordinates: themselves, as given, or those that are left by what is zero at the event."""
-    rows = {state: reader.same(state) for state in reader.states if state in section.coordinates}
-    rows |= {state: reader.row(given, f"{reader.name}.section: {state}") for state, given in section.states.items()}
-    rows |= {state: reader.row(0, "") for state in reader.noise}
-    left = [state for state in reader.states if state not in rows]
-    if left:
-        rows |= _solved(reader, transition, left, rows)
-    return Start(number, tuple(rows[state] for state in reader.states))
-
-
-def _solved(reader: Reader, transition: Transition, left: Sequence[str], rows: Mapping[str, Row]) -> dict[str, Row]:
-    """The states that are left by the zeros of the function of an event, and of what is zero all along before it."""
-    states = [rows.get(state, reader.same(state)) for state in reader.states]
-    zeros = [one.at(states).of(tuple(reader.states.values())) for one in (transition.function, *transition.held)]
-    unknown = [reader.states[state] for state in left]
-    for chosen in combinations(zeros, len(left)):
-        found = sp.solve(chosen, unknown, dict=True)
-        if len(found) == 1 and len(found[0]) == len(unknown) and not any(value.has(*unknown) for value in found[0].values()):
-            return {state: reader.row(found[0][reader.states[state]], f"{reader.name}.section: {state}") for state in left}
-    depends = "does not depend on" if len(left) == 1 else "does not give"
-    raise SystemDefinitionError(
-        f"{reader.name}.section leaves {' and '.join(left)} open, and the guard {transition.name!r} {depends} "
-        f"{' and '.join(left)}; expected: all states but one in `coordinates` or `states`"
-    )

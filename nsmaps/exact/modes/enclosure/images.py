@@ -30,6 +30,11 @@ def table_of(system: "HybridSystem") -> BallTables:
                 f"{type(system).__name__}.guards: {one.name!r} has contact that lasts, and chatter cannot be "
                 "enclosed; expected: no `rests`"
             )
+    if kernel.table.phase != 0.0:
+        raise ProofError(
+            f"{type(system).__name__}.section is at the phase {kernel.table.phase:.6g} of the forcing, and sets of states are "
+            "enclosed from the phase zero on; expected: a clock that falls at t = 0, or a name for the phase in `coordinates`"
+        )
     return ball_tables(kernel.definition, kernel.values, kernel.table)
 
 

@@ -9,6 +9,7 @@ from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, lea
 from nsmaps.exact.modes.enclosure.landing import FALLING, STARTED
 from nsmaps.exact.modes.enclosure.passage import SMALL, after_reset, begun, happened, may_repel, valid
 from nsmaps.exact.modes.march.returns import lengthened
+from nsmaps.exact.modes.march.section import AS_NEAR
 
 MOST_CELLS = 16  # cells of a box and their halves, to tighten its images
 MOST_FLIGHTS = 96  # flights of the sets of one cell
@@ -48,7 +49,7 @@ def nearest_start(p, cell, w):
         far = distance(p, b, w)[1]
         if sure and far < bound:
             bound = far
-    return bound
+    return bound + AS_NEAR
 
 
 @inner
@@ -97,10 +98,9 @@ def cell_images(p, cell, w):
         if not may or (len(p.starts) > 1 and distance(p, b, w)[0] > reach):
             continue
         may, falls = valid(p, b, w)
-        used += 1
-        sure_start = sure_start or surely
-        empty = empty or not falls
+        sure_start = sure_start or (surely and falls)
         if may:
+            used += 1
             m, each, without, as_one = followed(p, b, m, w)
             bounded, empty, smooth = bounded and each, empty or without, smooth and as_one
     for k in range(m):

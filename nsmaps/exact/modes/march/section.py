@@ -9,6 +9,8 @@ from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.march.flight import dot, shift_waves, velocity
 from nsmaps.exact.modes.tables.taylor import ROUNDING, features
 
+AS_NEAR = 16.0 * ROUNDING  # of the sizes of terms: surfaces from which a state is as far
+
 
 @inner
 def allowed(p, k, z):
@@ -131,12 +133,21 @@ def lifted(p, j, z):
 
 
 @inner
+def falling(p, k, w):
+    """Whether the function of a transition does not rise, but for rounding, at the state before it."""
+    velocity(p, p.mode[k], w.z, w.field)
+    rate, size = dot(p.functions[p.function[k]], w.field)
+    return rate <= ROUNDING * size
+
+
+@inner
 def begun(p, row, phi, w):
     """Write the features at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain.
 
-    Among several starts it is the one whose state lies nearest to its surface, or one in lasting contact that is pressed.
+    Among several starts it is the one whose state lies nearest to its surface, or one in lasting contact that is pressed; of
+    those that are as near it is one whose function falls.
     """
-    n, best, least, given = p.first.shape[1] - 1, -1, math.inf, w.other
+    n, best, least, falls, given = p.first.shape[1] - 1, -1, math.inf, False, w.other
     features(phi, w.z, n)
     for j in range(len(w.z)):
         given[j] = w.z[j] if j >= n else 0.0
@@ -152,8 +163,10 @@ def begun(p, row, phi, w):
         if j >= 0:
             far = max(far, lifted(p, j, w.z))
             far = -1.0 if far <= 4.0 * ROUNDING else far
-        if (holds or p.after) and far < least:
-            best, least = k, far
+        down = p.after or falling(p, p.starts[k], w)
+        nearer = far < least - AS_NEAR or (far <= least + AS_NEAR and down and not falls)
+        if (holds or p.after) and nearer:
+            best, least, falls = k, far, down
             for i in range(n):
                 w.new[i] = w.z[i]
     for i in range(n):
@@ -163,8 +176,8 @@ def begun(p, row, phi, w):
 
 @inner
 def phase_of(p, row):
-    """The phase that coordinates give, within a turn, zero without one; NaN outside of the domain."""
-    phi = 0.0
+    """The phase that coordinates give, within a turn, without one that of the section; NaN outside of the domain."""
+    phi = p.phase
     for c in range(len(p.places)):
         if not math.isfinite(row[c]):
             return math.nan
@@ -205,9 +218,12 @@ def launch_moved(p, start, row, w):
             w.other[p.places[c]] = row[c]
     for j in range(n, width):
         w.other[j], w.dz[j, 0] = w.z[j], 0.0
-    w.dphi[0] = 0.0
+    w.dphi[0] = w.moved.phase
+    shift_waves(w.z, w.dz, w.dphi, n)
     for i in range(n):
         w.dz[i, 0], _ = dot(w.moved.states[start, i], w.other)
+        for j in range(n + 1, width):
+            w.dz[i, 0] += p.states[start, i, j] * w.dz[j, 0]
 
 
 @inner
@@ -222,9 +238,4 @@ def starting(p, row, w):
     j = contact_of(p, p.mode[k])
     if j >= 0:
         reset(p, j, phi, w)
-    if not p.after:
-        velocity(p, p.mode[k], w.z, w.field)
-        rate, size = dot(p.functions[p.function[k]], w.field)
-        if rate > ROUNDING * size:
-            return -1, 0.0
-    return k, phi
+    return (k, phi) if p.after or falling(p, k, w) else (-1, 0.0)

@@ -69,17 +69,32 @@ def in_order(p, first, second, phi, after, w):
 
 
 @inner
-def ends_return(p, function, other, w):
-    """Whether the event of one function is that of the section, and that of the other would change the image."""
-    k, m = picked(p, function, w.z)[0], picked(p, other, w.z)[0]
-    return k >= 0 and m >= 0 and p.is_section[k] and not p.is_section[m] and (p.moves[m] or p.target[m] != p.mode[m])
+def same_image(p, function, other, phi, w):
+    """Whether the section, met where a function is zero, has the same image before and after the event of another one."""
+    k, m, n = picked(p, function, w.z)[0], picked(p, other, w.z)[0], p.first.shape[1] - 1
+    just_after(p, m, phi, w.z, w.one, w)
+    f = due(p, function, p.target[m], w.one, True, w)
+    j = picked(p, f, w.one)[0] if f >= 0 else -1
+    if j < 0 or not p.is_section[j]:
+        return False
+    for i in range(n):
+        w.two[i], w.other[i] = w.z[i], w.one[i]
+    if p.after:
+        just_after(p, k, phi, w.z, w.two, w)
+        just_after(p, j, phi, w.one, w.other, w)
+    for c in range(len(p.places)):
+        i = p.places[c]
+        if i >= 0 and abs(w.two[i] - w.other[i]) > AT_ONCE * (abs(w.z[i]) + abs(w.two[i]) + abs(w.other[i])):
+            return False
+    return True
 
 
 @inner
 def order_matters(p, one, two, phi, w):
-    """Whether two functions that are zero at once lead to different states or modes, by which event is first."""
-    if ends_return(p, one, two, w) or ends_return(p, two, one, w):
-        return True
+    """Whether two functions that are zero at once lead to different images, states or modes, by which event is first."""
+    k, m = picked(p, one, w.z)[0], picked(p, two, w.z)[0]
+    if k >= 0 and m >= 0 and p.is_section[k] != p.is_section[m]:
+        return not (same_image(p, one, two, phi, w) if p.is_section[k] else same_image(p, two, one, phi, w))
     if in_order(p, one, two, phi, w.one, w) != in_order(p, two, one, phi, w.two, w):
         return True
     for i in range(p.first.shape[1] - 1):

@@ -80,22 +80,38 @@ def check_surfaces(definition: Definition, table: Tables, features: Floats, name
 
 
 def modes_of(definition: Definition, table: Tables, features: Floats, phase: Floats, given: Sequence[str]) -> Ints:
-    """The mode of each state, -1 for none: that given, or the first whose guards are positive, but for sliding and contact.
+    """The mode of each state, -1 for none: that given, or the first whose guards are not negative, but for sliding and contact.
 
-    On a surface that repels it is one of the two beside it, from which the motion is not unique.
+    Where guards are zero it is one in which fewest of them fall, and in which others have been passed already. On a surface that
+    repels it is one of the two beside it, from which the motion is not unique.
     """
-    values, named, found = features @ table.functions.T, np.array(given, str), np.full(len(features), NOWHERE)
+    values, named = features @ table.functions.T, np.array(given, str)
     on = np.einsum("mj,qkj->mqk", features, table.surfaces)
     near = abs(on[..., 0]) <= ROUNDING * (abs(features) @ abs(table.surfaces[:, 0]).T)
     away = near & (on[..., 1:] > 0).all(axis=-1)
     slack = ROUNDING * (abs(features) @ abs(table.functions).T)
     derived = {one.mode for one in definition.transitions if one.held}
-    for mode, name in reversed(list(enumerate(definition.modes))):
+    known = np.isfinite(features).all(axis=1) & (np.abs(phase) <= MOST_PHASE)
+    found, least = np.full(len(features), NOWHERE), np.full(len(features), np.inf)
+    for mode, name in enumerate(definition.modes):
         watched = slice(table.watched[mode], table.watched[mode + 1])
-        own = values[:, watched]
-        obeyed: Bools = (named == name) & (own >= 0).all(axis=1)
-        obeyed |= away[:, table.beside[:, mode]].any(axis=1) & (own >= -slack[:, watched]).all(axis=1)
-        if mode not in derived:
-            obeyed |= (named == "") & (own > 0).all(axis=1)
-        found[obeyed & np.isfinite(features).all(axis=1) & (np.abs(phase) <= MOST_PHASE)] = mode
+        own, edge = values[:, watched], slack[:, watched]
+        obeyed: Bools = (named == name) | ((named == "") & (mode not in derived)) | away[:, table.beside[:, mode]].any(axis=1)
+        obeyed &= (own >= -edge).all(axis=1) & known
+        rates = velocities(table, mode, features) @ table.functions[watched].T
+        due = ((own <= edge) & (rates < 0)).sum(axis=1)
+        better = obeyed & (due < least)
+        found[better], least[better] = mode, due[better]
     return found
+
+
+def velocities(table: Tables, mode: int, features: Floats) -> Floats:
+    """The rates of the features in a mode, in its time unit, shape (M, N)."""
+    n, turn = table.first.shape[1] - 1, table.rate * table.steps[mode]
+    rates = np.zeros(features.shape)
+    for i in range(n):
+        row = slice(table.first[mode, i], table.first[mode, i + 1])
+        rates[:, i] = features[:, table.columns[row]] @ table.values[row]
+    m = np.arange(1, (features.shape[1] - n - 1) // 2 + 1)
+    rates[:, n + 1 :: 2], rates[:, n + 2 :: 2] = -m * turn * features[:, n + 2 :: 2], m * turn * features[:, n + 1 :: 2]
+    return rates

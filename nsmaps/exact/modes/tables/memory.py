@@ -12,6 +12,7 @@ class Moved(NamedTuple):
 
     here: bool
     rate: float
+    phase: float  #: of the section, where no coordinate is one
     parameters: Any  #: shape (P,), the direction
     rates: Any  #: shape (M, n, N), times the mode's longest step
     functions: Any  #: shape (S, N)
@@ -72,9 +73,8 @@ def record(start: Any, n: int, directions: int) -> Record:
 
 def still(p: Any) -> Moved:
     """No direction of the parameters."""
-    return Moved(
-        False, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in (p.growth, p.functions, p.resets, p.states))
-    )
+    shapes = p.growth, p.functions, p.resets, p.states
+    return Moved(False, 0.0, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in shapes))
 
 
 def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = False) -> Memory:

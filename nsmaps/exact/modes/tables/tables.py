@@ -12,6 +12,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definitions.definition import Definition, harmonics_of
+from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.polynomials import polynomials_of
 from nsmaps.exact.modes.tables.rows import Rows, rows_of
@@ -79,6 +80,7 @@ class Tables(NamedTuple):
     beside: Any  #: shape (Q, M), whether the mode lies above or below the surface
     is_section: Any  #: shape (T,)
     after: bool  #: whether start and image are just after the reset
+    phase: float  #: at which the section is, where no coordinate is a phase
     starts: Any  #: shape (number of starts,), the transition of each
     states: Any  #: shape (number of starts, n, N), the state by that which the coordinates are
     places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
@@ -100,6 +102,7 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
         **transitions_of(definition, rows),
         parameters=np.array(values),
         after=definition.after,
+        phase=0.0 if definition.clock < 0 else phase_of_fall(definition, rows.functions[definition.clock], values),
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
         places=np.array(places),
@@ -172,7 +175,10 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
             turn += rate * float(slopes[k][0][0])
     assert total is not None, "asked for along a direction"
     leads = table.chosen[table.choices[:-1]]
-    return Moved(True, turn, rates, total[0] * table.steps[:, None, None], total[1][leads], total[2], total[3])
+    later = 0.0
+    if definition.clock >= 0:
+        later = later_fall(table.functions[table.function[definition.clock]], total[1][definition.clock], n, table.phase)
+    return Moved(True, turn, later, rates, total[0] * table.steps[:, None, None], total[1][leads], total[2], total[3])
 
 
 def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:

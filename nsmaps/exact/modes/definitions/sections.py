@@ -1,0 +1,190 @@
+"""The section of a system with modes: its coordinates, and the state and phase that they give at each of its events."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+
+import sympy as sp
+
+from nsmaps.coordinates import Coordinates
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.formulas import PHI, trials
+from nsmaps.exact.modes.definitions.crossings import equal
+from nsmaps.exact.modes.definitions.definition import Row, Start, Transition
+from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
+from nsmaps.exact.modes.definitions.sliding import Rates
+from nsmaps.exact.systems.guards import Section
+
+
+def coordinates_of(name: str, states: tuple[str, ...], section: Section, forced: bool) -> Coordinates:
+    """The coordinates of the section of a class of this name.
+
+    Raises:
+        SystemDefinitionError: there are none, or other names than those of states and of one phase.
+    """
+    others = [each for each in section.coordinates if each not in states]
+    wanted = f"names of the states {', '.join(states)}" + ", and of one phase" * forced
+    if not section.coordinates:
+        raise SystemDefinitionError(
+            f"{name}.section has no coordinates, and a map needs one; expected: {wanted}, such as ({states[0]!r},); one that the "
+            "guard gives already may be named too"
+        )
+    if len(others) > forced or len(set(section.coordinates)) < len(section.coordinates):
+        raise SystemDefinitionError(f"{name}.section has the coordinates {', '.join(section.coordinates)}; expected: {wanted}")
+    return Coordinates(tuple(section.coordinates), angles=others)
+
+
+def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition]) -> tuple[Start, ...]:
+    """What the coordinates give at each event of the section.
+
+    Raises:
+        SystemDefinitionError: an event or a state is unknown, or the coordinates leave a state open.
+    """
+    names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
+    check_names(f"{reader.name}.section is at", names, tuple(dict.fromkeys(one.name for one in transitions if one.name)))
+    check_names(f"{reader.name}.section gives the state", section.states, tuple(reader.states))
+    events = ((k, one) for k, one in enumerate(transitions) if one.name in names and not one.releases)
+    return tuple(Start(k, _states(reader, section, one)) for k, one in events)
+
+
+def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
+    """The states by the coordinates: themselves, as given, or those that are left by what is zero at the event."""
+    rows = {state: reader.same(state) for state in reader.states if state in section.coordinates}
+    for state, given in section.states.items():
+        what = f"{reader.name}.section: {state}"
+        row = reader.row(given, what)
+        others = [y for y, c in zip(reader.states, row.coefficients, strict=True) if c != 0 and y not in section.coordinates]
+        if others or state in section.coordinates:
+            raise SystemDefinitionError(
+                f"{what} is {shown(reader.expression(given, what))}; expected: a formula in the coordinates, of another state"
+            )
+        rows[state] = row
+    rows |= {state: reader.row(0, "") for state in reader.noise}
+    left = [state for state in reader.states if state not in rows]
+    if left:
+        rows |= _solved(reader, section, transition, left, rows)
+    return tuple(rows[state] for state in reader.states)
+
+
+def _solved(
+    reader: Reader, section: Section, transition: Transition, left: Sequence[str], rows: Mapping[str, Row]
+) -> dict[str, Row]:
+    """The states that are left by the zeros at an event."""
+    states = [rows.get(state, reader.same(state)) for state in reader.states]
+    zeros = [one.at(states).of(tuple(reader.states.values())) for one in zeros_at(section, transition)]
+    unknown = [reader.states[state] for state in left]
+    for chosen in combinations(zeros, len(left)):
+        found = sp.solve(chosen, unknown, dict=True)
+        if len(found) == 1 and len(found[0]) == len(unknown) and not any(value.has(*unknown) for value in found[0].values()):
+            return {state: reader.row(found[0][reader.states[state]], f"{reader.name}.section: {state}") for state in left}
+    names = " and ".join(left)
+    what = f"the guard {transition.name!r}" + " with its reset" * (section.side == "after")
+    depends = f"{what} does not depend on {names}" if len(left) == 1 else f"{what} does not give {names}"
+    example = ", ".join(f"{state!r}: ..." for state in left)
+    raise SystemDefinitionError(
+        f"{reader.name}.section leaves {names} open, and {depends}; expected: all states but one in `coordinates` or `states`, "
+        f"as states={{{example}}}, {section.side} the reset"
+    )
+
+
+def zeros_at(section: Section, transition: Transition) -> list[Row]:
+    """Functions of the states that are zero at an event, on the side of the reset at which the section is.
+
+    Before it they are the event's function and what is zero all along. With the reset R b + r of a state b at which rows G b + g
+    are zero, the state a just after obeys c (a - r) = d g for all c, d with c R + d G = 0; states with other resets are left out.
+    """
+    before = [transition.function, *transition.held]
+    if section.side == "before":
+        return before
+    reset = [row for k, row in enumerate(transition.reset) if k not in dict(transition.curved)]
+    places = [k for k in range(len(transition.reset)) if k not in dict(transition.curved)]
+    ways = sp.Matrix([row.coefficients for row in (*reset, *before)]).T.nullspace(simplify=True)
+    return [_after(list(way), reset, before, places, len(transition.reset)) for way in ways]
+
+
+def _after(way: list[sp.Expr], reset: list[Row], before: list[Row], places: list[int], n: int) -> Row:
+    """One of the rows of `zeros_at`, after a reset of the states at these places."""
+    coefficients = [sp.S.Zero] * n
+    for k, c in zip(places, way, strict=False):
+        coefficients[k] = sp.cancel(c)
+    remainder = sp.Add(*(c * row.remainder for c, row in zip(way, (*reset, *before), strict=True)))
+    return Row(tuple(coefficients), sp.expand(-remainder))
+
+
+def check_starts(
+    reader: Reader,
+    section: Section,
+    transitions: Sequence[Transition],
+    starts: Sequence[Start],
+    flows: Sequence[Rates],
+    after: bool,
+) -> None:
+    """Refuse a section whose given states are on no surface, or whose coordinates do not distinguish its events.
+
+    Raises:
+        SystemDefinitionError: says which events or states, and what is expected.
+    """
+    if after and len(starts) > 1:
+        raise SystemDefinitionError(f"{reader.name}.section has several events; expected: one, or side='before'")
+    for start in starts:
+        one = transitions[start.transition]
+        for zero in (row.at(start.states) for row in zeros_at(section, one)):
+            if not any(zero.coefficients) and zero.remainder.is_number and abs(sp.N(zero.remainder)) > NEAR:
+                raise SystemDefinitionError(
+                    f"{reader.name}.section gives states of which none is just {section.side} {one.name!r}: a function that is "
+                    f"zero there is {sp.N(zero.remainder, 6)}; expected: other `states`, or those that the guard gives left out"
+                )
+    for first, second in combinations(starts, 2):
+        if not all(map(equal, first.states, second.states)) and not _distinct(reader, transitions, flows, first, second):
+            names = [transitions[start.transition].name for start in (first, second)]
+            pairs = zip(reader.states, first.states, second.states, strict=True)
+            left = [state for state, a, b in pairs if not equal(a, b)]
+            raise SystemDefinitionError(
+                f"{reader.name}.section is at {names[0]!r} and {names[1]!r}, whose functions are zero at different "
+                f"{', '.join(left)} for the same coordinates, which do not distinguish them; expected: "
+                f"{' and '.join(map(repr, left))} among the `coordinates`, or one event"
+            )
+
+
+def _distinct(reader: Reader, transitions: Sequence[Transition], flows: Sequence[Rates], one: Start, other: Start) -> bool:
+    """Whether no coordinates are a start at both events: what is positive at one is negative at the other."""
+
+    def positive(start: Start) -> Iterator[Row]:
+        event = transitions[start.transition]
+        yield event.function.rate(flows[event.mode], reader.phase_rate).at(start.states).scaled(sp.S.NegativeOne)
+        yield from (row.at(start.states) for row in event.where)
+
+    return any(_opposite(a, b) for a in positive(one) for b in positive(other))
+
+
+def _opposite(one: Row, other: Row) -> bool:
+    """Whether a row is a negative multiple of another one."""
+    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
+    lead = next((a / b for a, b in pairs if a != 0 and b != 0), None)
+    if lead is None:
+        return False
+    factor = sp.simplify(lead)
+    if factor.has(PHI) or not all(sp.N(factor.subs(values)) < 0 for values in trials(factor)):
+        return False
+    return equal(one, other.scaled(factor))
+
+
+def clock_of(reader: Reader, section: Section, transitions: Sequence[Transition], starts: Sequence[Start], forced: bool) -> int:
+    """The transition that gives the phase of a section without one among its coordinates; -1 where that is zero.
+
+    Raises:
+        SystemDefinitionError: its events are not at one phase, in a system whose rates depend on it (`forced`).
+    """
+    ones = [transitions[start.transition] for start in starts]
+    clocks = [not any(one.function.coefficients) and one.function.remainder.has(PHI) for one in ones]
+    if all(clocks) and all(equal(one.function, ones[0].function) for one in ones):
+        return starts[0].transition
+    for start, one in zip(starts, ones, strict=True):
+        zeros = [row.at(start.states) for row in zeros_at(section, one)]
+        fixed = any(zero.remainder.has(PHI) for zero in zeros) or not forced
+        values = [x for zero in zeros for x in (*zero.coefficients, zero.remainder.subs(PHI, 0))]
+        if any(clocks) or not fixed or any(abs(sp.N(x.subs(at), 30)) > NEAR for x in values for at in trials(x)):
+            raise SystemDefinitionError(
+                f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r} does not fix it; "
+                "expected: a name for the phase in `coordinates`, as 'phi', or a section at one clock, such as -sin(w t)"
+            )
+    return -1

@@ -1,0 +1,338 @@
+"""Sections of systems with modes: where a start is, by closed forms and roots of 30 digits."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+
+from nsmaps import Guard, HybridSystem, Section, Sliding, orbit, periodic_orbit
+from nsmaps.errors import ProofError, SystemDefinitionError
+
+
+def root(f, low, high):
+    """The first zero of a function that falls from positive values, seen on a grid, in the digits of the context."""
+    times = mp.linspace(low, high, 400)
+    k = next(k for k in range(399) if f(times[k]) > 0 >= f(times[k + 1]))
+    return mp.findroot(f, (times[k], times[k + 1]), solver="anderson")
+
+
+class Plank(HybridSystem):
+    """A block on a plank that is pushed: v' = a cos t - mu sgn v - c, seen once a period at the phase p."""
+
+    a: float = 1.5
+    mu: float = 0.7
+    c: float = 0.1
+    p: float = 0.4
+    states = ("v",)
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        force = self.a * sp.cos(t) - self.c
+        return {"right": {"v": force - self.mu}, "left": {"v": force + self.mu}}
+
+    def guards(self, t, y):
+        clock = Guard(("right", "left", "stick"), -sp.sin(t - self.p), letter="c")
+        return {"stick": Sliding("right", "left", y.v, letters={"stick": "K"}), "clock": clock}
+
+    def section(self, t, y):
+        return Section("clock", ("v",))
+
+
+def plank_later(v, a, mu, c, p):
+    """A period later, by the integral of the force in each slip and roots of where it ends."""
+    t, end = mp.mpf(p), mp.mpf(p) + 2 * mp.pi
+    force = lambda s: a * mp.cos(s) - c  # noqa: E731
+    while t < end:
+        if v == 0 and abs(force(t)) < mu:  # sticks until the force has the size of the friction
+            ends = [s for s in mp.linspace(t, end, 4000) if abs(force(s)) > mu]
+            if not ends:
+                return mp.mpf(0)
+            step = (end - t) / 3999
+            t = mp.findroot(lambda s: mu - abs(force(s)), (ends[0] - step, ends[0]), solver="anderson")
+            sign = mp.sign(force(t))
+        else:
+            sign = mp.sign(v) if v != 0 else mp.sign(force(t))
+        speed = lambda s, t=t, v=v, sign=sign: v + a * (mp.sin(s) - mp.sin(t)) - (c + sign * mu) * (s - t)  # noqa: E731
+        times = mp.linspace(t + mp.mpf("1e-6"), end, 4000)
+        k = next((k for k in range(3999) if sign * speed(times[k]) > 0 >= sign * speed(times[k + 1])), None)
+        if k is None:
+            return speed(end)
+        t, v = mp.findroot(speed, (times[k], times[k + 1]), solver="anderson"), mp.mpf(0)
+    return v
+
+
+@pytest.mark.parametrize("p", [0.0, 0.4, 2.0, 4.5])
+def test_a_start_on_a_sliding_surface_returns_a_period_later(p):
+    block = Plank(p=p)
+    returns = block.first_return([[0.0], [0.3], [-0.2]])
+    with mp.workdps(30):
+        wanted = [
+            plank_later(mp.mpf(v), mp.mpf(1.5), mp.mpf("0.7"), mp.mpf("0.1"), p) for v in (0, mp.mpf(3) / 10, -mp.mpf(2) / 10)
+        ]
+    assert returns.certified.all()
+    assert returns.time == pytest.approx(2 * np.pi, abs=1e-14)
+    assert returns.image.ravel() == pytest.approx([float(x) for x in wanted], abs=1e-13)
+    assert block.arrivals([[0.0, p]]).image == pytest.approx(returns.image[:1], abs=1e-13)
+
+
+def test_an_orbit_that_sticks_at_the_strobe_takes_a_period():
+    still = periodic_orbit(Plank(a=0.9, mu=0.85, c=0.0, p=1.5), [0.0])
+    assert still.returns.time == pytest.approx([2 * np.pi])
+    assert abs(still.states).max() < 1e-15
+
+
+def test_an_event_at_the_strobe_is_not_a_return():
+    """A ball that is at a plate, and moves to it, when its section begins: the impact comes first, the section a unit later."""
+
+    class Table(HybridSystem):
+        states = ("x", "v")
+
+        def period(self):
+            return 1
+
+        def modes(self, t, y):
+            return {"up": {"x": y.v, "v": -2}}
+
+        def guards(self, t, y):
+            return {"L": Guard("up", y.x, reset={"v": -y.v / 2}), "c": Guard("up", -sp.sin(2 * sp.pi * t))}
+
+        def section(self, t, y):
+            return Section("c", ("x", "v"))
+
+    returns = Table().first_return([[0.0, -3.0]])
+    assert returns.words.tolist() == ["cLc"]
+    assert returns.time.tolist() == [1.0]
+    assert returns.image == pytest.approx(np.array([[0.5, -0.5]]), abs=1e-15)
+
+
+class Late(HybridSystem):
+    """x'' + 2 z x' + x = A cos w t above a wall at -1, seen where the clock falls: w t = pi + p."""
+
+    z: float = 0.05
+    A: float = 1.0
+    w: float = 0.8
+    p: float = 0.7
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi / self.w
+
+    def modes(self, t, y):
+        return {"m": {"x": y.v, "v": self.A * sp.cos(self.w * t) - 2 * self.z * y.v - y.x}}
+
+    def guards(self, t, y):
+        return {"c": Guard("m", sp.sin(self.w * t - self.p)), "W": Guard("m", 1 + y.x, reset={"v": -0.7 * y.v})}
+
+    def section(self, t, y):
+        return Section("c", ("x", "v"))
+
+
+def late_later(x, v, z, A, w, p):
+    """A period after the clock, by the closed form of flights and roots."""
+    start, d = (mp.pi + p) / w, mp.sqrt(1 - z * z)
+    t, end = start, start + 2 * mp.pi / w
+    b, g = 2 * z * w, 1 - w * w
+    steady = lambda s: A * (g * mp.cos(w * s) + b * mp.sin(w * s)) / (g * g + b * b)  # noqa: E731
+    while True:
+        x0, v0 = x - steady(t), v - mp.diff(steady, t)
+        place = lambda s, t=t, x0=x0, v0=v0: (  # noqa: E731
+            steady(s) + mp.exp(-z * (s - t)) * (x0 * mp.cos(d * (s - t)) + (v0 + z * x0) / d * mp.sin(d * (s - t)))
+        )
+        times = mp.linspace(t + mp.mpf("1e-4"), end, 500)
+        k = next((k for k in range(499) if place(times[k]) > -1 >= place(times[k + 1])), None)
+        if k is None:
+            return place(end), mp.diff(place, end)
+        t = mp.findroot(lambda s, f=place: f(s) + 1, (times[k], times[k + 1]), solver="anderson")
+        x, v = mp.mpf(-1), -mp.diff(place, t) * 7 / 10
+
+
+def test_a_clock_at_any_phase():
+    late, starts = Late(), np.array([[0.5, 0.3], [2.0, -1.0]])
+    with mp.workdps(30):
+        wanted = [late_later(*map(mp.mpf, start), mp.mpf(0.05), mp.mpf(1), mp.mpf(0.8), mp.mpf(0.7)) for start in starts.tolist()]
+        h = mp.mpf("1e-8")
+        up, down = (
+            late_later(*map(mp.mpf, starts[0].tolist()), mp.mpf(0.05), mp.mpf(1), mp.mpf(0.8), mp.mpf(0.7) + s) for s in (h, -h)
+        )
+    assert late.first_return(starts).image == pytest.approx(np.array(wanted, float), abs=1e-13)
+    slope = [float((a - b) / (2 * h)) for a, b in zip(up, down, strict=True)]
+    assert late.sensitivity(starts[:1], {"p": 1.0})[0] == pytest.approx(slope, abs=1e-9)
+    many = np.random.default_rng(0).uniform(0, 2, (20, 2))
+    assert late.first_return(many).image == pytest.approx(np.vstack([late.first_return([row]).image for row in many]), abs=1e-13)
+    with pytest.raises(ProofError, match=r"Late.section is at the phase 3\.84159"):
+        late.image_boxes([[[0.5, 0.51], [0.3, 0.31]]])
+
+
+class Turning(HybridSystem):
+    """x'' + x = f at its turning points, of either direction: x is reflected at f, half a turn later."""
+
+    f: float = 0.3
+    states = ("x", "v")
+
+    def modes(self, t, y):
+        return {"m": {"x": y.v, "v": self.f - y.x}}
+
+    def guards(self, t, y):
+        return {"U": Guard("m", y.v), "D": Guard("m", -y.v)}
+
+    def section(self, t, y):
+        return Section(("U", "D"), ("x",))
+
+
+def test_turning_points_of_either_direction():
+    returns = Turning().first_return([[1.0], [-0.5], [0.1]], derivative=True)
+    assert returns.words.tolist() == ["UD", "DU", "DU"]
+    assert returns.image.ravel() == pytest.approx([-0.4, 1.1, 0.5], abs=1e-15)
+    assert returns.time == pytest.approx(np.full(3, np.pi), abs=1e-14)
+    assert returns.derivative.ravel() == pytest.approx([-1, -1, -1], abs=1e-14)
+    assert orbit(Turning(), [1.0], 5).words.tolist() == ["UD", "DU"] * 2 + ["UD"]
+    boxes = Turning().image_boxes([[[0.9, 1.0]], [[-0.5, -0.4]]])
+    assert boxes.bounded.all()
+    assert boxes.images[boxes.source == 0].ravel() == pytest.approx([-0.4, -0.3], abs=1e-9)
+
+
+class Tube(HybridSystem):
+    """A ball between two ends of a tube at -1 and 1, slowed down by c, seen at both: which end follows from its velocity."""
+
+    c: float = 0.2
+    states = ("x", "v")
+
+    def modes(self, t, y):
+        return {"fly": {"x": y.v, "v": -self.c * y.v}}
+
+    def guards(self, t, y):
+        return {"R": Guard("fly", 1 - y.x, reset={"v": -y.v}), "L": Guard("fly", 1 + y.x, reset={"v": -y.v})}
+
+    def section(self, t, y):
+        return Section(("R", "L"), ("v",))
+
+
+def test_ends_that_a_velocity_tells_apart():
+    """From end to end v loses 2 c."""
+    returns = Tube().first_return([[2.0], [-2.0]])
+    assert returns.words.tolist() == ["RL", "LR"]
+    assert returns.image.ravel() == pytest.approx([-1.6, 1.6], abs=1e-15)
+    assert orbit(Tube(), [2.0], 4).outcome.tolist() == [0] * 4
+
+
+class Ramp(HybridSystem):
+    """x' = 1 and u' = -x u, seen just after a reset that takes x from 3 to 1 and adds a to u."""
+
+    a: float = 0.25
+    states = ("x", "u")
+
+    def modes(self, t, y):
+        return {"run": {"x": 1, "u": -y.u}}
+
+    def reset(self, y):
+        return {"x": y.x - 2, "u": y.u + self.a}
+
+    def guards(self, t, y):
+        return {"J": Guard("run", 3 - y.x, reset=self.reset(y))}
+
+    def section(self, t, y):
+        return Section("J", ("u",), side="after")
+
+
+class Set(Ramp):
+    def reset(self, y):
+        return {"x": 1, "u": y.u + self.a}
+
+
+class Turned(Ramp):
+    """Both coordinates change places: x comes from u, which the guard says nothing about, and u from x = 3."""
+
+    def reset(self, y):
+        return {"x": y.u, "u": y.x - sp.Rational(5, 2)}
+
+    def section(self, t, y):
+        return Section("J", ("x",), side="after")
+
+
+class Root(Ramp):
+    def reset(self, y):
+        return {"x": y.x - 2, "u": y.u / (1 + y.u**2) + self.a}
+
+
+@pytest.mark.parametrize(
+    ("system", "start", "image", "time"),
+    [
+        (Ramp, 0.5, 0.5 * np.exp(-2) + 0.25, 2),
+        (Set, 0.5, 0.5 * np.exp(-2) + 0.25, 2),
+        (Turned, 1.5, 0.5 * np.exp(-1.5), 1.5),
+        (Root, 0.5, 0.5 * np.exp(-2) / (1 + 0.25 * np.exp(-4)) + 0.25, 2),
+    ],
+)
+def test_just_after_a_reset_that_moves_the_place(system, start, image, time):
+    returns = system().first_return([[start]])
+    assert returns.image.ravel() == pytest.approx([image], abs=1e-14)
+    assert returns.time == pytest.approx([time], abs=1e-14)
+
+
+def stated(base, section, guards=None):
+    """A class with another section, and other guards."""
+    given = {"section": lambda self, t, y: section} | (
+        {} if guards is None else {"guards": lambda self, t, y: guards(self, t, y)}
+    )
+    return type("Stated", (base,), given)
+
+
+def ends(self, t, y):
+    """Two ends that are met in the same direction."""
+    return {"R": Guard("fly", 1 - y.x, reset={"x": 0}), "F": Guard("fly", 2 - y.x, reset={"x": 0})}
+
+
+@pytest.mark.parametrize(
+    ("system", "why"),
+    [
+        (stated(Tube, Section(("R", "F"), ("v",)), ends), r"at 'R' and 'F', whose .* different x .* expected: 'x' among"),
+        (
+            stated(Tube, Section("R", ())),
+            r"has no coordinates, and a map needs one; expected: names of the states x, v, such as \('x',\)",
+        ),
+        (stated(Tube, Section("R", ("v",), states={"x": 2})), r"none is just before 'R': .* is -1\.0"),
+        (stated(Tube, Section("R", ("v",), states={"y": 2})), r"gives the state 'y'; expected: one of x, v"),
+        (stated(Tube, Section("R", ("x",), states={"v": 0, "x": 1})), "expected: a formula in the coordinates, of another state"),
+        (
+            stated(Ramp, Section("J", ("x",), side="after")),
+            r"leaves u open, .* with its reset does not depend on u; .* after the reset",
+        ),
+        (stated(Late, Section("W", ("v",))), r"no phase among its coordinates, and the function of 'W' does not fix it"),
+        (
+            stated(Late, Section("c", ("x", "v")), lambda self, t, y: {"c": Guard("m", sp.sin(2 * self.w * t))}),
+            r"clock 'c' falls through zero 2 times a period",
+        ),
+    ],
+)
+def test_sections_that_are_refused(system, why):
+    with pytest.raises(SystemDefinitionError, match=why):
+        system().first_return([[1.0, 1.0][: len(system().coordinates)]])
+
+
+class Boost(HybridSystem):
+    """A current that rises to 2, and falls at the rate b until the next whole time."""
+
+    b: float = 0.6
+    states = ("i",)
+
+    def period(self):
+        return 1
+
+    def modes(self, t, y):
+        return {"on": {"i": 1}, "off": {"i": -self.b}}
+
+    def guards(self, t, y):
+        clock = -sp.sin(2 * sp.pi * t)
+        return {"F": Guard("on", 2 - y.i, to="off"), "N": Guard("off", clock, to="on"), "P": Guard("on", clock)}
+
+    def section(self, t, y):
+        return Section(("N", "P"), ("i",))
+
+
+def test_guards_met_at_once_at_the_section_where_both_orders_have_one_image():
+    """The limit is met at the clock: 2 whether the switch or the clock is first, as from either side."""
+    returns = Boost().first_return([[1.0], [1 - 1e-9], [1 + 1e-9]])
+    assert returns.counts() == {"returned": 3}
+    assert returns.image.ravel() == pytest.approx([2, 2 - 1e-9, 2 - 0.6e-9], abs=1e-15)
