@@ -108,7 +108,7 @@ def _verified(certificate: "Certificate") -> "Verified":
 
     with working("verification"):
         found = prove_again(certificate, lambda done, total: beat(done / total, f"{done} of {total}"))
-    say("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
+    say("as the file says: " + "; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
     say(statement(found, certificate))
     say("seconds for cycles and horseshoe, trap, cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
     return found

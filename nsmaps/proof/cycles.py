@@ -12,8 +12,7 @@ from nsmaps.errors import ProofError
 from nsmaps.proof.formula import equation_of
 from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.cycles import BITS, krawczyk, stated_of, verified
-from nsmaps.verify.flights import Doubtful
-from nsmaps.verify.formula import system_of
+from nsmaps.verify.formula import Doubtful, system_of
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 
-from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
 from nsmaps.exact.flows.formulas import PHI, S, V, W, Z, is_linear
 from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
@@ -22,6 +21,29 @@ RADIUS = 2.0**-50  #: of a number relative to it: it holds the decimal, the doub
 Entry = list[Any]
 
 
+def check_provable(system: object) -> None:
+    """Refuse systems of a class whose return maps proofs do not follow.
+
+    Raises:
+        ProofError: a system with modes, one whose flights are integrated, or another map.
+    """
+    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.system import ImpactSystem
+
+    if isinstance(system, HybridSystem):
+        kind = "is a system with modes"
+    elif not isinstance(system, ImpactSystem):
+        kind = "is no system with impacts"
+    elif system.flight() == "acceleration":
+        kind = "is given by its acceleration, so that its flights are integrated"
+    else:
+        return
+    raise ProofError(
+        f"{type(system).__name__} {kind}, and no proofs are made of such; expected: an ImpactSystem whose `displacement` solves "
+        "z'' = -b z' - k z + g + F cos(w t) + S sin(w t) (where flights between impacts are of this kind, write it as one)"
+    )
+
+
 def equation_of(system: "ImpactSystem", radii: Mapping[str, float] | None = None) -> dict[str, Any]:
     """The numbers of z'' = -b z' - k z + g + F cos(w t) + S sin(w t), of walls and restitution, each a decimal and a radius.
 
@@ -31,6 +53,7 @@ def equation_of(system: "ImpactSystem", radii: Mapping[str, float] | None = None
     Raises:
         ProofError: the system is not of this kind; states in which respect.
     """
+    check_provable(system)
     middle = _numbers(system, {})
     for name, radius in (radii or {}).items():
         for i, wall in enumerate(middle["walls"]):
@@ -95,43 +118,19 @@ def _entry(value: Any) -> Entry:
 
 
 def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, speed: float) -> Flow:
-    """Tables in floats at n phases, for flights up to a number of periods and cells with speeds up to `speed`."""
-    names = ("damping", "stiffness", "force", "cosine", "sine", "restitution")
-    b, k, g, cosine, sine, r = (float(equation[name][0]) for name in names)
-    w = float(equation["frequency"][0]) * np.pi ** equation["frequency"][2]
-    places = np.array([float(wall["at"][0]) for wall in equation["walls"]])
-    gap = max(float(wall["at"][1]) for wall in equation["walls"])
-    phase, d, e = TWO_PI / n * np.arange(n), k - w * w, b * w
-    p, q = (d * cosine - e * sine) / (d * d + e * e), (d * sine + e * cosine) / (d * d + e * e)
-    co, si = np.cos(phase), np.sin(phase)
-    phases = np.stack([p * co + q * si, w * (q * co - p * si), g + cosine * co + sine * si], 1)
-    s = np.arange(-before, periods * n + 1) * (TWO_PI / w / n)
-    flights = np.stack(_free(b, k, g, s), 1)
-    a, da, fall = np.abs(flights).max(0)
-    wave, force, wall = np.hypot(p, q), np.hypot(cosine, sine), np.abs(places).max()
-    depart = 1.02 * r * speed  # above that of the verification
-    push, c, dc, dda, start = w * force, da + b * a, k * a, b * da + k * a, abs(g) + force + k * wall + b * depart
-    z = wave + fall + (wall + wave) * c + (depart + w * wave) * a
-    v = w * wave + abs(g) * a + (wall + wave) * dc + (depart + w * wave) * da
-    late = depart * dc + start * da
-    jerk = b * (abs(g) + force + k * z + b * v) + k * v + push
-    bounds = np.array([da, dda, depart * k * da + start * dda + push * da, b * late + k * (depart * c + start * a), jerk, push])
-    size = 1 + max(b, k, *(float(np.abs(x).max()) for x in (phases, places)))
-    pad = PAD * 2.0**12 * size * (2.0**-49 + (gap if k else 0.0)) * (size**2 * (1 + a + da) * (size + speed) + 1 + fall)
-    sides = [float(wall["side"]) for wall in equation["walls"]]
-    step = TWO_PI / w / n
-    gap, bounds = 0.0 if k else gap * (1 + 1e-9), bounds * (1 + 1e-9)
-    return Flow(phases, flights, before, b, k, g, r, np.array([places, sides]), step, pad, gap, bounds)
+    """Tables in floats at n phases, for flights up to a number of periods and cells with speeds up to `speed`.
 
+    Raises:
+        ProofError: flights are not bounded, as at resonance.
+    """
+    from nsmaps.verify.formula import Doubtful, system_of, tables_of  # needs python-flint, which reading a study does not
 
-def _free(b: float, k: float, g: float, s: Any) -> tuple[Any, Any, Any]:
-    """The functions a, a' and q of the free motion."""
-    inside, decay = b * b / 4 - k, np.exp(-b * s / 2)
-    root = np.sqrt(abs(inside))
-    if inside == 0:
-        a, da = decay * s, decay * (1 - b / 2 * s)
-    else:
-        sine, cosine = (np.sin(root * s), np.cos(root * s)) if inside < 0 else (np.sinh(root * s), np.cosh(root * s))
-        a = decay * sine / root
-        da = decay * cosine - b / 2 * a
-    return a, da, g * (1 - da - b * a) / k if k else g * (s - a) / b if b else g * s * s / 2
+    try:
+        tables = tables_of(system_of(equation), n, before, periods, 1.02 * speed)  # above that of the verification, with strips
+    except Doubtful as error:
+        raise ProofError(f"no cells are searched for: {error}") from error
+    (a, da, fall), size = np.abs(tables.flights).max(0), tables.size
+    pad = PAD * tables.unit * (size**2 * (1 + a + da) * (size + speed) + 1 + fall)
+    b, k, g, r = tables.numbers.tolist()
+    walls, gap, bounds = np.array([tables.places, tables.sides]), tables.gap * (1 + 1e-9), tables.bounds * (1 + 1e-9)
+    return Flow(tables.phases, tables.flights, before, b, k, g, r, walls, tables.step, float(pad), gap, bounds)

@@ -11,10 +11,9 @@ from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
 from nsmaps.progress import Progress, beat, shows
-from nsmaps.proof.formula import equation_of
+from nsmaps.proof.formula import check_provable, equation_of
 from nsmaps.verify.certificate import Certificate
-from nsmaps.verify.flights import Doubtful
-from nsmaps.verify.formula import system_of
+from nsmaps.verify.formula import Doubtful, system_of
 from nsmaps.verify.horseshoe import BITS, Parallelogram, covers, meeting
 
 if TYPE_CHECKING:
@@ -64,6 +63,7 @@ def prove_horseshoe(
         returns: see `found_horseshoe`.
         progress: called now and then with the fraction that is done.
     """
+    check_provable(system)
     return certificate_of(system, find_cycles(system, window, period, depth, cells).cycles, returns)
 
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.errors import ProofError
-from nsmaps.verify.flights import Doubtful
-from nsmaps.verify.formula import System
+from nsmaps.verify.formula import Doubtful, System
 from nsmaps.verify.trap import Trap, contraction
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ def main(path: str) -> int:
     """Print what is proved, or why it is not."""
     try:
         certificate = read(Path(path))
-        print("; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
+        print("As the file says: " + "; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
         found = verify(certificate, lambda done, total: print(f"\r{done} of {total}", end="", file=sys.stderr))
     except Refused as refused:
         print(f"\nRefused: {refused}")

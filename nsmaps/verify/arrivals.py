@@ -11,9 +11,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from nsmaps.verify.formula import WIDER
+
 LEFT = 65535  #: order of a cell that is not certified
 NONE: Any = np.int64(-1)  #: no cell, of the type of cells: for another all would be compiled once more
-WIDER = 1 + 2.0**-40
 TINY = 1e-9  #: derivatives by which nothing is divided
 
 F = TypeVar("F", bound=Callable[..., Any])

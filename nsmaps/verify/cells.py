@@ -23,6 +23,7 @@ SHARES = 8  #: a slope is in eighths of the height of a square by its width
 BITS = 30  #: of n, of SHARES and of the halvings of strips together: lines are exact
 FINEST = 8  #: phases of the tables in the narrowest cell, at least
 CHUNK = 20_000
+MOST = 2**26  #: times in the tables
 PART = 2**22  #: nodes whose areas are computed at a time
 NONE = np.zeros(0, np.int8)
 
@@ -42,6 +43,7 @@ class Shares(NamedTuple):
 
     proved: NDArray[np.float64]  #: of all cells with an order
     zero: NDArray[np.float64]  #: of those of order zero
+    whole: bool  #: no cell is left open
 
 
 class Refused(ValueError):
@@ -50,9 +52,8 @@ class Refused(ValueError):
 
 def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16], slopes: NDArray[np.int8] = NONE) -> Tree:
     """The cells from their codes, and the slopes of the squares that are cut, in their order."""
+    _check_grid(grid, walls, len(codes))
     side, n = grid.side, grid.side * FINEST << grid.depth
-    if side < 32 or side & side - 1 or not 0 <= grid.depth <= 20 or not grid.top > 0 or grid.top * 2**10 % 1:
-        raise Refused(f"{grid}: expected a side that is a power of two >= 32, a depth <= 20, a speed that is a multiple of 2^-10")
     unit, start, used, cells = grid.top / (SHARES * n), 0, 0, _base(grid, walls, n)
     levels, children = [], []
     while len(cells.wall):
@@ -83,6 +84,19 @@ def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16], slopes: NDArray[n
     levels.clear()
     places = _Level(*(np.concatenate(columns.pop(0)) for _ in range(len(columns))))  # each is freed when it is copied
     return Tree(side, n, grid.top, child, _highest(child, codes, places.slope), *places)
+
+
+def _check_grid(grid: Grid, walls: int, codes: int) -> None:
+    """Whether numbers of a grid are of the right kind and size, and within what can be verified."""
+    side, depth, top, periods, closed = grid
+    whole = all(type(x) is int for x in (side, depth, periods)) and type(closed) is bool and type(top) in (int, float)
+    if not whole or side < 32 or side & side - 1 or not 0 <= depth <= 20 or not top > 0 or top * 2**10 % 1 or periods < 1:
+        raise Refused(
+            f"{grid}: expected a side that is a power of two >= 32, a depth <= 20, a speed that is a multiple of 2^-10, and a "
+            "number of periods from 1 on"
+        )
+    if walls * side**2 > codes or side * FINEST * (periods + 1) << depth > MOST:
+        raise Refused(f"{grid}: expected as many codes as cells, and flights of up to {MOST} parts; there are {codes} codes")
 
 
 class _Level(NamedTuple):
@@ -150,7 +164,7 @@ def check_cells(
     if not grid.closed:
         _check_trap(tree, leaves[tree.order[leaves] == 0], trapped)
         leaves = leaves[tree.order[leaves] > 0]
-    frame, limits = frame_of(tables, fastest), np.maximum(tree.order[leaves], 1)
+    frame, limits = frame_of(tables), np.maximum(tree.order[leaves], 1)
     parts = [slice(i, i + CHUNK) for i in range(0, len(leaves), CHUNK)]
     with ThreadPoolExecutor(workers) as pool:
         for done, failed in enumerate(pool.map(lambda part: _first_failure(frame, tree, leaves[part], limits[part]), parts)):
@@ -158,7 +172,9 @@ def check_cells(
                 pool.shutdown(cancel_futures=True)
                 raise Refused(f"not proved: that orbits from {place_of(tree, failed)} are later in cells of a lower order")
             progress(min(CHUNK * (done + 1), len(leaves)), len(leaves))
-    return Shares(*(_share(tree, last, len(system.walls)) for last in (CUT - 1, 0)))
+    left = (tree.child < 0) & (tree.order == LEFT)
+    proved, zero = (_share(tree, last, len(system.walls)) for last in (CUT - 1, 0))
+    return Shares(proved, zero, not left.any())
 
 
 def _share(tree: Tree, last: int, walls: int) -> NDArray[np.float64]:

@@ -2,14 +2,14 @@
 
 A file is a zip archive of `certificate.json`, with the numbers as text or doubles, `codes`, the codes of the cells as
 little-endian numbers of 16 bits, and `slopes`, those of strips as numbers of 8 bits; format 1 is without strips. Nothing in it
-is believed but the formula of the system, which `nsmaps verify` prints.
+is believed: the theorem is one about the system whose numbers it states, and which `nsmaps verify` prints.
 """
 
 import json
 import zipfile
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from nsmaps.verify.cells import Grid, Refused, check_cells
 from nsmaps.verify.cycles import Cycle, all_verified
-from nsmaps.verify.flights import Doubtful
-from nsmaps.verify.formula import system_of
+from nsmaps.verify.formula import Doubtful, system_of
+from nsmaps.verify.formula import in_words as equation_in_words
 from nsmaps.verify.horseshoe import Chaos, chaos_of, horseshoe_of, in_words
 from nsmaps.verify.trap import Trap, contraction, holds, trap_of
 
@@ -60,6 +60,7 @@ class Verified:
     factor: float = 1.0  #: by which the iterate contracts the trap
     impacts: int = 0  #: of that iterate
     chaos: Chaos | None = None  #: of the horseshoe
+    whole: bool = False  #: no state below `top` is left open
 
 
 def write(path: Path, certificate: Certificate) -> None:
@@ -85,16 +86,17 @@ def read(path: Path) -> Certificate:
         with zipfile.ZipFile(path) as archive:
             data, codes = json.loads(archive.read(TEXT)), archive.read(CODES)
             slopes = archive.read(SLOPES) if SLOPES in archive.namelist() else b""
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise Refused(f"{path} is not a whole certificate: {error}") from error
+    except Exception as error:  # zipfile, zlib and json raise a dozen kinds where bytes are changed
+        raise Refused(f"{path} is not a whole certificate: {_in_a_line(error)}") from error
     if not isinstance(data, dict) or set(data) != KEYS or data["format"] not in (1, FORMAT):
         raise Refused(f"{path} is not a certificate of format 1 or {FORMAT} with {', '.join(sorted(KEYS))}")
     if sha256(codes + slopes).hexdigest() != data["codes"] or len(codes) % 2:
         raise Refused(f"the codes of {path} are not those that it was written with")
-    orders = np.frombuffer(codes, "<u2").astype(np.uint16)
-    about, system, trap, grid = (data[name] for name in ("about", "system", "trap", "grid"))
-    strips = np.frombuffer(slopes, "i1")
-    return Certificate(about, system, trap, grid, orders, data["cycles"], data["horseshoe"], strips)
+    about, system, trap, grid, horseshoe = (data[name] for name in ("about", "system", "trap", "grid", "horseshoe"))
+    if not all(isinstance(each, dict) for each in (about, system, trap, grid, horseshoe)) or not isinstance(data["cycles"], list):
+        raise Refused(f"{path} is not a certificate: a part of it is of another kind than `nsmaps prove` writes")
+    orders, strips = np.frombuffer(codes, "<u2").astype(np.uint16), np.frombuffer(slopes, "i1")
+    return Certificate(about, system, trap, grid, orders, data["cycles"], horseshoe, strips)
 
 
 def verify(
@@ -106,25 +108,37 @@ def verify(
         progress: called with the number of cycles, then of cells, that are verified, and that of all.
         workers: threads.
     """
-    begun = perf_counter()
     try:
-        system = system_of(dict(certificate.system))
-        letters = tuple(str(wall["letter"]) for wall in certificate.system["walls"])
-        cycles = all_verified(system, certificate.cycles, progress)
-        stated = horseshoe_of(certificate.horseshoe, len(letters)) if certificate.horseshoe else None
-        chaos = chaos_of(system, stated, progress) if stated else None
-        known = perf_counter()
-        if not (certificate.trap or certificate.grid or len(certificate.codes)) and (cycles or chaos):
-            return Verified(letters, cycles, (known - begun, 0.0, 0.0), chaos=chaos)
-        grid = Grid(**certificate.grid)
-        if grid.closed and certificate.trap:
-            raise ValueError("a trap beside a closed set")
-        trap = None if grid.closed else trap_of(certificate.trap)
-        factor = contraction(system, trap) if trap else 1.0
+        return _verified(certificate, progress, workers)
+    except Refused:
+        raise
     except Doubtful as error:
         raise Refused(str(error)) from error
-    except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError) as error:
-        raise Refused(f"the certificate is not readable: {type(error).__name__}: {error}") from error
+    except Exception as error:  # whatever a statement that makes no sense leads to, nothing is proved
+        raise Refused(f"the certificate is not readable: {_in_a_line(error)}") from error
+
+
+def _in_a_line(error: Exception) -> str:
+    """What failed, in one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def _verified(certificate: Certificate, progress: Callable[[int, int], Any], workers: int) -> Verified:
+    """What a certificate claims, proved; any exception where that fails."""
+    begun = perf_counter()
+    system = system_of(certificate.system)
+    letters = tuple(str(wall["letter"]) for wall in certificate.system["walls"])
+    cycles = all_verified(system, certificate.cycles, progress)
+    stated = horseshoe_of(certificate.horseshoe, len(letters)) if certificate.horseshoe else None
+    chaos = chaos_of(system, stated, progress) if stated else None
+    known = perf_counter()
+    if not (certificate.trap or certificate.grid or len(certificate.codes)) and (cycles or chaos):
+        return Verified(letters, cycles, (known - begun, 0.0, 0.0), chaos=chaos)
+    grid = Grid(**certificate.grid)
+    if grid.closed and certificate.trap:
+        raise ValueError("a trap beside a closed set")
+    trap = None if grid.closed else trap_of(certificate.trap)
+    factor = contraction(system, trap) if trap else 1.0
     proved = perf_counter()
 
     def trapped(wall: int, phases: NDArray[np.int64], n: int, speeds: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -132,16 +146,17 @@ def verify(
 
     shares = check_cells(system, grid, certificate.codes, trapped, progress, workers, certificate.slopes)
     times = known - begun, proved - known, perf_counter() - proved
-    found = Verified(letters, cycles, times, tuple(map(float, shares.proved)), top=grid.top, chaos=chaos)
+    found = Verified(letters, cycles, times, tuple(map(float, shares.proved)), top=grid.top, chaos=chaos, whole=shares.whole)
     if trap is None:
         return replace(found, closed=tuple(map(float, shares.zero)))
     return replace(found, factor=factor, impacts=trap.impacts)
 
 
 def statement(found: Verified, certificate: Certificate) -> str:
-    """The theorem in words."""
+    """The theorem in words, with the system that it is about."""
     parts = [_arrival(found)] if found.closed else [_attraction(found, trap_of(certificate.trap))] if found.shares else []
-    return "\n".join(parts + _of_cycles(found) + ([in_words(found.chaos, found.letters)] if found.chaos else []))
+    chaos = [in_words(found.chaos, found.letters)] if found.chaos else []
+    return "\n".join([equation_in_words(certificate.system), *parts, *_of_cycles(found), *chaos])
 
 
 def _of_cycles(found: Verified) -> list[str]:
@@ -174,23 +189,25 @@ def _arrival(found: Verified) -> str:
     """What follows from a closed set and cells."""
     return (
         f"Proved: all orbits {_starts(found)}, arrive in the closed set of the cells of order zero, "
-        f"{_areas(found, found.closed)}, and stay there. {_remainder(found)}"
+        f"{_areas(found, found.closed, ROUND_CEILING)}, and stay there. {_remainder(found)}"
     )
 
 
 def _starts(found: Verified) -> str:
     """The starts that a theorem is about."""
     return (
-        f"that start in the cells with an order, {_areas(found, found.shares)} (phases on the whole circle, impact speeds below "
-        f"{found.top:g})"
+        f"that start in the cells with an order, {_areas(found, found.shares, ROUND_FLOOR)} (phases on the whole circle, impact "
+        f"speeds below {found.top})"
     )
 
 
 def _remainder(found: Verified) -> str:
-    """Whether states are left; shares are exact sums of powers of two."""
-    return "The rest is left open." if min(found.shares) < 1 else "These are all states below that speed; none is left open."
+    """Whether states are left."""
+    return "These are all states below that speed; none is left open." if found.whole else "The rest is left open."
 
 
-def _areas(found: Verified, shares: Sequence[float]) -> str:
-    """Shares of each wall in words."""
-    return " and ".join(f"{100 * share:.4g} % of wall {letter}" for letter, share in zip(found.letters, shares, strict=True))
+def _areas(found: Verified, shares: Sequence[float], rounding: str) -> str:
+    """Shares of each wall in words, to four digits on the safe side; that of all states is one."""
+    four, whole = Context(prec=4, rounding=rounding), found.whole and shares == found.shares
+    numbers = ["100" if whole else f"{float(four.create_decimal_from_float(100 * share)):g}" for share in shares]
+    return " and ".join(f"{number} % of wall {letter}" for letter, number in zip(found.letters, numbers, strict=True))

@@ -2,7 +2,8 @@
 
 The unknowns of a cycle of m impacts are the phases and speeds x_1, ..., x_m just before these. With the impact map F, f(x) has
 the parts F(x_1) - x_2, ..., F(x_m) - x_1, up to whole turns of the phase. X is the box of all x within stated radii of the stated
-ones. On it each impact is shown to be followed by the stated one, no other coming before, and f' is enclosed. If with a matrix C
+ones. On it each impact is shown to be followed by the stated one, no other coming before and after one number of turns, and f' is
+enclosed. If with a matrix C
 
     K = c - C f(c) + (1 - C f'(X)) (X - c)
 
@@ -18,8 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from nsmaps.verify.flights import Doubtful, Matrix, State, next_impact
-from nsmaps.verify.formula import System
+from nsmaps.verify.flights import Matrix, State, next_impact
+from nsmaps.verify.formula import Doubtful, System, may_meet, only_turn
 
 BITS = 96  #: of the middles of balls
 ROUNDS = 40  #: steps at most by which a box is narrowed
@@ -118,8 +119,9 @@ def distinct(cycles: Iterable[Cycle]) -> None:
 
 def krawczyk(system: System, walls: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
     """K for a vector in a box; `Doubtful` unless each impact of the box is followed by the next one of the cycle."""
-    gaps, turns = _gaps(_images(system, walls, middle)[0], middle)
-    derivatives, size = _images(system, walls, box)[1], len(middle)
+    images, derivatives = _images(system, walls, box)
+    turns, size = _turns(images, box), len(middle)
+    gaps = _gaps(_images(system, walls, middle)[0], middle, turns)
     slope = arb_mat(size, size)
     for i, derivative in enumerate(derivatives):
         k = 2 * ((i + 1) % len(derivatives))
@@ -134,7 +136,7 @@ def krawczyk(system: System, walls: Sequence[int], middle: list[arb], box: list[
     c, one = arb_mat(inverse.tolist()), arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
     way = arb_mat([[x - y] for x, y in zip(box, middle, strict=True)])
     move = (one - c * slope) * way - c * arb_mat([[x] for x in gaps])
-    return Step([x + move[i, 0] for i, x in enumerate(middle)], turns, derivatives)
+    return Step([x + move[i, 0] for i, x in enumerate(middle)], sum(turns), derivatives)
 
 
 def _images(system: System, walls: Sequence[int], x: Sequence[arb]) -> tuple[list[State], list[Matrix]]:
@@ -149,15 +151,24 @@ def _images(system: System, walls: Sequence[int], x: Sequence[arb]) -> tuple[lis
     return states, derivatives
 
 
-def _gaps(images: Sequence[State], x: Sequence[arb]) -> tuple[list[arb], int]:
-    """f at a vector, and the periods that pass along the cycle."""
-    gaps, total = [], 0
+def _turns(images: Sequence[State], box: Sequence[arb]) -> list[int]:
+    """The periods that pass until each next impact; `Doubtful` unless they are the same for all cycles in a box."""
+    found = []
+    for i, (phase, _) in enumerate(images):
+        turns = only_turn(phase - box[2 * (i + 1) % len(box)])
+        if turns is None:
+            raise Doubtful(f"impact {i + 1} of a cycle is not shown to be followed by the next one after one number of periods")
+        found.append(turns)
+    return found
+
+
+def _gaps(images: Sequence[State], x: Sequence[arb], turns: Sequence[int]) -> list[arb]:
+    """f at a vector."""
+    gaps = []
     for i, (phase, speed) in enumerate(images):
-        k = 2 * ((i + 1) % len(images))
-        turns = round(float((phase - x[k]).mid()) / (2 * np.pi))
-        gaps += [phase - x[k] - 2 * turns * arb.pi(), speed - x[k + 1]]
-        total += turns
-    return gaps, total
+        k = 2 * (i + 1) % len(x)
+        gaps += [phase - x[k] - 2 * turns[i] * arb.pi(), speed - x[k + 1]]
+    return gaps
 
 
 def _described(walls: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
@@ -178,8 +189,5 @@ def _described(walls: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
 
 
 def _meet(a: State, b: State) -> bool:
-    """Whether two balls of states overlap, up to whole turns of the phase."""
-    if not a[1].overlaps(b[1]):
-        return False
-    turns = round(float((a[0] - b[0]).mid()) / (2 * np.pi))
-    return a[0].overlaps(b[0] + 2 * turns * arb.pi())
+    """Whether two balls of states may have a state in common, up to whole turns of the phase."""
+    return bool(a[1].overlaps(b[1])) and may_meet(a[0], b[0])

@@ -6,19 +6,15 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from nsmaps.verify.formula import System, free_motion, harmonic_motion
+from nsmaps.verify.formula import Doubtful, System, free_motion, harmonic_motion
 
 FIRST, SHORTEST = 2.0**-3, 2.0**-40  #: longest and shortest part of a flight that is looked at at once, as shares of the period
-MOST = 100_000  #: parts of a flight
+MOST, LONGEST = 100_000, 2.0**10  #: parts of a flight, and its periods: ends of parts are multiples of 2^-53 of these, so exact
 ENDS = (1.0, 1.5, 0.75, 0.5, 0.25)  #: lengths of a part that is to end between arrivals, as shares
 ROUNDS = 60
 
 State = tuple[arb, arb]
 Matrix = tuple[State, State]
-
-
-class Doubtful(ArithmeticError):
-    """It is not shown where the states of a box have their next impact."""
 
 
 class Impact(NamedTuple):
@@ -140,7 +136,7 @@ def _met(flight: _Flight, wall: int) -> tuple[int, arb]:
     period, start = float((2 * arb.pi() / system.frequency).mid()), 0.0
     part = _dyadic(period * FIRST)
     for _ in range(MOST):
-        if part < period * SHORTEST:
+        if part < period * SHORTEST or start > period * LONGEST:
             break
         (z, v), rising = flight.over(start, part), -1
         for other, (at, side) in enumerate(system.walls):

@@ -22,11 +22,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from nsmaps.verify.flights import Doubtful, Matrix, inverse_of, next_impacts, times
-from nsmaps.verify.formula import System
+from nsmaps.verify.flights import Matrix, inverse_of, next_impacts, times
+from nsmaps.verify.formula import Doubtful, System, nearest_turn
 
 BITS = 80  #: of the middles of balls
 MOST = 8192  #: parts of a set
+FIRST = 10.0  #: largest phase of a centre: differences in doubles, to choose pairs, are within the 1e-9 that is allowed for
 ROUNDS, SCALE = 4096, 2**48  #: of the power iteration, and of its vector as whole numbers
 KEYS, OF_SET = {"wall", "returns", "sets", "relations"}, {"centre", "matrix", "walls"}
 
@@ -70,8 +71,10 @@ def horseshoe_of(data: Any, walls: int) -> Horseshoe:
         (phase, speed), ((a, b), (c, d)), word = each["centre"], each["matrix"], each["walls"]
         if not all(type(x) is float and isfinite(x) for x in (phase, speed, a, b, c, d)):
             raise ValueError(f"a set of a horseshoe is {each!r}; expected: finite decimal numbers")
-        if not abs(a) + abs(b) < 1 or not abs(c) + abs(d) < speed:
-            raise ValueError(f"a set of a horseshoe is {each!r}; expected: within one radian of its centre, at speeds above zero")
+        if not (abs(a) + abs(b) < 1 and abs(c) + abs(d) < speed and abs(phase) < FIRST):
+            raise ValueError(
+                f"a set of a horseshoe is {each!r}; expected: within one radian of a centre on the first turn, at speeds above 0"
+            )
         if not all(type(x) is int and 0 <= x < walls for x in word) or word.count(home) != returns or word[-1] != home:
             raise ValueError(f"{returns} returns have the impacts {word}; expected: as many on wall {home}, one of them the last")
         sets.append(Parallelogram((phase, speed), ((a, b), (c, d)), tuple(word)))
@@ -166,7 +169,7 @@ class _Image:
         self.inverses, self.centres = [inverse_of(each.matrix) for each in targets], []
         phase = self._returned(arb(0), arb(0))[0][0]
         for each in targets:
-            turns = round(float((phase - each.centre[0]).mid()) / (2 * np.pi))
+            turns = nearest_turn(phase - each.centre[0])
             self.centres.append((arb(each.centre[0]) + 2 * turns * arb.pi(), arb(each.centre[1])))
 
     def of(self, x: arb, y: arb) -> list[tuple[Pair, tuple[Pair, Pair]]]:

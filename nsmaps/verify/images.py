@@ -33,18 +33,18 @@ from math import sqrt
 
 import numpy as np
 
-from nsmaps.verify.arrivals import NONE, UNKNOWN, WIDER, Arrival, Frame, Tree, below_limit, compiled, extent, speeds
-from nsmaps.verify.formula import Tables
+from nsmaps.verify.arrivals import NONE, UNKNOWN, Arrival, Frame, Tree, below_limit, compiled, extent, speeds
+from nsmaps.verify.formula import WIDER, Tables
 
 CLOSE = 4  #: cells of the base grid along the phase, of the longest block that is compared with cells
 
 
-def frame_of(tables: Tables, speed: float) -> Frame:
-    """The tables with their bound of rounding, for cells with speeds up to `speed`."""
-    unit, size = 2.0**12 * tables.size * (tables.eps + 2.0**-53), tables.size
-    slack = unit * (2 * size**2 * (size + speed) + 1) * WIDER
+def frame_of(tables: Tables) -> Frame:
+    """The tables with their bound of rounding."""
     phases, flights, before, numbers, places, sides, step = tables[:7]
-    return Frame(phases, flights, before, numbers, places, sides, step, tables.gap, unit, size, slack, tables.bounds)
+    return Frame(
+        phases, flights, before, numbers, places, sides, step, tables.gap, tables.unit, tables.size, tables.slack, tables.bounds
+    )
 
 
 @compiled

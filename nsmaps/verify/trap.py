@@ -6,15 +6,16 @@ q < 1, and |M^-1 (F(c) - c)|_i <= (1 - q) h_i, then F maps K into K and is a con
 convex: all orbits from K converge to the one fixed point of F in K, which is a cycle of m impacts or of a divisor of them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from math import isfinite, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from nsmaps.verify.flights import Doubtful, Matrix, inverse_of, next_impacts, times
-from nsmaps.verify.formula import System
+from nsmaps.verify.flights import Matrix, inverse_of, next_impacts, times
+from nsmaps.verify.formula import Doubtful, System, lifts, nearest_turn
 
 
 class Trap(NamedTuple):
@@ -32,9 +33,16 @@ def trap_of(data: Mapping[str, Any]) -> Trap:
     """The trap of a certificate."""
     (a, b), (c, d) = data["matrix"]
     (phase, speed), (first, second), (rows, columns) = data["centre"], data["half"], data["pieces"]
-    trap = Trap(int(data["wall"]), (phase, speed), ((a, b), (c, d)), (first, second), int(data["impacts"]), (rows, columns))
-    if not (first > 0 and second > 0 and trap.impacts > 0 and min(trap.pieces) > 0 and speed > 0):
+    trap = Trap(data["wall"], (phase, speed), ((a, b), (c, d)), (first, second), data["impacts"], (rows, columns))
+    numbers = (phase, speed, a, b, c, d, first, second)
+    if not all(type(x) is float and isfinite(x) for x in numbers) or not all(
+        type(x) is int for x in (trap.wall, trap.impacts, rows, columns)
+    ):
+        raise ValueError(f"the trap {trap} needs finite decimal numbers, and whole numbers of wall, impacts and pieces")
+    if not (first > 0 and second > 0 and trap.impacts > 0 and rows > 0 and columns > 0 and speed > 0):
         raise ValueError(f"the trap {trap} needs half-widths, a speed, impacts and pieces above zero")
+    if not abs(a) * first + abs(b) * second <= 2 * pi:
+        raise ValueError(f"the trap {trap} is more than two turns of the phase wide")
     return trap
 
 
@@ -53,9 +61,8 @@ def contraction(system: System, trap: Trap, words: set[tuple[int, ...]] | None =
     (walls, (phase, speed), _), inverse = carried(system, trap, (arb(0), arb(0))), inverse_of(trap.matrix)
     if walls[-1] != trap.wall:
         raise Doubtful(f"the {trap.impacts} impacts of the trap end on wall {walls[-1]}")
-    turn = 2 * arb.pi()
-    turns = round(float(((phase - trap.centre[0]) / turn).mid()))
-    moved = phase - turns * turn - trap.centre[0], speed - trap.centre[1]
+    gap = phase - trap.centre[0]
+    moved = gap - 2 * nearest_turn(gap) * arb.pi(), speed - trap.centre[1]
     for row, half in zip(inverse, trap.half, strict=True):
         if not abs(row[0] * moved[0] + row[1] * moved[1]) <= (1 - largest) * half:
             raise Doubtful("the centre of the trap is moved too far for a contraction into the trap")
@@ -76,20 +83,23 @@ def holds(trap: Trap, wall: int, phases: NDArray[np.int64], n: int, speeds: NDAr
     """Which boxes of a wall lie in the trap: phases (N, 2) in parts of 2 pi/n, speeds (N, 2), up to whole turns of the phase."""
     if wall != trap.wall:
         return np.zeros(len(phases), bool)
-    inverse, turn = inverse_of(trap.matrix), 2 * arb.pi() / n
-    return np.array(
-        [
-            all(_inside(trap, inverse, turn, n, int(i), float(v)) for i in row for v in speed)
-            for row, speed in zip(phases, speeds, strict=True)
-        ]
+    inverse = inverse_of(trap.matrix)
+    boxes = zip(phases.tolist(), speeds.tolist(), strict=True)
+    return np.array([_inside(trap, inverse, (first, last), n, speed) for (first, last), speed in boxes], bool)
+
+
+def _inside(trap: Trap, inverse: Matrix, ends: tuple[int, int], n: int, speeds: Iterable[float]) -> bool:
+    """Whether a box lies in the trap: all its corners do, of one lift of the whole box to the line, as the trap is convex."""
+    turn, reach = 2 * arb.pi() / n, abs(trap.matrix[0][0]) * trap.half[0] + abs(trap.matrix[0][1]) * trap.half[1]
+    corners = [(phase, arb(speed) - trap.centre[1]) for phase in ends for speed in speeds]
+    return any(
+        all(
+            abs(u * (turn * (phase - turns * n) - trap.centre[0]) + v * way) <= half
+            for phase, way in corners
+            for (u, v), half in zip(inverse, trap.half, strict=True)
+        )
+        for turns in lifts(2 * pi / n * ends[0], 2 * pi / n * ends[1], trap.centre[0], reach)
     )
-
-
-def _inside(trap: Trap, inverse: Matrix, turn: arb, n: int, phase: int, speed: float) -> bool:
-    """Whether a corner of a box lies in the trap."""
-    turns = round(phase / n - trap.centre[0] / (2 * np.pi))
-    way = turn * (phase - turns * n) - trap.centre[0], arb(speed) - trap.centre[1]
-    return all(bool(abs(row[0] * way[0] + row[1] * way[1]) <= half) for row, half in zip(inverse, trap.half, strict=True))
 
 
 def _part(trap: Trap, side: int, k: int) -> arb:

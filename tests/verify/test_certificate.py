@@ -24,8 +24,8 @@ from nsmaps.proof.trap import _directions, found_trap, trapped
 from nsmaps.verify.__main__ import main
 from nsmaps.verify.cells import Refused
 from nsmaps.verify.certificate import read, statement, verify, write
-from nsmaps.verify.flights import Doubtful, next_impact
-from nsmaps.verify.formula import system_of
+from nsmaps.verify.flights import next_impact
+from nsmaps.verify.formula import Doubtful, system_of
 from nsmaps.verify.trap import contraction, holds, trap_of
 
 PAIR = {"d": 0.35, "r": 0.5, "g_bar": 0.2113275}
@@ -73,8 +73,10 @@ def test_a_share_of_the_states_is_proved_to_converge(pair, certificate, proved):
 
 def test_the_theorem_is_stated(certificate, proved):
     text = statement(proved, certificate)
-    assert f"{100 * proved.shares[0]:.4g} % of wall B" in text
+    assert f"{np.floor(1e4 * proved.shares[0]) / 100:g} % of wall B" in text  # never more than is proved
     assert "left open" in text
+    assert "g = 0.2113275 +/- " in text  # the numbers that were verified, not those that the file tells of itself
+    assert "z = 0.175 +/- " in text
 
 
 def changed(path: Path, out: Path, change) -> Path:

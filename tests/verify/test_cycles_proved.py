@@ -20,8 +20,7 @@ from nsmaps.proof.formula import equation_of
 from nsmaps.verify.cells import Refused
 from nsmaps.verify.certificate import read, statement, verify, write
 from nsmaps.verify.cycles import Cycle, distinct, stated_of, verified
-from nsmaps.verify.flights import Doubtful
-from nsmaps.verify.formula import System, system_of
+from nsmaps.verify.formula import Doubtful, System, system_of
 
 GRAZING = 95  #: the cycle with the slowest impact, v = 0.0019
 SOME = (0, 2, 4, 16, GRAZING, 243)

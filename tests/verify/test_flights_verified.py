@@ -12,8 +12,8 @@ from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 
 from nsmaps.proof.formula import equation_of
-from nsmaps.verify.flights import Doubtful, next_impact, next_impacts
-from nsmaps.verify.formula import system_of
+from nsmaps.verify.flights import next_impact, next_impacts
+from nsmaps.verify.formula import Doubtful, system_of
 
 SAMPLES = 200  #: places of a flight at which no wall may have been passed
 

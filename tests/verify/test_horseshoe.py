@@ -17,8 +17,8 @@ from nsmaps.errors import ProofError
 from nsmaps.proof.horseshoe import certificate_of, prove_horseshoe
 from nsmaps.verify.cells import Refused
 from nsmaps.verify.certificate import Certificate, read, statement, verify, write
-from nsmaps.verify.flights import Doubtful, next_impact, next_impacts
-from nsmaps.verify.formula import system_of
+from nsmaps.verify.flights import next_impact, next_impacts
+from nsmaps.verify.formula import Doubtful, system_of
 from nsmaps.verify.horseshoe import chaos_of, covers, entropy, horseshoe_of
 
 SLOWEST, LONGEST = 0.07, 4  #: impact and period of the cycles without impacts on T around which the small horseshoe lies

@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Section
+from nsmaps.study.sections.sets.proof import check_proof
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Study
@@ -24,6 +25,7 @@ class HorseshoeSection(BaseModel):
 
 
 def _bind(spec: HorseshoeSection, binding: "Binding") -> Box:
+    check_proof(binding, "horseshoe")
     return binding.box(("horseshoe", "box"), spec.box)
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from pydantic import BaseModel, Field
 
 from nsmaps.arrays import Floats
+from nsmaps.errors import ProofError
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Section
@@ -46,8 +47,19 @@ class ProofSection(BaseModel):
     cycles: list[CycleStart] = []
 
 
+def check_proof(binding: "Binding", key: str) -> None:
+    """Raise StudyError at the key of a section unless proofs may be made of the system's class."""
+    from nsmaps.proof.formula import check_provable
+
+    try:
+        check_provable(binding.system)
+    except ProofError as error:
+        raise binding.study.source.error((key,), str(error)) from None
+
+
 def _bind(spec: ProofSection, binding: "Binding") -> Floats:
     """The start, shape (n,)."""
+    check_proof(binding, "proof")
     for i, cycle in enumerate(spec.cycles):
         binding.start(("proof", "cycles", i, "start"), cycle.start)
     return binding.start(("proof", "start"), spec.start)
