@@ -33,7 +33,7 @@ def check_provable(system: object) -> None:
     if isinstance(system, HybridSystem):
         kind = "is a system with modes"
     elif not isinstance(system, ImpactSystem):
-        kind = "is no system with impacts"
+        kind = "is not a system with impacts"
     elif system.flight() == "acceleration":
         kind = "is given by its acceleration, so that its flights are integrated"
     else:

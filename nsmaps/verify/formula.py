@@ -68,7 +68,7 @@ def ball(entry: Any) -> arb:
 
 
 def in_words(data: Mapping[str, Any]) -> str:
-    """The equation, walls and restitution of a certificate, with its numbers as they stand there."""
+    """The equation, walls and restitution of a certificate, with the decimals and radii that it states."""
     names = {"b": "damping", "k": "stiffness", "g": "force", "F": "cosine", "S": "sine"}
     numbers = [f"{letter} = {_written(data[name])}" for letter, name in names.items()]
     numbers.append(f"w = {_written(data['frequency'])}{' times pi' if data['frequency'][2] else ''}")
