@@ -6,6 +6,7 @@
 import doctest
 import re
 import shutil
+import sys
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -110,6 +111,7 @@ def anchors(page: Path) -> set[str]:
 @pytest.mark.parametrize("page", WRITTEN, ids=attrgetter("name"))
 def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     namespace: dict[str, Any] = {"__name__": f"page_{slug(page.stem)}"}
     for block in blocks(page.read_text()):
         if block.language == "yaml":
@@ -117,10 +119,14 @@ def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         elif block.language == "python" and ">>>" in block.text:
             run_doctest(block, page, namespace)
         elif block.language == "python":
-            if named := FILE.match(block.text):
+            named = FILE.match(block.text)
+            if named:
+                monkeypatch.delitem(sys.modules, Path(named[1]).stem, raising=False)
                 Path(named[1]).parent.mkdir(parents=True, exist_ok=True)
                 Path(named[1]).write_text(block.text)
-            run_python(block, page, namespace)
+            run_python(
+                block, page, {"__name__": Path(named[1]).stem} if named else namespace
+            )  # a file's names are to be imported
 
 
 @every_page

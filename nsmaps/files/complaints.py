@@ -54,8 +54,10 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
     if kind == "literal_error":
         if new := _renamed(model, loc[:-1], value):
             return Complaint(loc, f"{value!r} is now {new!r}")
-        known = re.findall(r"'([^']*)'", problem["ctx"]["expected"])
-        return Complaint(loc, f"unknown word {value!r}; expected: {', '.join(known)}{near_match(str(value), known)}")
+        expected = problem["ctx"]["expected"]
+        if known := re.findall(r"'([^']*)'", expected):
+            return Complaint(loc, f"unknown word {value!r}; expected: {', '.join(known)}{near_match(str(value), known)}")
+        return Complaint(loc, f"{name} is {_brief(value)}; expected: {expected}")
     accepted = problem["msg"].removeprefix("Input should be ").removeprefix("a valid ")
     accepted = "a list, in brackets" if kind == "tuple_type" else accepted
     return Complaint(loc, f"{name} is {_brief(value)}; expected: {accepted}")

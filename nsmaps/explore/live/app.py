@@ -186,7 +186,7 @@ class App:
             return task.compute(scene, task.levels[level], still), monotonic() - begun
 
         def done(found: "Future[tuple[Any, float]]") -> None:
-            if not found.cancelled():
+            if not found.cancelled() and self._asked[key] == number:  # the document of a closed page takes no callbacks
                 self._doc.add_next_tick_callback(partial(self._arrived, key, level, number, scene, found))
 
         self._worker.submit(work).add_done_callback(done)

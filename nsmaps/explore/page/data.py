@@ -39,7 +39,7 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
     if composite is None or len(composite.coordinates) != 2:
         raise NsmapsError(
             "the page shows a composite map of two coordinates; expected: a study with 'composite' and, to move its parameter, "
-            "'parametric'"
+            "'parametric', or `nsmaps explore STUDY --live`, which shows the exact map of any study"
         )
     moved, reduced = result.parametric, result.parametric or composite
     starts = [pair.start.tolist() for pair in result.orbits] or [composite.coordinates.wrap(_middle(result)).tolist()]
