@@ -5,7 +5,7 @@ may have any units, for each is measured by its own gradient.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
@@ -115,6 +115,36 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
         if size <= ROUNDING or size * (size / last) <= ROUNDING or stalls:
             there = curve.evaluate(y)
             return there if there is not None and curve.exists(there) else None
+        last = size
+    return None
+
+
+def correct_beside(
+    point: Point, y: Floats, normal: Floats, residual: Callable[[Floats], tuple[Floats, Floats] | None]
+) -> Floats | None:
+    """The unknowns in the plane through y with this normal that solve equations whose derivatives are all but those at a point.
+
+    None where a step is not much shorter than the last one, until it is rounding.
+
+    Args:
+        residual: at unknowns, these as they are best represented, and the equations; None where they have no value.
+    """
+    lengths = np.linalg.norm(point.jacobian, axis=1)
+    lengths[~(lengths > 0)] = 1.0
+    matrix, last = np.vstack([point.jacobian / lengths[:, None], normal]), np.inf
+    for _ in range(MAX_CORRECTIONS):
+        there = residual(y)
+        if there is None:
+            return None
+        try:
+            step = np.linalg.solve(matrix, np.append(-there[1] / lengths, 0.0))
+        except np.linalg.LinAlgError:
+            return None
+        size, y = length(step), there[0] + step
+        if size <= STALLED and (size >= 0.5 * last or size <= ROUNDING):
+            return y
+        if not size < 0.5 * last:
+            return None
         last = size
     return None
 

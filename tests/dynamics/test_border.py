@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 import sympy as sp
+from boxmaps import plain_returns
 from normal_form import NormalForm
 from nsmaps_soft_impact import SoftImpact
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Section
-from nsmaps.dynamics.continuation.border import NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
+from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
 from nsmaps.dynamics.continuation.follow import continue_branch
 
 CASES = {  #: trace and determinant for x < 0 and for x > 0, and what happens at mu = 0
@@ -150,3 +151,107 @@ def test_a_motion_that_begins_to_touch_an_elastic_stop_persists():
     assert event.border == PERSISTENCE
     after = nsmaps.periodic_orbit(beyond, event.orbit.states)
     assert (after.converged, after.words) == (True, ("sCFs",))
+
+
+class Switching(HybridSystem):
+    """A ball above a table, in its frame: weight 1 - k for the time `part` of a period of 2, then 1 + k."""
+
+    k: float
+    e: float
+    part: float
+
+    states = ("z", "w")
+
+    def period(self):
+        return 2
+
+    def modes(self, t, y):
+        return {"light": {"z": y.w, "w": self.k - 1}, "heavy": {"z": y.w, "w": -self.k - 1}}
+
+    def guards(self, t, y):
+        hit = {"w": -self.e * y.w}
+        light = sp.cos(sp.pi * (t - self.part / 2)) - sp.cos(sp.pi * self.part / 2)
+        return {
+            "B": Guard("light", y.z, reset=hit),
+            "D": Guard("heavy", y.z, reset=hit),
+            "on": Guard("light", light, to="heavy", letter="h"),
+            "off": Guard("heavy", -light, to="light", letter="f"),
+        }
+
+    def section(self, t, y):
+        return Section(("B", "D"), ("w", "phi"))
+
+
+@pytest.mark.parametrize(("e", "part"), [(0.6, 0.9), (0.7, 1.1)])
+def test_four_pieces_meet_where_an_impact_meets_a_clock(e, part):
+    """Start and end of a return are at the border at once: the impact is just before the switch or just after, for the same k.
+
+    With the impact at the switch and the speed v: v (1 + e) = part (1 - k) + rest (1 + k), and the flight ends at its start.
+    """
+    rest = 2 - part
+    k = (2 - 4 * e / (1 + e)) / (2 * e * (rest - part) / (1 + e) - (rest**2 / 2 - part * rest - part**2 / 2))
+    map_of = nsmaps.Along(Switching(k=k, e=e, part=part), "k")
+    for phase, word in ((0.07, "BhfB"), (6.18, "DfhD")):
+        start = nsmaps.periodic_orbit(map_of(k + 0.03), [-(2 + k * (rest - part)) / (1 + e), phase])
+        assert start.words == (word,)
+        branch = continue_branch(map_of, start, k + 0.03, (k / 2, 2 * k), "down", step=0.1)
+        (event,) = branch.of_kind("border collision")
+        assert event.parameter == pytest.approx(k, abs=1e-7)
+        assert event.border == NONSMOOTH_FOLD
+
+
+class Jumping:
+    """x' = 0.3 x + mu for x < 0 and a x + mu - 0.7 beyond; the pieces have letters, or none."""
+
+    coordinates = ("x",)
+
+    def __init__(self, mu, a, letters=False):
+        self.mu, self.a, self.letters = mu, a, letters
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float)
+        right = x > 0
+        slopes = np.where(right, self.a, 0.3)[:, :, None]
+        made = plain_returns(self.coordinates, x, slopes[..., 0] * x + self.mu - 0.7 * right, slopes if derivative else None)
+        made.codes[:] -= 4 * self.letters * right[:, 0]  # B in place of BB
+        return made
+
+
+class JumpingTicks(HybridSystem):
+    """The same at the ticks of a clock."""
+
+    mu: float
+    a: float
+
+    states = ("x", "c")
+
+    def modes(self, t, y):
+        return {"run": {"x": 0, "c": 1}}
+
+    def guards(self, t, y):
+        left = Guard("run", 1 - y.c, reset={"x": 0.3 * y.x + self.mu, "c": 0}, where=(-y.x,))
+        right = Guard("run", 1 - y.c, reset={"x": self.a * y.x + self.mu - 0.7, "c": 0}, where=(y.x,))
+        return {"L": left, "R": right}
+
+    def section(self, t, y):
+        return Section(("L", "R"), ("x",))
+
+
+@pytest.mark.parametrize("kind", ["letters", "no letters", "modes"])
+def test_a_cycle_ends_where_the_map_jumps_and_the_curve_of_such_ends_is_followed(kind):
+    """The cycle of a state on either side ends at x = 0: there mu (1 + a) = 0.7 on one side, and 1.3 mu = 0.21 on the other."""
+
+    def of(mu, a):
+        return JumpingTicks(mu=mu, a=a) if kind == "modes" else Jumping(mu, a, kind == "letters")
+
+    start = nsmaps.periodic_orbit(of(0.3, 0.6), [-0.2], 2)
+    assert start.converged
+    for way, end in (("up", 0.7 / 1.6), ("down", 0.21 / 1.3)):
+        branch = continue_branch(lambda mu: of(mu, 0.6), start, 0.3, (0, 1), way)
+        (event,) = branch.of_kind("border collision")
+        assert event.parameter == pytest.approx(end, abs=2e-8)
+        assert event.border == GAP
+        curve = nsmaps.bifurcation_curve(of, event, 0.6, ((0, 1), (0.5, 0.7)), step=0.5)
+        mu, a = curve.parameters.T
+        assert np.ptp(a) > 0.19
+        assert np.abs(mu - (0.7 / (1 + a) if way == "up" else 0.21 / 1.3)).max() < 1e-12

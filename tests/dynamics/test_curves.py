@@ -40,6 +40,7 @@ def test_the_henon_map(kind):
     away = np.abs(b + 1) > 0.05  # where both are critical, each is known to the root of rounding
     assert np.abs(found.multipliers - critical).min(axis=1)[away].max() < 1e-9
     (point,) = found.special
+    assert found.everywhere == ()
     assert point.kind == special
     assert point.parameters == pytest.approx((at, -1.0), abs=1e-10)
     assert np.abs(np.subtract(point.parameters, (at, -1.0))).max() <= 10 * max(point.precision)
@@ -117,6 +118,31 @@ def test_a_graze_of_the_pair_from_either_orbit(beside, word, pair):
     assert found.words == ("BB",)
     for length, r in found.parameters:
         assert length == pytest.approx(float(graze_of(r, system.g_bar)[2]), abs=1e-11)
+
+
+@dataclass
+class Areas:
+    """x' = a - c x^2 - y, y' = x: it preserves area, so that both multipliers are -1 at a = 3/c, and 1 at a = -1/c."""
+
+    a: float
+    c: float
+    coordinates: tuple[str, ...] = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        start = np.asarray(states, float)
+        (x, y), one = start.T, np.ones(len(start))
+        slopes = np.array([[-2 * self.c * x, -one], [one, 0 * one]]).transpose(2, 0, 1)
+        image = np.column_stack([self.a - self.c * x**2 - y, x])
+        return plain_returns(self.coordinates, start, image, slopes if derivative else None)
+
+
+@pytest.mark.parametrize(("kind", "way", "form", "both"), [("period doubling", "up", 3, "1:2"), ("fold", "down", -1, "1:1")])
+def test_a_condition_that_always_holds_makes_no_points(kind, way, form, both):
+    event = event_of(lambda a: Areas(a, 0.8), [0.15, 0.15], 0.3, (-3, 6), kind, way)
+    found = nsmaps.bifurcation_curve(Areas, event, 0.8, ((-8, 20), (0.3, 1.5)), step=0.1)
+    a, c = found.parameters.T
+    assert np.abs(a * c - form).max() < 1e-11
+    assert (found.special, found.everywhere) == ((), (f"{both} resonance",))
 
 
 def test_what_has_no_curve_is_refused(pair):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from nsmaps.dynamics.curves.curve import BifurcationCurve, SpecialPoint
+from nsmaps.dynamics.curves.curve import BifurcationCurve
+from nsmaps.dynamics.curves.special import SpecialPoint
 from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.longrun.stability import sheets, stability

@@ -18,7 +18,7 @@ from nsmaps import Along, Outcome, bifurcation, lyapunov_sweep, periodic_orbit, 
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
-from nsmaps.dynamics.curves.curve import SpecialPoint
+from nsmaps.dynamics.curves.special import SpecialPoint
 from nsmaps.dynamics.diagrams import stability
 from nsmaps.errors import StudyError
 from nsmaps.interrupts import Interrupted

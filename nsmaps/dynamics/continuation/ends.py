@@ -7,7 +7,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.continuation.zeros import extrapolated
-from nsmaps.dynamics.continuation.border import border_type
+from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
 from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, COARSEST, DOMAIN, GRAZING, Event
 from nsmaps.dynamics.returnmap import map_or_reason
@@ -29,28 +29,42 @@ class Resting(Protocol):
 
 def end_of(grown: GrowingBranch, along: Floats) -> str:
     """The reason why a branch cannot be continued beyond its last point; if it is an event, it is added to the branch."""
+    last, unit, beyond = grown.points[-1], grown.curve.unit, float(np.sign(along[-1]))
+    for end in (_domain_ends, _chatter_ends, _grazes, _meets_a_border):
+        if event := end(grown, beyond):
+            grown.events.append(event)
+            return event.kind
+    return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
+
+
+def _domain_ends(grown: GrowingBranch, beyond: float) -> Event | None:
+    """The end of the valid domain next to the last point."""
     last, unit = grown.points[-1], grown.curve.unit
-    if reason := grown.curve.missing(last.value + 10 * SMALLEST * unit * float(np.sign(along[-1]))):
-        grown.events.append(Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, reason))
-        return DOMAIN
-    if complete := _chatter_ends(grown):
-        grown.events.append(complete)
-        return CHATTER_ENDS
-    graze = False
+    reason = grown.curve.missing(last.value + 10 * SMALLEST * unit * beyond)
+    return Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, reason) if reason else None
+
+
+def _grazes(grown: GrowingBranch, beyond: float) -> Event | None:
+    """A graze next to the last point, where a margin that falls from point to point is zero."""
+    last, unit = grown.points[-1], grown.curve.unit
     for k, margin in enumerate(MARGINS):
         m, values = _spaced(grown, k)
         if m[0] > CLOSE or len(m) < 3 or m[0] >= min(m[1:]) or not np.isfinite(m).all():
             continue
-        graze = True
         value, precision = extrapolated(m, np.array(values))
         if precision <= COARSEST * unit:
-            border = border_type(grown.curve, last, graze)
-            grown.events.append(Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border))
-            return GRAZING
-    if not graze and (border := border_type(grown.curve, last, graze)):
-        grown.events.append(Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, "the words change", border))
-        return BORDER
-    return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
+            border = border_type(grown.curve, border_beside(grown.curve, last), last, value, beyond, graze=True)
+            return Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border)
+    return None
+
+
+def _meets_a_border(grown: GrowingBranch, beyond: float) -> Event | None:
+    """A border next to the last point, where the map is not smooth, or jumps."""
+    last, unit = grown.points[-1], grown.curve.unit
+    found = border_beside(grown.curve, last)
+    border = border_type(grown.curve, found, last, last.value, beyond, graze=False)
+    detail = "the map jumps" if border == GAP else "the words change" if found.words else "the derivative jumps"
+    return Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail, border) if border else None
 
 
 def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]]:
@@ -65,7 +79,7 @@ def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]
     return list(map(float, margins)), [point.value for point in points]
 
 
-def _chatter_ends(grown: GrowingBranch) -> Event | None:
+def _chatter_ends(grown: GrowingBranch, beyond: float) -> Event | None:
     """The end of complete chatter next to the last point, where the impacts accumulate at the release, by bisection.
 
     Near the release flights of many impacts are so low that rounding of the displacement counts. The precision is the distance

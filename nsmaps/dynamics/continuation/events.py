@@ -37,7 +37,7 @@ class Event:
     precision: float  #: precision of the parameter, as estimated from the last steps towards it
     orbit: PeriodicOrbit  #: the orbit there; for a grazing, a border or the end of the domain, the last one before it
     detail: str = ""  #: the margin that falls to zero, the reason why there is no map, or that an event was not located
-    border: str = ""  #: where the words change, `persistence` or `non-smooth fold`, perhaps `with doubling`; "" where unknown
+    border: str = ""  #: `persistence` or `non-smooth fold`, perhaps `with doubling`, or `end at a gap`; "" where unknown
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:

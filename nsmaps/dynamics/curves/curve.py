@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, brief
-from nsmaps.continuation.core import Control, Step, correct, follow, passes, tangent
-from nsmaps.continuation.zeros import locate
+from nsmaps.continuation.core import Control, correct, correct_beside, follow, passes, tangent
 from nsmaps.dynamics.continuation.events import Event
 from nsmaps.dynamics.continuation.problem import OrbitCurve
-from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side, off_piece
+from nsmaps.dynamics.curves.special import ONE, TWO, Search, SpecialPoint, everywhere
+from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.progress import shows
@@ -28,25 +28,9 @@ ASIDE = (
     1e-8,
     0.1,
 )  #: distances from it, in units of the first parameter's range, within which that orbit is looked for
-COARSEST = 1e-8  #: precision of a point of codimension two, in units of the parameters' ranges
-CUSP, FLIP, ONE, TWO = "cusp", "fold-flip", "1:1 resonance", "1:2 resonance"
-RESONANCES = {ONE: 2.0, TWO: -2.0, "1:3 resonance": -1.0, "1:4 resonance": 0.0}  #: sums of the two multipliers on the unit circle
+JUST_BEYOND = 1e-6  #: distance from an orbit at a border, in scales of the coordinates, to states of the other piece
+JUMP = 1e-3  #: of an image or a derivative between them, in this scale, from one piece of the map to another
 Bounds = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SpecialPoint:
-    """A point of codimension two: two conditions hold at once.
-
-    On curves of folds a `cusp` (two folds meet), a `fold-flip` (another multiplier is -1) or a `1:1 resonance` (a second is 1);
-    on curves of period doublings a `fold-flip` (another multiplier is 1) or a `1:2 resonance` (a second is -1). On Neimark-Sacker
-    curves the strong resonances: both multipliers are 1 or -1, where such a curve ends, or third or fourth roots of 1.
-    """
-
-    kind: str
-    parameters: tuple[float, float]
-    precision: tuple[float, float]  #: of these, as estimated from the last steps towards them
-    orbit: PeriodicOrbit
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -62,6 +46,7 @@ class BifurcationCurve:
     multipliers: NDArray[np.complex128]  #: shape (K, n), the largest first
     special: tuple[SpecialPoint, ...]  #: in the order of the curve
     ended: tuple[str, str]  #: the reasons why it ends, at its beginning and at its end
+    everywhere: tuple[str, ...] = ()  #: kinds of such points that all orbits have up to rounding, and which are not in `special`
 
     @classmethod
     def empty(cls, kind: Kind, reason: str) -> "BifurcationCurve":
@@ -140,22 +125,22 @@ class _Way:
     """A curve in one direction: its points after the first, their special points, and the reason of its end."""
 
     points: list[CriticalPoint]
-    special: list[SpecialPoint]
+    special: Search
     ended: str
 
     @classmethod
     def followed(cls, curve: CriticalCurve, start: CriticalPoint, along: Floats, control: Control, max_points: int) -> "_Way":
-        points, special, ended = list[CriticalPoint](), list[SpecialPoint](), ""
+        points, special, ended = list[CriticalPoint](), Search([], set()), ""
         for step in follow(curve, start, along, control):
-            special += _special(curve, step)
+            special.add(curve, step)
             first = step.end.values[0]
             if not curve.along.low <= first <= curve.along.high:
                 ended = f"the range of the first parameter ends before {first:.9g}"
                 break
             points.append(step.end)
-            if curve.kind == "Neimark-Sacker" and special and special[-1].kind in (ONE, TWO):
+            if curve.kind == "Neimark-Sacker" and special.points and special.points[-1].kind in (ONE, TWO):
                 points.pop()
-                ended = special[-1].kind
+                ended = special.points[-1].kind
                 break
             if step.last:
                 ended = f"the range of the second parameter ends at {step.end.values[1]:g}"
@@ -180,75 +165,29 @@ def _result(curve: CriticalCurve, start: CriticalPoint, before: _Way, after: _Wa
     """Both ways as one curve; one that is closed has the other's points."""
     back = [] if before.ended == "closed" and after.ended == "closed" else before.points[::-1]
     points = [*back, start, *after.points]
-    special = (*(before.special[::-1] if back or not after.points else ()), *after.special)
+    special = (*(before.special.points[::-1] if back or not after.points else ()), *after.special.points)
     parameters = np.array([_parameters(curve, point) for point in points])
     states = np.array([point.orbit.states for point in points])
     multipliers = np.array([point.orbit.multipliers for point in points])
-    ended = (before.ended, after.ended)
-    return BifurcationCurve(curve.kind, parameters, states, start.orbit.words, multipliers, special, ended)
+    about = special, (before.ended, after.ended), everywhere(curve, before.special, after.special)
+    return BifurcationCurve(curve.kind, parameters, states, start.orbit.words, multipliers, *about)
 
 
 def _parameters(curve: CriticalCurve, point: CriticalPoint) -> tuple[float, float]:
     """The parameters of a point, at a graze or a border extrapolated to a clearance of zero, or NaN."""
     if not curve.least:
         return point.values
-    normal, rows = tangent(point, np.ones(len(point.y))), [point.values]
+    normal, rows, y = tangent(point, np.ones(len(point.y))), [point.values], point.y
     for part in NEARER[curve.kind]:
-        nearer = correct(replace(curve, least=curve.least / part), point.y, normal)
-        if nearer is None:
+        nearer = replace(curve, least=curve.least / part)
+        found = correct_beside(point, y, normal, partial(nearer.residual, codes=point.orbit.returns.codes))
+        if found is None:
             return np.nan, np.nan
-        point = nearer
-        rows.append(point.values)
+        y = found
+        rows.append(curve.values(y))
     whole, half, quarter = np.array(rows[-3:])
     first, second = ((whole - 6 * half + 8 * quarter) / 3).tolist()
     return first, second
-
-
-def _remaining(point: CriticalPoint, known: float) -> Floats:
-    """The characteristic polynomial of the multipliers but for a known one, highest power first, as shares of their sum."""
-    whole = np.poly(point.orbit.derivative).real
-    remaining = np.polydiv(whole, [1.0, -known])[0]
-    return np.asarray(remaining / np.abs(remaining).sum())
-
-
-Test = Callable[[CriticalPoint, Floats], float]
-
-
-def _beyond(value: float, point: CriticalPoint, _: Floats) -> float:
-    """The sum of the two multipliers whose product is nearest to 1, less a value."""
-    multipliers = point.orbit.multipliers
-    i, j = np.triu_indices(len(multipliers), 1)
-    k = int(np.abs(multipliers[i] * multipliers[j] - 1).argmin())
-    return float((multipliers[i[k]] + multipliers[j[k]]).real) - value
-
-
-def _tests(kind: Kind, direction: Floats) -> dict[str, Test]:
-    """The functions whose zeros are points of codimension two."""
-    if kind in NEARER:
-        return {}
-    if kind == "Neimark-Sacker":
-        return {name: partial(_beyond, value) for name, value in RESONANCES.items()}
-    own = -1.0 if kind == "period doubling" else 1.0
-
-    def at(x: float) -> Test:
-        return lambda point, _: float(np.polyval(_remaining(point, own), x)) if len(point.orbit.derivative) > 1 else 1.0
-
-    if kind == "period doubling":
-        return {FLIP: at(1.0), TWO: at(-1.0)}
-    return {FLIP: at(-1.0), ONE: at(1.0), CUSP: lambda _, along: float(along[-2:] @ direction[-2:])}
-
-
-def _special(curve: CriticalCurve, step: Step[CriticalPoint]) -> list[SpecialPoint]:
-    """The points of codimension two within a step, in order."""
-    found = []
-    for kind, test in _tests(curve.kind, step.direction).items():
-        if test(step.start, step.direction) * test(step.end, step.turned) < 0:
-            zero = locate(curve, step.start, step.direction, step.length, test)
-            if zero is not None and (zero.error[-2:] <= COARSEST).all():
-                first, second = curve.values(zero.y)
-                near = (float(zero.error[-2] * curve.along.unit), float(zero.error[-1] * curve.unit))
-                found.append((zero.arclength, SpecialPoint(kind, (first, second), near, zero.point.orbit)))
-    return [point for _, point in sorted(found, key=lambda pair: pair[0])]
 
 
 def _curve(
@@ -279,14 +218,26 @@ def _side(map: ReturnMap, states: Floats, scale: Floats) -> Side:
     """Where the border is nearest to an orbit that all but meets it.
 
     Raises:
-        NsmapsError: there are no states of other words near the orbit.
+        NsmapsError: the map has no border near the orbit.
     """
     steps = [sign * row for row in np.diag(scale) for sign in (1.0, -1.0)]
-    sides = [Side(k, step) for k in range(len(states)) for step in steps]
+    sides = [side for k in range(len(states)) for step in steps for side in _sides(map, states, Side(k, step, scale))]
     distances = [side.distance(map, states[None])[0] for side in sides]
-    if not min(distances) < LEAST:
-        raise NsmapsError(f"no state within {LEAST:g} of the orbit has other words; expected: an orbit at the border")
+    if not sides or not min(distances) < LEAST:
+        raise NsmapsError(f"the map has no border within {LEAST:g} of the orbit; expected: an orbit at the border")
     return sides[int(np.argmin(distances))]
+
+
+def _sides(map: ReturnMap, states: Floats, side: Side) -> tuple[Side, ...]:
+    """That in which words change along a coordinate, or in which the image or the derivative jumps next to the state."""
+    tried = states[side.state] + np.array([0.0, JUST_BEYOND])[:, None] * side.step
+    returns = map.first_return(tried, derivative=True)
+    if not returns.valid.all() or returns.derivative is None or returns.codes[0] != returns.codes[1]:
+        return (side,)
+    image, derivative = (each[0, 1] for each in off_piece(returns, (1, 2), side.scale))
+    if np.abs(image).max() > JUMP:
+        return (replace(side, image=image),)
+    return (replace(side, derivative=derivative),) if np.abs(derivative).max() > JUMP else (side,)
 
 
 def _check(event: Event, second: float, bounds: tuple[Bounds, Bounds], step: float, max_points: int) -> None:

@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
@@ -21,7 +21,7 @@ from nsmaps.exact.returns import Returns
 
 H = 1e-6  #: step of the differences of the condition, in the curve's units
 FAR = 0.01  #: distance from a border, in units of branches, up to which it is looked for
-PARTS, DIVISIONS = 64, 9  #: into which that distance is divided, and the part with the first other word again
+PARTS = (64, *[8] * 15)  #: into which that distance is divided, and the part with the first other word again: to rounding
 Kind = Literal["period doubling", "fold", "Neimark-Sacker", "grazing", "border collision"]
 
 
@@ -38,26 +38,54 @@ class CriticalPoint:
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """Where a border is looked for beside an orbit: along one coordinate of one of its states."""
+    """Where a border is looked for beside an orbit: along one coordinate of one of its states.
+
+    Beyond it returns have other words or, where these are the same, an image or a derivative that differs by a known jump.
+    """
 
     state: int  #: number of the state
     step: Floats  #: shape (n,), a unit of the coordinate, upwards or downwards
+    scale: Floats  #: shape (n,), scale of the coordinates
+    image: Floats | None = None  #: shape (n,), jump of the image, in this scale
+    derivative: Floats | None = None  #: shape (n, n), jump of the derivative, in this scale
 
     def distance(self, map: ReturnMap, states: Floats) -> Floats:
-        """The distances of the state of M orbits (M, q, n) from one with another word, in units of the step, or infinity."""
+        """The distances of the state of M orbits (M, q, n) from the border, in units of the step, or infinity."""
         own, rows = states[:, self.state, None], np.arange(len(states))
         near, far, known = np.zeros(len(rows)), np.full(len(rows), FAR), np.ones(len(rows), bool)
-        for _ in range(DIVISIONS):
-            steps = np.linspace(near, far, PARTS + 1, axis=-1)
+        for parts in PARTS:
+            steps = np.linspace(near, far, parts + 1, axis=-1)
             tried = own + np.insert(steps, 0, 0.0, axis=-1)[..., None] * self.step
-            codes = map.first_return(tried.reshape(-1, tried.shape[-1])).codes.reshape(len(rows), -1)
-            other = codes[:, 1:] != codes[:, :1]
+            other = self.beyond(map, tried)
             known &= other.any(axis=1)
             if not known.any():
                 break
             first = other.argmax(axis=1)
             near, far = steps[rows, np.maximum(first - 1, 0)], steps[rows, first]
         return np.where(known, (near + far) / 2, np.inf)
+
+    def beyond(self, map: ReturnMap, states: Floats) -> Bools:
+        """True for the states (M, K, n) beyond the border, of each row but for the first, which is on the near side."""
+        by_words = self.image is None and self.derivative is None
+        returns, shape = map.first_return(states.reshape(-1, states.shape[-1]), derivative=not by_words), states.shape[:2]
+        if by_words:
+            codes = returns.codes.reshape(shape)
+            return np.asarray(codes[:, 1:] != codes[:, :1])
+        found = self.image if self.derivative is None else self.derivative
+        assert found is not None
+        off = off_piece(returns, shape, self.scale)[self.derivative is not None].reshape(*shape, -1)[:, 1:]
+        return np.asarray(((off - found.ravel()) ** 2).sum(axis=-1) < (off**2).sum(axis=-1))
+
+
+def off_piece(returns: Returns, shape: tuple[int, int], scale: Floats) -> tuple[Floats, Floats]:
+    """How far M K returns are off the linear map of the first of each K, scaled: images (M, K, n), derivatives (M, K, n, n)."""
+    n = len(scale)
+    assert returns.derivative is not None
+    start, image, slopes = returns.start.reshape(*shape, n), returns.image.reshape(*shape, n), returns.derivative
+    slopes = slopes.reshape(*shape, n, n) * scale / scale[:, None]
+    difference = returns.coordinates.difference
+    linear = np.einsum("mij,mkj->mki", slopes[:, 0], difference(start, start[:, :1]) / scale)
+    return difference(image, image[:, :1]) / scale - linear, slopes - slopes[:, :1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +129,19 @@ class CriticalCurve:
         jacobian[:-1, :-1], jacobian[:-1, -1], jacobian[-1] = here.jacobian, there, slopes
         residual = np.append(here.residual, self._conditions(self.map_of(first, second), here.orbit.returns))
         return CriticalPoint(np.append(here.y, y[-1]), (first, second), here.orbit, residual, jacobian)
+
+    def residual(self, y: Floats, codes: Ints) -> tuple[Floats, Floats] | None:
+        """Unknowns with wrapped angles, and their gaps and condition, without derivatives; None for other words than these."""
+        map, _ = map_or_reason(self.map_of, *self.values(y))
+        if map is None:
+            return None
+        states = self.along.coordinates.wrap(self.along.states(y[:-1]))
+        returns = map.first_return(states, derivative=not self.least)
+        if not returns.valid.all() or not np.array_equal(returns.codes, codes):
+            return None
+        gaps = returns.coordinates.difference(returns.image, np.roll(states, -1, axis=0)) / self.along.scale
+        y = np.append(self.along.y(states, y[-2] * self.along.unit), y[-1])
+        return y, np.append(gaps.ravel(), self._conditions(map, returns))
 
     def _by_second(self, here: OrbitPoint, first: float, second: float) -> Floats | None:
         """The derivative of the gaps by the second parameter, shape (q n,), or None."""

@@ -86,6 +86,7 @@ def plain_curves(curves: "Mapping[str, BifurcationCurve | EventCurve]") -> dict[
                 {"kind": point.kind, "parameters": list(point.parameters), "precision": list(point.precision)}
                 for point in curve.special
             ],
+            "everywhere": list(getattr(curve, "everywhere", ())),
         }
         for name, curve in curves.items()
     }

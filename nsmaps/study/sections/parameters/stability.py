@@ -107,7 +107,8 @@ STABILITY = Section[StabilitySection](
     stored=Stored,
     holds={
         "dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram"),
-        "dynamics.curves.curve": ("BifurcationCurve", "SpecialPoint"),
+        "dynamics.curves.curve": ("BifurcationCurve",),
+        "dynamics.curves.special": ("SpecialPoint",),
     },
     check=lambda spec, study: check_curves("stability", spec.sweep, spec.curves, study),
     bind=_bind,
