@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 MOST_WALKED = 20_000  #: cells among which closed walks are distinguished by their length
 TRIES = 32  #: closed walks of each length from each cell, at random
 MOST_STEPS = 30  #: of Newton's method
-SAME = 1e-7  #: states that differ by less in every coordinate, of its largest magnitude in the window or in radians, are one
+SAME = 1e-7  #: states that differ by less in every coordinate, of its side of the window or in radians, are one
 RESIDUAL = 1e-10  #: of cycles, in the same
 
 
@@ -159,7 +159,7 @@ def _cycles(map: ReturnMap, cells: Cells, guesses: Sequence[Floats], period: int
 def _add(map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]) -> None:
     """Add to the cycles found those to which Newton's method comes from guesses of shape (W, p, n), each once."""
     points = np.concatenate([np.empty((0, len(cells.shape))), *(cycle.states for cycle in found)])
-    scale = cells.coordinates.magnitudes(cells.window.T)
+    scale = np.where(cells.coordinates.angles, 1.0, np.ptp(cells.window, axis=1))
     solutions = _newton(map, guess, scale)
     _, firsts = np.unique(np.rint(solutions / scale / SAME), axis=0, return_index=True)
     for states in solutions[firsts]:

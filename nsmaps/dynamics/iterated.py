@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.scale import extents_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import joined
@@ -34,3 +35,7 @@ class Iterated:
         for _ in range(self.times - 1):
             returns = joined(returns, self.map.first_return(returns.image, derivative))
         return returns
+
+    def extents(self, states: ArrayLike) -> Floats | None:
+        """As of the map whose iterate it is; None where that has none."""
+        return extents_of(self.map, as_states(states, self.coordinates))

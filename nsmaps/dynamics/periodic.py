@@ -11,6 +11,7 @@ from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.returns import Returns
 
@@ -27,7 +28,11 @@ class PeriodicOrbit:
 
     returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
     tolerance: float  #: tolerance of the residual; see `converged`
-    scale: Floats | None = None  #: shape (n,), scale of the residual; None: the orbit's own `magnitudes`
+    scale: Floats = None  # type: ignore[assignment]  #: shape (n,), unit of the residual, see `scale_of`; runs before had none
+
+    def __post_init__(self) -> None:
+        if self.scale is None:
+            object.__setattr__(self, "scale", self.returns.coordinates.magnitudes(self.returns.start))
 
     @property
     def states(self) -> Floats:
@@ -54,13 +59,9 @@ class PeriodicOrbit:
     def residual(self) -> float:
         """The largest difference between the image of a state and the next state, in any coordinate; NaN without images.
 
-        It is a share of the coordinate's scale, its largest magnitude on the orbit or its guess; in radians for an angle.
+        It is a share of the coordinate's `scale`; in radians for an angle.
         """
-        return float(np.abs(self.gaps / self._scale).max())
-
-    @property
-    def _scale(self) -> Floats:
-        return self.returns.coordinates.magnitudes(self.states) if self.scale is None else self.scale
+        return float(np.abs(self.gaps / self.scale).max())
 
     @cached_property
     def gaps(self) -> Floats:
@@ -73,8 +74,8 @@ class PeriodicOrbit:
 
         Next to a grazing state, where the derivative is unbounded, no state in floating point may have a smaller gap.
         """
-        steep = np.nan_to_num(np.abs(self._derivatives), nan=0.0, posinf=0.0) @ self._scale
-        return bool((np.abs(self.gaps) <= self.tolerance * self._scale + ROUNDING * steep).all())
+        steep = np.nan_to_num(np.abs(self._derivatives), nan=0.0, posinf=0.0) @ self.scale
+        return bool((np.abs(self.gaps) <= self.tolerance * self.scale + ROUNDING * steep).all())
 
     @property
     def _derivatives(self) -> Floats:
@@ -128,8 +129,8 @@ def periodic_orbit(
         guess: the first state, shape (n,) or a mapping by name, whose images are the others; or all states, shape (period, n).
         period: q, in returns.
         tolerance: largest residual of a converged orbit, as a share of the scale; see `PeriodicOrbit.converged`.
-        scale: shape (n,), of each coordinate; its largest magnitude on the orbit and its guess if omitted, a radian for an
-            angle.
+        scale: shape (n,), unit of each coordinate; if omitted the extent of the motion, a radian for an angle, of a map that
+            states neither flights nor `extents` the largest magnitude on the orbit and its guess.
 
     Raises:
         StateError: a guess of another shape.
@@ -150,7 +151,7 @@ def periodic_orbit(
 def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Floats | None = None) -> PeriodicOrbit:
     """As `periodic_orbit`, from the returns of the states of a guess, with derivatives."""
     coordinates, states = Coordinates(map.coordinates), now.start
-    size = coordinates.magnitudes(states) if scale is None else scale
+    size = scale_of(map, states) if scale is None else scale
     for _ in range(MOST_STEPS):
         step = newton_step(now, size)
         nearer = _nearer(map, now, step, size)
@@ -159,7 +160,7 @@ def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Float
         now = nearer
     start = coordinates.wrap(now.start)
     returns = now if np.array_equal(start, now.start) else map.first_return(start, derivative=True)
-    return PeriodicOrbit(returns, tolerance, coordinates.magnitudes(states, returns.start) if scale is None else size)
+    return PeriodicOrbit(returns, tolerance, scale_of(map, returns.start, beside=states) if scale is None else size)
 
 
 def _gaps(returns: Returns) -> Floats:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import Coordinates, as_states
+from nsmaps.coordinates import as_states
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.progress import shows
@@ -32,8 +32,7 @@ def periodic_orbits(
         period: q, in returns.
         words: those of the q returns, from any state of the cycle on; None for all.
         tolerance: largest residual, as in `periodic_orbit`.
-        min_distance: of two orbits, in radians for an angle, else a share of the coordinate's
-            largest magnitude on them.
+        min_distance: of two orbits, in radians for an angle, else a share of the larger `scale` of both.
 
     Raises:
         StateError, NsmapsError: as `periodic_orbit`.
@@ -45,14 +44,14 @@ def periodic_orbits(
         if not (orbit.converged and orbit.exists) or (rotations is not None and orbit.words not in rotations):
             continue
         turned = [np.roll(orbit.states, k, axis=0) for k in range(period)]
-        known = [(orbit.states, other) for other in turned[1:]] + [(each.states, other) for each in found for other in turned]
+        known = [(orbit, other) for other in turned[1:]] + [(each, other) for each in found for other in turned]
         if np.abs(orbit.multipliers - 1).min() > min_distance and not any(
-            _same(map, one, other, min_distance) for one, other in known
+            _same(one, other, min_distance * np.maximum(one.scale, orbit.scale)) for one, other in known
         ):
             found.append(orbit)
     return tuple(found)
 
 
-def _same(map: ReturnMap, one: Floats, other: Floats, min_distance: float) -> bool:
-    coordinates = Coordinates(map.coordinates)
-    return bool(coordinates.near(one, other, min_distance, coordinates.magnitudes(one, other)).all())
+def _same(one: PeriodicOrbit, states: Floats, near: Floats) -> bool:
+    """True if each state of an orbit is near one of others, shape (q, n), within a distance in each coordinate, shape (n,)."""
+    return bool(one.returns.coordinates.near(one.states, states, near).all())

@@ -42,7 +42,7 @@ def test_fixed_points_leave_no_cell_open():
 def test_a_cycle_without_multipliers_is_not_called_unstable():
     found = find_cycles(Henon(), WINDOW, 1, 6)
     returns = found.cycles[0].returns
-    resting = PeriodicOrbit(replace(returns, derivative=np.full_like(returns.derivative, np.nan)), 1e-10)
+    resting = PeriodicOrbit(replace(returns, derivative=np.full_like(returns.derivative, np.nan)), 1e-10, found.cycles[0].scale)
     assert resting.stable is None
     lines = replace(found, cycles=(resting, *found.cycles)).table().splitlines()
     assert "of unknown stability" in lines[0]

@@ -40,7 +40,7 @@ class Bent:
 def test_a_closed_form(flip):
     """Also where the map turns the sides over."""
     map = Bent(flip=flip)
-    saddle = nsmaps.periodic_orbit(map, [0.1, 0.1])
+    saddle = nsmaps.periodic_orbit(map, [0.1, 0.1], scale=[1.0, 1.0])
     found = nsmaps.manifold(map, saddle, length=8.0, gap=0.05)
     x, y = found.states.T
     assert np.abs(y - x**2).max() < 1e-9 * 8
@@ -64,7 +64,7 @@ def test_a_closed_form(flip):
 def test_a_jump_is_cut_where_it_is():
     """The side to the right is y = x^2 up to x = 2, then the image of [1, 2]: from (-1, -4.5) to (1, -3)."""
     map = Bent(jump=True)
-    found = nsmaps.manifold(map, nsmaps.periodic_orbit(map, [0.1, 0.1]), length=8.0, gap=0.05)
+    found = nsmaps.manifold(map, nsmaps.periodic_orbit(map, [0.1, 0.1], scale=[1.0, 1.0]), length=8.0, gap=0.05)
     first, second, *_ = (line for line in found.lines if line[0, 0] > 0 or line[-1, 0] > 0)
     assert first[-1] == pytest.approx([2, 4], abs=1e-9)
     assert second[0] == pytest.approx([-1, -4.5], abs=1e-9)
@@ -143,8 +143,8 @@ def test_the_stable_manifold_leads_to_the_saddle(name):
     make, guess = SADDLES[name]
     system = make()
     saddle = nsmaps.periodic_orbit(system, guess)
-    found = nsmaps.manifold(system, saddle, "stable", length=6.0, gap=0.02)
-    assert set(found.ended) == {"length 6"}
+    found = nsmaps.manifold(system, saddle, "stable", length=5.0, gap=0.02)
+    assert set(found.ended) == {"length 5"}
     states = found.states
     for _ in range(6 if name == "bouncing_ball" else 2):  # which multiply a distance from the manifold by 590, and by 17,000
         states = system.first_return(states).image

@@ -22,7 +22,7 @@ def result():
 
 
 def test_it_is_what_the_function_grows(result):
-    saddle = nsmaps.periodic_orbit(result.system, [0.34, 2.87])
+    saddle = nsmaps.periodic_orbit(result.system, [0.34, 2.87], scale=result.manifolds["saddle"][0].scale)
     for which, kept in zip(("unstable", "stable"), result.manifolds["saddle"], strict=True):
         direct = nsmaps.manifold(result.system, saddle, which, length=2, gap=0.1)
         assert kept.which == which

@@ -15,13 +15,14 @@ from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.scale import scale_of
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
 VISITED = 4000  #: number of states that represent an attractor without period
 SAMPLE = 1000  #: number of last states of an orbit without period that are compared with others
-COMING = 1e-3  #: share of magnitudes within which an orbit that repeats is taken to approach a stable cycle
+COMING = 1e-3  #: share of the scale within which an orbit that repeats is taken to approach a stable cycle
 STAY = 50  #: successive states within the reach of an attractor without period after which an orbit has reached it
 
 
@@ -35,7 +36,7 @@ class Attractor(WithCoordinates):
     label: str  #: name of the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
     words: tuple[str, ...]  #: of the return from each state of a period; without a period, every word on it
     reach: float  #: distance in each coordinate within which a state belongs to it; see `find_attractors`
-    scale: Floats | None = None  #: shape (n,), scale of the reach: extents or largest magnitudes; None: the coordinates' units
+    scale: Floats | None = None  #: shape (n,), scale of the reach; None: the coordinates' units
 
     @property
     def stay(self) -> int:
@@ -108,17 +109,16 @@ def find_attractors(
     """The attractors that orbits of starts, shape (N, n), reach after a transient, except for the known ones.
 
     Attractors of a period up to `max_period`, in words and within `tolerance` in each coordinate (in radians for an angle,
-    otherwise as a share of its largest magnitude among starts and last states), have the tolerance as their reach. Others are
-    the states that one orbit visits, and their reach is the largest distance of their second half from the first, in shares of
-    their extents, so that it does not depend on the units of the coordinates. A stable cycle within 1e-3 of a repetition is
-    refined by Newton's method, since slowly converging orbits repeat far from it. Orbits that end reach none; after too short
-    a transient the set has no period.
+    otherwise as a share of the extent of the motions from the last states, see `scale_of`), have the tolerance as their reach.
+    Others are the states that one orbit visits, and their reach is the largest distance of their second half from the first, in
+    shares of their extents. A stable cycle within 1e-3 of a repetition is refined by Newton's method, since slowly converging
+    orbits repeat far from it. Orbits that end reach none; after too short a transient the set has no period.
     """
     last = np.array(starts, float)
     for part in returns_of(map, last, discard):
         last = part.image[-len(last) :]
     kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * max_period)
-    scale, found = kept.coordinates.magnitudes(np.array(starts, float), kept.states), list[Attractor]()
+    scale, found = scale_of(map, kept.states, beside=starts), list[Attractor]()
     for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
         if not _is_of(kept, k, (*known, *found)):
             found_here = _attractor(map, kept, k, tolerance, scale)
@@ -145,7 +145,7 @@ def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float, scale: Flo
     after = orbit(map, path.final, 2 * max_period)
     if not np.isfinite(after.final).all():
         return None
-    return _periodic(after, 0, tolerance, scale) or _visited(path)
+    return _periodic(after, 0, tolerance, scale) or _visited(path, scale)
 
 
 def _periodic(kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
@@ -163,13 +163,13 @@ def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
     """The cycle that an orbit with a period approaches, by Newton's method: slow convergence may leave it far beyond the
     tolerance.
 
-    It has the least period that leads to a stable cycle within 1e-3 of the magnitudes; otherwise, as without derivatives, the
+    It has the least period that leads to a stable cycle within 1e-3 of the scale; otherwise, as without derivatives, the
     observed
     states are returned.
     """
     if map.first_return(seen.states, derivative=True).derivative is None:
         return seen
-    scale = seen.coordinates.magnitudes(seen.states)
+    scale = scale_of(map, seen.states)
     for period in (q for q in range(1, seen.period + 1) if seen.period % q == 0):
         found = periodic_orbit(map, seen.states[:period], period, scale=scale)
         if found.converged and found.exists and found.stable:
@@ -180,11 +180,11 @@ def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
     return seen
 
 
-def _visited(path: Orbit) -> Attractor:
+def _visited(path: Orbit, unit: Floats) -> Attractor:
     """The attractor of one orbit without a period, as the states that it visits."""
     states, words = path.coordinates.wrap(path.states[1:, 0]), path.words[:, 0].tolist()
     name, every = label(words, _turns(path, 0), 0, path.walls), tuple(sorted(set(words)))
-    scale = extents(states, path.coordinates)
+    scale = extents(states, path.coordinates, unit)
     return Attractor(path.coordinates, states, 0, name, every, own_reach(states, path.coordinates, scale), scale)
 
 

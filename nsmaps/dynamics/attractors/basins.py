@@ -12,6 +12,7 @@ from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, as_states
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
 from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.surface import Grid, check_axes
@@ -128,10 +129,10 @@ def basins(
     """Which attractor each start comes to, and after how many returns.
 
     An orbit arrives at a periodic attractor with its first state that differs from one of the attractor's by at most `tolerance`
-    in each coordinate, of an angle in radians, of others relative to its largest magnitude among the starts and attracting
-    states. It arrives at an attractor without period with the first of 50 successive states within its reach (`Attractor`).
-    Unless they are given, attractors are found from a sample of the starts, then from samples of the starts that reached none,
-    until there is no new one: an attractor whose basin contains no start is not found.
+    in each coordinate, of an angle in radians, of others relative to the extent of the motions on the attractors (`scale_of`). It
+    arrives at an attractor without period with the first of 50 successive states within its reach (`Attractor`). Unless they are
+    given, attractors are found from a sample of the starts, then from samples of the starts that reached none, until there is no
+    new one: an attractor whose basin contains no start is not found.
 
     Args:
         grid: a Grid over the map's coordinates, or states of shape (N, n), phases in radians.
@@ -230,8 +231,8 @@ def boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, returns: i
     On an edge that crosses several basins one change of basin is found, where the basin of its first end ends or begins.
 
     Args:
-        tolerance: length to which each edge is bisected in every coordinate, of an angle in radians, of others relative to the
-            largest magnitude on the edges; at least the rounding error.
+        tolerance: length to which each edge is bisected in every coordinate, of an angle in radians, of others relative to their
+            extent on the edges and the motions from them; at least the rounding error.
         returns: as in `basins`.
 
     Raises:
@@ -240,7 +241,7 @@ def boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, returns: i
     if not tolerance > 0:
         raise NsmapsError(f"the tolerance is {tolerance}; expected: a positive length")
     ends, sides = basins.edges()
-    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), basins.coordinates.magnitudes(ends)
+    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), scale_of(map, ends)
 
     def label(states: Floats) -> NDArray[np.int32]:
         return follow(map, states, basins.attractors, returns)[0]

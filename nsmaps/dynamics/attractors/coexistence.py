@@ -88,7 +88,8 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
     numbers, names = np.full(held.shape, -1), labels.astype(object)
     if held.any():
         coordinates = diagrams[0].coordinates
-        scale = extents(states[held].reshape(-1, len(coordinates)), coordinates)
+        unit = np.max([each.unit for each in diagrams], axis=0)
+        scale = extents(states[held].reshape(-1, len(coordinates)), coordinates, unit)
         last: dict[int, Attractor] = {}
         for k, there in enumerate(held):
             every = zip(states[k], period[k].tolist(), labels[k].tolist(), strict=True)

@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
 FEW = 4  #: known states, up to which others are compared with each of them
-FLAT = 0.01  #: share of the largest magnitude of a coordinate, or of the circle: a smaller extent is not used as a scale
+FLAT = 0.01  #: share of the unit of a coordinate, or of the circle: a smaller extent is not used as a scale
 
 
-def extents(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
+def extents(states: ArrayLike, coordinates: Sequence[str], unit: Floats | None = None) -> Floats:
     """The extent of a set of states in each coordinate, shape (n,), always above 0: the scale of its distances.
 
     For an angle it is the shortest arc that contains all. States that nearly agree have no extent of their own: it is at least
-    1 % of
-    the largest magnitude, for an angle 1 % of the circle; 1 where every state is 0.
+    1 % of its unit, for an angle 1 % of the circle; 1 where every state is 0.
 
     Args:
         states: shape (N, n), at least one; angles on any turn.
+        unit: shape (n,), of each coordinate, such as `scale_of`; the largest magnitudes if omitted.
 
     Raises:
         StateError: a set of another shape, empty, or with states that are not finite.
@@ -34,7 +34,7 @@ def extents(states: ArrayLike, coordinates: Sequence[str]) -> Floats:
     ordered = np.sort(x, axis=0)
     gaps = np.diff(ordered, axis=0, append=ordered[:1] + TWO_PI)
     extent = np.where(circle, TWO_PI - gaps.max(axis=0), np.ptp(x, axis=0))
-    extent = np.maximum(extent, FLAT * np.where(circle, TWO_PI, np.abs(x).max(axis=0)))
+    extent = np.maximum(extent, FLAT * np.where(circle, TWO_PI, np.abs(x).max(axis=0) if unit is None else unit))
     return np.where(extent > 0, extent, 1.0)
 
 

@@ -14,10 +14,11 @@ from nsmaps.dynamics.motion import label
 from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit, stability
 from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap
+from nsmaps.dynamics.scale import scale_of
 
 LONGEST = 64  #: longest period, in returns, that is tested
 WINDOW = 32  #: least number of last returns that must repeat
-CLOSE = 1e-9, 1e-6, 1e-3  #: shares of magnitudes within which the last states repeat, tried in turn: converged, or nearly
+CLOSE = 1e-9, 1e-6, 1e-3  #: shares of the scale within which the last states repeat, tried in turn: converged, or nearly
 RESTED = 1e-6  #: the same, within which a cycle counts without Newton's method, as where it has no derivative
 VISITED = 1000  #: number of states that represent an attractor without period
 SAME = 1e-8  #: the same, for states that count as one, far above the residual of Newton's method
@@ -75,8 +76,7 @@ def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
     1000 more returns. Newton's method must find one within ten times of the tolerance of the repetition, a stable one if that
     is more than
     1e-6, unless the states repeat within 1e-6 and have no derivatives, as for chatter: in radians for an angle, otherwise in
-    shares of
-    the coordinate's largest magnitude on the orbit.
+    shares of the extent of the motion (`scale_of`).
     """
     if not np.isfinite(path.states).all() or not len(path.codes):
         return None
@@ -91,11 +91,11 @@ def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
 
 def _cycle(map: ReturnMap, path: Orbit) -> LimitSet | None:
     """The cycle that an orbit has reached, if any."""
-    looked = _looked(path)
+    looked, scale = _looked(path), scale_of(map, path.states)
     for close in CLOSE:
-        period = _repeats(path, looked, close)
+        period = _repeats(path, looked, close * scale)
         if period:
-            found = _least(map, periodic_orbit(map, path.states[-period:], period, scale=_scale(path)))
+            found = _least(map, periodic_orbit(map, path.states[-period:], period, scale=scale))
             if _is_found(found, path, close):
                 return _of(path, looked, found.states, found.words, found.label, found.multipliers)
             if close <= RESTED and not np.isfinite(found.derivative).all():
@@ -123,14 +123,8 @@ def _least(map: ReturnMap, found: PeriodicOrbit) -> PeriodicOrbit:
     return found
 
 
-def _scale(path: Orbit) -> Floats:
-    """The scale of small quantities in each coordinate of an orbit, shape (n,)."""
-    return path.coordinates.magnitudes(path.states)
-
-
-def _repeats(path: Orbit, looked: int, close: float) -> int:
-    """The least number of returns after which the last states and words repeat; 0 where there is none."""
-    near = close * _scale(path)
+def _repeats(path: Orbit, looked: int, near: Floats) -> int:
+    """The least number of returns after which the last states, within a distance (n,), and words repeat; 0: none."""
     for period in range(1, looked + 1):
         window = min(max(2 * period, WINDOW), len(path.codes))
         states, codes = path.states[-window:], path.codes[-window:]
@@ -145,7 +139,7 @@ def _is_found(found: PeriodicOrbit, path: Orbit, close: float) -> bool:
     if not (found.converged and found.exists and np.isfinite(found.derivative).all()):
         return False
     last = path.states[-1:]
-    distance = (np.abs(path.coordinates.difference(found.states, last)) / _scale(path)).max(axis=1).min()
+    distance = (np.abs(path.coordinates.difference(found.states, last)) / found.scale).max(axis=1).min()
     return bool(distance <= 10 * close) and (found.stable or close <= RESTED)
 
 

@@ -1,6 +1,5 @@
 """The motions of many orbits, each named once, and the attractors among those of one pixel."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,7 +12,7 @@ from nsmaps.dynamics.attractors.coexistence import grouped
 from nsmaps.dynamics.motion import label
 from nsmaps.exact.words import decode
 
-NEAR = 0.01  #: share of magnitudes within which two sets of states count as one attractor
+NEAR = 0.01  #: share of the scale within which two sets of states count as one attractor
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,23 +52,24 @@ class Motions:
         return self.seen[key]
 
 
-def attractors(coordinates: Coordinates, states: Floats, period: Sequence[int]) -> NDArray[np.int8]:
+def attractors(coordinates: Coordinates, states: Floats, period: NDArray[np.int64], scale: Floats) -> NDArray[np.int8]:
     """A number of the attractor of each orbit of one pixel, in the order of the orbits; -1 of one that ended.
 
-    Orbits with periods have one attractor if each of their states is within 0.01 of the largest magnitudes of a state of the
+    Orbits with periods have one attractor if each of their states is within 0.01 of the largest scale of a state of the
     other; an orbit without a period is a sample of it, compared as in `coexistence`.
 
     Args:
         states: shape (S, K, n), the last ones.
         period: of each, in returns; 0 without one.
+        scale: shape (S, n), of each.
     """
     numbers = np.full(len(states), -1, np.int8)
     held = np.flatnonzero(np.isfinite(states[:, -1]).all(axis=1))
     if len(held) == 1:
         numbers[held] = 0
     elif len(held):
-        scale = coordinates.magnitudes(states[held])
-        sets = [kept(coordinates, states[s], period[s], "", NEAR, scale) for s in held.tolist()]
+        unit = scale[held].max(axis=0)
+        sets = [kept(coordinates, states[s], int(period[s]), "", NEAR, unit) for s in held.tolist()]
         for number, group in enumerate(grouped(sets)):
             numbers[held[group]] = number
     return numbers

@@ -67,7 +67,7 @@ def _beside(tails: list[tuple[Tail | None, ...]], starts: Floats, length: Length
     found = Tail.empty(len(tails) * len(tails[0]) * count, length.window, starts.shape[1])
     for k, each in enumerate(chain.from_iterable(tails)):
         if each is not None:
-            for name in ("states", "turns", "codes", "outcome", "slopes", "growth"):
+            for name in ("states", "turns", "codes", "outcome", "slopes", "scale", "growth"):
                 getattr(found, name)[k * count : (k + 1) * count] = getattr(each, name)
             found.walls, found.computed = each.walls, found.computed + each.computed
     return found
@@ -75,13 +75,12 @@ def _beside(tails: list[tuple[Tail | None, ...]], starts: Floats, length: Length
 
 def _summary(found: Tail, coordinates: Coordinates, tolerance: float, orbits: int) -> Arrays:
     """Motions, attractors, exponents, outcomes and last states of the pixels, of `orbits` each, and the motions' names."""
-    sizes = np.nan_to_num(np.abs(found.states)).max(axis=1)
-    near = tolerance * np.where(coordinates.angles | (sizes == 0), 1.0, sizes)
-    period, names = periods(found.states, found.codes, coordinates, near), Motions(found.walls)
+    period, names = periods(found.states, found.codes, coordinates, tolerance * found.scale), Motions(found.walls)
     motion = np.full(len(period), -1, np.int32)
     for k in np.flatnonzero(np.isfinite(found.final).all(axis=1)).tolist():
         motion[k] = names.of(found.codes[k], found.turns[k], int(period[k]))
-    pixels = zip(found.states.reshape(-1, orbits, *found.states.shape[1:]), period.reshape(-1, orbits).tolist(), strict=True)
+    rows = found.states, period, found.scale
+    pixels = zip(*(each.reshape(-1, orbits, *each.shape[1:]) for each in rows), strict=True)
     table = {
         "motion": motion,
         "attractor": np.concatenate([attractors(coordinates, *pixel) for pixel in pixels]),

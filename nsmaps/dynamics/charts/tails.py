@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, finite_rows
 from nsmaps.dynamics.returnmap import OrbitMap
+from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
 FIRST = 512  #: returns after which an orbit is first compared with itself; the next time it is after twice as many
 BLOCK = 100_000  #: most returns of a compiled call, of all starts together, so that memory stays small
+LOOKED = 2  #: last states of an orbit, from which the extent of its motion is taken
 ALIGN = 50  #: returns in which a tangent vector turns into the direction that grows fastest
 
 
@@ -34,6 +36,7 @@ class Tail:
     codes: NDArray[np.int64]  #: shape (S, K), words as numbers
     outcome: NDArray[np.int8]  #: shape (S,), values of `Outcome`, of the last return or of that which ended the orbit
     slopes: Floats  #: shape (S, K, n, n), derivatives of the returns; NaN where unknown
+    scale: Floats  #: shape (S, n), unit of each coordinate on the motion, see `scale_of`; 1 of orbits that end
     growth: Floats  #: shape (S,), mean logarithmic growth of a tangent vector a return; NaN of orbits that repeat or end
     computed: int  #: returns of all starts; the others repeat
 
@@ -42,7 +45,8 @@ class Tail:
         """Room for the last k returns of some orbits, with the outcome `invalid`."""
         codes, turns, outcome = np.zeros((count, k), np.int64), np.zeros((count, k), np.int64), np.full(count, Outcome.invalid)
         states, slopes = np.full((count, k, dim), np.nan), np.full((count, k, dim, dim), np.nan)
-        return cls((), states, turns, codes, outcome.astype(np.int8), slopes, np.full(count, np.nan), 0)
+        growth, scale = np.full(count, np.nan), np.ones((count, dim))
+        return cls((), states, turns, codes, outcome.astype(np.int8), slopes, scale, growth, 0)
 
     @property
     def final(self) -> Floats:
@@ -67,6 +71,7 @@ def tail(map: OrbitMap, starts: Floats, length: Length) -> Tail:
             _write(found, which, part, n, finite_rows(after[which]))
             if part.derivative is not None and not repeats[which[0]]:
                 found.growth[which] = _growth(part.derivative.reshape(n, len(which), dim, dim))
+    found.scale[:] = [scale_of(map, own[-LOOKED:]) for own in found.states]
     return found
 
 

@@ -72,6 +72,10 @@ class CompleteChatter:
             values[rows] = getattr(whole, name)
         return replace(single, **merged)
 
+    def extents(self, states: ArrayLike) -> Floats:
+        """As of the system."""
+        return self.system.extents(states)
+
     def rests(self, states: ArrayLike) -> Floats:
         """How long the ball rests before its release, in radians of phase, shape (N,); NaN without complete chatter.
 

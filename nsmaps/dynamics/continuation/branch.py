@@ -22,21 +22,22 @@ class Branch:
     period: int  #: number of returns q of an orbit
     tolerance: float  #: tolerance of the residuals
     parameter: Floats  #: shape (K,)
-    arclength: Floats  #: shape (K,), from the first orbit; unit: parameter range, largest speed, a radian
+    arclength: Floats  #: shape (K,), from the first orbit; units: range of the parameter, `scale`
     events: tuple[Event, ...]  #: in the order of the branch
     ended: str  #: the reason why it ends
+    scale: Floats = None  # type: ignore[assignment]  #: shape (n,), unit of residuals and arclength, see `scale_of`
 
     @classmethod
     def empty(cls, orbit: PeriodicOrbit, ended: str) -> "Branch":
         """A branch without orbits, where its supposed first orbit does not exist."""
         none = orbit.returns.select(np.arange(0))
-        return cls(none, len(orbit.states), orbit.tolerance, np.empty(0), np.empty(0), (), ended)
+        return cls(none, len(orbit.states), orbit.tolerance, np.empty(0), np.empty(0), (), ended, orbit.scale)
 
     @property
     def orbits(self) -> tuple[PeriodicOrbit, ...]:
         """The K orbits."""
         rows = np.arange(len(self.returns)).reshape(-1, self.period)
-        return tuple(PeriodicOrbit(self.returns.select(own), self.tolerance) for own in rows)
+        return tuple(PeriodicOrbit(self.returns.select(own), self.tolerance, self.scale) for own in rows)
 
     @property
     def points(self) -> Floats:
@@ -91,4 +92,5 @@ class GrowingBranch:
         points = [self.points[k] for k in kept]
         parameter, arclength = np.array([point.value for point in points]), np.array([self.arclength[k] for k in kept])
         returns = Returns.concatenated([point.orbit.returns for point in points])
-        return Branch(returns, self.curve.period, self.curve.tolerance, parameter, arclength, tuple(self.events), ended)
+        how = self.curve.period, self.curve.tolerance, parameter, arclength, tuple(self.events), ended
+        return Branch(returns, *how, self.curve.scale)

@@ -1,7 +1,7 @@
 """Branches of periodic orbits in one parameter, around folds, with the events along them."""
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ from nsmaps.continuation.core import Control, correct, follow, passes, tangent
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
 from nsmaps.dynamics.continuation.ends import SMALLEST, end_of
 from nsmaps.dynamics.continuation.events import DOUBLING, HALVING, TESTS, Event, between
-from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
+from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, check_class
@@ -54,8 +54,8 @@ def continue_branch(
         map_of: the return map at a value of the parameter; a ValueError means that there is none.
         orbit: at, or near, the value, with all its states.
         value: of the parameter.
-        bounds: least and greatest value of the parameter; their difference is the unit of its arclength, in which speeds
-            count as shares of the largest on the orbit (or its guess) and phases in radians.
+        bounds: least and greatest value of the parameter; their difference is the unit of its arclength, in which
+            coordinates count as shares of the orbit's `scale`, the extent of its motion, and phases in radians.
         direction: towards larger ("up") or smaller ("down") values at first.
         step: longest step, in arclength.
         max_points: greatest number of orbits.
@@ -67,7 +67,7 @@ def continue_branch(
         NsmapsError: invalid arguments. An orbit that does not converge gives a branch without orbits.
     """
     extent = _extent(bounds, value, step, max_points, until, kinds)
-    curve = _curve(map_of, orbit, len(orbit.states), bounds, tolerance)
+    curve = curve_from(map_of, orbit, value, bounds, tolerance)
     upward = np.zeros(orbit.states.size + 1)
     upward[-1] = 1.0 if direction == "up" else -1.0
     start = correct(curve, curve.y(orbit.states, value), upward)
@@ -105,7 +105,7 @@ def doubled_branch(
     assert orbit.returns.derivative is not None
     for derivative in [*orbit.returns.derivative, *orbit.returns.derivative][:-1]:
         u.append(derivative @ u[-1])
-    curve = _curve(map_of, orbit, 2 * len(orbit.states), bounds, tolerance)
+    curve = replace(curve_from(map_of, orbit, event.parameter, bounds, tolerance), period=2 * len(orbit.states))
     along = np.append(np.ravel(u / curve.scale), 0.0)
     along /= np.linalg.norm(along)
     start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), event.parameter))
@@ -152,15 +152,6 @@ def doublings_of(
     return tuple(branches[1:])
 
 
-def _curve(
-    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, period: int, bounds: tuple[float, float], tolerance: float
-) -> OrbitCurve:
-    """The curve of orbits near one, with coordinates in the scale of the residual of that one."""
-    coordinates = orbit.returns.coordinates
-    scale = coordinates.magnitudes(orbit.states) if orbit.scale is None else orbit.scale
-    return OrbitCurve(map_of, period, *bounds, tolerance, coordinates, scale)
-
-
 def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent, fresh: bool) -> Branch:
     """The branch from a point in a direction; a fresh one starts where two branches cross, where tests are meaningless."""
     grown, last, ended = GrowingBranch(curve), along, ""
@@ -177,7 +168,7 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
         elif not ended and len(grown.points) > 3 and passes(curve, step, start, along, BEND):
             ended = CLOSED
         elif not ended and len(grown.points) >= extent.max_points:
-            ended = f"{extent.max_points} orbits"
+            ended = f"{extent.max_points} orbits, before the range was covered: followed to {step.end.value:.9g}"
         if ended:
             break
         last, fresh = step.turned, False

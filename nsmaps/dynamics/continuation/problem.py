@@ -1,7 +1,7 @@
 """The curve of a periodic orbit in states and parameter, by multiple shooting.
 
-A point is (x_1, ..., x_q, value) in units in which the range of the parameter and a whole orbit are of order one: speeds are
-shares of the largest on the first orbit. On the curve each x_k is mapped to x_{k+1}, and x_q to x_1.
+A point is (x_1, ..., x_q, value) in units in which the range of the parameter and a whole orbit are of order one: coordinates are
+shares of the extent of the motion on the first orbit. On the curve each x_k is mapped to x_{k+1}, and x_q to x_1.
 """
 
 from collections.abc import Callable
@@ -12,6 +12,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.dynamics.margins import margins_of, speeds_of
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, is_exact, map_or_reason
 from nsmaps.exact.outcome import Outcome
@@ -44,6 +45,7 @@ class OrbitCurve(WithCoordinates):
     tolerance: float  #: tolerance of the residual
     coordinates: Coordinates
     scale: Floats  #: shape (n,), scale of the coordinates
+    speeds: Floats | None = None  #: of `speeds_of`, the units of margins; None of maps that have none
 
     @property
     def unit(self) -> float:
@@ -99,16 +101,13 @@ class OrbitCurve(WithCoordinates):
     def margins(self, map: ReturnMap, states: Floats) -> Floats:
         """The least gap to a wall that is not met and the least impact speed of orbits (..., q, n), shape (..., 2).
 
-        Infinity where unknown. Speeds are shares of the scale of speeds, gaps shares of the distance flown at it in a radian of
-        phase.
+        Infinity where unknown; as of `margins_of`, with the largest speeds on the first orbit.
         """
         shape = states.shape[:-1]
         if not is_exact(map):
             return np.full((*shape[:-1], 2), np.inf)
-        found, speed = map.itineraries(states.reshape(-1, states.shape[-1])), self.scale[0]
-        rate = map.phase_rate() or 1.0  # of systems without forcing gaps are in their own units
-        clearance, slowest = (each.reshape(shape).min(axis=-1) for each in (found.clearance, found.slowest))
-        return np.stack([clearance * rate / speed, slowest / speed], axis=-1)
+        found = margins_of(map, states.reshape(-1, states.shape[-1]), self.speeds)
+        return np.stack([each.reshape(shape).min(axis=-1) for each in found], axis=-1)
 
     def by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
         """The derivative of the gaps by the parameter, shape (q n,), in the curve's units; of exact maps through impacts."""
@@ -137,6 +136,30 @@ class OrbitCurve(WithCoordinates):
         returns = self.map_of(value).first_return(states)
         ends = (f"{word} {Outcome(k).name}".strip() for word, k in zip(returns.words, returns.outcome.tolist(), strict=True))
         return ", ".join(dict.fromkeys(ends))
+
+
+def curve_from(
+    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: float, bounds: tuple[float, float], tolerance: float
+) -> OrbitCurve:
+    """The curve of orbits near one at a value of the parameter, in units of its motion."""
+    map, _ = map_or_reason(map_of, value)
+    scale, coordinates = orbit.scale, orbit.returns.coordinates
+    if map is not None and not hasattr(map, "extents"):
+        scale = np.maximum(scale, np.where(coordinates.angles, 0.0, _moved(map_of, orbit, value, bounds[1] - bounds[0])))
+    speeds = None if map is None else speeds_of(map, orbit.states, scale)
+    return OrbitCurve(map_of, len(orbit.states), *bounds, tolerance, coordinates, scale, speeds)
+
+
+def _moved(map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: float, unit: float) -> Floats:
+    """What the images of an orbit change by over a range of the parameter, at their rate at the orbit, shape (n,)."""
+    states, coordinates = orbit.states, orbit.returns.coordinates
+
+    def images(value: float) -> Floats | None:
+        there = map_of(value).first_return(states)
+        return coordinates.difference(there.image, states) if there.valid.all() else None
+
+    slopes = derivative_of(images, value, unit, orbit.scale)
+    return unit * np.abs(slopes).max(axis=0) if np.isfinite(slopes).all() else np.zeros(len(coordinates))
 
 
 def parameter_rates(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.core import Control, correct, correct_beside, follow, passes, tangent
 from nsmaps.dynamics.continuation.events import Event
-from nsmaps.dynamics.continuation.problem import OrbitCurve
+from nsmaps.dynamics.continuation.problem import curve_from
 from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side, off_piece
 from nsmaps.dynamics.curves.special import ONE, TWO, Search, SpecialPoint, everywhere
 from nsmaps.dynamics.periodic import periodic_orbit
@@ -78,7 +78,7 @@ def bifurcation_curve(
         event: a `period doubling`, `fold`, `Neimark-Sacker`, `grazing` or `border collision` of a branch in the first parameter.
         second: value of the second parameter on that branch.
         bounds: least and greatest value of the first parameter, and of the second; their differences are units of the
-            arclength, in which speeds count as shares of the largest on the orbit and phases in radians.
+            arclength, in which coordinates count as shares of the orbit's `scale` and phases in radians.
         step: longest step, in arclength.
         max_points: greatest number of orbits in either direction.
         tolerance: largest residual of an orbit, as of `continue_branch`.
@@ -147,7 +147,7 @@ class _Way:
             elif len(points) > 3 and passes(curve, step, start, along, BEND):
                 ended = "closed"
             elif len(points) >= max_points:
-                ended = f"{max_points} orbits"
+                ended = f"{max_points} orbits, before a range was covered"
             if ended:
                 break
         return cls(points, special, ended or _lost(curve, points[-1] if points else start))
@@ -201,16 +201,9 @@ def _curve(
     if event.kind not in get_args(Kind):
         raise NsmapsError(f"the event is a {event.kind}; expected: {', '.join(get_args(Kind))}")
     orbit, kind = event.orbit, next(kind for kind in get_args(Kind) if kind == event.kind)
-    coordinates = orbit.returns.coordinates
-    scale = coordinates.magnitudes(orbit.states) if orbit.scale is None else orbit.scale
-
-    def nothing(value: float) -> ReturnMap:
-        raise NsmapsError("the second parameter is not known")
-
-    along = OrbitCurve(nothing, len(orbit.states), *bounds[0], tolerance, coordinates, scale)
-    side = None
+    along, side = curve_from(lambda first: map_of(first, second), orbit, event.parameter, bounds[0], tolerance), None
     if kind == "border collision":
-        side = _side(map_of(event.parameter, second), orbit.states, scale)
+        side = _side(map_of(event.parameter, second), orbit.states, along.scale)
     return CriticalCurve(map_of, along, *bounds[1], kind, LEAST if kind in NEARER else 0.0, side)
 
 

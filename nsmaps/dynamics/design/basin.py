@@ -10,7 +10,7 @@ from nsmaps.dynamics.attractors.basins import follow
 from nsmaps.dynamics.design.problem import Point
 from nsmaps.dynamics.design.search import Search
 
-REACH = 1e-6  #: distance from the motion, in the scale of its states, within which a state has come to it
+REACH = 1e-6  #: distance from the motion, in its scale, within which a state has come to it
 FIRST, LAST = 0.05, 1e-3  #: steps of COBYLA, as shares of the parameters' ranges
 TRIALS = 60  #: points of COBYLA, at most
 SPREAD = 64  #: points in the bounds that are tried where one is better than the best known
@@ -21,8 +21,7 @@ def attractor_of(point: Point) -> Attractor:
     """The motion as an attractor."""
     orbit = point.orbit
     coordinates = orbit.returns.coordinates
-    scale = coordinates.magnitudes(orbit.states)
-    return Attractor(coordinates, orbit.states, len(orbit.states), orbit.label, orbit.words, REACH, scale)
+    return Attractor(coordinates, orbit.states, len(orbit.states), orbit.label, orbit.words, REACH, orbit.scale)
 
 
 @dataclass(slots=True, eq=False)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.margins import margins_of
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
@@ -46,10 +47,13 @@ def stability(derivative: Floats, bound: float) -> Floats:
 def margins(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit) -> Floats:
     """The margins of the q returns of an orbit from a graze, shape (2, q): least gap to a wall not met, least impact speed.
 
-    Speeds are shares of the orbit's largest, gaps shares of the distance flown at it in a radian of phase, as for branches.
+    Speeds are shares of the orbit's largest impact speed, with modes of the largest rate of the guard's function just before
+    events, gaps shares of the distance moved at it in a radian of phase.
     """
-    found, speed = system.itineraries(orbit.states), orbit.returns.coordinates.magnitudes(orbit.states)[0]
-    return np.array([found.clearance * (system.phase_rate() or 1.0), found.slowest]) / speed
+    if isinstance(system, HybridSystem):
+        return margins_of(system, orbit.states, system.guard_speeds(orbit.states))
+    hits = [system.impacts(state, len(word)).speed for state, word in zip(orbit.states, orbit.words, strict=True)]
+    return margins_of(system, orbit.states, np.array([np.max(np.concatenate(hits))]))
 
 
 def gains(gradient: Floats, slopes: Floats) -> tuple[Floats, float]:

@@ -15,9 +15,9 @@ from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
 
 System = ImpactSystem | HybridSystem
-LONGEST = 0.2  #: largest predicted change of an orbit, in the scale of its states
+LONGEST = 0.2  #: largest predicted change of an orbit, in its scale
 BEND = 0.2  #: largest correction of it, as a share of the change
-ROUNDED = 1e-8  #: correction that is always allowed, as a share of the scale of the states
+ROUNDED = 1e-8  #: correction that is always allowed, as a share of the scale
 SHORTEST = 1 / 64  #: share of the way to other parameters below which the motion counts as lost
 NEARLY = 1e-4  #: share of its bound by which a multiplier may exceed it, the root of what `stability` resolves
 TRIES = 60  #: steps on the way to other parameters
@@ -86,7 +86,7 @@ class Problem:
         except ValueError:
             return None
         coordinates, change = here.orbit.returns.coordinates, np.tensordot(at - here.at, here.moved, 1)
-        scale = coordinates.magnitudes(here.orbit.states)
+        scale = here.orbit.scale
         long, guess = float(np.abs(change / scale).max()), coordinates.wrap(here.orbit.states + change)
         if long > LONGEST:
             return None

@@ -13,6 +13,7 @@ from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap, followed, starts_under
+from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import decoded
@@ -43,6 +44,12 @@ class Bifurcation(WithCoordinates):
     outcome: NDArray[np.int8]  #: shape (V, S), values of `Outcome`: of the last return, or of the return that ended the orbit
     reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
     period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: none up to K/2
+    scale: Floats | None = None  #: shape (n,), unit of tolerances in each coordinate, see `scale_of`; None in earlier runs
+
+    @property
+    def unit(self) -> Floats:
+        """The unit of tolerances in each coordinate, shape (n,); of an earlier run the largest magnitude in the diagram."""
+        return self.coordinates.magnitudes(self.states) if self.scale is None else self.scale
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -105,8 +112,8 @@ def bifurcation(
         direction: the last states at one value are the starts at the next, in ascending ("up") or descending ("down") order. An
             orbit that ended starts again from its start at that value. With "both" there are 2 S orbits, the ascending ones
             first. With None the orbits at every value begin at the given starts.
-        tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the largest
-            magnitude in the diagram and its starts.
+        tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the extent
+            of the motions in the diagram, between events too.
         jobs: see `nsmaps.Jobs`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts are values, as many as make
             100,000 returns; with `direction` every start is followed through the values of a part separately.
 
@@ -187,15 +194,20 @@ def _attractors(
     directed: bool,
 ) -> Arrays:
     """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a `Bifurcation`."""
-    runs, reasons, last = followed(
-        map_of, values, starts, lambda map, states: _attractor(map, states, discard, returns), directed
-    )
+    scales: list[Floats] = []
+
+    def run(map: ReturnMap, states: Floats) -> Orbit:
+        found = _attractor(map, states, discard, returns)
+        scales.extend(scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states))
+        return found
+
+    runs, reasons, last = followed(map_of, values, starts, run, directed)
     about = {"last": last, "reasons": np.array(reasons, str)}
     if not runs:
         return about
     tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in ("turns", "codes")}
     tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
-    tables["outcome"] = np.stack([run.outcome[-1] for run in runs])
+    tables["outcome"], tables["scale"] = np.stack([run.outcome[-1] for run in runs]), np.max(scales, axis=0)
     return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls)}
 
 
@@ -227,8 +239,9 @@ def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
-    period = periods(states, codes, coordinates, tolerance * coordinates.magnitudes(starts, states))
-    return Bifurcation(coordinates, walls, values, states, turns, codes, outcome, tuple(reasons.tolist()), period)
+    scale = np.max([part["scale"] for *_, part in blocks if "scale" in part], axis=0)
+    period = periods(states, codes, coordinates, tolerance * scale)
+    return Bifurcation(coordinates, walls, values, states, turns, codes, outcome, tuple(reasons.tolist()), period, scale)
 
 
 def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:

@@ -25,7 +25,7 @@ BESIDE = 3  #: values by which the cycle of a window may reach into the window b
 MOVED, APART = (
     0.1,
     1e-5,
-)  #: of the coordinates' magnitudes: a cycle's largest change in a step, its states' least difference
+)  #: of the diagram's unit: a cycle's largest change in a step, its states' least difference
 AT_ONE = 0.01  #: largest distance from 1 or -1 of a multiplier of the last cycle before a fold or a doubling
 LABEL, WORDS, RANGE = "change of motion", "change of words", "end of the range"
 
@@ -166,9 +166,8 @@ class _Search:
 
     @cached_property
     def scale(self) -> Floats:
-        """The magnitude of each coordinate in the diagram, shape (n,)."""
-        states = self.diagram.states.reshape(-1, self.diagram.states.shape[-1])
-        return self.diagram.coordinates.magnitudes(states[np.isfinite(states).all(axis=1)])
+        """The unit of each coordinate in the diagram, shape (n,)."""
+        return self.diagram.unit
 
     def _separation(self, cycle: PeriodicOrbit) -> float:
         """The least difference of a cycle from itself shifted by a part of its period, in the scale; inf for period 1."""

@@ -35,7 +35,7 @@ class Manifold(WithCoordinates):
     arclength: Floats  #: shape (N,), from the saddle along the side, in units of the scale; jumps have no length
     side: Ints  #: shape (N,), from 0: sides 2 k and 2 k + 1 begin at state k of the saddle
     piece: Ints  #: shape (N,), of the side, from 0: a curve without a jump
-    scale: Floats  #: shape (2,), units of arclength and gap: a radian of an angle, else the largest magnitude on the saddle
+    scale: Floats  #: shape (2,), units of arclength and gap: those of the saddle, a radian of an angle
     gap: float  #: largest distance of neighbours on a piece
     error: float  #: the largest distance of the ends of the local curves from their images: an estimate of their error
     ended: tuple[str, ...]  #: the reason why each side ends
@@ -85,7 +85,7 @@ def manifold(
         NsmapsError: not two coordinates, an orbit that is not a saddle, no inverse, or lengths that are not positive.
     """
     _check(map, orbit, which, length, gap, max_points)
-    scale = orbit.returns.coordinates.magnitudes(orbit.states)
+    scale = orbit.scale
     grow = (length, gap, max_points)
     if which == "unstable":
         return _unstable(map, orbit, scale, *grow)

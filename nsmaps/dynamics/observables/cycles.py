@@ -183,7 +183,7 @@ def moved_states(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, way:
     derivative = system.first_return(states, derivative=True).derivative
     if derivative is None or not (np.isfinite(derivative).all() and np.isfinite(by_parameters).all()):
         return np.full(states.shape, np.nan)
-    scale = system.coordinates.magnitudes(states)
+    scale = orbit.scale
     try:
         moved = np.linalg.solve(shooting_jacobian(derivative, scale), -(by_parameters / scale).ravel())
     except np.linalg.LinAlgError:

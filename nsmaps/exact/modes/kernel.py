@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.events import Arrivals, ModeTrack
@@ -17,6 +18,7 @@ from nsmaps.exact.modes.blocks.wide import FEW, returns
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.modes.paths.arriving import arrivals_of
+from nsmaps.exact.modes.paths.extents import extents_of, fastest_of
 from nsmaps.exact.modes.paths.reasons import reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
@@ -58,9 +60,10 @@ class ModeKernel:
         self._computed(found, memory(self.table, found.tangents.shape[-1]))
         return self._returns(found, derivative)
 
-    def itineraries(self, start: Floats) -> Itineraries:
-        """Itineraries and margins of the first returns of a batch, shape (N, n)."""
-        found = self._batch(start, 0, margins=True)
+    def itineraries(self, start: Floats, speeds: Floats | None) -> Itineraries:
+        """Itineraries and margins of the first returns of a batch, shape (N, n), these as shares of speeds by transition (T,)."""
+        units = np.ones(len(self.table.functions)) if speeds is None else speeds[self._leads]
+        found = self._batch(start, 0, units=units)
         clearance, slowest, turns = found.near[0].T
         return Itineraries(self.letters, found.codes[0], turns.astype(np.int32), clearance, slowest, found.outcome[0])
 
@@ -82,6 +85,22 @@ class ModeKernel:
         rests[known] = [shortest_rest(self.definition, self.table, row) for row in start[known]]
         return rests
 
+    def guard_speeds(self, start: Floats, between: bool) -> Floats:
+        """As `HybridSystem.guard_speeds`, by transition, shape (T,); 1 of functions that do not change."""
+        found, speeds = fastest_of(self.definition, self.table, start, between), np.ones(len(self.definition.transitions))
+        for function, (begin, end) in enumerate(pairwise(self.table.choices)):
+            speeds[self.table.chosen[begin:end]] = found[function] or 1.0
+        return speeds
+
+    @property
+    def _leads(self) -> Ints:
+        """The first transition of each function, shape (S,)."""
+        return np.asarray(self.table.chosen[self.table.choices[:-1]])
+
+    def extents(self, start: Floats) -> Floats:
+        """How far each coordinate moves over first returns of a batch, shape (N, n), between events too: shape (n,)."""
+        return extents_of(self.definition, self.table, start)
+
     def track(self, start: Floats, n: int, samples: int) -> ModeTrack:
         """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""
         return mode_track(self.definition, self.table, as_states(start[None], self.coordinates)[0], n, samples)
@@ -90,13 +109,13 @@ class ModeKernel:
         """As `HybridSystem.reasons`."""
         return reasons_of(self.definition, self.table, start)
 
-    def _batch(self, start: Floats, directions: int, moved: Moved | None = None, margins: bool = False) -> Record:
+    def _batch(self, start: Floats, directions: int, moved: Moved | None = None, units: Floats | None = None) -> Record:
         """First returns of a batch, shape (N, n), on all cores."""
         parts: dict[int, Record] = {}
 
         def run(k: slice) -> None:
             found = record(start[k], 1, directions)
-            self._computed(found, memory(self.table, directions, moved, margins))
+            self._computed(found, memory(self.table, directions, moved, units))
             parts[k.start] = found
 
         in_chunks(len(start), run, CHUNK)

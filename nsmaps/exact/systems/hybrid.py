@@ -104,13 +104,28 @@ class HybridSystem(ParametricSystem):
         """
         return self._kernel().arrivals(states, modes, derivative)
 
-    def itineraries(self, states: ArrayLike) -> Itineraries:
+    def itineraries(self, states: ArrayLike, speeds: Floats | None = None) -> Itineraries:
         """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
 
         `clearance` is the least value of a guard's function at such a minimum, `slowest` the least rate of one at its event.
         Two returns with the same itinerary lie on one smooth piece of the map. Arguments and errors as `first_return`.
+
+        Args:
+            states: shape (N, n).
+            speeds: of `guard_speeds`, of which both are shares: gaps in units of time then, rates without one. Without these they
+                are in the units of the guards' functions, which need not be the same.
         """
-        return self._kernel().itineraries(as_states(states, self.coordinates))
+        return self._kernel().itineraries(as_states(states, self.coordinates), speeds)
+
+    def guard_speeds(self, states: ArrayLike, between: bool = False) -> Floats:
+        """The largest rate of change of the function of each guard just before the events of first returns, or `between` too.
+
+        At an impact with a wall it is the largest impact speed. A number for each guard in each of its modes, in a fixed order.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n), or one is not a start.
+        """
+        return self._kernel().guard_speeds(as_states(states, self.coordinates), between)
 
     def reasons(self, states: ArrayLike) -> tuple[str, ...]:
         """Why each first return ended, a sentence each: of guards that are met at once both names, mode, time and states.
@@ -126,6 +141,16 @@ class HybridSystem(ParametricSystem):
         """
         way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
         return self._kernel().sensitivities(as_states(states, self.coordinates), way)
+
+    def extents(self, states: ArrayLike) -> Floats:
+        """The extent of each coordinate over first returns, between events too, shape (n,): the difference of largest and least.
+
+        Of a phase, and of states that are constant between events and the same after them, it is zero.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n), or one is not a start.
+        """
+        return self._kernel().extents(as_states(states, self.coordinates))
 
     def rests(self, states: ArrayLike) -> Floats:
         """The shortest contact after chatter or rest that begins and is released within each first return, shape (N,).

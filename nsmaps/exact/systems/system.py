@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, Angle, BoxLike, Coordinates, StateLike, as_starts, as_states
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from nsmaps.exact.grazing.curves import GrazingCurve
     from nsmaps.exact.kernel import Kernel
     from nsmaps.exact.ode.kernel import IntegratedKernel
+
+FLIGHTS, SAMPLES = 4, 9  #: flights after a state, and instants of each, at which the speed of its motion is looked at
 
 
 class ImpactSystem(ParametricSystem):
@@ -181,6 +183,19 @@ class ImpactSystem(ParametricSystem):
         if n < 1:
             raise StateError(f"n is {n}; expected: at least one impact")
         return self._kernel().impacts(start[0], n, chatter)
+
+    def extents(self, states: ArrayLike) -> Floats:
+        """The largest speed relative to the walls over the next four flights from each state, and a turn, shape (2,).
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, 2), or one is not a start.
+        """
+        rows, kernel, fastest = as_states(states, self.coordinates), self._kernel(), 0.0
+        for row in rows:
+            hits = self.impacts(row, FLIGHTS + 1)
+            rates = kernel.trajectory(hits, SAMPLES)[2]
+            fastest = max(fastest, float(hits.speed.max()), float(np.abs(rates).max(initial=0.0)))
+        return np.array([fastest, TWO_PI])
 
     def trajectory(self, state: StateLike, n: int, samples: int = 50) -> tuple[Any, Any]:
         """Times and displacements along the flights between the first n impacts from `state`, with `samples` points per flight.

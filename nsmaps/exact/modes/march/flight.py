@@ -199,7 +199,7 @@ def look_around(p, mode, tau, w):
         for k in range(w.on[f]):
             w.a[k] = 0.0
         least, number = minima(w.a, tau, w.b)
-        w.near[0] = min(w.near[0], least)
+        w.near[0] = min(w.near[0], least / w.units[f])
         w.minima[f] += number
 
 

@@ -36,7 +36,7 @@ def lengthened(base, digit, code, power):
 def noted(p, which, mode, k, code, power, w):
     """The itinerary with the minima of a flight and the letter of the event behind it; margins are written."""
     velocity(p, mode, w.z, w.field)
-    w.near[1] = min(w.near[1], abs(dot(p.functions[which], w.field)[0]) / p.steps[mode])
+    w.near[1] = min(w.near[1], abs(dot(p.functions[which], w.field)[0]) / (p.steps[mode] * w.units[which]))
     for f in range(p.watched[mode], p.watched[mode + 1]):
         for _ in range(w.minima[f]):
             code, power = lengthened(p.base + 2, p.base + 1, code, power)

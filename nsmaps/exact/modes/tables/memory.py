@@ -44,6 +44,7 @@ class Memory(NamedTuple):
     curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.definitions.resets`
     moved: Moved
     near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
+    units: Any  #: shape (S,), of values and rates of each function there
     held: Any  #: shape (2,), time since contact began, and its mark in words (1 after chatter, 2 from rest, 0 without contact)
     row: Any  #: shape (3,), letter of the last events in a row, word and place of the next letter behind the first of them
     minima: Any  #: shape (S,), of the flight under way
@@ -77,8 +78,8 @@ def still(p: Any) -> Moved:
     return Moved(False, 0.0, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in shapes))
 
 
-def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = False) -> Memory:
-    """Memory for the returns of one thread."""
+def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = None) -> Memory:
+    """Memory for the returns of one thread, with margins in units (S,) of the functions unless these are None."""
     n, width, functions = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions)
     return Memory(
         z=np.zeros(width),
@@ -101,7 +102,8 @@ def memory(p: Any, directions: int, moved: Moved | None = None, margins: bool = 
         slopes=np.zeros((n, directions)),
         curved=np.zeros((n, 2 + n + len(p.parameters))),
         moved=moved or still(p),
-        near=np.array([np.inf if margins else np.nan, np.inf, 0.0]),
+        near=np.array([np.nan if units is None else np.inf, np.inf, 0.0]),
+        units=np.ones(functions) if units is None else units,
         held=np.zeros(2),
         row=np.zeros(3, np.int64),
         minima=np.zeros(functions, np.int64),

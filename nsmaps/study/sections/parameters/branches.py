@@ -146,7 +146,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
             break
     first = branches[0].orbits[0]
     twice = np.tile(first.states, (2, 1)), np.tile(first.returns.codes, 2)
-    least = int(periods(*twice, plan.system.coordinates, REPEATS * plan.system.coordinates.magnitudes(first.states)))
+    least = int(periods(*twice, plan.system.coordinates, REPEATS * first.scale))
     if least < section.period:
         reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
         return (Branch.empty(orbit, reason),)

@@ -127,7 +127,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
             rows.append((name, each.which, f"({state})", f"{each.multiplier:.6g}", f"{lengths.max():.4g}", pieces))
     heads = "saddle", "manifold", "at", "multiplier", "longest side", ""
     if rows:
-        yield Table("Manifolds of saddles", heads, tuple(rows), ("Lengths: a radian, or the largest magnitude on the saddle.",))
+        yield Table("Manifolds of saddles", heads, tuple(rows), ("Lengths: a radian, or the extent of the saddle's motion.",))
 
 
 MANIFOLDS = Section[Manifolds](

@@ -1,0 +1,36 @@
+"""The distance of motions from a graze: impact speeds, and gaps to what is not met, as shares of speeds of the motion."""
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.returnmap import ReturnMap, is_exact
+from nsmaps.errors import StateError
+from nsmaps.exact.systems.hybrid import HybridSystem
+
+
+def speeds_of(map: ReturnMap, states: Floats, scale: Floats) -> Floats | None:
+    """The largest speeds towards each guard or wall on the motions through states (N, n) in a scale.
+
+    None of maps without flights, and where a state is not a start.
+    """
+    if not isinstance(map, HybridSystem):
+        return scale[:1] if is_exact(map) else None
+    try:
+        return map.guard_speeds(states, between=True)
+    except StateError:
+        return None
+
+
+def margins_of(map: ReturnMap, states: Floats, speeds: Floats | None) -> Floats:
+    """The margins of N first returns from a graze, shape (2, N): least gap to what is not met, least impact speed.
+
+    Speeds are shares of those of `speeds_of`, gaps shares of the distance moved at these in a radian of phase, without forcing in
+    a unit of time. Infinity of maps without flights.
+    """
+    if speeds is None or not is_exact(map):
+        return np.full((2, len(states)), np.inf)
+    if isinstance(map, HybridSystem):
+        found, unit = map.itineraries(states, speeds), 1.0
+    else:
+        found, unit = map.itineraries(states), float(speeds[0])
+    return np.array([found.clearance * (map.phase_rate() or 1.0), found.slowest]) / unit

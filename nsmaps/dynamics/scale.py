@@ -1,0 +1,71 @@
+"""The unit of small quantities in each coordinate of a map: from how far its motions move, and its own dimensions.
+
+Tolerances, steps and arclengths are shares of it. It follows a change of units and does not depend on the origin of a coordinate,
+so that nothing happens where a coordinate of an orbit is zero.
+"""
+
+import numpy as np
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.returnmap import ReturnMap, is_exact
+from nsmaps.errors import StateError
+
+MOST = 4  #: states whose motions are looked at
+CONSTANT = 1e-12  #: share of the magnitude of a coordinate, below which its extent is rounding
+
+
+def scale_of(map: ReturnMap, *states: Floats, beside: Floats | None = None) -> Floats:
+    """The unit of each coordinate at some states (..., n) of a map, shape (n,): a radian of an angle.
+
+    Of others it is the extent of the states and of the motions through them, between events too, and of an impact speed the
+    largest speed on these: `extents` of the map. Where a coordinate does not move between events, as of a map that resets give,
+    it is at least what the image would change by if a parameter changed by its own value, or another coordinate by its unit. Of
+    a map that has no `extents` it is the largest magnitude among the states and those `beside` them. It is above zero: 1 where
+    all of these are zero.
+    """
+    coordinates = Coordinates(map.coordinates)
+    points = np.concatenate([np.reshape(some, (-1, len(coordinates))) for some in states])
+    points = points[np.isfinite(points).all(axis=1)]
+    some = points[np.unique(np.linspace(0, max(len(points) - 1, 0), min(MOST, len(points))).astype(int))]
+    moved = extents_of(map, some)
+    if moved is None:
+        return coordinates.magnitudes(points, points if beside is None else beside)
+    sizes = np.abs(points).max(axis=0, initial=0.0)
+    fixed = ~coordinates.angles & ~(moved > CONSTANT * sizes)
+    if fixed.any():
+        moved = _linked(map, np.where(fixed, 0.0, np.where(coordinates.angles, 1.0, moved)), some, fixed)
+        moved = np.where(moved > CONSTANT * sizes, moved, sizes)
+    if len(points):
+        moved = np.maximum(moved, np.ptp(points, axis=0))
+    return np.where(coordinates.angles | (moved == 0), 1.0, moved)
+
+
+def extents_of(map: ReturnMap, points: Floats) -> Floats | None:
+    """The extents of the motions through states (N, n) that are starts, shape (n,), zero without one; None if none are known."""
+    own = getattr(map, "extents", None)
+    if own is None:
+        return None
+    found = np.zeros(points.shape[1])
+    for point in points:
+        try:
+            found = np.fmax(found, own(point[None]))
+        except StateError:
+            continue
+    return found
+
+
+def _linked(map: ReturnMap, unit: Floats, points: Floats, fixed: Bools) -> Floats:
+    """Units (n,) in which those of fixed coordinates are found from the parameters and the others, by derivatives of images."""
+    returns = map.first_return(points, derivative=True)
+    slopes = np.zeros((1, len(unit), len(unit))) if returns.derivative is None else np.abs(returns.derivative)
+    slopes = slopes[np.isfinite(slopes).all(axis=(1, 2))].max(axis=0, initial=0.0) * (1 - np.eye(len(unit)))
+    if is_exact(map):
+        moves = [map.sensitivity(points, {name: value}) for name, value in map.parameters.items() if value]
+        each = np.abs(np.reshape(moves, (-1, len(unit))))
+        unit = np.where(fixed, each.max(axis=0, initial=0.0, where=np.isfinite(each)), unit)
+    for _ in unit:
+        unit = np.where(fixed, np.maximum(unit, (slopes * unit).max(axis=1)), unit)
+        if unit.all():
+            break
+    return unit

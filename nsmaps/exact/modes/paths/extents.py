@@ -1,0 +1,73 @@
+"""How far the states of a system with modes move, and how fast the functions of its guards, between events too."""
+
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.paths.path import sample
+from nsmaps.exact.modes.paths.tracks import Event, events_of
+from nsmaps.exact.modes.tables.memory import memory
+from nsmaps.exact.modes.tables.tables import Tables
+
+MOST_EVENTS = 64  #: of a return, beyond which its motion is not looked at
+SAMPLES = 9  #: instants of a flight
+SLOW = 1e-9  #: share of the largest rate of a function between events, below which its rate at them is rounding
+
+Flight = tuple[Event, Event, Floats, Floats]  #: events at both ends, times since the first (K,), states (K, n)
+
+
+def extents_of(definition: Definition, table: Tables, starts: Floats) -> Floats:
+    """The extent of each coordinate over the first returns of starts (N, m), shape (m,): zero of one that does not move.
+
+    For the phase it is zero. Raises as `events_of`.
+    """
+    low, high = np.full(len(definition.states), np.inf), np.full(len(definition.states), -np.inf)
+    for _, end, _, states in flights_of(definition, table, starts):
+        there = np.vstack([states, end.before, end.after])
+        low, high = np.minimum(low, there.min(axis=0)), np.maximum(high, there.max(axis=0))
+    moved = np.append(np.where(high > low, high - low, 0.0), 0.0)  # the last one is the phase, whose place is -1
+    return np.asarray(moved[np.asarray(table.places)])
+
+
+def fastest_of(definition: Definition, table: Tables, starts: Floats, between: bool) -> Floats:
+    """The largest rate of each function, shape (S,), just before the events of first returns, or `between` them too.
+
+    That between events is also taken where those at events are rounding. Raises as `events_of`.
+    """
+    at_events, ever = np.zeros(len(table.functions)), np.zeros(len(table.functions))
+    for begin, _, times, states in flights_of(definition, table, starts):
+        rates = np.abs(rates_of(table, begin.mode, begin.phase + table.rate * times, states))
+        at_events, ever = np.maximum(at_events, rates[-1]), np.maximum(ever, rates.max(axis=0))
+    return ever if between else np.where(at_events > SLOW * ever, at_events, ever)
+
+
+def rates_of(table: Tables, mode: int, phases: Floats, states: Floats) -> Floats:
+    """The rates of change of all functions along the flow of a mode, at phases (K,) and states (K, n): shape (K, S)."""
+    n, width = states.shape[1], table.resets.shape[2]
+    flow, first = np.zeros((width, width)), table.first[mode]
+    for i in range(n):
+        flow[i, table.columns[first[i] : first[i + 1]]] = table.values[first[i] : first[i + 1]] / table.steps[mode]
+    features = np.column_stack([states, np.ones(len(states)), np.empty((len(states), width - n - 1))])
+    for m in range(1, (width - n - 1) // 2 + 1):
+        c, turn = n + 2 * m - 1, m * table.rate
+        flow[c, c + 1], flow[c + 1, c] = -turn, turn
+        features[:, c], features[:, c + 1] = np.cos(m * phases), np.sin(m * phases)
+    return np.asarray(features @ flow.T @ np.transpose(table.functions))
+
+
+def flights_of(definition: Definition, table: Tables, starts: Floats) -> Iterator[Flight]:
+    """The flights of the first returns of starts (N, m). Raises as `events_of`."""
+    section, w = {definition.transitions[one.transition].name for one in definition.starts}, memory(table, 0)
+    for start in starts:
+        last: Event | None = None
+        for event in islice(events_of(definition, table, start), MOST_EVENTS):
+            if last is not None:
+                times, states = np.linspace(0.0, event.time - last.time, SAMPLES), np.empty((SAMPLES, len(event.after)))
+                sample(table, last.mode, last.phase, last.after, times, states, w)
+                yield last, event, times, states
+                if definition.transitions[event.transition].name in section:
+                    break
+            last = event
