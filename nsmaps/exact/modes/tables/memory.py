@@ -79,7 +79,7 @@ def still(p: Any) -> Moved:
 
 
 def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = None) -> Memory:
-    """Memory for the returns of one thread, with margins in units (S,) of the functions unless these are None."""
+    """Memory for the returns of one thread, with margins if their units are given, one for each function, shape (S,)."""
     n, width, functions = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions)
     return Memory(
         z=np.zeros(width),
