@@ -65,13 +65,11 @@ def _fixed(reader: Reader, share: sp.Expr, what: str) -> sp.Expr:
     if not moving:
         return share
     values = [share.subs({x: value for x, value in at.items() if x in moving}) for at in trials(share)]
-    differences = [sp.N((one - values[0]).subs(at), 30) for one in values for at in trials(share)]
-    if not all(
-        abs(x) <= NEAR * (1 + abs(sp.N(values[0].subs(at), 30))) for x, at in zip(differences, 3 * trials(share), strict=True)
-    ):
+    numbers = [[sp.N(one.subs(at), 30) for one in values] for at in trials(share)]
+    if not all(abs(x - first) <= NEAR * (1 + abs(first)) for first, *others in numbers for x in others):
         raise SystemDefinitionError(
-            f"{what} changes by {shown(share)} at an impact where the rate of the function grows by one; expected: a direction of "
-            "the impact that is free of states and time"
+            f"{what} changes by {shown(share)} at an impact where the rate of the function grows by one; expected: a "
+            "direction of the impact that is free of states and time"
         )
     return values[0]
 
