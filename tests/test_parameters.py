@@ -7,7 +7,7 @@ import sympy as sp
 from pydantic import Field
 
 import nsmaps
-from nsmaps.errors import ParameterError, near_match
+from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
 
 PAIR = {"d": 0.35, "g_bar": 0.2113}
 
@@ -101,3 +101,16 @@ def test_a_default_that_no_parameter_may_have_is_refused() -> None:
 
     with pytest.raises(ValueError, match="greater than 0"):
         Negative()
+
+
+def test_a_value_without_annotation_is_a_constant_and_hides_no_parameter() -> None:
+    class Fast(Runner):
+        speed = 3.0
+
+        def modes(self, t, y):
+            return {"m": {"x": self.speed}}
+
+    assert Fast().first_return([[1.0]]).time == pytest.approx([1 / 3])
+    assert set(Fast().parameters) == {"h", "e"}
+    with pytest.raises(SystemDefinitionError, match=r"Other\.h is a parameter of its base.*`h: float = \.\.\.`"):
+        type("Other", (Runner,), {"h": 0.5, "__module__": __name__})

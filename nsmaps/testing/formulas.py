@@ -12,6 +12,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import CheckError, near_match
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.flows.ways import FORCING
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import ParametricSystem
 from nsmaps.exact.systems.system import ImpactSystem
@@ -26,6 +27,7 @@ NEAR = 1e-9  #: relative, of what is the same: formulas may hold floats
 SHORTER = range(2, 7)  #: shares of a period that are tried as periods
 SLIPS = {"2 pi": 2 * mp.pi, "2": 2, "pi": mp.pi}  #: by which a period is often wrong
 HUGE, FAR = 1e100, 100  #: what no power of time reaches; periods after which a flight is checked for escape
+LOOKS = 40  #: places that are looked at in a period of such a flight
 ROUND = (0.5, 1, 2, 7)  #: speeds at which an impact law is tried, in units of the system's own
 
 
@@ -136,7 +138,7 @@ def check_period(flight: Flight) -> None:
         fits = [f"{text}, {_short(period)}, would do" for text, period in slips.items() if repeats(period)]
         raise CheckError(
             f"the period of {flight.name} is wrong: a flight that starts {_short(flight.period)} later is another one; "
-            f"{fits[0] if fits else 'expected: the period of all that depends on t and hit.t'}"
+            f"{fits[0] if fits else f'expected: the period of all that depends on t and hit.t; {FORCING}'}"
         )
     forced = not repeats(flight.period / mp.sqrt(5))
     shares = [k for k in SHORTER if repeats(flight.period / k)] if forced else []
@@ -209,12 +211,22 @@ def check_turns_back(system: ImpactSystem, flight: Flight, states: Floats) -> No
 
 
 def _goes_away(system: ImpactSystem, flight: Flight, state: Floats) -> bool:
-    """Whether a free flight from the base wall is ever farther from it: at twice a late time, more than half again."""
+    """Whether a free flight from the base wall is ever farther from it: at twice a late time, more than half again.
+
+    A flight that is seen beyond the wall on its way is not, such as one that swings ever wider.
+    """
     letter, base = next(iter(system.walls().items()))
     t0 = mp.mpf(state[1]) / (2 * mp.pi) * flight.period
     hit = t0, flight.places[0], -base.side * mp.mpf(float(system.rebound(float(state[0]), letter)))
-    late, later = (base.side * (flight.places[0] - flight.place(t0 + k * flight.period, *hit)) for k in (FAR, 2 * FAR))
-    return bool(later > 1.5 * late > 0)
+
+    def gap(periods: Any) -> Any:
+        return base.side * (flight.places[0] - flight.place(t0 + periods * flight.period, *hit))
+
+    late, later = gap(FAR), gap(2 * FAR)
+    if not later > 1.5 * late > 0:
+        return False
+    seen = [gap(begin + mp.mpf(k) / LOOKS) for begin in (0, FAR) for k in range(1, 2 * LOOKS)]
+    return min(seen) > 0 and later > 1.5 * max(seen)
 
 
 def check_law(system: ImpactSystem, size: float) -> None:

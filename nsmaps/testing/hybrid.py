@@ -7,6 +7,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
+from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
@@ -34,16 +35,20 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
             f"none of {len(returns)} states of {type(system).__name__} returns to its section ({returns.counts()}); expected: "
             "`states` at the section from which the motion returns"
         )
-    unseen = [letter for letter in system.letters if not any(letter in str(word) for word in returns.words)]
+    later = _continued(system, returns.select(returns.outcome == Outcome.returned))
+    words = [str(word) for word in (*returns.words, *later.words)]
+    unseen = [letter for letter in system.letters if not any(letter in word for word in words)]
     if unseen:
         warnings.warn(
             f"no event {' or '.join(unseen)} of {type(system).__name__} takes place on {len(returns)} returns; is its guard "
             "positive before it, and in the right modes?",
             stacklevel=3,
         )
-    _check_derivatives(system, returns.select(returns.outcome == Outcome.returned))
-    good = returns.select(returns.certified)
-    _check_flights(system, good)
+    tried = later if states is None and later.certified.any() else returns  # no motion may come to a random state
+    _check_derivatives(system, tried.select(tried.outcome == Outcome.returned))
+    _check_flights(system, tried.select(tried.certified))
+    both = Returns.concatenated([returns, later])
+    good = both.select(both.certified)
     for name in type(system).parameter_names():
         others = [other.first_return(good.start, derivative=True) for other in neighbours(system, name)]
         if others and all(np.array_equal(other.image, good.image, equal_nan=True) for other in others):
@@ -51,6 +56,19 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
                 f"no return of {type(system).__name__} depends on its parameter {name!r}: the same from {len(good)} states with "
                 f"{name} a hundredth more or less; expected: an effect, `states` that show it, or no such parameter"
             )
+
+
+def _continued(system: HybridSystem, returns: Returns) -> Returns:
+    """The returns from the images of others, which must be starts."""
+    later = system.first_return(returns.image, derivative=True)
+    lost = np.flatnonzero((later.outcome == Outcome.invalid) & returns.certified)
+    if lost.size:
+        (why,) = system.reasons(returns.image[lost[:1]])
+        raise CheckError(
+            f"{type(system).__name__} returns from {returns.start[lost[0]]} to {returns.image[lost[0]]}, from which no "
+            f"motion continues: {why} expected: a section whose events are starts again"
+        )
+    return later
 
 
 def _trial_states(system: HybridSystem) -> Floats:
@@ -64,7 +82,8 @@ def _trial_states(system: HybridSystem) -> Floats:
 def _check_derivatives(system: HybridSystem, returns: Returns) -> None:
     """The derivatives are those of differences wherever two differences agree."""
     assert returns.derivative is not None
-    for k in range(returns.start.shape[1]):
+    bound = _bound(system)
+    for k in (k for k, name in enumerate(returns.coordinates) if name not in bound):
         quotients = []
         for share in (1.0, 0.5):
             h = share * STEP * np.maximum(np.abs(returns.start[:, k]), 1e-3)
@@ -83,6 +102,14 @@ def _check_derivatives(system: HybridSystem, returns: Returns) -> None:
             )
 
 
+def _bound(system: HybridSystem) -> set[str]:
+    """The coordinates by which a state leaves the section, as it has more than are needed."""
+    definition = system._definition()
+    names = [*definition.states, *(name for name in definition.coordinates if name not in definition.states)]
+    rows = [(*zero.coefficients, zero.remainder.diff(PHI)) for start in definition.starts for zero in start.zeros]
+    return {name for row in rows for name, c in zip(names, row, strict=False) if c != 0}
+
+
 def _check_flights(system: HybridSystem, returns: Returns) -> None:
     """Returns of few events end where an integrator has them, from one of the modes in which they may begin."""
     formulas = Formulas(system)
@@ -91,15 +118,17 @@ def _check_flights(system: HybridSystem, returns: Returns) -> None:
     short = np.flatnonzero((np.char.str_len(returns.words) <= EVENTS) & calm)
     for k in short[:: max(1, len(short) // FOLLOWED)]:
         start, angle = returns.start[k], returns.coordinates.angles
-        t = float(start[angle][0]) / system.phase_rate() if angle.any() else 0.0
+        t = float(start[angle][0]) / system.phase_rate() if angle.any() else formulas.time_of_section(system.period())
         stuck = returns.outcome[k] == Outcome.stuck
         begun = formulas.starts(returns.coordinates, start, t)
         found = [followed(formulas, one, t, float(returns.time[k]), bool(stuck)) for one in begun]
         places = [formulas.names.index(name) for name in returns.coordinates if name in formulas.names]
         wanted = returns.image[k][~angle]
         size = 1 + np.abs(start).max() + np.abs(wanted).max()
-        if not any(end is not None and np.abs(end[places] - wanted).max() < CLOSE * STEEP * size for end in found):
+        ends = [end[places] for end in found if end is not None]
+        if not any(np.abs(end - wanted).max() < CLOSE * STEEP * size for end in ends):
+            there = f"at {[end.tolist() for end in ends]}" if ends else "is at no section then"
             raise CheckError(
                 f"the return of {type(system).__name__} from {start} is not that of its formulas: it ends at {wanted} after "
-                f"{returns.time[k]:.6g}, an integrator at {[end[places].tolist() for end in found if end is not None]}"
+                f"{returns.time[k]:.6g}, with the word {returns.words[k]}, an integrator of its formulas {there}"
             )

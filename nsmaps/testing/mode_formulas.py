@@ -117,10 +117,29 @@ class Formulas:
         left = [s for s in self.states if s not in given and s not in known]
         every = (one for mode in self.modes for one in self.exits(mode))
         for one in (one for one in every if one.name in names and not one.release):
-            zeros = [sp.sympify(zero).subs(self.t, t).subs({**given, **known}) for zero in (one.zero, *one.held)]
-            found = sp.solve([zero for zero in zeros if zero.free_symbols], left, dict=True)[0] if left else {}
+            found = self._left(one, t, {**given, **known}, left) if left else {}
             state = np.array([float({**given, **known, **found}[s]) for s in self.states])
             yield one.to, state if self.section.side == "after" else self.after(one.guard, t, state), one.guard
+
+    def _left(self, one: Exit, t: float, known: dict[Any, Any], left: Sequence[Any]) -> dict[Any, Any]:
+        """The states of the section that are left at an event, by its zeros, and just after it by the reset too."""
+        zeros = [sp.sympify(zero).subs(self.t, t) for zero in (one.zero, *one.held)]
+        if self.section.side == "before" or one.guard is None:
+            return sp.solve([zero for each in zeros if (zero := each.subs(known)).free_symbols], left, dict=True)[0]
+        reset = {s: sp.sympify(one.guard.reset.get(s.name, s)).subs(self.t, t) for s in self.states}
+        (before, *_) = sp.solve([*zeros, *(reset[s] - x for s, x in known.items())], self.states, dict=True)
+        return {s: reset[s].subs(before) for s in left}
+
+    def time_of_section(self, period: Any) -> float:
+        """The time at which a section at a clock is met, within a period; zero for another section."""
+        names = (self.section.guards,) if isinstance(self.section.guards, str) else self.section.guards
+        zero = sp.sympify(next((one.zero for mode in self.modes for one in self.exits(mode) if one.name in names), 0))
+        if period is None or zero.free_symbols != {self.t}:
+            return 0.0
+        value = sp.lambdify(self.t, zero, "numpy")
+        times = float(period) * (np.arange(LOOKS + 1) - 0.5) / LOOKS
+        falls = np.flatnonzero((value(times[:-1]) > 0) & (value(times[1:]) <= 0))
+        return float(brentq(value, times[falls[0]], times[falls[0] + 1], xtol=1e-15)) if len(falls) else 0.0
 
     def after(self, guard: Guard | None, t: float, state: Floats) -> Floats:
         """The states just after an event."""

@@ -170,3 +170,49 @@ def test_random_systems_end_and_stay_on_the_right_side_of_guards(data: Any) -> N
     }
     assert np.abs(returns.image[returns.valid][:, 0] - 1).max(initial=0) < 1e-12
     assert (returns.time[returns.valid] >= 0).all()
+
+
+class Plain(HybridSystem):
+    """A ball on a plate, whose rates and guards tests replace."""
+
+    kind: int = 0
+    states = ("x", "v")
+
+    def period(self) -> Any:
+        return 2 * sp.pi
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        rates = {
+            "cubic": -(y.v**3),
+            "kink": -sp.Abs(y.v) + 2 * sp.Max(y.x, 1),
+            "drag": -y.v * sp.Abs(y.v),
+            "late": -sp.Function("x")(t - 1),
+            "called": -y.x(t - 1) if WRONG[self.kind][0] == "called" else 0,
+            "two": sp.cos(sp.sqrt(3) * t),
+        }
+        return {"m": {"x": y.v, "v": rates[WRONG[self.kind][0]]}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {"B": Guard("m", y.x, reset={"v": -y.v / 2})}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("B", ("v", "phi"))
+
+
+WRONG = [
+    (
+        "cubic",
+        r"rate of v is -y\.v\*\*3; .* `ImpactSystem` with its `acceleration`; .* with `coordinates` and `first_return`",
+    ),
+    ("kink", "linear on either side of a kink is two modes"),
+    ("drag", "one degree of freedom are those of an `ImpactSystem` with its `acceleration`"),
+    ("late", "rate of v is .* expected: the states at the time t; a delay is out of scope"),
+    ("called", "not callable.* a delay is out of scope"),
+    ("two", r"not the same after one `period` of the forcing; .* p' = -w\*q and q' = w\*p"),
+]
+
+
+@pytest.mark.parametrize("kind", range(len(WRONG)))
+def test_what_can_be_written_instead_is_named(kind: int) -> None:
+    with pytest.raises(SystemDefinitionError, match=WRONG[kind][1]):
+        Plain(kind=kind).first_return([[-1.0, 1.0]])

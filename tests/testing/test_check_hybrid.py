@@ -4,12 +4,14 @@ import warnings
 
 import numpy as np
 import pytest
+import sympy as sp
 from hybrid import SYSTEMS, Friction, numbers, reference, system
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_soft_impact import SoftImpact
 
-from nsmaps import Section
+from nsmaps import Guard, HybridSystem, Section
 from nsmaps.errors import CheckError
+from nsmaps.exact.outcome import Outcome
 from nsmaps.testing import check_system
 
 SOFT = {"xi": 0.05, "e": 0.3, "a": 0.7, "beta": 29.0, "w": 0.8}
@@ -112,3 +114,64 @@ def test_derived_modes_are_integrated(name, monkeypatch):
     monkeypatch.setattr(hybrid, "Formulas", formulas)
     with pytest.raises(CheckError, match="is not that of its formulas"):
         check_system(chosen, states=states)
+
+
+class Wheel(HybridSystem):
+    """A wheel of spokes, linear about the upright, that rolls over a spoke forward (F) or backward (B)."""
+
+    k: float = 2.0
+    a: float = 0.3
+    e: float = 0.8
+    states = ("th", "w")
+
+    def modes(self, t, y):
+        return {"roll": {"th": y.w, "w": self.k * y.th + 0.1}}
+
+    def guards(self, t, y):
+        forward, backward = (
+            Guard("roll", self.a - y.th, reset=self.turned(-1, y)),
+            Guard("roll", self.a + y.th, reset=self.turned(1, y)),
+        )
+        return {"F": forward, "B": backward}
+
+    def turned(self, side, y):
+        return {"th": y.th + 2 * side * self.a, "w": self.e * y.w}
+
+    def section(self, t, y):
+        return Section("F", ("w",), side="after")
+
+
+class Sides(Wheel):
+    def section(self, t, y):
+        return Section(("F", "B"), ("w",))
+
+
+class AtPhase(SoftImpact):
+    """Once a period, at a phase of its own."""
+
+    def guards(self, t, y):
+        return {**super().guards(t, y), "strobe": Guard(("free", "contact"), sp.cos(self.w * t))}
+
+    def section(self, t, y):
+        return Section("strobe", ("x", "v"))
+
+
+@pytest.mark.parametrize("system", [Wheel(), Sides(), AtPhase(**SOFT)], ids=lambda one: type(one).__name__)
+@pytest.mark.filterwarnings("ignore:.*has no (description|docstring)", "ignore:no event")
+def test_random_states_to_which_no_motion_comes_raise_no_alarm(system):
+    check_system(system)
+
+
+@pytest.mark.filterwarnings("ignore:.*has no description")
+def test_an_image_that_is_not_a_start_is_found(monkeypatch):
+    """A section whose engine takes no start at its second event."""
+    from nsmaps.testing import hybrid
+
+    def one_start(system, states, **options):
+        returns = Sides.first_return(system, states, **options)
+        returns.outcome[np.asarray(states)[:, 0] < 0] = Outcome.invalid
+        return returns
+
+    system = type("Half", (Sides,), {"first_return": one_start})()
+    with pytest.raises(CheckError, match=r"returns from .* to \[-.*\], from which no motion continues: .* expected: a section"):
+        hybrid.check_hybrid(system, None)

@@ -8,6 +8,7 @@ import sympy as sp
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
+from pydantic import Field
 from toys import Table
 
 from nsmaps.errors import CheckError, SystemDefinitionError
@@ -274,3 +275,41 @@ def test_states_may_be_given():
         check_system(Table(height=1e5), states=[[1000.0, 0.0], [2.0, 1.0]])
     with pytest.warns(UserWarning, match="no description"), pytest.raises(CheckError, match=r"'height'.* faster `states`"):
         check_system(Table(height=1e5))
+
+
+class Swing(ImpactSystem):
+    """x'' = -(x - c) + b cos t above a wall at -1, whose natural period is that of the forcing: b makes it swing ever wider."""
+
+    r: float = Field(0.7, description="restitution")
+    b: float = Field(0.0, description="forcing")
+    c: float = Field(0.2, description="place at rest")
+
+    def walls(self):
+        return {"B": Wall(at=-1, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        return (
+            self.c + (hit.z - self.c) * sp.cos(s) + (hit.w - self.b * sp.sin(hit.t) / 2) * sp.sin(s) + self.b * s * sp.sin(t) / 2
+        )
+
+
+@pytest.mark.parametrize("b", [0.1, 1.0])
+def test_undamped_and_resonant_flights_return(b):
+    """Where places a hundred and two hundred periods later differ by rounding, or grow with every period."""
+    check_system(Swing(b=b), lambda t, x, v: -(x - 0.2) + b * sp.cos(t))
+
+
+def test_a_force_of_the_wrong_sign_is_still_found():
+    class Lifted(Swing):
+        """x'' = g."""
+
+        def displacement(self, t, hit):
+            s = t - hit.t
+            return hit.z + hit.w * s + self.c * s**2 / 2 + self.b * (sp.cos(hit.t) - sp.cos(t) - s * sp.sin(hit.t))
+
+    with pytest.raises(CheckError, match="144 of 144 flights of Lifted that leave its wall B never return"):
+        check_system(Lifted(b=0.01))

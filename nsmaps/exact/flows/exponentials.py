@@ -18,6 +18,7 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.numbers import NOTHING, ONE, UNIT, Finish, Number, Recorded, constant
 from nsmaps.exact.flows.recording import DIGITS, PRECISION, Real, decide
+from nsmaps.exact.flows.ways import FORCING
 
 NEGLIGIBLE = mp.mpf(10) ** -45  #: remainder of terms that cancel, relative to their sizes
 DISTINCT = 1e-9  #: a relative difference of rates that floats show too
@@ -198,7 +199,7 @@ def _exponential(expr: sp.Expr, argument: Sum) -> Sum:
     wave = type(expr) in WAVES
     harmonic, whole = decide(_whole, *turn.parts)
     if not whole or (harmonic and not wave):
-        raise SystemDefinitionError(f"{_shown(expr)} is not the same after one `period` of the forcing")
+        raise SystemDefinitionError(f"{_shown(expr)} is not the same after one `period` of the forcing; {FORCING}")
     unit, (first, second) = (UNIT, WAVES[type(expr)]) if wave else (ONE, GROWTHS[type(expr)])
     half = ONE if second == 0 else constant(mp.mpc(0, -0.5)) if second < 0 and wave else constant(0.5)
     total: Sum = {}

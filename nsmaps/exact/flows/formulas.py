@@ -63,7 +63,7 @@ def checked_acceleration(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.S
         if now.is_finite and not abs(later - now) < ROUNDED * (1 + abs(now)):
             raise SystemDefinitionError(
                 f"{name}.acceleration is not the same after one `period`: {sp.N(now, 8)} becomes {sp.N(later, 8)} at "
-                f"{values_told(values)}"
+                f"{values_told(values)}; expected: forces of one period, also as the common one of several"
             )
     return given
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
+from nsmaps.exact.flows.ways import DELAY, PHASE_LAW
 from nsmaps.exact.systems.files import place_of
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ ADVICE = {  #: by the message of Python's error in a formula
     "truth value": "formulas may not branch on the value of a parameter or of the flight; a choice is a field of another type",
     "Cannot convert": NOT_NUMBERS,
     "ufunc": NOT_NUMBERS,
+    "object is not callable": f"a state and a parameter are not functions; {DELAY}",
 }
 GIVEN = {
     "walls": "",
@@ -99,7 +101,7 @@ def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
         arguments = signature(function)
         arguments.bind(*given)
     except TypeError:
-        still = f"; {STILL}" if formula == "walls" else ""
+        still = {"walls": f"; {STILL}", "rebound": f"; {PHASE_LAW}"}.get(formula, "")
         taken = f"is called with (self{GIVEN[formula]})"
         raise SystemDefinitionError(f"{name} {taken}, which it does not take{still}{place_of(type(system), formula)}") from None
     try:

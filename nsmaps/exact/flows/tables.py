@@ -175,7 +175,8 @@ def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
             given = displacement_at(symbolic, period) - Z
             check_flight(cls.__name__, given + Z, period, symbols)
     except SystemDefinitionError as error:
-        raise SystemDefinitionError(f"{error}{place_of(cls, cls.flight())}") from error
+        place = place_of(cls, cls.flight())
+        raise SystemDefinitionError(f"{str(error).removesuffix(place)}{place}") from error
     places, laws = impact_law(symbolic)
     laws.reverse()  # the lower wall first
     check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))

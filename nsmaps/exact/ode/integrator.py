@@ -19,6 +19,7 @@ from sympy.core.relational import Relational
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.formulas import S, W, Z
+from nsmaps.exact.flows.ways import SMOOTH
 
 TIME, PLACE, PLACE_RATE, VALUES = range(4)  #: parameters of the integrator: of the lane, then those of the system and their rates
 
@@ -132,7 +133,7 @@ def expression(formula: sp.Expr, known: Mapping[sp.Symbol, Any]) -> Any:
         return hy.from_sympy(formula.func(*arguments), dict(zip(arguments, parts, strict=True)))
     except (TypeError, ValueError) as error:
         kink = isinstance(formula, KINKS)
-        modes = "; a force that is linear on either side of a kink is two modes of a `HybridSystem`" if kink else ""
+        modes = f"; {SMOOTH}" if kink else ""
         name = "Piecewise" if isinstance(formula, Relational) else formula.func.__name__
         raise SystemDefinitionError(
             f"{name}(...) has no Taylor series that can be followed; expected: powers, roots, exp, log, sin, cos, tan, sinh, "

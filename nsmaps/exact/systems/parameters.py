@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from nsmaps.errors import ParameterError
+from nsmaps.errors import ParameterError, SystemDefinitionError
 from nsmaps.exact.systems.files import received
 from nsmaps.files.complaints import refused
 
@@ -16,15 +16,35 @@ Model = TypeVar("Model", bound="ParametricSystem")
 
 
 class ParametricSystem(BaseModel, ABC):
-    """Equations whose float fields are parameters; other fields (a choice, a switch) are part of the formulas."""
+    """Equations whose float fields are parameters; other fields (a choice, a switch) are part of the formulas.
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+    A name with a value but without an annotation, as `k = 2.0`, is a constant of the class.
+    """
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        validate_default=True,
+        ignored_types=(int, float, str, tuple, list, dict),
+    )
 
     dimensionless: ClassVar[bool] = False  #: True if states, times and parameters have no unit, which figures then state
     units: ClassVar[Mapping[str, str]] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`
     map_name: ClassVar[str] = "exact map"  #: what its return map is called; "integrated map" where flights have no closed form
     instead: ClassVar[Mapping[str, str]] = {}  #: alternatives to parameters that a validator accepts: names and descriptions
     observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  #: quantities by name, by the keys of `nsmaps.Observable`
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Refuse a constant with the name of a field, which would remain as it was."""
+        super().__init_subclass__(**kwargs)
+        fields = {name for base in cls.__mro__[1:] for name in getattr(base, "__pydantic_fields__", {})}
+        for name in vars(cls):
+            if name in fields and name not in vars(cls).get("__annotations__", {}):
+                raise SystemDefinitionError(
+                    f"{cls.__name__}.{name} is a parameter of its base, and has no annotation here; expected: "
+                    f"`{name}: float = ...`"
+                )
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
+from nsmaps.exact.flows.ways import FRICTION
 from nsmaps.exact.modes.definitions.definition import Row, Transition
 from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
 from nsmaps.exact.modes.definitions.sliding import Rates, on_surface
@@ -39,7 +40,9 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
     free = guard.watched[0]
     check_names(f"{what} names the mode", (free,), tuple(rates))
     if len(guard.watched) > 1 or guard.to not in ("", free) or guard.ends:
-        raise SystemDefinitionError(f"{what} concerns several modes; expected: an impact in one mode, which follows it too")
+        raise SystemDefinitionError(
+            f"{what} concerns several modes; expected: an impact in one mode, which follows it too; {FRICTION}"
+        )
     if guard.rests in rates:
         raise SystemDefinitionError(f"{what} has the name of a mode; expected: another")
     gap = reader.row(guard.function, f"the function of {what}")

@@ -82,6 +82,7 @@ class Start:
 
     transition: int
     states: tuple[Row, ...]
+    zeros: tuple[Row, ...] = ()  #: functions of the coordinates that are zero there, where these are more than needed
 
 
 @dataclass(frozen=True)

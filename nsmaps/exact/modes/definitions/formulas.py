@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.formulas import PHI, trials
+from nsmaps.exact.flows.ways import DELAY, FORCING, OWN_MAP, other_rate
 from nsmaps.exact.modes.definitions.definition import Row
 
 CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in which no formula may depend on it
@@ -31,21 +33,28 @@ class Reader:
         except sp.SympifyError:
             raise SystemDefinitionError(f"{what} is {given!r:.60}; expected: a formula of sympy or a number") from None
         unknown = expr.free_symbols - self.parameters - set(self.states.values()) - {PHI}
-        if CLOCK in unknown:
+        if CLOCK in unknown and not expr.has(AppliedUndef):
             raise SystemDefinitionError(
                 f"{what} depends on the time, and {self.name} has no `period`; expected: one, or a state of rate 1 as a clock"
             )
-        if unknown:
+        if unknown - {CLOCK}:
             raise SystemDefinitionError(f"{what} has the unknown symbols {', '.join(sorted(map(str, unknown)))}")
         return expr
 
-    def row(self, given: Any, what: str) -> Row:
+    def rate(self, given: Any, what: str) -> Row:
+        """A rate as a row, or a SystemDefinitionError with the reason, and with what can be written in its place."""
+        expr = self.expression(given, what)
+        return self.row(expr, what, other_rate(expr, tuple(self.states.values())))
+
+    def row(self, given: Any, what: str, way: str = OWN_MAP) -> Row:
         """A formula as a row, or a SystemDefinitionError with the reason."""
         expr = self.expression(given, what)
+        if expr.has(AppliedUndef):
+            raise SystemDefinitionError(f"{what} is {shown(expr)}; expected: the states at the time t; {DELAY}")
         row = self.affine(expr)
         if row is None:
             raise SystemDefinitionError(
-                f"{what} is {shown(expr)}; expected: affine in the states, with coefficients free of the time"
+                f"{what} is {shown(expr)}; expected: affine in the states, with coefficients free of the time; {way}"
             )
         check_periodic(row.remainder, what)
         return row
@@ -75,7 +84,9 @@ def check_periodic(expr: sp.Expr, what: str) -> None:
     for values in trials(expr) if expr.has(PHI) else ():
         first, second = (sp.N(one.subs(values), 30) for one in (expr, later))
         if first.is_finite and abs(first - second) > NEAR * (1 + abs(first)):
-            raise SystemDefinitionError(f"{what} is {shown(expr)}, which is not the same after one `period` of the forcing")
+            raise SystemDefinitionError(
+                f"{what} is {shown(expr)}, which is not the same after one `period` of the forcing; {FORCING}"
+            )
 
 
 def check_names(what: str, names: Iterable[str], known: tuple[str, ...]) -> None:

@@ -84,7 +84,7 @@ def _defined(
     variables = tuple(reader.states.values())
     check_starts(reader, section, transitions, starts, flows, after)
     moved = forced and any(row.remainder.has(PHI) for mode in rates.values() for row in mode)
-    clock = clock_of(reader, section, transitions, starts, moved) if forced and not coordinates.angles.any() else -1
+    clock = clock_of(reader, transitions, starts, moved) if forced and not coordinates.angles.any() else -1
     return Definition(
         symbols,
         names,
@@ -108,7 +108,7 @@ def _rates(reader: Reader, mode: str, given: Mapping[str, Any]) -> tuple[Row, ..
         there = ", ".join(given) or "nothing"
         raise SystemDefinitionError(f"{reader.name}.modes has in mode {mode!r} the rates of {there}; expected: of {names}")
     what = f"{reader.name}.modes: in mode {mode!r} the rate of"
-    return tuple(reader.row(given[state], f"{what} {state}") for state in reader.states)
+    return tuple(reader.rate(given[state], f"{what} {state}") for state in reader.states)
 
 
 def _derive(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> dict[str, Contact]:

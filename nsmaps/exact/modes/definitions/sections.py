@@ -43,7 +43,13 @@ def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition
     check_names(f"{reader.name}.section is at", names, tuple(dict.fromkeys(one.name for one in transitions if one.name)))
     check_names(f"{reader.name}.section gives the state", section.states, tuple(reader.states))
     events = ((k, one) for k, one in enumerate(transitions) if one.name in names and not one.releases)
-    return tuple(Start(k, _states(reader, section, one)) for k, one in events)
+    return tuple(_start(reader, section, k, one) for k, one in events)
+
+
+def _start(reader: Reader, section: Section, number: int, transition: Transition) -> Start:
+    states = _states(reader, section, transition)
+    zeros = (row.at(states) for row in zeros_at(section, transition))
+    return Start(number, states, tuple(row for row in zeros if any(row.coefficients) or row.remainder != 0))
 
 
 def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
@@ -127,7 +133,7 @@ def check_starts(
         raise SystemDefinitionError(f"{reader.name}.section has several events; expected: one, or side='before'")
     for start in starts:
         one = transitions[start.transition]
-        for zero in (row.at(start.states) for row in zeros_at(section, one)):
+        for zero in start.zeros:
             if not any(zero.coefficients) and zero.remainder.is_number and abs(sp.N(zero.remainder)) > NEAR:
                 raise SystemDefinitionError(
                     f"{reader.name}.section gives states of which none is just {section.side} {one.name!r}: a function that is "
@@ -168,7 +174,7 @@ def _opposite(one: Row, other: Row) -> bool:
     return equal(one, other.scaled(factor))
 
 
-def clock_of(reader: Reader, section: Section, transitions: Sequence[Transition], starts: Sequence[Start], forced: bool) -> int:
+def clock_of(reader: Reader, transitions: Sequence[Transition], starts: Sequence[Start], forced: bool) -> int:
     """The transition that gives the phase of a section without one among its coordinates; -1 where that is zero.
 
     Raises:
@@ -179,9 +185,8 @@ def clock_of(reader: Reader, section: Section, transitions: Sequence[Transition]
     if all(clocks) and all(equal(one.function, ones[0].function) for one in ones):
         return starts[0].transition
     for start, one in zip(starts, ones, strict=True):
-        zeros = [row.at(start.states) for row in zeros_at(section, one)]
-        fixed = any(zero.remainder.has(PHI) for zero in zeros) or not forced
-        values = [x for zero in zeros for x in (*zero.coefficients, zero.remainder.subs(PHI, 0))]
+        fixed = any(zero.remainder.has(PHI) for zero in start.zeros) or not forced
+        values = [x for zero in start.zeros for x in (*zero.coefficients, zero.remainder.subs(PHI, 0))]
         if any(clocks) or not fixed or any(abs(sp.N(x.subs(at), 30)) > NEAR for x in values for at in trials(x)):
             raise SystemDefinitionError(
                 f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r} does not fix it; "

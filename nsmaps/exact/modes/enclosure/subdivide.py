@@ -31,6 +31,8 @@ def distance(p, b, w):
             large += abs(row[j]) * largest(w.z[j])
             small += abs(row[j]) * max(abs(w.z[j, 0]) - radius(w.z[j]), 0.0)
         own = f == p.function[k]
+        apply_row(p.functions[f, 1], w.z, w.rows[0])
+        large += 2.0 * largest(w.rows[0])  # in a cell's unit of time, which is a longest step but for rounding
         low_wrong = max(least(w.late), -greatest(w.late)) if own else -greatest(w.late)
         high_wrong = largest(w.late) if own else -least(w.late)
         if low_wrong > 0.0:

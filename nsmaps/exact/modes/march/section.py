@@ -36,14 +36,16 @@ def picked(p, function, z):
 
 
 @inner
-def away(p, transition, z):
+def away(p, transition, w):
     """How far a state is from one at which a transition takes place: its function is zero there, no other one is below it.
 
-    The largest violation of this, as a share of the sizes of the function's terms.
+    The largest violation of this, as a share of the sizes of the function's terms and of its change within a longest step.
     """
     far, mode = 0.0, p.mode[transition]
+    velocity(p, mode, w.z, w.field)
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        value, size = dot(p.functions[f], z)
+        value, size = dot(p.functions[f], w.z)
+        size += abs(dot(p.functions[f], w.field)[0])
         wrong = abs(value) if f == p.function[transition] else -value
         if wrong > far * size:
             far = wrong / size
@@ -158,7 +160,7 @@ def begun(p, row, phi, w):
         for i in range(n):
             w.z[i], _ = dot(p.states[k, i], given)
         holds, _ = allowed(p, p.starts[k], w.z)
-        far = away(p, p.starts[k], w.z) if len(p.starts) > 1 else 0.0
+        far = away(p, p.starts[k], w) if len(p.starts) > 1 else 0.0
         j = contact_of(p, p.mode[p.starts[k]])
         if j >= 0:
             far = max(far, lifted(p, j, w.z))
