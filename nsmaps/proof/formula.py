@@ -56,10 +56,27 @@ def equation_of(system: "ImpactSystem", radii: Mapping[str, float] | None = None
     check_provable(system)
     middle = _numbers(system, {})
     for name, radius in (radii or {}).items():
-        for i, wall in enumerate(middle["walls"]):
-            ends = [_numbers(system, {name: sign * radius})["walls"][i]["at"][0] for sign in (-1, 1)]
-            wall["at"][1] = repr(float(wall["at"][1]) + max(abs(float(x) - float(wall["at"][0])) for x in ends) * (1 + RADIUS))
+        _widen(system, middle, name, radius)
     return middle
+
+
+def _widen(system: "ImpactSystem", middle: dict[str, Any], name: str, radius: float) -> None:
+    """Widen the balls of walls by those of all values of a parameter within a radius."""
+    expected = (
+        f"expected: a radius above zero of a parameter that walls alone depend on, of {', '.join(type(system).parameter_names())}"
+    )
+    if name not in type(system).parameter_names() or not radius > 0:
+        raise ProofError(f"the radius of {name!r} is {radius}; {expected}")
+    low, high = ends = [_numbers(system, {name: sign * radius}) for sign in (-1, 1)]
+    if any({**each, "walls": ()} != {**middle, "walls": ()} for each in ends):
+        raise ProofError(
+            f"{name!r} is part of the equation of motion or of the restitution of {type(system).__name__}; {expected}"
+        )
+    for wall, *others in zip(middle["walls"], low["walls"], high["walls"], strict=True):
+        at, below, above = (float(each["at"][0]) for each in (wall, *others))
+        if abs(below + above - 2 * at) > 8 * RADIUS * max(abs(at), abs(below), abs(above)):
+            raise ProofError(f"the place of wall {wall['letter']!r} is not linear in {name!r}; {expected}, linearly")
+        wall["at"][1] = repr(float(wall["at"][1]) + max(abs(below - at), abs(above - at)) * (1 + RADIUS))
 
 
 def _numbers(system: "ImpactSystem", shifts: Mapping[str, float]) -> dict[str, Any]:
@@ -70,18 +87,20 @@ def _numbers(system: "ImpactSystem", shifts: Mapping[str, float]) -> dict[str, A
     at = cls.model_construct(**{**given, **exact})
     period = period_of(at)
     start = PHI * period / (2 * sp.pi)
-    push = sp.diff(displacement_of(at, start + S, start, Z, W), S, 2).subs(S, 0)
+    flight = displacement_of(at, start + S, start, Z, W)
+    push = sp.diff(flight, S, 2).subs(S, 0)
     b, k = -_constant(system, sp.diff(push, W)), -_constant(system, sp.diff(push, Z))
     force = push.subs({Z: 0, W: 0})
-    there, across, back = (sp.N(force.subs(PHI, x), DIGITS) for x in (0, sp.pi / 2, sp.pi))
+    there, across, back = (_digits(force.subs(PHI, x)) for x in (0, sp.pi / 2, sp.pi))
     g, cosine = (there + back) / 2, (there - back) / 2
     sine = across - g
     for phase in (sp.Rational(1, 3), sp.Rational(11, 5), sp.Rational(27, 5)):
-        remainder = sp.N((force - cosine * sp.cos(PHI) - sine * sp.sin(PHI)).subs(PHI, phase), DIGITS) - g
+        remainder = _digits((force - cosine * sp.cos(PHI) - sine * sp.sin(PHI)).subs(PHI, phase)) - g
         if abs(remainder) > NEGLIGIBLE * (1 + abs(there)):
             raise ProofError(
                 f"the force of {cls.__name__} is not g + F cos(w t) + S sin(w t): {sp.N(remainder, 5)} is left at phase {phase}"
             )
+    _check_flight(cls.__name__, flight, (b, k, g, cosine, sine), 2 * sp.pi / period)
     turns = sp.simplify(2 / period)  # the frequency over pi
     power = 0 if turns.has(sp.pi) else 1
     walls = walls_of(at)
@@ -101,12 +120,37 @@ def _numbers(system: "ImpactSystem", shifts: Mapping[str, float]) -> dict[str, A
     }
 
 
+def _check_flight(name: str, flight: sp.Expr, numbers: tuple[Any, ...], frequency: Any) -> None:
+    """Refuse a displacement that does not solve the equation at all times of flights, as it does where they begin."""
+    b, k, g, cosine, sine = numbers
+    velocity, phase = sp.diff(flight, S), PHI + frequency * S
+    terms = sp.diff(velocity, S), b * velocity, k * flight, -g, -cosine * sp.cos(phase), -sine * sp.sin(phase)
+    for place in (1, 2, 3):
+        values = {S: sp.Rational(place, 3) / frequency, PHI: sp.Rational(7 * place, 11), Z: sp.Rational(2, 1 + place), W: -place}
+        parts = [_digits(term.subs(values)) for term in terms]
+        if abs(sum(parts)) > NEGLIGIBLE * (1 + sum(map(abs, parts))):
+            raise ProofError(
+                f"the displacement of {name} does not solve z'' = -b z' - k z + g + F cos(w t) + S sin(w t) of the start of its "
+                f"flights: {sp.N(sum(parts), 5)} is left after a time {sp.N(values[S], 5)}"
+            )
+
+
 def _constant(system: "ImpactSystem", coefficient: sp.Expr) -> sp.Expr:
     """A coefficient of the acceleration, which must not depend on the phase and the flight."""
-    values = [sp.N(coefficient.subs({PHI: x, Z: x, W: x}), DIGITS) for x in (sp.Rational(1, 3), sp.Rational(11, 5))]
+    places = (
+        (sp.Rational(1, 3), sp.Rational(11, 5), sp.Rational(27, 7)),
+        (sp.Rational(17, 7), sp.Rational(-2, 3), sp.Rational(9, 11)),
+    )
+    values = [_digits(coefficient.subs(zip((PHI, Z, W), each, strict=True))) for each in places]
     if abs(values[0] - values[1]) > NEGLIGIBLE * (1 + abs(values[0])):
         raise ProofError(f"the acceleration of {type(system).__name__} is not linear with constant coefficients: {coefficient}")
     return values[0]
+
+
+def _digits(value: sp.Expr) -> sp.Expr:
+    """A number in decimals, zero where it cancels: what sympy leaves there has one bit, as then has all that it is added to."""
+    number = sp.N(value, DIGITS)
+    return sp.Integer(0) if abs(number) < NEGLIGIBLE else sp.Float(number, DIGITS)
 
 
 def _entry(value: Any) -> Entry:

@@ -17,7 +17,7 @@ pytest.importorskip("flint")
 from nsmaps.proof.closed import Around
 from nsmaps.proof.prove import prove
 from nsmaps.verify.cells import SPLIT, Grid, Refused, tree_of
-from nsmaps.verify.certificate import statement, verify
+from nsmaps.verify.certificate import Certificate, statement, verify
 
 SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "periods": 2}
 START, FINE = [0.7, 0.3], 512
@@ -103,6 +103,28 @@ def test_changes_of_a_closed_set_are_refused(certificate, wrong):
             more = {"trap": {"wall": 0}}
     with pytest.raises(Refused):
         verify(replace(certificate, codes=codes, **more))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"stiffness": ["1", "0"]}, "resonance"),
+        ({"stiffness": ["1", "1e-9"], "damping": ["1e-12", "0"]}, "resonance"),
+        ({"force": ["nan", "0"]}, "not finite"),
+        ({"walls": [{"letter": "B", "at": ["1", "inf"], "side": 1}]}, "not finite"),
+        ({"stiffness": ["-1e6", "0"]}, "no bound"),
+    ],
+)
+def test_rest_is_not_proved_of_a_system_without_bounds(change, reason):
+    """A closed set of the lowest cells, where bounds that are not numbers would leave nothing to compare."""
+    zero = ["0", "0"]
+    system = dict.fromkeys(("damping", "stiffness", "force", "sine"), zero) | {"cosine": ["1", "0"], "frequency": ["1", "0", 0]}
+    system |= {"restitution": ["0.5", "0"], "walls": [{"letter": "B", "at": zero, "side": 1}]}
+    codes = np.full((32, 32), LEFT, np.uint16)
+    codes[:, 0] = 0
+    grid = {"side": 32, "depth": 0, "top": 1.0, "periods": 1, "closed": True}
+    with pytest.raises(Refused, match=reason):
+        verify(Certificate({}, system | change, {}, grid, codes.ravel()))
 
 
 def test_a_closed_set_that_is_not_found(pair, monkeypatch):
