@@ -16,9 +16,13 @@ from nsmaps.errors import ProofError
 
 pytest.importorskip("flint")
 
+from by_equation import Oscillator
 from flint import arb, ctx
+from motion import Equation, flight
 
+from nsmaps.proof.cycles import certificate_of as cycles_of
 from nsmaps.proof.formula import equation_of
+from nsmaps.proof.horseshoe import prove_horseshoe
 from nsmaps.proof.prove import prove
 from nsmaps.proof.trap import _directions, found_trap, trapped
 from nsmaps.verify.__main__ import main
@@ -29,6 +33,7 @@ from nsmaps.verify.formula import Doubtful, system_of
 from nsmaps.verify.trap import contraction, holds, trap_of
 
 PAIR = {"d": 0.35, "r": 0.5, "g_bar": 0.2113275}
+KEPT = Path(__file__).parents[2] / "docs" / "certificates"
 SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "periods": 2}
 
 
@@ -130,10 +135,58 @@ def test_a_broken_file_is_refused(certificate, tmp_path, wrong):
         read(path)
 
 
+def test_any_changed_byte_is_one_line_or_nothing(tmp_path, capsys):
+    """Another version or method in the zip's headers, lengths, times, text: the file is refused in a line, or is the same."""
+    path, rng = tmp_path / "a.proof", np.random.default_rng(2)
+    whole = read(KEPT / "chaos.proof")
+    write(path, whole)
+    content, reasons = path.read_bytes(), []
+    assert content.count(b"PK\x01\x02") == 3  # the entries of the directory
+    places = [4, 6, 8, 9, *(content.index(b"PK\x01\x02") + k for k in (4, 6, 7, 8, 10, 11)), *rng.integers(0, len(content), 250)]
+    for place in places:
+        path.write_bytes(content[:place] + bytes([content[place] ^ int(rng.integers(1, 256))]) + content[place + 1 :])
+        try:
+            found = read(path)
+        except Refused as error:
+            reasons.append(str(error))
+        else:
+            assert (found.system, found.horseshoe) == (whole.system, whole.horseshoe)
+    assert len(reasons) > 150
+    assert not any("\n" in reason for reason in reasons)
+    place = content.index(b"PK\x01\x02") + 6  # the version that is needed to read it
+    path.write_bytes(content[:place] + bytes([244]) + content[place + 1 :])
+    assert main(str(path)) == 1
+    assert "zip file version 24.4" in capsys.readouterr().out
+    result = CliRunner().invoke(app, ["verify", str(path), "-q"])
+    assert (result.exit_code, "zip file version 24.4" in result.output) == (1, True)
+
+
+def test_parts_of_another_kind_are_refused_in_a_line(certificate, tmp_path):
+    path, out = tmp_path / "a.proof", tmp_path / "b.proof"
+    write(path, certificate)
+    for part, value in (("about", []), ("system", 3), ("grid", None), ("cycles", {}), ("horseshoe", "x")):
+        with pytest.raises(Refused, match="another kind"):
+            read(changed(path, out, lambda text, codes, new={part: value}: (text | new, codes)))
+    nested = f'{{"format": {"[" * 100_000}'
+    with zipfile.ZipFile(out, "w") as archive:
+        archive.writestr("certificate.json", nested)
+        archive.writestr("codes", b"")
+    with pytest.raises(Refused, match="whole certificate"):
+        read(out)
+
+
 @pytest.mark.parametrize(
     ("part", "change"),
     [
         ("trap", {"half": (0.3, 0.3)}),
+        ("trap", {"centre": (float("inf"), 0.8334)}),
+        ("trap", {"impacts": True}),
+        ("grid", {"side": 256.0}),
+        ("grid", {"side": 2**20}),
+        ("grid", {"closed": "no"}),
+        ("grid", {"periods": 10**9}),
+        ("grid", {"depth": 20}),
+        ("system", {"walls": [None]}),
         ("trap", {"centre": (0.37, 0.8334)}),
         ("trap", {"wall": 1}),
         ("trap", {"impacts": 1}),
@@ -249,6 +302,66 @@ def test_directions_next_to_a_double_multiplier_are_not_parallel(gap):
     """Two real multipliers that have merged, nearly so, or just became complex: the sides of the trap stay apart."""
     matrix = _directions(np.array([[0.5, 1.0], [gap**2 * np.sign(gap), 0.5]]), 1.0)
     assert abs(np.linalg.det(matrix / np.linalg.norm(matrix, axis=0))) > 0.49
+
+
+def test_systems_of_other_classes_are_refused(tmp_path):
+    """By `prove` for cells and horseshoes, for cycles, and where a study is read, before anything is searched for."""
+    modes = nsmaps.load_system("recoil_pair", eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, g_bar=0.2113)
+    integrated = Oscillator(zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7)
+    for system, kind in ((modes, "system with modes"), (integrated, "flights are integrated"), (lambda x: x, "not a system")):
+        for search in (
+            lambda system=system: prove(system, [0.5, 0, 0, 1], top=1.0),
+            lambda system=system: cycles_of(system, []),
+            lambda system=system: prove_horseshoe(system, [[0, 1]]),
+        ):
+            with pytest.raises(ProofError, match=rf"{kind}.*expected: an ImpactSystem whose `displacement`"):
+                search()
+    start = "{v: 0.5, X: 0, V: 0, phi: 1}"
+    box = "{v: [0, 1], X: [0, 1], V: [0, 1], phi: [0, 1]}"
+    for section in (f"proof: {{start: {start}, top: 1}}", f"horseshoe: {{box: {box}}}"):
+        study = tmp_path / "modes.yaml"
+        parameters = "{eta: 0.05, kappa: 0.04, Lambda: 0.2, d: 0.35, g_bar: 0.2113}"
+        study.write_text(f"system: recoil_pair\nparameters: {parameters}\n{section}\n", encoding="utf-8")
+        done = CliRunner().invoke(app, ["prove", str(study), "-q"])
+        assert done.exit_code == 2
+        assert "system with modes, and no proofs are made of such" in " ".join(done.output.split())
+
+
+@pytest.mark.parametrize("radii", [{"r": 0.01}, {"g_bar": 0.01}, {"d": -1e-3}, {"length": 1e-3}])
+def test_intervals_of_other_parameters_than_those_of_walls_are_refused(pair, radii):
+    with pytest.raises(ProofError, match="expected: a radius above zero of a parameter that walls alone depend on"):
+        equation_of(pair, radii)
+
+
+def test_a_displacement_that_does_not_solve_its_equation_is_refused():
+    class Cubic(Oscillator.__base__):
+        """Right at the start of each flight, wrong later."""
+
+        def displacement(self, t, hit):
+            return super().displacement(t, hit) + (t - hit.t) ** 3 / 100
+
+    with pytest.raises(ProofError, match="does not solve"):
+        equation_of(Cubic(zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7))
+
+
+@pytest.mark.parametrize(("zeta", "regime"), [(1.0, "critical"), (1.5, "over")])
+def test_cycles_of_oscillators_without_a_frequency_are_proved(zeta, regime):
+    """Critical and over-damped motion: the cycle of one impact a period, from its closed form in 60 digits."""
+    system = nsmaps.load_system("impact_oscillator", zeta=zeta, damping=regime, w=1.5, A=1.0, wall=0.1, r=0.3)
+    made = cycles_of(system, [nsmaps.periodic_orbit(system, nsmaps.orbit(system, [0.3, 1.0], 60).states[-1])])
+    cycle = verify(made).cycles[0]
+    with mp.workdps(60):
+        one = Equation(2 * mp.mpf(zeta), 1, 0, 1, 0, mp.mpf("1.5"), ((mp.mpf("0.1"), 1),), mp.mpf("0.3"))
+        period = 2 * mp.pi / one.frequency
+
+        def missed(phase, speed):
+            z, v = flight(one, 0, phase, speed, period)
+            return [z - one.walls[0][0], v - speed]
+
+        exact = mp.findroot(missed, tuple(mp.mpf(float(x.mid())) for x in cycle.states[0]), tol=1e-90)
+        assert all(x.overlaps(arb(mp.nstr(y, 40))) for x, y in zip(cycle.states[0], exact, strict=True))
+    assert cycle.states[0][0].rad() < 1e-11
+    assert (cycle.kind, cycle.turns) == ("stable", 1)
 
 
 def test_bad_arguments_are_refused(pair):
