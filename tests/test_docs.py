@@ -6,8 +6,8 @@
 import doctest
 import re
 import shutil
-import sys
 import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version

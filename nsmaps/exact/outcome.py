@@ -31,8 +31,9 @@ _ADVICE = {
     Outcome.undecided: "A flight passes a wall within rounding of a graze, or grows from what is rounding; the image is that of "
     "one of the words that it may make, none where it may escape.",
     Outcome.uncovered: "The state lies in no piece of the composite map. Add a piece, or restrict the starts.",
-    Outcome.invalid: "The start is not a state: NaN, infinite, with a negative impact speed or a phase beyond 1e10.",
-    Outcome.simultaneous: "Two guards are met at once, and the states that follow depend on which event is first: the motion is "
+    Outcome.invalid: "The state is not a start: a number is not finite, a phase beyond 1e10, an impact speed negative or, with "
+    "modes, no event of the section takes place at it. `HybridSystem.reasons` states which.",
+    Outcome.simultaneous: "Two guards are met at once, and the image depends on which event is first: the motion is "
     "not unique. `HybridSystem.reasons` names both.",
     Outcome.endless: "More than 100,000 events without a return: the motion never meets its section again, or impacts "
     "accumulate. Take a section that every motion meets; let contact last (`rests`) where impacts lose speed.",

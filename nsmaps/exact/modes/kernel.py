@@ -19,7 +19,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.modes.paths.arriving import arrivals_of
 from nsmaps.exact.modes.paths.extents import extents_of, fastest_of
-from nsmaps.exact.modes.paths.reasons import reasons_of
+from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
@@ -108,6 +108,10 @@ class ModeKernel:
     def reasons(self, start: Floats) -> tuple[str, ...]:
         """As `HybridSystem.reasons`."""
         return reasons_of(self.definition, self.table, start)
+
+    def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None) -> tuple[str, ...]:
+        """As `HybridSystem.arrival_reasons`."""
+        return arrival_reasons_of(self.definition, self.table, states, modes)
 
     def _batch(self, start: Floats, directions: int, moved: Moved | None = None, units: Floats | None = None) -> Record:
         """First returns of a batch, shape (N, n), on all cores."""

@@ -128,11 +128,15 @@ class HybridSystem(ParametricSystem):
         return self._kernel().guard_speeds(as_states(states, self.coordinates), between)
 
     def reasons(self, states: ArrayLike) -> tuple[str, ...]:
-        """Why each first return ended, a sentence each: of guards that are met at once both names, mode, time and states.
+        """Why each first return ended, a sentence each: which guard, mode and states, and what is wrong with a start.
 
         Arguments and errors as `first_return`.
         """
         return self._kernel().reasons(as_states(states, self.coordinates))
+
+    def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None = None) -> tuple[str, ...]:
+        """Why each motion of `arrivals` ended, a sentence each, as `reasons`. Arguments and errors as `arrivals`."""
+        return self._kernel().arrival_reasons(states, modes)
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).

@@ -12,7 +12,7 @@ from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.events import Arrivals
 from nsmaps.exact.modes.definitions.definition import Definition, Numbers, filled
 from nsmaps.exact.modes.march.returns import arrivals
-from nsmaps.exact.modes.tables.memory import memory, record
+from nsmaps.exact.modes.tables.memory import Memory, memory, record
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 from nsmaps.exact.outcome import Outcome
@@ -45,6 +45,16 @@ def arrivals_of(
     slopes = found.tangents[0] if derivative else None
     rows = found.states[1], found.turns[0], found.codes[0], found.outcome[0], found.time[0]
     return Arrivals(definition.coordinates, names, definition.letters, start, names_of_modes, *rows, slopes)
+
+
+def arrived_alone(definition: Definition, table: Tables, state: Floats, mode: str) -> tuple[Outcome, float, int, Memory]:
+    """How one motion, from a state with the phase where there is forcing, ended: outcome, time, first mode, and its memory."""
+    n = len(definition.states)
+    phase, place = state[n:] if table.rate > 0 else np.zeros(1), np.ascontiguousarray(state[None, :n])
+    chosen = modes_of(definition, table, features_of(table, place, phase), phase, [mode])
+    found, w = record(np.full((1, len(definition.coordinates)), np.nan), 1, 0), memory(table, 0)
+    arrivals(table, chosen, place, phase, found, w)
+    return Outcome(found.outcome[0, 0]), float(found.time[0, 0]), int(chosen[0]), w
 
 
 def start_names(definition: Definition, forced: bool) -> Coordinates:
@@ -85,13 +95,14 @@ def modes_of(definition: Definition, table: Tables, features: Floats, phase: Flo
     Where guards are zero it is one in which fewest of them fall, and in which others have been passed already. On a surface that
     repels it is one of the two beside it, from which the motion is not unique.
     """
+    known = np.isfinite(features).all(axis=1) & (np.abs(phase) <= MOST_PHASE)
+    features = np.where(known[:, None], features, 0.0)
     values, named = features @ table.functions.T, np.array(given, str)
     on = np.einsum("mj,qkj->mqk", features, table.surfaces)
     near = abs(on[..., 0]) <= ROUNDING * (abs(features) @ abs(table.surfaces[:, 0]).T)
     away = near & (on[..., 1:] > 0).all(axis=-1)
     slack = ROUNDING * (abs(features) @ abs(table.functions).T)
     derived = {one.mode for one in definition.transitions if one.held}
-    known = np.isfinite(features).all(axis=1) & (np.abs(phase) <= MOST_PHASE)
     found, least = np.full(len(features), NOWHERE), np.full(len(features), np.inf)
     for mode, name in enumerate(definition.modes):
         watched = slice(table.watched[mode], table.watched[mode + 1])

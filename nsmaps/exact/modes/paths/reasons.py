@@ -1,11 +1,17 @@
-"""Why first returns of a system with modes ended, in sentences."""
+"""Why first returns and arrivals of a system with modes ended, in sentences."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
 from nsmaps.exact.modes.blocks.wide import returns
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.paths.arriving import arrivals_of, arrived_alone
+from nsmaps.exact.modes.paths.ends import ENDS, end_of
+from nsmaps.exact.modes.paths.refused import in_no_mode, not_a_start
+from nsmaps.exact.modes.paths.tracks import events_from, events_of
 from nsmaps.exact.modes.tables.memory import Memory, memory, record
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.outcome import Outcome
@@ -17,10 +23,39 @@ def reasons_of(definition: Definition, table: Tables, start: Floats) -> tuple[st
     for row in start:
         found, w = record(row[None], 1, 0), memory(table, 0)
         returns(table, found, w, motions(table, False), block_of(table))
-        outcome = Outcome(found.outcome[0, 0])
-        why = {Outcome.simultaneous: meeting_of, Outcome.repelling: surface_of}.get(outcome)
-        sentences.append(why(definition, table, float(found.time[0, 0]), w) if why else outcome.advice)
+        outcome, time = Outcome(found.outcome[0, 0]), float(found.time[0, 0])
+        if outcome == Outcome.invalid:
+            sentences.append(not_a_start(definition, table, row))
+        elif outcome in ENDS:
+            sentences.append(end_of(definition, table, outcome, "", events_of(definition, table, row)))
+        else:
+            sentences.append(_sentence(definition, table, outcome, time, w))
     return tuple(sentences)
+
+
+def arrival_reasons_of(
+    definition: Definition, table: Tables, states: ArrayLike, modes: str | Sequence[str] | None
+) -> tuple[str, ...]:
+    """As `HybridSystem.arrival_reasons`."""
+    arrivals = arrivals_of(definition, table, states, modes, False)
+    given = ("",) * len(arrivals) if modes is None else (modes,) * len(arrivals) if isinstance(modes, str) else tuple(modes)
+    sentences = []
+    for row, mode in zip(arrivals.start, given, strict=True):
+        outcome, time, number, w = arrived_alone(definition, table, row, mode)
+        if outcome == Outcome.invalid:
+            sentences.append(in_no_mode(definition, table, row, mode))
+        elif outcome in ENDS:
+            events = events_from(definition, table, row, number)
+            sentences.append(end_of(definition, table, outcome, definition.modes[number], events))
+        else:
+            sentences.append(_sentence(definition, table, outcome, time, w))
+    return tuple(sentences)
+
+
+def _sentence(definition: Definition, table: Tables, outcome: Outcome, time: float, w: Memory) -> str:
+    """Why a motion ended, by what its memory holds; what is advised of the outcome where that is nothing."""
+    why = {Outcome.simultaneous: meeting_of, Outcome.repelling: surface_of}.get(outcome)
+    return why(definition, table, time, w) if why else outcome.advice
 
 
 def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
@@ -29,7 +64,7 @@ def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) ->
     mode = definition.modes[definition.transitions[table.chosen[table.choices[w.both[0]]]].mode]
     return (
         f"The guards {first} and {second} are met at once in the mode {mode!r}, {time:.10g} after the start, "
-        f"at {_states(definition, w)}; the states that follow depend on which event is first."
+        f"at {_states(definition, w)}; the image depends on which event is first."
     )
 
 

@@ -11,8 +11,9 @@ from nsmaps.errors import StateError
 from nsmaps.exact.events import Events, ModeTrack, check_samples
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.resting import INSTANT
+from nsmaps.exact.modes.paths.arriving import features_of
 from nsmaps.exact.modes.paths.path import begin, follow, sample
-from nsmaps.exact.modes.tables.memory import memory
+from nsmaps.exact.modes.tables.memory import Memory, memory
 from nsmaps.exact.modes.tables.tables import Tables
 
 
@@ -38,13 +39,30 @@ def events_of(definition: Definition, table: Tables, start: Floats) -> Iterator[
     k, mode, phi = begin(table, start, before, w)
     if k < 0:
         raise StateError(f"the state {start} is not a start; expected: a finite state just before or after the section's event")
-    while k >= 0:
-        if definition.transitions[k].name:
-            yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy())
-        if mode < 0:
-            return
+    yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy())
+    if mode >= 0:
+        yield from _following(definition, table, mode, phi, w)
+
+
+def events_from(definition: Definition, table: Tables, state: Floats, mode: int) -> Iterator[Event]:
+    """The events of the motion from a state, with the phase where there is forcing, in a mode, until none follows."""
+    n, w = len(definition.states), memory(table, 0)
+    phi = float(state[n]) % (2 * np.pi) if table.rate > 0 else 0.0
+    w.z[:] = features_of(table, state[None, :n], np.array([phi]))[0]
+    yield from _following(definition, table, mode, phi, w)
+
+
+def _following(definition: Definition, table: Tables, mode: int, phi: float, w: Memory) -> Iterator[Event]:
+    """The events that follow on a motion that has begun in a mode, its features in memory."""
+    n, time = len(definition.states), 0.0
+    before = np.empty(n)
+    while mode >= 0:
         k, mode, flight, phi, _ = follow(table, mode, phi, before, w)
         time += flight
+        if k < 0:
+            return
+        if definition.transitions[k].name:
+            yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy())
 
 
 def mode_track(definition: Definition, table: Tables, start: Floats, n: int, samples: int) -> ModeTrack:

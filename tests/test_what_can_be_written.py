@@ -1,0 +1,256 @@
+"""README's table of what can be written: each row is tried, and what it promises compared with a value known otherwise."""
+
+import math
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import nsmaps
+from nsmaps import Coordinates, Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
+from nsmaps.errors import SystemDefinitionError
+
+README = Path(__file__).parents[1] / "README.md"
+TABLE = README.read_text(encoding="utf-8").split("| system | can it be written? |\n|---|---|\n")[1].split("\n\n")[0]
+ROWS = [line.strip("| ").split(" | ")[0] for line in TABLE.splitlines()]
+
+
+def impact_system(displacement=None, **formulas):
+    """A class of a ball above a floor at 0, with these formulas."""
+    given = {
+        "walls": lambda self: {"B": Wall(at=0, side=-1)},
+        "period": lambda self: 2 * sp.pi,
+        "rebound": lambda self, speed, wall: speed / 2,
+        "__module__": __name__,
+    }
+    if displacement is not None:
+        given["displacement"] = displacement
+    return type("Ball", (ImpactSystem,), given | formulas)
+
+
+def falling(self, t, hit):
+    return hit.z + hit.w * (t - hit.t) - (t - hit.t) ** 2 / 2
+
+
+def hybrid(states, modes, guards, section, period=None, **others):
+    """A class of a system with modes."""
+    given = {
+        "states": states,
+        "modes": lambda self, t, y: modes(t, y),
+        "guards": lambda self, t, y: guards(t, y),
+        "section": lambda self, t, y: section,
+        "period": lambda self: period,
+        "__module__": __name__,
+    }
+    return type("Modes", (HybridSystem,), given | others)()
+
+
+def gravity_and_springs():
+    """x'' = -1 - 4 x from v = 1/2: back where sin 2t = 1 - cos 2t, after pi/4."""
+
+    def spring(self, t, hit):
+        s, a = t - hit.t, sp.Rational(1, 4)
+        return -a + (hit.z + a) * sp.cos(2 * s) + hit.w / 2 * sp.sin(2 * s)
+
+    assert impact_system(spring)().first_return([[1.0, 0.0]]).time == pytest.approx([math.pi / 4])
+
+
+def harmonics_or_none():
+    """x'' = -1 + sin 3t/2: the same after 2 pi, and a ball without forcing after any time."""
+    wave = lambda t: -sp.sin(3 * t) / 18  # noqa: E731
+    forced = impact_system(
+        lambda self, t, hit: falling(self, t, hit) + wave(t) - wave(hit.t) + sp.cos(3 * hit.t) / 6 * (t - hit.t)
+    )
+    one = forced().first_return([[2.0, 0.3]])
+    later = solve_ivp(lambda t, y: [y[1], -1 + math.sin(3 * t) / 2], (0.3, 0.3 + one.time[0]), [0, 1], rtol=1e-12, atol=1e-12)
+    assert later.y[:, -1] == pytest.approx([0, -one.image[0, 0]], abs=1e-10)
+    assert impact_system(falling, period=lambda self: 5)().first_return([[2.0, 0.0]]).image[0, 0] == pytest.approx(1.0)
+
+
+def two_periods():
+    """x'' = -1 + cos t/5 + cos(sqrt(2) t)/5 above a floor, from both phases: an integrator."""
+    w = sp.sqrt(2)
+    made = hybrid(
+        ("x", "v", "p", "q"),
+        lambda t, y: {"fly": {"x": y.v, "v": -1 + (sp.cos(t) + y.p) / 5, "p": -w * y.q, "q": w * y.p}},
+        lambda t, y: {"B": Guard("fly", y.x, reset={"v": -0.8 * y.v})},
+        Section("B", ("v", "p", "q", "phi")),
+        period=2 * sp.pi,
+    )
+    one = made.first_return([[-1.0, 1.0, 0.0, 0.0]])
+    force = lambda t, y: [y[1], -1 + (math.cos(t) + math.cos(math.sqrt(2) * t)) / 5]  # noqa: E731
+    later = solve_ivp(force, (0, one.time[0]), [0, 0.8], rtol=1e-12, atol=1e-13)
+    assert later.y[:, -1] == pytest.approx([0, one.image[0, 0]], abs=1e-9)
+    assert one.image[0, 1:3] == pytest.approx([math.cos(math.sqrt(2) * one.time[0]), math.sin(math.sqrt(2) * one.time[0])])
+
+
+def noise():
+    """Without strength it changes nothing."""
+    quiet = nsmaps.noisy_orbits(nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), [0.8, 0.3], 3, Noise(sigma=0, tau=0.5))
+    exact = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113).first_return([[0.8, 0.3]])
+    assert quiet.states[1, 0] == pytest.approx(exact.image[0], abs=1e-9)
+
+
+def moving_walls():
+    """The ball on a shaken table, locked once a period: v (1 + r) is gravity times the period."""
+    table = nsmaps.load_system("bouncing_ball", Gamma=1.3, r=0.5)
+    orbit = nsmaps.periodic_orbit(table, [2 * math.pi / 1.5, 0.5])
+    assert orbit.states[0, 0] == pytest.approx(2 * math.pi / 1.5)
+
+
+def walls_that_move_apart():
+    """A floor of speed 1/2 up and a ceiling at 2: up with 1 from 0, the floor is met where t/2 = t - t^2/2."""
+    made = hybrid(
+        ("x", "v", "f"),
+        lambda t, y: {"fly": {"x": y.v, "v": -1, "f": sp.Rational(1, 2)}},
+        lambda t, y: {
+            "F": Guard("fly", y.x - y.f, reset={"v": 1 - y.v, "x": 0, "f": 0}),
+            "C": Guard("fly", 2 - y.x, reset={"v": -y.v}),
+        },
+        Section("F", ("x", "v")),
+    )
+    assert made.first_return([[0.0, 0.0]]).time == pytest.approx([1.0])
+
+
+def law_of_the_speed():
+    law = impact_system(falling, rebound=lambda self, speed, wall: speed / (1 + speed))
+    assert law().first_return([[2.0, 0.0]]).image[0, 0] == pytest.approx(2 / 3)
+
+
+def law_of_the_phase():
+    """A restitution of 1/2 + sin(t)/4 at t = 1."""
+    made = hybrid(
+        ("x", "v"),
+        lambda t, y: {"fly": {"x": y.v, "v": -1}},
+        lambda t, y: {"B": Guard("fly", y.x, reset={"v": -(sp.Rational(1, 2) + sp.sin(t) / 4) * y.v})},
+        Section("B", ("v", "phi")),
+        period=2 * sp.pi,
+    )
+    r = 0.5 + math.sin(1.0) / 4
+    assert made.first_return([[-1.0, 1.0]]).image[0] == pytest.approx([-r, 1 + 2 * r])
+
+
+def chatter():
+    """On a floor that stands still a ball rests; on one that moves as 2 sin t it leaves where sin t = 1/2."""
+    assert impact_system(falling)().first_return([[1e-15, 0.3]]).counts() == {"rests": 1}
+    table = nsmaps.load_system("bouncing_ball", Gamma=2, r=0.5).first_return([[1e-15, 0.1]])
+    assert (table.counts(), table.image[0, 1]) == ({"stuck": 1}, pytest.approx(math.pi / 6))
+
+
+def growing_flights():
+    """x'' = x - 1 above a floor, up with 1/2: back after 2 atanh(1/2) = ln 3."""
+    made = impact_system(lambda self, t, hit: 1 + (hit.z - 1) * sp.cosh(t - hit.t) + hit.w * sp.sinh(t - hit.t), horizon=20)
+    assert made().first_return([[1.0, 0.0]]).time == pytest.approx([math.log(3)])
+
+
+def acceleration():
+    """The pendulum x'' = -sin(x + 1): an integrator."""
+    pytest.importorskip("heyoka")
+    made = impact_system(acceleration=lambda self, t, place, velocity: -sp.sin(place + 1))
+    one = made().first_return([[1.0, 0.0]])
+    later = solve_ivp(lambda t, y: [y[1], -math.sin(y[0] + 1)], (0, one.time[0]), [0, 0.5], rtol=1e-12, atol=1e-13)
+    assert later.y[:, -1] == pytest.approx([0, -one.image[0, 0]], abs=1e-9)
+
+
+def kinks():
+    """x'' = -1 - v on the way up and -1 + v/2 on the way down, from v = 1, with the top as a change of mode."""
+    made = hybrid(
+        ("x", "v"),
+        lambda t, y: {"up": {"x": y.v, "v": -1 - y.v}, "down": {"x": y.v, "v": -1 + y.v / 2}},
+        lambda t, y: {"T": Guard("up", y.v, to="down"), "B": Guard("down", y.x, to="up", reset={"v": -y.v})},
+        Section("B", ("v",)),
+    )
+    top = 1 - math.log(2)
+    fall = brentq(lambda s: top + 2 * (s - 2 * (math.exp(s / 2) - 1)), 0.1, 2)
+    assert made.first_return([[-1.0]]).image[0, 0] == pytest.approx(-2 * (math.exp(fall / 2) - 1))
+
+
+def switches():
+    """x' = y.v, slowed by dry friction of 1/2 until it sticks, after 2 from a speed of 1; a second impulse at the time 3."""
+    made = hybrid(
+        ("v", "c"),
+        lambda t, y: {"slip": {"v": -sp.Rational(1, 2), "c": 1}, "back": {"v": sp.Rational(1, 2), "c": 1}},
+        lambda t, y: {
+            "stick": Sliding("slip", "back", y.v),
+            "J": Guard(("slip", "stick"), 3 - y.c, to="slip", reset={"v": y.v + 1, "c": 0}),
+        },
+        Section("J", ("v",)),
+    )
+    assert made.first_return([[0.0]]).image == pytest.approx(np.zeros((1, 1)), abs=1e-15)
+
+
+def two_bodies():
+    """Equal balls that exchange their speeds between walls: the left one is at 0 after 1, they meet after 4/3."""
+    made = hybrid(
+        ("x", "y", "u", "v"),
+        lambda t, y: {"fly": {"x": y.u, "y": y.v, "u": 0, "v": 0}},
+        lambda t, y: {
+            "M": Guard("fly", y.y - y.x, reset={"u": y.v, "v": y.u}),
+            "L": Guard("fly", y.x, reset={"u": -y.u}),
+            "R": Guard("fly", 1 - y.y, reset={"v": -y.v}),
+        },
+        Section("M", ("x", "u", "v")),
+    )
+    assert made.first_return([[0.5, 1.0, -0.5]]).image[0] == pytest.approx([1 / 6, 0.5, -1], abs=1e-15)
+
+
+def delay():
+    for late in (lambda t, y: y.x(t - 1), lambda t, y: sp.Function("x")(t - 1)):
+        made = hybrid(
+            ("x", "v"),
+            lambda t, y, late=late: {"fly": {"x": y.v, "v": -late(t, y)}},
+            lambda t, y: {"B": Guard("fly", y.x, reset={"v": -y.v})},
+            Section("B", ("v",)),
+        )
+        with pytest.raises(SystemDefinitionError, match="a delay is out of scope"):
+            made.first_return([[-1.0]])
+
+
+class Logistic(SimpleNamespace):
+    """x -> a x (1 - x), known by itself."""
+
+    coordinates = Coordinates(("x",))
+
+    def first_return(self, states, derivative=False):
+        start = np.asarray(states, float)
+        image, n = self.a * start * (1 - start), len(start)
+        slopes = (self.a * (1 - 2 * start))[:, :, None] if derivative else None
+        codes, outcome, time = np.zeros(n, np.int64), np.zeros(n, np.int8), np.ones(n)
+        return Returns(self.coordinates, (), start, image, np.zeros(start.shape, np.int32), codes, outcome, time, slopes)
+
+
+def own_map():
+    """Its fixed point 1 - 1/a has the multiplier 2 - a."""
+    orbit = nsmaps.periodic_orbit(Logistic(a=2.5), [0.5])
+    assert (orbit.states[0, 0], orbit.multipliers[0].real) == pytest.approx((0.6, -0.5))
+
+
+CASES = {
+    "gravity": gravity_and_springs,
+    "forcing of one or several harmonics": harmonics_or_none,
+    "forcing of two incommensurate": two_periods,
+    "forcing by noise": noise,
+    "a wall that moves": moving_walls,
+    "two walls that move relative": walls_that_move_apart,
+    "restitution that depends on the speed": law_of_the_speed,
+    "restitution that depends on the phase": law_of_the_phase,
+    "chatter": chatter,
+    "flights that grow": growing_flights,
+    "pendulum": acceleration,
+    "forces with a kink": kinks,
+    "compliant walls": switches,
+    "two bodies": two_bodies,
+    "equations with a delay": delay,
+    "a return map that is known": own_map,
+}
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: re.sub(r"\W+", " ", row)[:40])
+def test_each_row_is_true(row):
+    (case,) = [case for name, case in CASES.items() if row.startswith(name)]
+    case()
