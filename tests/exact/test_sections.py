@@ -336,3 +336,33 @@ def test_guards_met_at_once_at_the_section_where_both_orders_have_one_image():
     returns = Boost().first_return([[1.0], [1 - 1e-9], [1 + 1e-9]])
     assert returns.counts() == {"returned": 3}
     assert returns.image.ravel() == pytest.approx([2, 2 - 1e-9, 2 - 0.6e-9], abs=1e-15)
+
+
+class Cart(HybridSystem):
+    """A cart that is pushed whenever a clock of 2 strikes, in either of two modes, with v = 0 watched; drag fades its speed."""
+
+    push: float = 0.5
+    states = ("x", "v", "c")
+
+    def modes(self, t, y):
+        return {"slow": {"x": y.v, "v": -y.v, "c": 1}, "fast": {"x": y.v, "v": -y.v, "c": 1}}
+
+    def guards(self, t, y):
+        return {
+            "push": Guard(("slow", "fast"), 2 - y.c, reset={"v": y.v + self.push, "c": 0}, to="fast"),
+            "slower": Guard("fast", y.v - 1, to="slow"),
+            "start": Guard(("slow", "fast"), -y.x, letter="o"),
+        }
+
+    def section(self, t, y):
+        return Section("push", ("x", "v"), side="after")
+
+
+def test_just_after_an_event_of_several_modes_and_of_parts_of_them():
+    """From x = -1/2 with v = 3: through x = 0, and slower than 1 after ln 3."""
+    returns = Cart().first_return([[-0.5, 3.0], [1.0, 2.0]])
+    fade = np.exp(-2)
+    assert returns.words.tolist() == ["posp", "psp"]
+    assert returns.image == pytest.approx(
+        np.array([[-0.5 + 3 * (1 - fade), 3 * fade + 0.5], [1 + 2 * (1 - fade), 2 * fade + 0.5]]), abs=1e-14
+    )

@@ -129,7 +129,7 @@ def check_starts(
     Raises:
         SystemDefinitionError: says which events or states, and what is expected.
     """
-    if after and len(starts) > 1:
+    if after and len({transitions[start.transition].name for start in starts}) > 1:
         raise SystemDefinitionError(f"{reader.name}.section has several events; expected: one, or side='before'")
     for start in starts:
         one = transitions[start.transition]

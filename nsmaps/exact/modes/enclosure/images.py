@@ -35,6 +35,11 @@ def table_of(system: "HybridSystem") -> BallTables:
             f"{type(system).__name__}.section is at the phase {kernel.table.phase:.6g} of the forcing, and sets of states are "
             "enclosed from the phase zero on; expected: a clock that falls at t = 0, or a name for the phase in `coordinates`"
         )
+    if kernel.definition.after and len(kernel.definition.starts) > 1:
+        raise ProofError(
+            f"{type(system).__name__}.section is just after an event in several modes, or parts of them, and sets of states are "
+            "enclosed from one; expected: side='before'"
+        )
     return ball_tables(kernel.definition, kernel.values, kernel.table)
 
 

@@ -39,14 +39,18 @@ def picked(p, function, z):
 def away(p, transition, w):
     """How far a state is from one at which a transition takes place: its function is zero there, no other one is below it.
 
-    The largest violation of this, as a share of the sizes of the function's terms and of its change within a longest step.
+    Just after it none is below zero in the mode that follows. The largest violation of this, as a share of the sizes of the
+    function's terms and of its change within a longest step.
     """
-    far, mode = 0.0, p.mode[transition]
+    far, mode = 0.0, p.target[transition] if p.after else p.mode[transition]
     velocity(p, mode, w.z, w.field)
     for f in range(p.watched[mode], p.watched[mode + 1]):
         value, size = dot(p.functions[f], w.z)
         size += abs(dot(p.functions[f], w.field)[0])
-        wrong = abs(value) if f == p.function[transition] else -value
+        if p.after:
+            wrong = -value if p.on[transition, f] == 0 else 0.0
+        else:
+            wrong = abs(value) if f == p.function[transition] else -value
         if wrong > far * size:
             far = wrong / size
     return far
