@@ -21,6 +21,7 @@ from nsmaps.exact.engine.returns import sampled, trajectory
 from nsmaps.exact.engine.sensitivity import sensitivities
 from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of, written
 from nsmaps.exact.noise import orbit as noisy
+from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
 
@@ -126,6 +127,10 @@ class Kernel:
             moved = self.formulas.along(self.system.parameter_names()).table(values)
             sensitivities(self.flow, flow_of(moved), start, float(chatter), moves)
         return moves
+
+    def reasons(self, start: Floats, chatter: float) -> tuple[str, ...]:
+        """Why each first return of a batch, shape (N, 2), ended."""
+        return tuple(Outcome(end).advice for end in self.first_returns(start, False, chatter).outcome)
 
     def impacts(self, state: Floats, n: int, chatter: float) -> Impacts:
         """The first n impacts on all walls from one state, shape (2,)."""

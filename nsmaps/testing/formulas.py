@@ -185,11 +185,11 @@ def check_equation(flight: Flight, acceleration: Acceleration) -> None:
 def check_growth(system: ImpactSystem, flight: Flight) -> None:
     """Flights grow at most like a power of time, or the horizon is short."""
     for _, *hit in flight.trials():
-        end = abs(flight.place(hit[0] + int(system.horizon) * flight.period, *hit))
+        end = abs(flight.place(hit[0] + mp.mpf(system.horizon) * flight.period, *hit))
         if not end < HUGE:
             raise CheckError(
                 f"the flights of {flight.name} grow without bound: after an impact at {_hit(hit)} one is "
-                f"1e{int(mp.log10(end))} away at the end of the horizon of {int(system.horizon)} periods; a damping or a spring "
+                f"1e{int(mp.log10(end))} away at the end of the horizon of {system.horizon:g} periods; a damping or a spring "
                 "has the wrong sign, or is it meant? then a shorter `horizon` of the class is expected"
             )
 

@@ -69,19 +69,17 @@ def observe_orbit(
             and of the observables through every impact, by implicit differentiation of the orbit; without `rates` they are zero.
 
     Raises:
-        NsmapsError: as of `observe`; a parameter is unknown; the orbit does not exist, is one of `CompleteChatter` and the map is
+        ParameterError: a parameter is unknown.
+        NsmapsError: as of `observe`; the orbit does not exist, is one of `CompleteChatter` and the map is
             not, or is not one of this map.
     """
     from nsmaps.exact.observables.formulas import resolved
 
     single = _exact(system)
-    found, names = resolved(single, observables), single.parameter_names()
-    unknown = sorted(set(rates or {}) - set(names))
-    if unknown or not np.isfinite(orbit.states).all():
-        what = f"{unknown[0]!r} is not a parameter; expected: {', '.join(names)}" if unknown else "the orbit does not exist"
-        raise NsmapsError(what)
+    found, way = resolved(single, observables), single.direction(rates or {})
+    if not np.isfinite(orbit.states).all():
+        raise NsmapsError("the orbit does not exist")
     every = (*found, ELAPSED)
-    way = np.array([(rates or {}).get(name, 0.0) for name in names])
     passed = tuple(single.letters[0] + mark for mark in (CHATTER, REST))
     whole = [word for word in orbit.words if word.startswith(passed) and word not in passed]
     if whole and not isinstance(system, CompleteChatter):

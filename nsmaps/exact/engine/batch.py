@@ -7,8 +7,6 @@ bit. Exceptional returns (rest, chatter, doubt, no wall met) are left to `first_
 bounds depend on the time.
 """
 
-import math
-
 import numpy as np
 
 from nsmaps.exact.engine.block import (
@@ -91,6 +89,7 @@ from nsmaps.exact.engine.returns import (
     put,
     saltation,
     spell,
+    summed,
     turned,
 )
 
@@ -104,7 +103,7 @@ def launch(p, t, n, up, chatter):
     """From an impact of speed V at phase PHI to the flight after it."""
     z, room_up, room_down = rooms(p, up)
     has_up, has_down, _ = walls_of(p)
-    two, into, rate = has_up and has_down, 1.0 if up else -1.0, phase_rate(p)
+    two, into = has_up and has_down, 1.0 if up else -1.0
     leave_wall(p, t, n, up, into)
     begin_block(p, t, n, z)
     for k in range(n):
@@ -114,7 +113,7 @@ def launch(p, t, n, up, chatter):
         press = -gap[2]
         odd = t[ODD + k] > 0.0 or not u >= NO_SPEED
         bounds = t[JERK + k], t[SNAP + k]
-        odd = odd or (press > 0.0 and v * rate <= chatter * press and u < v and accumulation(u, v, press, bounds)[1])
+        odd = odd or (press > 0.0 and summed(p, up, v, chatter, press) and u < v and accumulation(u, v, press, bounds)[1])
         surely, h = leave(two, gap, room_up + room_down, t[JERK + k], t[SNAP + k])
         write_gap(t, k, gap)
         t[S + k], t[X + k], t[TO_UP + k] = 0.0, h, 1.0 if up else 0.0
@@ -197,12 +196,16 @@ def carry(p, t, n, up):
 def land(p, t, n, up):
     """The impact at S + STEP; columns that are not back on the base wall remain open."""
     _, room_up, room_down = rooms(p, up)
-    base_up = walls_of(p)[2]
+    base_up, max_time = walls_of(p)[2], horizon(p)
     for k in range(n):
         s, rate, to_up = t[S + k] + t[STEP + k], t[RATE + k], t[TO_UP + k] > 0.0
         bound = abs(t[STEADY + k]) + t[ACCELERATION + k]
         room = 0.0 if to_up == up else room_up + room_down
-        odd = t[ODD + k] > 0.0 or doubtful(rate, size_of(t, k, s), bound, room, s * max(abs(t[W + k]), abs(rate)), 0.0)
+        odd = (
+            t[ODD + k] > 0.0
+            or s > max_time
+            or doubtful(rate, size_of(t, k, s), bound, room, s * max(abs(t[W + k]), abs(rate)), 0.0)
+        )
         phi, whole = turned(p, t[PHI + k], s)
         t[PHI + k], t[V + k], t[TIME + k], t[TURNS + k] = phi, max(-rate, 0.0), t[TIME + k] + s, t[TURNS + k] + whole
         t[ODD + k], t[OPEN + k] = 1.0 if odd else 0.0, 0.0 if to_up == base_up or odd else 1.0
@@ -255,7 +258,7 @@ def side_by_side(p, start, i, chatter, states, turns, codes, outcome, time, tang
         code, power = spell(0, 1, base, 1, 1)
         for flights in range(1, MOST_FLIGHTS + 1):
             begun = flights > 1
-            left = fly(p, t, n, base_up != begun, math.inf if begun else chatter, begun, want)
+            left = fly(p, t, n, base_up != begun, chatter, begun, want)
             if flights == MOST_FLIGHTS:
                 give_up(t, left)
                 left = 0

@@ -110,7 +110,7 @@ def itinerary(p, v, phi, chatter):
     code, power = spell(0, 1, base, 1, 1)
     for flown in range(MOST_IMPACTS):
         on_base = up == base_up
-        ended, now_up, s, now_v, _, _, _ = next_impact(p, up, phi, v, chatter if on_base else math.inf)
+        ended, now_up, s, now_v, _, _, _ = next_impact(p, up, phi, v, chatter)
         if ended in (FOREVER, ESCAPED):
             return RESTS if ended == FOREVER else LOST, code, turns, slowest, nearest, flight_of
         if ended == IMPACT:

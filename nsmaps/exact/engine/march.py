@@ -264,6 +264,8 @@ def flight(p, up, w):
     for _ in range(MOST_STEPS):
         if surely or (h <= ROUNDING * s and gap[0] <= 0.0):
             s, rate = refine(p, to_up, room_up, room_down, s, h, gap, pop) if surely else (s, gap[1])
+            if s > max_time:
+                break
             _, _, _, _, _, bound, size = limits(p, s)
             room, way = 0.0 if to_up == up else room_up + room_down, s * max(abs(w), abs(rate))
             blur = grown(p, z, s, ROUNDING) if growing else 0.0

@@ -37,6 +37,7 @@ RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID, SIMULTANEOUS, ENDLE
 MOST_IMPACTS = 100_000  # of one return
 INFINITE_CODE = 2**62
 MOST_PHASE = 1e10  # radians, whose turns fit into an int32
+STEADY = 1e-15  # radians of phase, by which the end of chatter may shift
 NO_SPEED = 1e-300  # a ball that leaves a wall slower than this stays on it: the reciprocal would overflow
 
 
@@ -77,15 +78,31 @@ def accumulation(u, v, press, bounds):
     return x, x * bounds[0] <= 1e-5 * press and x * x * bounds[1] <= 1e-10 * press
 
 
+@inlined
+def summed(p, up, v, chatter, press):
+    """True if chatter that begins with an impact of speed v may be summed: always on the other wall, and on the base wall from
+    `chatter` on, as a share of the speed that the acceleration into the wall gives in a radian of the forcing.
+    """
+    return up != walls_of(p)[2] or v * phase_rate(p) <= chatter * press
+
+
+@inlined
+def steady(p, up, u, ratio, angle):
+    """True if chatter over an angle of the forcing keeps the ratio of its speeds, from u on, so well that its end is exact to
+    rounding.
+    """
+    again, _ = rebound(p, up, u)
+    return angle * abs(again / u - ratio) <= STEADY * (1.0 - ratio)
+
+
 @inner
 def next_impact(p, up, phi, v, chatter):
     """From just before an impact of speed v at phase phi to just before the next impact.
 
     Returns (how it ended, on the upper wall, time taken, speed, undecided, du/dv of the rebound, velocity after the impact).
-    Chatter whose first speed is at most `chatter`, as a share of the speed gained in a radian of the forcing, is summed once the
-    sum is exact to rounding: with acceleration alpha into the wall, alpha' = beta of a ball held there and x = 2 u/(alpha (1 -
-    r)) the impacts accumulate after x - beta x^2/(3 alpha) + O(x^3) if forces do not depend on the velocity; if they do, flights
-    have a jerk j different from beta.
+    Chatter whose first speed is `summed` is summed once the sum is exact to rounding: with acceleration alpha into the wall,
+    alpha' = beta of a ball held there and x = 2 u/(alpha (1 - r)) the impacts accumulate after x - beta x^2/(3 alpha) + O(x^3) if
+    forces do not depend on the velocity; if they do, flights have a jerk j different from beta.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -103,9 +120,9 @@ def next_impact(p, up, phi, v, chatter):
             return FOREVER, up, 0.0, 0.0, False, slope, w
         if resting > 1e-13 * TWO_PI / phase_rate(p):
             return REST, up, resting, 0.0, False, slope, w
-    elif press > 0.0 and v * phase_rate(p) <= chatter * press and u < v:
+    elif press > 0.0 and summed(p, up, v, chatter, press) and u < v:
         x, summable = accumulation(u, v, press, limits(p, 0.0))
-        if summable:
+        if summable and steady(p, up, u, u / v, x * phase_rate(p)):
             r, j, beta = u / v, into * jk, into * held(p, angle(phi), z)[1]
             x += x * x * (j * (2.0 * r - 1.0) / 3.0 - beta * r - (j - beta) * r * (1.0 - r) / 2.0) / (press * (1.0 + r))
             phase = phi + x * phase_rate(p)
@@ -195,7 +212,7 @@ def first_return(p, v, phi, chatter, derivative):
     letter, run = 1, 1  # the wall of the last impacts and their number in a row: written when the row ends, once if it is chatter
     for _ in range(MOST_IMPACTS):
         on_base = up == base_up
-        ended, now_up, s, now_v, unsure, slope, _ = next_impact(p, up, phi, v, chatter if on_base else math.inf)
+        ended, now_up, s, now_v, unsure, slope, _ = next_impact(p, up, phi, v, chatter)
         undecided |= unsure
         if ended == FOREVER:
             return RESTS, math.nan, math.nan, 0, time, code, lost

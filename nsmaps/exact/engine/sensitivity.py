@@ -19,7 +19,7 @@ def sensitivity(p, moved, v, phi, chatter):
         return math.nan, math.nan
     phi, _ = onward(p, phi, 0.0)
     for _ in range(MOST_IMPACTS):
-        ended, now_up, s, now_v, _, slope, w = next_impact(p, up, phi, v, chatter if up == base_up else math.inf)
+        ended, now_up, s, now_v, _, slope, w = next_impact(p, up, phi, v, chatter)
         if ended != IMPACT:
             break
         into, now_into = 1.0 if up else -1.0, 1.0 if now_up else -1.0

@@ -21,7 +21,7 @@ def release_rates(system: "ImpactSystem", phases: Floats, rates: Mapping[str, fl
     The acceleration of a ball that is held at the wall is zero there, whence they follow by the implicit function theorem.
     """
     by_phase, *by_each = _slopes(formulas_of(system))(phases, *system.parameters.values())
-    moved = sum(rates.get(name, 0.0) * each for name, each in zip(system.parameter_names(), by_each, strict=True))
+    moved = sum(rate * each for rate, each in zip(system.direction(rates), by_each, strict=True))
     return np.asarray(-moved / by_phase * np.ones(len(phases)))
 
 

@@ -44,6 +44,14 @@ class FailsNow(SystemDefinitionError):
     """
 
 
+def periods_of(system: "ImpactSystem") -> sp.Rational:
+    """The horizon of a class, in periods, as it is. Raises SystemDefinitionError unless it is a positive number."""
+    horizon = system.horizon
+    if not 0 < horizon < float("inf"):
+        raise SystemDefinitionError(f"{type(system).__name__}.horizon is {horizon}; expected: a positive number of periods")
+    return sp.Rational(horizon)
+
+
 def walls_of(system: "ImpactSystem") -> "dict[str, Wall]":
     """The walls of a system by their letters, with places as sympy expressions in its parameters.
 

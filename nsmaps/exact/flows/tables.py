@@ -29,7 +29,7 @@ from nsmaps.exact.flows.laws import law_address
 from nsmaps.exact.flows.numbers import Finish, Number, Recorded
 from nsmaps.exact.flows.rates import packed, rates_and_powers
 from nsmaps.exact.flows.recording import DIGITS, Real
-from nsmaps.exact.flows.source import period_of, walls_of
+from nsmaps.exact.flows.source import period_of, periods_of, walls_of
 from nsmaps.exact.systems.files import place_of
 
 if TYPE_CHECKING:
@@ -180,6 +180,6 @@ def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
     places, laws = impact_law(symbolic)
     laws.reverse()  # the lower wall first
     check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))
-    numbers = [*places, 2 * sp.pi / period, int(symbolic.horizon) * period]
+    numbers = [*places, 2 * sp.pi / period, periods_of(symbolic) * period]
     known, order = tuple(symbols.values()), (1 in sides, -1 in sides, sides[0] == 1)
     return Formulas(known, Expansion(given, known), numbers, laws, order, acceleration)

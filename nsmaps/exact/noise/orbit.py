@@ -24,6 +24,8 @@ from nsmaps.exact.engine.returns import (
     is_state,
     onward,
     spell,
+    steady,
+    summed,
 )
 from nsmaps.exact.noise.flight import met_again, met_ahead, moved, noise_over, quintic, shifted
 
@@ -89,11 +91,11 @@ def bounce(p, law, ball, count, q, h, v, chatter):
     if press > 0.0:
         if u == 0.0:
             count[RESTING] = 2
-        elif u < v and v * phase_rate(p) <= (chatter if up == walls_of(p)[2] else math.inf) * press:
+        elif u < v and summed(p, up, v, chatter, press):
             phi, _ = onward(p, ball[PHASE], ball[NOW])
             begin(p, angle(phi), ball[PLACE], -into * u)
             x, summable = accumulation(u, v, press, limits(p, 0.0))
-            if summable:
+            if summable and steady(p, up, u, u / v, x * phase_rate(p)):
                 count[RESTING], ball[NOW] = 1, min(ball[NOW] + x, h)
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from nsmaps.exact.engine.flight.flow import evaluate, rebound, wall_places, walls_of
+from nsmaps.exact.engine.flight.flow import evaluate, rebound, start, wall_places, walls_of
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import (
     CHATTER,
@@ -23,7 +23,7 @@ from nsmaps.exact.engine.returns import (
 from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, cleared, evaluated, joined, panels, sampled
 
 LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
-MOST_CHATTER = 100_000  # impacts of chatter that are added
+MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
 
 
 @inlined
@@ -36,16 +36,19 @@ def hit(p, q, up, z, phi, v):
 
 
 @inner
-def chattered(p, q, up, z, phi, u):
-    """Join the values of the impacts after one that was left at speed u, to where they accumulate.
+def chattered(p, q, up, z, phi, first, u):
+    """Join the values of the impacts after one of speed `first` that was left at speed u, to where they accumulate.
 
     A formula that is not zero at speed zero has no finite sum.
     """
-    v = u
+    v, x = u, 2.0 * u / (abs(start(p)[0]) * (1.0 - u / first))
     for _ in range(MOST_CHATTER):
         if not v > LEAST * u:
             break
-        v = hit(p, q, up, z, phi, v)
+        after, _ = rebound(p, up, v)
+        v = hit(p, q, up, z, onward(p, phi, x * (1.0 - after / u))[0], v)
+    else:
+        q.total[: q.at.shape[1]] = math.nan
     row = 0 if up == walls_of(p)[2] else 1
     q.y[0], q.y[1], q.y[2] = 0.0, 0.0, z
     evaluated(q, q.impact, phi)
@@ -105,7 +108,7 @@ def passed(p, q, up, phi, v, ended, s):
     if q.impact != 0 and v > 0.0:
         u = hit(p, q, up, z, phi, v)
         if ended in (CHATTER, FOREVER):
-            chattered(p, q, up, z, phi, u)
+            chattered(p, q, up, z, phi, v, u)
     if q.flight != 0 and ended not in (FOREVER, ESCAPED):
         over_flight(p, q, row, z, phi, s, ended == IMPACT)
 

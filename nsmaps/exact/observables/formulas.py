@@ -1,5 +1,6 @@
 """The formulas of observables in symbols: what they may contain, those that a system has by name, and how text is read."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
 
 AFTER = "_after"  #: behind the name of a state, just after an event
-READ: dict[str, Callable[..., float]] = {**FUNCTIONS, "abs": abs}
-WRITTEN = {**{name: getattr(sp, name) for name in FUNCTIONS}, "abs": sp.Abs, "pi": sp.pi, "e": sp.E}
+FURTHER = "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh", "atanh", "erf"
+READ: dict[str, Callable[..., float]] = {**FUNCTIONS, **{name: getattr(math, name) for name in FURTHER}, "abs": abs}
+WRITTEN = {**{name: getattr(sp, name) for name in (*FUNCTIONS, *FURTHER)}, "abs": sp.Abs, "pi": sp.pi, "e": sp.E}
 NUMBERS = {"Integer": sp.Integer, "Float": sp.Float, "Rational": sp.Rational, "Symbol": sp.Symbol, "Function": sp.Function}
 COUNTED = Observable(name="impacts", formula="1")
 OF_IMPACTS = (

@@ -1,4 +1,4 @@
-"""Totals of observables where flights are integrated: impact by impact, with integrals as further states of the integrator."""
+"""Totals of observables where flights are integrated: impact by impact, with integrals over the steps of the flights."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -13,15 +13,19 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.engine.flight import layout as at
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.tables import Formulas
-from nsmaps.exact.observables.flights import LEAST, MOST_CHATTER
+from nsmaps.exact.observables.flights import LEAST
 from nsmaps.exact.observables.memory import rule
-from nsmaps.exact.ode.integrator import sampler_of
 from nsmaps.exact.ode.kernel import IntegratedKernel
+from nsmaps.exact.ode.steps.pieces import Step
 from nsmaps.exact.returns import Impacts
 from nsmaps.exact.words import CHATTER
 
 if TYPE_CHECKING:
     from nsmaps.exact.observables.totals import Plan
+
+MOST_CHATTER = 100_000  #: impacts of chatter that are added: after more the totals are not known
+AGREE = 1e-14  #: of the integral of a size over a flight: two rules of quadrature that differ by less agree
+MOST_HALVINGS = 40  #: of a step, beside a kink of a formula
 
 
 def integrated_totals(kernel: IntegratedKernel, plan: "Plan", discard: int, length: int, chatter: float, *rows: Any) -> None:
@@ -52,11 +56,11 @@ def _returns(
         raise NsmapsError("the largest value of a formula of integrated flights is not known; expected: one of impacts, or a sum")
     times, totals, states, n = [np.empty(0)], [np.empty((0, len(plan.columns)))], [state[None]], 2 * returns + 2
     while returns > 0:
-        found = kernel.impacts(states[-1][-1], n, chatter)
+        found, flights = kernel.flights(states[-1][-1], n, chatter)
         base = np.flatnonzero(found.wall == 0)[: returns + 1]
         if len(base) > 1:
             times.append(np.diff(found.time[base]))
-            totals.append(np.array([_total(kernel, plan, found, slice(*ends)) for ends in pairwise(base)]))
+            totals.append(np.array([_total(kernel, plan, found, flights, slice(*ends)) for ends in pairwise(base)]))
             states.append(np.column_stack([found.speed, found.phase])[base[1:]])
             returns -= len(base) - 1
         if len(found.wall) < n:
@@ -65,19 +69,19 @@ def _returns(
     return np.concatenate(times), np.concatenate(totals), np.concatenate(states)
 
 
-def _total(kernel: IntegratedKernel, plan: "Plan", found: Impacts, which: slice) -> Floats:
+def _total(kernel: IntegratedKernel, plan: "Plan", found: Impacts, flights: list[list[Step]], which: slice) -> Floats:
     """The totals of some impacts and of the flights that follow them, shape (C,)."""
     numbers = range(which.start, which.stop)
     hits = np.concatenate([_hits(kernel, plan, found, i) for i in numbers])
     sums = np.where(plan.largest[: hits.shape[1]], hits.max(axis=0, initial=-np.inf), hits.sum(axis=0))
-    return np.append(sums, sum(_flown(kernel, plan, found, i) for i in numbers))
+    return np.append(sums, sum(_flown(kernel, plan, found, flights[i], i) for i in numbers))
 
 
 def _hits(kernel: IntegratedKernel, plan: "Plan", found: Impacts, i: int) -> Floats:
     """The values of an impact, and of those after it if they accumulate, shape (impacts, K)."""
     formulas, _ = _compiled(kernel.formulas, plan)
     row, speed, largest = int(found.wall[i]), float(found.speed[i]), plan.largest[: plan.rows["impacts"].shape[1]]
-    place, letter = _place(kernel, row)[0], kernel.system.letters[row]
+    place, letter, phi = _place(kernel, row)[0], kernel.system.letters[row], float(found.phase[i])
     speeds, endless = [speed], bool(found.mark[i + 1] == CHATTER)
     after = [float(kernel.system.rebound(speed, letter))]
     while endless and after[-1] > LEAST * after[0] and len(speeds) < MOST_CHATTER:
@@ -85,31 +89,57 @@ def _hits(kernel: IntegratedKernel, plan: "Plan", found: Impacts, i: int) -> Flo
         after.append(float(kernel.system.rebound(after[-1], letter)))
     hits = np.column_stack([speeds, after])[: None if speed > 0 else 0]
     ends = np.zeros((1 if endless else 0, 2))  # a formula that is not zero at speed zero has no finite sum
-    found_at = [formulas(v, u, place, float(found.phase[i]), *kernel.system.parameters.values()) for v, u in (*hits, *ends)]
+    phases = [phi, *(phi + _accumulation(kernel, row, phi, speed, after[0]) * (1 - u / after[0]) for u in after[1:]), phi]
+    parameters = kernel.system.parameters.values()
+    found_at = [formulas(v, u, place, at, *parameters) for (v, u), at in zip((*hits, *ends), phases, strict=False)]
     values = np.reshape(found_at, (len(hits) + len(ends), len(largest)))
     if endless:
         values[-1] = np.where(largest | (values[-1] == 0), values[-1], np.copysign(np.inf, values[-1]))
+        values[0] = np.where(len(speeds) < MOST_CHATTER, values[0], np.nan)
     return np.where(plan.rows["impacts"][row], values, np.where(largest, -np.inf, 0.0))
 
 
-def _flown(kernel: IntegratedKernel, plan: "Plan", found: Impacts, i: int) -> Floats:
+def _accumulation(kernel: IntegratedKernel, row: int, phi: float, v: float, u: float) -> float:
+    """The phase in which impacts of speeds v, u, ... accumulate, to first order."""
+    (place, into), rate = _place(kernel, row), float(kernel.table[at.PHASE_RATE])
+    press = into * float(_acceleration(kernel.formulas)(phi / rate, place, -into * u, *kernel.system.parameters.values()))
+    return rate * 2 * u / (press * (1 - u / v))
+
+
+def _flown(kernel: IntegratedKernel, plan: "Plan", found: Impacts, steps: list[Step], i: int) -> Floats:
     """The integrals over the flight, or the rest, after an impact, shape (F,)."""
-    integrands, resting = _integrands(kernel.formulas, plan), _compiled(kernel.formulas, plan)[1]
-    row, rate, parameters = int(found.wall[i]), float(kernel.table[at.PHASE_RATE]), tuple(kernel.system.parameters.values())
-    (place, into), s = _place(kernel, row), float(found.time[i + 1] - found.time[i])
-    start = float(found.phase[i]) / rate
-    if not integrands:
+    row, start = int(found.wall[i]), float(found.phase[i]) / float(kernel.table[at.PHASE_RATE])
+    if not plan.formulas["flights"]:
         return np.empty(0)
     if found.mark[i + 1]:
-        nodes, weights = rule()
-        ends = np.linspace(0, s, 1 + int(np.ceil(s * rate)))
-        parts = [(start + low + (high - low) * nodes, (high - low) * weights) for low, high in pairwise(ends)]
-        over = sum(weight * np.array(resting(t, place, *parameters)) for x, w in parts for t, weight in zip(x, w, strict=True))
-    else:
-        velocity = -into * float(kernel.system.rebound(float(found.speed[i]), kernel.system.letters[row]))
-        sampled = sampler_of(kernel.formulas.acceleration, kernel.formulas.symbols, integrands)
-        over = sampled(np.array([start, place, velocity, *parameters]), np.array([0.0, s]))[2:, -1]
+        steps = [Step(0.0, float(found.time[i + 1] - found.time[i]), np.zeros(1), np.zeros(1))]
+    formulas, place = _compiled(kernel.formulas, plan)[1], _place(kernel, row)[0]
+    parameters = tuple(kernel.system.parameters.values())
+
+    def values(step: Step, since: Floats) -> Floats:
+        displacement, velocity = step.at(since)
+        found = formulas(start + since, place + displacement, velocity, *parameters)
+        return np.array([np.broadcast_to(one, since.shape) for one in found], float)
+
+    size = np.sum([np.abs(_rule_over(values, step, step.begin, step.length, np.abs)) for step in steps], axis=0)
+    over = np.sum([_integral(values, step, step.begin, step.length, size) for step in steps], axis=0)
     return np.where(plan.rows["flights"][row], over, 0.0)
+
+
+def _rule_over(values: Callable[..., Floats], step: Step, begin: float, length: float, of: Callable[..., Floats]) -> Floats:
+    """The integrals of functions of the values over a part of a step, by one rule, shape (F,)."""
+    nodes, weights = rule()
+    return np.asarray(of(values(step, begin + length * nodes)) @ (length * weights), float)
+
+
+def _integral(values: Callable[..., Floats], step: Step, begin: float, length: float, size: Floats, depth: int = 0) -> Floats:
+    """The integrals over a part of a step, shape (F,), halved until one rule and two agree beside the `size` of the whole."""
+    whole = _rule_over(values, step, begin, length, np.asarray)
+    half = length / 2
+    parts = [_rule_over(values, step, x, half, np.asarray) for x in (begin, begin + half)]
+    if depth == MOST_HALVINGS or (np.abs(whole - parts[0] - parts[1]) <= AGREE * size).all():
+        return parts[0] + parts[1]
+    return _integral(values, step, begin, half, size, depth + 1) + _integral(values, step, begin + half, half, size, depth + 1)
 
 
 def _place(kernel: IntegratedKernel, row: int) -> tuple[float, float]:
@@ -126,8 +156,15 @@ def _integrands(formulas: Formulas, plan: "Plan") -> tuple[sp.Expr, ...]:
 
 
 @lru_cache(maxsize=64)
+def _acceleration(formulas: Formulas) -> Callable[..., Any]:
+    return sp.lambdify((S, Z, W, *formulas.symbols), formulas.acceleration)
+
+
+@lru_cache(maxsize=64)
 def _compiled(formulas: Formulas, plan: "Plan") -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """The formulas of impacts by speed before and after, place, phase and parameters; of rests by time, place and parameters."""
+    """The formulas of impacts by speed before and after, place, phase and parameters; of flights by time, place, velocity and
+    parameters.
+    """
     impacts = sp.lambdify((*plan.vocabulary.variables("impacts"), PHI, *formulas.symbols), plan.formulas["impacts"])
-    rests = sp.lambdify((S, Z, *formulas.symbols), [one.subs(W, 0) for one in _integrands(formulas, plan)])
-    return impacts, rests
+    flights = sp.lambdify((S, Z, W, *formulas.symbols), _integrands(formulas, plan))
+    return impacts, flights

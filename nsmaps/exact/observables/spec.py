@@ -19,7 +19,8 @@ class Observable(BaseModel):
     A formula of an impact has the impact speed `v` just before it, `v_after`, the `place` of the wall; in a system with modes
     the states just before an event by their names, and just after it with `_after` behind the name. A formula of a flight has
     `place` and `velocity`, or the states. Either has the phase `phi` of the forcing (radians), the time `t` since the phase was
-    zero, the parameters of the system, and the functions sqrt, sin, cos, exp, log, abs.
+    zero, the parameters of the system, and the functions sqrt, exp, log, sin, cos, tan, sinh, cosh, tanh,
+    their inverses (asin, atanh, ...), erf and abs.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

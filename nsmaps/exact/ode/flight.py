@@ -11,6 +11,7 @@ from nsmaps.exact.ode.layout import BOTH, FLOWN, FRESH, PLACES, UP, VELOCITIES, 
 UNIT = 2.0**-53
 SIGMAS = 4.0  #: standard deviations of rounding errors that are taken as their bound
 CLOUDED = 1e-10  #: of the way flown: a flight whose place may have a larger error is undecided
+FAINT = 1e-6  #: of a speed: an impact whose speed may have a larger error is undecided
 LEADING = 4  #: terms of the velocity with whose sizes the last ones are compared
 
 
@@ -134,3 +135,9 @@ def clouded(w, k, upper, s, speed):
     lane = w.lanes[k]
     way = max(room_to(w.p, w.counts[k, UP] == 1, upper), (lane[FLOWN] + s) * max(abs(lane[VELOCITY]), speed))
     return SIGMAS * math.sqrt(lane[PLACES]) > CLOUDED * way
+
+
+@inlined
+def faint(w, k, a, speed):
+    """True if rounding errors of the place change the speed of an impact, of acceleration a, by more than a small share."""
+    return SIGMAS * math.sqrt(w.lanes[k, PLACES]) * abs(a) > FAINT * speed * speed

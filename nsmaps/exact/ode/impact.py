@@ -3,9 +3,8 @@
 import math
 
 from nsmaps.exact.engine.flight.flow import phase_rate, rebound, wall_places
-from nsmaps.exact.engine.flight.layout import BASE_UP
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.returns import CHATTER, FOREVER, IMPACT, NO_SPEED, REST, TWO_PI
+from nsmaps.exact.engine.returns import CHATTER, FOREVER, IMPACT, NO_SPEED, REST, TWO_PI, steady, summed
 from nsmaps.exact.modes.march.zeros import limits
 from nsmaps.exact.ode.flight import series_of
 from nsmaps.exact.ode.integrator import PLACE, PLACE_RATE, TIME
@@ -24,6 +23,7 @@ from nsmaps.exact.ode.layout import (
     VELOCITY,
     WAYS,
 )
+from nsmaps.exact.ode.steps.resolution import resolved
 
 SHORT = 1e-13  #: of a period: a rest that is rounding
 EXACT_JERK, EXACT_SNAP = 1e-5, 1e-10  #: by which jerk and snap may change the acceleration within chatter that is summed
@@ -80,6 +80,8 @@ def chatter_time(w, k, v, u, press):
     up, a, tc = w.counts[k, UP] == 1, w.series[0], w.tc
     into, by = 1.0 if up else -1.0, (len(w.state) - 2) // 2
     x = 2.0 * u / (press * (1.0 - u / v))
+    if not (steady(w.p, up, u, u / v, x * phase_rate(w.p)) and resolved(w, k, min(x, 2.0 * u / press))):
+        return 0.0
     series_of(tc, 0, k, 1.0, a)
     _, jerk, snap = limits(a, x)
     if not (x * jerk <= EXACT_JERK * press and x * x * snap <= EXACT_SNAP * press):
@@ -99,7 +101,7 @@ def held_back(w, k):
         pause = resting(phases, lane[PHI], rate)
         if pause > SHORT * TWO_PI / rate:
             return FOREVER if pause == math.inf else REST, pause
-    elif press > 0.0 and v * rate <= w.chatter[0 if w.p.table[BASE_UP] == count[UP] else 1] * press and u < v:
+    elif press > 0.0 and summed(w.p, up, v, w.chatter, press) and u < v:
         x = chatter_time(w, k, v, u, press)
         if x > 0.0:
             phi = lane[PHI] + x * rate

@@ -4,7 +4,7 @@ heyoka is imported when an integrator is first asked for, and the coefficients o
 and impact laws are those of this room.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from importlib import import_module
@@ -83,34 +83,6 @@ def integrator_of(acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...], move
     start = np.zeros((2 + 2 * len(by), hy.recommended_simd_size()))
     program = hy.taylor_adaptive_batch(system, start, tol=0.0)
     return Integrator(program, program.pars, [0.0] * start.shape[1], Lock())
-
-
-@lru_cache(maxsize=64)
-def sampler_of(
-    acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...], integrands: tuple[sp.Expr, ...] = ()
-) -> Callable[[Floats, Floats], Floats]:
-    """A function of the parameters, shape (P,), and of times since an impact, shape (K,), that samples its flight.
-
-    It takes the velocity just after the impact in the place of PLACE_RATE. Its values are displacement since the impact and
-    velocity, and the integrals of some formulas since then, by the same symbols, shape (2 + integrands, K).
-    """
-    hy = heyoka()
-    place, velocity = hy.make_vars("d", "v")
-    known = {S: hy.par[TIME] + hy.time, Z: hy.par[PLACE] + place, W: velocity}
-    known |= {symbol: hy.par[VALUES + k] for k, symbol in enumerate(parameters)}
-    rates = [(place, velocity), (velocity, expression(acceleration, known))]
-    rates += [(hy.make_vars(f"q{k}"), expression(one, known)) for k, one in enumerate(integrands)]
-    program = hy.taylor_adaptive(rates, [0.0] * len(rates), tol=0.0)
-    lock = Lock()
-
-    def sampled(pars: Floats, times: Floats) -> Floats:
-        with lock:
-            program.time, program.state[:] = 0.0, 0.0
-            program.state[1] = pars[PLACE_RATE]
-            program.pars[:] = pars[: len(program.pars)]
-            return program.propagate_grid(times)[-1].T.copy()
-
-    return sampled
 
 
 def expression(formula: sp.Expr, known: Mapping[sp.Symbol, Any]) -> Any:

@@ -17,10 +17,13 @@ from nsmaps.exact.flows.formulas import S, W, Z
 from nsmaps.exact.flows.tables import Formulas
 from nsmaps.exact.modes.tables.taylor import ORDER
 from nsmaps.exact.ode.held import pressing
-from nsmaps.exact.ode.integrator import VALUES, Integrator, integrator_of, sampler_of
+from nsmaps.exact.ode.integrator import VALUES, Integrator, integrator_of
 from nsmaps.exact.ode.layout import FLOATS, IMPACTS, INTEGERS, WAYS
 from nsmaps.exact.ode.memory import Memory, addresses
 from nsmaps.exact.ode.returns import advanced, started
+from nsmaps.exact.ode.steps.pieces import DOUBTS, Step
+from nsmaps.exact.ode.steps.resolution import FIRST, INTERVALS, equation_of
+from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
 
@@ -69,36 +72,55 @@ class IntegratedKernel:
 
     def sensitivities(self, start: Floats, rates: Floats, chatter: float) -> Floats:
         """The derivatives of the images of a batch, shape (N, 2), by the parameters along a direction."""
-        return self._run(start, 1, chatter, rates).tangents[0, :, :, 2] if rates.any() else np.zeros((len(start), 2))
+        return self._run(start, 1, chatter, rates=rates).tangents[0, :, :, 2] if rates.any() else np.zeros((len(start), 2))
 
     def impacts(self, state: Floats, n: int, chatter: float) -> Impacts:
         """The first n impacts on all walls from one state, shape (2,)."""
-        w = self._run(state[None], 1, chatter, hits=n)
+        return self.flights(state, n, chatter)[0]
+
+    def flights(self, state: Floats, n: int, chatter: float) -> tuple[Impacts, list[list[Step]]]:
+        """The first n impacts on all walls from one state, shape (2,), and the steps of the flight after each of them."""
+        pieces: list[Floats] = []
+        w = self._run(state[None], 1, chatter, pieces, hits=n)
         on_base, time, phase, speed, mark = w.hits[: int(w.counts[0, IMPACTS]) + 1].T
-        return Impacts(self.system.letters, (1 - on_base).astype(np.int8), time, phase, speed, MARKS[mark.astype(int)])
+        steps: list[list[Step]] = [[] for _ in time]
+        for (_, number, begin, length, *_), place, velocity in pieces:
+            steps[int(number)].append(Step(begin, length, place, velocity))
+        return Impacts(self.system.letters, (1 - on_base).astype(np.int8), time, phase, speed, MARKS[mark.astype(int)]), steps
 
     def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
         """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
         top, bottom = float(self.table[at.TOP]), float(self.table[at.BOTTOM])
+        _, flights = self.flights(np.array([impacts.speed[0], impacts.phase[0]]), len(impacts.time), 1e-12)
         times = np.linspace(impacts.time[:-1], impacts.time[1:], samples, axis=1)
         places, rates = np.zeros((2, *times.shape))
         for i, time in enumerate(times):
             up = bool(self.table[at.BASE_UP]) == (impacts.wall[i] == 0)
             places[i] = top if up else bottom
             if not impacts.mark[i + 1]:  # otherwise it chatters or rests here, and there is no flight
-                after = self.system.rebound(float(impacts.speed[i]), self.system.letters[impacts.wall[i]])
-                flown = self._sampled(places[i, 0], impacts.phase[i], -float(after) if up else float(after), time - time[0])
-                places[i], rates[i] = places[i] + flown[0], flown[1]
+                since, steps = time - time[0], flights[i]
+                which = np.searchsorted([step.begin for step in steps[1:]], since, "right")
+                for k, step in enumerate(steps):
+                    flown = step.at(since[which == k])
+                    places[i, which == k] += flown[0]
+                    rates[i, which == k] = flown[1]
         return times, places, rates
 
-    def _sampled(self, place: float, phi: float, velocity: float, times: Floats) -> Floats:
-        """Displacement and velocity at times after an impact, shape (2, K), by heyoka's own steps."""
-        sampled = sampler_of(self.formulas.acceleration, self.formulas.symbols)
-        start = phi / float(self.table[at.PHASE_RATE]), place, velocity
-        return sampled(np.array([*start, *self.system.parameters.values()]), times)
+    def reasons(self, start: Floats, chatter: float) -> tuple[str, ...]:
+        """Why each first return of a batch, shape (N, 2), ended."""
+        w = self._run(start, 1, chatter)
+        return tuple(DOUBTS[doubt] or Outcome(end).advice for doubt, end in zip(w.doubts[0], w.outcome[0], strict=True))
 
-    def _run(self, start: Floats, n: int, chatter: float, rates: Floats | None = None, **what: Any) -> Memory:
-        """The memory of the engine when the first n returns of all states have been made."""
+    def _run(
+        self,
+        start: Floats,
+        n: int,
+        chatter: float,
+        pieces: list[Floats] | None = None,
+        rates: Floats | None = None,
+        **what: Any,
+    ) -> Memory:
+        """The memory of the engine when the first n returns of all states have been made; `pieces` gets the steps of impacts."""
         values = list(self.system.parameters.values())
         integrator = integrator_of(self.formulas.acceleration, self.formulas.symbols, rates is not None)
         with integrator.lock:
@@ -107,7 +129,10 @@ class IntegratedKernel:
             busy, found = started(w), addresses(w)
             while busy:
                 integrator.expand(w.pars)
-                busy = advanced(found, w.chatter, w.turning)
+                busy = advanced(found, w.chatter, w.turning, w.equation)
+                if pieces is not None and w.piece[0, 0]:
+                    pieces.append(w.piece.copy())
+                    w.piece[0, 0] = 0.0
         return w
 
     def _memory(
@@ -122,6 +147,8 @@ class IntegratedKernel:
         hits: int = 0,
     ) -> Memory:
         """The arrays of the engine for n returns of states (M, 2)."""
+        assert self.formulas.acceleration is not None, "of a system that is given by it"
+        equation, kinds = equation_of(self.formulas.acceleration, self.formulas.symbols)
         m, lanes, program = len(start), len(integrator.nowhere), integrator.program
         pars = np.zeros((VALUES + 2 * len(self.formulas.symbols) + 1, lanes))
         integrator.expand(pars)  # the first coefficients
@@ -136,7 +163,7 @@ class IntegratedKernel:
             pressing=self.pressing,
             series=np.zeros((3, ORDER + 1)),
             ends=np.zeros(len(program.state)),
-            chatter=(float(chatter), float(chatter) if hits else np.inf),
+            chatter=float(chatter),
             turning=turning,
             next=np.zeros(1, np.int64),
             start=start,
@@ -148,6 +175,11 @@ class IntegratedKernel:
             tangents=np.empty((n if derivative or rates is not None else 0, m, 2, WAYS)),
             margins=np.empty((m if turning else 0, 3)),
             hits=np.zeros((hits, 5)),
+            doubts=np.zeros((n, m), np.int8),
+            inside=np.zeros((INTERVALS + 1, FIRST + 2 * len(kinds))),
+            kinds=np.array(kinds, np.int64),
+            piece=np.zeros((3, program.tc.shape[1])),
+            equation=equation,
         )
 
     def _moved(self, rates: Floats | None) -> Floats:

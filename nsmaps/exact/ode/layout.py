@@ -15,3 +15,6 @@ WAYS = 3  #: by which derivatives are taken: speed, phase, and the direction of 
 # Integers of a lane: the row of its state, returns made, which wall was left, and the word so far
 ROW, MADE, UP, FRESH, LETTER, RUN, CODE, POWER, TURNS, IMPACTS, STEPS, UNSURE, TURNED, RISING = range(14)
 INTEGERS = 14
+
+# Why a flight is undecided: values of UNSURE, the last reason of a return
+SURE, GRAZES, CLOUDED, STEEP, STIFF = range(5)

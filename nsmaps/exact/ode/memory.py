@@ -24,7 +24,7 @@ class Memory(NamedTuple):
     pressing: tuple[Any, Any]  #: shapes (K, 2): phases between which the lower wall and the upper press on a ball at rest
     series: Any  #: shape (3, ORDER + 1), of a gap or a velocity, with room to shift it
     ends: Any  #: shape (states,), of the step
-    chatter: tuple[float, float]  #: on the base wall and on the other, as in `first_return`
+    chatter: float  #: as in `first_return`
     turning: bool  #: whether turning points are letters of the words
     next: Any  #: shape (1,), the next state to start from
     start: Any  #: shape (M, 2)
@@ -36,6 +36,11 @@ class Memory(NamedTuple):
     tangents: Any  #: shape (n, M, 2, 3)
     margins: Any  #: shape (M, 3), clearance, slowest, turning points; or no rows
     hits: Any  #: shape (H, 5), impacts: on the base wall, time, phase, speed, mark; or no rows
+    doubts: Any  #: shape (n, M), why returns are undecided, see `layout`
+    inside: Any  #: shape (instants, columns), of a step, see `resolution`
+    kinds: Any  #: shape (functions,), of the equation of motion
+    piece: Any  #: shape (3, order + 1), the step of an impact's flight: (1, number of the impact, begin, length), place, velocity
+    equation: int  #: address of the compiled equation of motion
 
 
 @intrinsic
@@ -49,12 +54,12 @@ def _pointer(typingctx, address):
 
 
 def addresses(w: Memory) -> Ints:
-    """Where the arrays of a memory are and their shapes, shape (23, 5), for `at_addresses`.
+    """Where the arrays of a memory are and their shapes, shape (27, 5), for `at_addresses`.
 
     A call with this one array is taken much faster than one with all of them.
     """
     arrays = [*w.p, *w.moved, w.tc, w.state, w.pars, w.lanes, w.counts, *w.pressing, w.series, w.ends, w.next, w.start]
-    arrays += [w.states, w.turns, w.codes, w.outcome, w.time, w.tangents, w.margins, w.hits]
+    arrays += [w.states, w.turns, w.codes, w.outcome, w.time, w.tangents, w.margins, w.hits, w.doubts, w.inside, w.kinds, w.piece]
     assert all(array.flags.c_contiguous for array in arrays)
     return np.array([[array.ctypes.data, *array.shape, *[0] * (4 - array.ndim)] for array in arrays], np.int64)
 
@@ -78,7 +83,7 @@ def _of_three(h, j):
 
 
 @allocating
-def at_addresses(h, chatter, turning):
+def at_addresses(h, chatter, turning, equation):
     """The memory with these `addresses`."""
     return Memory(
         Flow(_of_one(h, 0), _of_one(h, 1)),
@@ -103,4 +108,9 @@ def at_addresses(h, chatter, turning):
         carray(_pointer(h[20, 0]), (h[20, 1], h[20, 2], h[20, 3], h[20, 4]), np.float64),
         _of_two(h, 21),
         _of_two(h, 22),
+        carray(_pointer(h[23, 0]), (h[23, 1], h[23, 2]), np.int8),
+        _of_two(h, 24),
+        carray(_pointer(h[25, 0]), (h[25, 1],), np.int64),
+        _of_two(h, 26),
+        equation,
     )

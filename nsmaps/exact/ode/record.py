@@ -22,6 +22,7 @@ from nsmaps.exact.ode.layout import (
     SPEED,
     STEP_PHI,
     STEPS,
+    SURE,
     TURNED,
     TURNS,
     UNSURE,
@@ -39,7 +40,7 @@ def begin_return(w, k):
     lane, count = w.lanes[k], w.counts[k]
     _, _, base_up = walls_of(w.p)
     count[UP], count[LETTER], count[RUN], count[CODE], count[POWER] = 1 if base_up else 0, 1, 1, 0, 1
-    count[TURNS], count[IMPACTS], count[STEPS], count[UNSURE], count[TURNED] = 0, 0, 0, 0, 0
+    count[TURNS], count[IMPACTS], count[STEPS], count[UNSURE], count[TURNED] = 0, 0, 0, SURE, 0
     lane[ELAPSED], lane[CLEARANCE], lane[SLOWEST] = 0.0, math.inf, math.inf
     if w.turning:
         count[CODE], count[POWER] = spell(0, 1, letters(w.p)[1], 1, 1)
@@ -77,6 +78,7 @@ def write(w, k, outcome, image):
     w.outcome[i, row], w.codes[i, row] = outcome, 0 if outcome == INVALID else count[CODE]
     w.states[i, row, 0], w.states[i, row, 1] = (lane[SPEED], lane[PHI]) if image else (math.nan, math.nan)
     w.turns[i, row, 0], w.turns[i, row, 1] = 0, count[TURNS] if image else 0
+    w.doubts[i, row] = count[UNSURE] if outcome != INVALID else SURE
     w.time[i, row] = lane[ELAPSED] if image or outcome == RESTS else math.nan
     if len(w.tangents):
         for j in range(WAYS):

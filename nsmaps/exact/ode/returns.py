@@ -18,14 +18,16 @@ from nsmaps.exact.engine.returns import (
     onward,
     spell,
 )
-from nsmaps.exact.ode.flight import clouded, evaluate, first_impact, propagated, step_size
+from nsmaps.exact.ode.flight import clouded, evaluate, faint, first_impact, propagated, step_size
 from nsmaps.exact.ode.impact import carried, held_back, place_at, take_off, through_impact
 from nsmaps.exact.ode.layout import (
     BEFORE,
+    CLOUDED,
     CODE,
     ELAPSED,
     FLOWN,
     FRESH,
+    GRAZES,
     IMPACTS,
     LETTER,
     PHI,
@@ -34,8 +36,11 @@ from nsmaps.exact.ode.layout import (
     RUN,
     SLOWEST,
     SPEED,
+    STEEP,
     STEP_PHI,
     STEPS,
+    STIFF,
+    SURE,
     TURNS,
     UNSURE,
     UP,
@@ -43,9 +48,11 @@ from nsmaps.exact.ode.layout import (
 )
 from nsmaps.exact.ode.memory import at_addresses
 from nsmaps.exact.ode.record import IDLE, begin_orbit, finish, letter_at, mark_at, record
+from nsmaps.exact.ode.steps.resolution import resolved
 from nsmaps.exact.ode.turns import letters, turns_of_step
 
 MOST_STEPS = 100_000  # of one flight
+MOST_HALVINGS = 60  # of one step
 
 
 @inlined
@@ -83,7 +90,7 @@ def ends_on(w, k, mark):
     count = w.counts[k]
     if not w.turning:
         count[CODE], count[POWER] = spell(count[CODE], count[POWER], letters(w.p)[0] + 3, count[LETTER], count[RUN])
-    finish(w, k, STUCK if mark != IMPACT else UNDECIDED if count[UNSURE] == 1 else RETURNED, True)
+    finish(w, k, STUCK if mark != IMPACT else UNDECIDED if count[UNSURE] != SURE else RETURNED, True)
 
 
 @inner
@@ -111,8 +118,11 @@ def landed(w, k, now_up, x, doubtful):
     a = evaluate(w, k, x)
     propagated(w, k, x)
     speed = max(w.ends[1] if now_up else -w.ends[1], 0.0)
-    if doubtful or clouded(w, k, now_up, x, speed):
-        count[UNSURE] = 1
+    if doubtful or faint(w, k, a, speed):
+        count[UNSURE] = GRAZES
+    if clouded(w, k, now_up, x, speed):
+        count[UNSURE] = CLOUDED
+    piece(w, k, x)
     carried(w, k, x)
     lane[FLOWN] += x
     through_impact(w, k, now_up, a)
@@ -131,6 +141,7 @@ def flown_on(w, k, h):
     evaluate(w, k, h)
     propagated(w, k, h)
     carried(w, k, h)
+    piece(w, k, h)
     lane[FLOWN] += h
     lane[STEP_PHI], _ = onward(w.p, lane[PHI], lane[FLOWN])
     w.state[0, k], w.state[1, k] = w.ends[0], w.ends[1]
@@ -141,11 +152,46 @@ def flown_on(w, k, h):
 
 @inner
 def escaped(w, k):
-    """Lane k has no next impact."""
+    """Lane k has no next impact, or none that is known."""
     if len(w.hits):
         w.hits[w.counts[k, IMPACTS], 4], w.counts[k, ROW] = ESCAPED, IDLE
     else:
-        finish(w, k, UNDECIDED if w.counts[k, UNSURE] == 1 else LOST, False)
+        finish(w, k, UNDECIDED if w.counts[k, UNSURE] != SURE else LOST, False)
+
+
+@inlined
+def piece(w, k, s):
+    """Write a step of time s of lane k, if impacts are recorded."""
+    if len(w.hits):
+        lane, count = w.lanes[k], w.counts[k]
+        w.piece[0, 0], w.piece[0, 1], w.piece[0, 2], w.piece[0, 3] = 1.0, count[IMPACTS], lane[FLOWN], s
+        for m in range(w.tc.shape[1]):
+            w.piece[1, m], w.piece[2, m] = w.tc[0, m, k], w.tc[1, m, k]
+
+
+@inner
+def ends_aloft(w, k, h):
+    """Whether the flight of lane k cannot be continued by a step h, which is then noted."""
+    lane, count, tc = w.lanes[k], w.counts[k], w.tc
+    if math.isfinite(tc[0, 0, k]) and not (math.isfinite(tc[1, 1, k]) and math.isfinite(tc[1, 2, k])):
+        count[UNSURE] = STEEP
+        return True
+    if count[STEPS] > MOST_STEPS:
+        count[UNSURE] = STIFF
+        return True
+    finite = math.isfinite(tc[0, 0, k]) and math.isfinite(tc[1, tc.shape[1] - 1, k])
+    return not (finite and h > 0.0) or lane[FLOWN] >= horizon(w.p)
+
+
+@inner
+def first_in_step(w, k, h):
+    """The first impact of lane k within a step h, as `first_impact`, and the length of a step that is the flight, or zero."""
+    found, now_up, x, doubtful = first_impact(w, k, h)
+    for _ in range(MOST_HALVINGS):
+        if resolved(w, k, x):
+            return found, now_up, x, doubtful
+        found, now_up, x, doubtful = first_impact(w, k, 0.5 * x)
+    return False, now_up, 0.0, doubtful
 
 
 @inner
@@ -158,19 +204,23 @@ def one_step(w, k):
             paused(w, k, ended, s)
             return
     h = step_size(w.tc, k, TWO_PI / phase_rate(w.p))
-    finite = math.isfinite(w.tc[0, 0, k]) and math.isfinite(w.tc[1, w.tc.shape[1] - 1, k])
-    if not (finite and h > 0.0) or count[STEPS] > MOST_STEPS or lane[FLOWN] >= horizon(w.p):
+    if ends_aloft(w, k, h):
         escaped(w, k)
         return
-    found, now_up, x, doubtful = first_impact(w, k, h)
+    found, now_up, x, doubtful = first_in_step(w, k, h)
+    if x == 0.0:
+        count[UNSURE] = STEEP
+    if x == 0.0 or (found and lane[FLOWN] + x > horizon(w.p)):
+        escaped(w, k)
+        return
     if w.turning:
         turns_of_step(w, k, x)
     if found:
         landed(w, k, now_up, x, doubtful)
         return
     if doubtful:
-        count[UNSURE] = 1
-    flown_on(w, k, h)
+        count[UNSURE] = GRAZES
+    flown_on(w, k, x)
 
 
 @entry
@@ -193,12 +243,12 @@ def number_busy(w):
 
 
 @entry
-def advanced(found, chatter, turning):
+def advanced(found, chatter, turning, equation):
     """A step of all lanes of the memory at these addresses, whose Taylor coefficients have been computed.
 
     Returns the number of lanes still under way.
     """
-    w = at_addresses(found, chatter, turning)
+    w = at_addresses(found, chatter, turning, equation)
     for k in range(len(w.lanes)):
         if w.counts[k, ROW] >= 0:
             one_step(w, k)

@@ -141,10 +141,10 @@ class HybridSystem(ParametricSystem):
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
 
-        Through every event; NaN where there is no return. Other arguments and errors as `first_return`.
+        Through every event; NaN where there is no return. Other arguments and errors as `first_return`; ParameterError for a name
+        that no numerical parameter has.
         """
-        way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
-        return self._kernel().sensitivities(as_states(states, self.coordinates), way)
+        return self._kernel().sensitivities(as_states(states, self.coordinates), self.direction(rates))
 
     def extents(self, states: ArrayLike) -> Floats:
         """The extent of each coordinate over first returns, between events too, shape (n,): the difference of largest and least.

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from pickle import PicklingError
 from typing import Any, ClassVar, Self, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from nsmaps.errors import ParameterError, SystemDefinitionError
+from nsmaps.arrays import Floats
+from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
 from nsmaps.exact.systems.files import received
 from nsmaps.files.complaints import refused
 
@@ -55,6 +57,21 @@ class ParametricSystem(BaseModel, ABC):
     def parameters(self) -> dict[str, float]:
         """The values of the numerical parameters."""
         return {name: getattr(self, name) for name in self.parameter_names()}
+
+    def direction(self, rates: Mapping[str, float]) -> Floats:
+        """The rates at which the parameters change, shape (P,), of those given by name; the others do not change.
+
+        Raises:
+            ParameterError: a name is not one of a numerical parameter, or a rate is not a finite number.
+        """
+        names, cls = self.parameter_names(), type(self).__name__
+        for name, rate in rates.items():
+            if name not in names:
+                known = f"expected: {', '.join(names) or 'none, it has no numerical parameter'}{near_match(name, names)}"
+                raise ParameterError(f"{cls}: unknown parameter {name!r}; {known}")
+            if not np.isfinite(rate):
+                raise ParameterError(f"{cls}: the rate of {name!r} is {rate}; expected: a finite number")
+        return np.array([float(rates.get(name, 0.0)) for name in names])
 
     def __str__(self) -> str:
         """The class with all of its fields, as pydantic's `repr`."""

@@ -132,12 +132,18 @@ class ImpactSystem(ParametricSystem):
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, 2).
 
         It is carried through every impact by the implicit function theorem, as `derivative` of `first_return`; NaN where a return
-        rests or chatters, or where there is none. Other arguments and errors as `first_return`.
+        rests or chatters, or where there is none. Other arguments and errors as `first_return`; ParameterError for a name that
+        no numerical parameter has.
         """
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
-        way = np.array([rates.get(name, 0.0) for name in self.parameter_names()])
-        return self._kernel().sensitivities(start, way, chatter)
+        return self._kernel().sensitivities(start, self.direction(rates), chatter)
+
+    def reasons(self, states: ArrayLike, chatter: float = 1e-12) -> tuple[str, ...]:
+        """Why each first return ended, a sentence each. Arguments and errors as `first_return`."""
+        start = as_states(states, self.coordinates)
+        _check_chatter(chatter)
+        return self._kernel().reasons(start, chatter)
 
     def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> "tuple[GrazingCurve, ...]":
         """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
