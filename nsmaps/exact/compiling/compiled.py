@@ -183,7 +183,10 @@ class _Kept(_Cache):  # type: ignore[misc]
         content = kept(name)
         if content is None:
             content = self._completed(name, sig, target_context.codegen())
-        return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
+        try:
+            return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
+        except ImportError:  # the module of the same code has another name by now
+            return None
 
     def _completed(self, name: str, sig: Any, codegen: Any) -> bytes | None:
         """What is shipped in linked form, or what another process stores in the meantime; None if this one has to compile it."""

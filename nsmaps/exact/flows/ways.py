@@ -13,8 +13,8 @@ FORCING = (
 )
 KINK = "a force that is linear on either side of a kink is two modes of a `HybridSystem`"
 SMOOTH = (
-    f"{KINK}, and another one is smoothed, as v*sqrt(v**2 + eps**2) for v*abs(v), tanh(v/eps) for sign(v), with eps from 1e-12 of "
-    "the range of v on"
+    f"{KINK}, and another one is smoothed, as v*sqrt(v**2 + eps**2) for v*abs(v), tanh(v/eps) for sign(v), with eps from 1e-12 "
+    "of the range of v on"
 )
 CURVED = (
     "nonlinear flights of one degree of freedom are those of an `ImpactSystem` with its `acceleration`; of others, linear pieces "
