@@ -10,7 +10,7 @@ from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.returnmap import ReturnMap, is_exact
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.returns import Returns
@@ -18,6 +18,7 @@ from nsmaps.exact.returns import Returns
 MOST_STEPS = 50  #: steps of Newton's method
 ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share of its scale: for an angle, that of a whole turn
 LEAST_SHARE = 2.0**-20  #: shortest share of a step that is tried
+INSTANT = 1e-6  #: share of the period of the forcing, and of the time that a guess takes, in which no motion closes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,6 +30,7 @@ class PeriodicOrbit:
     returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
     tolerance: float  #: tolerance of the residual; see `converged`
     scale: Floats = None  # type: ignore[assignment]  #: shape (n,), unit of the residual, see `scale_of`; runs before had none
+    least_time: float = 0.0  #: time that a motion must take: in less, states agree with their images without any motion
 
     def __post_init__(self) -> None:
         if self.scale is None:
@@ -85,8 +87,12 @@ class PeriodicOrbit:
 
     @property
     def exists(self) -> bool:
-        """True if every return on it is certified: it has an image, and is not within rounding of a graze."""
-        return bool(self.returns.decided.all())
+        """True if every return on it is certified, with an image and not within rounding of a graze, and it takes time.
+
+        Chatter at speeds below the tolerance returns at once, next to where it started, and would pass for an orbit.
+        """
+        at_once = self.least_time > 0 and float(self.returns.time.sum()) <= self.least_time
+        return bool(self.returns.decided.all()) and not at_once
 
     @cached_property
     def derivative(self) -> Floats:
@@ -150,7 +156,7 @@ def periodic_orbit(
 
 def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Floats | None = None) -> PeriodicOrbit:
     """As `periodic_orbit`, from the returns of the states of a guess, with derivatives."""
-    coordinates, states = Coordinates(map.coordinates), now.start
+    coordinates, states, least = Coordinates(map.coordinates), now.start, least_time(map, now)
     size = scale_of(map, states) if scale is None else scale
     for _ in range(MOST_STEPS):
         step = newton_step(now, size)
@@ -160,7 +166,14 @@ def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Float
         now = nearer
     start = coordinates.wrap(now.start)
     returns = now if np.array_equal(start, now.start) else map.first_return(start, derivative=True)
-    return PeriodicOrbit(returns, tolerance, scale_of(map, returns.start, beside=states) if scale is None else size)
+    return PeriodicOrbit(returns, tolerance, scale_of(map, returns.start, beside=states) if scale is None else size, least)
+
+
+def least_time(map: ReturnMap, guess: Returns) -> float:
+    """The time that an orbit must take, from the period of a map's forcing and the times of a guess; 0 where they are unknown."""
+    rate = map.phase_rate() if is_exact(map) else 0.0
+    times = np.append(guess.time[np.isfinite(guess.time)].sum(), 2 * np.pi / rate if rate else 0.0)
+    return INSTANT * float(times.max())
 
 
 def _gaps(returns: Returns) -> Floats:

@@ -22,9 +22,8 @@ def periodic_orbits(
 ) -> tuple[PeriodicOrbit, ...]:
     """The periodic orbits, stable or not, that Newton's method finds from many starts, each once; there may be others.
 
-    Only orbits that converge, exist, have no divisor of the period, and no multiplier within `min_distance` of 1 are returned:
-    otherwise
-    chatter at speeds below the tolerance would pass for an orbit.
+    Only orbits that converge, exist, have no divisor of the period, and no multiplier within `min_distance` of 1 are returned,
+    as chatter at speeds below the tolerance may have, and any orbit of a family, such as motions that keep their energy.
 
     Args:
         map: with derivatives.

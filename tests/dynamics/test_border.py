@@ -200,6 +200,18 @@ def test_four_pieces_meet_where_an_impact_meets_a_clock(e, part):
         assert event.border == NONSMOOTH_FOLD
 
 
+def test_what_returns_at_once_is_no_orbit():
+    """At a speed of rounding a ball comes down on its table where it started, within any tolerance, and before it moves."""
+    system = Switching(k=0.56, e=0.6, part=0.9)
+    found = nsmaps.periodic_orbit(system, [-1e-13, 4.0], scale=[1.0, 1.0])
+    assert found.converged
+    assert found.returns.time[0] < 1e-11
+    assert not found.exists
+    moving = nsmaps.periodic_orbit(system, [-1.34, 0.07])
+    assert moving.exists
+    assert moving.returns.time[0] == pytest.approx(2, abs=1e-12)
+
+
 class Jumping:
     """x' = 0.3 x + mu for x < 0 and a x + mu - 0.7 beyond; the pieces have letters, or none."""
 

@@ -6,10 +6,12 @@ from math import acos, cos, pi, sin, sqrt
 import mpmath as mp
 import numpy as np
 import pytest
+import sympy as sp
 from dynamics_implicit import flight, gaps, multipliers_test, solve
 from toys import BouncingBall
 
 import nsmaps
+from nsmaps import CompleteChatter, Guard, HybridSystem, ImpactSystem, Section, Wall
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch
 from nsmaps.errors import NsmapsError
@@ -465,3 +467,89 @@ def test_sensitivity_adds_up_and_knows_its_limits(pair):
     assert np.allclose(both, 2 * parts[0] - parts[1], atol=1e-10)
     assert not system.sensitivity([[0.8, 0.4]], {}).any()
     assert np.isnan(system.sensitivity([[np.nan, 0.4]], {"d": 1.0})).all()
+
+
+class Cam(ImpactSystem):
+    """A follower, m y'' = -P - k y - c y', on the cam a cos(w t) + b cos(2 w t)."""
+
+    w: float
+    r: float = 0.3
+    k: float = 80.0
+    c: float = 0.7
+    load: float = 35.0
+    a: float = 0.03
+    b: float = 0.004
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi / self.w
+
+    def profile(self, t):
+        return self.a * sp.cos(self.w * t) + self.b * sp.cos(2 * self.w * t)
+
+    def displacement(self, t, hit):
+        s, x, g = t - hit.t, sp.Dummy(), self.c / 2
+        q = sp.sqrt(self.k - g**2)
+        place = hit.z + self.profile(hit.t) + self.load / self.k
+        speed = hit.w + self.profile(x).diff(x).subs(x, hit.t)
+        free = sp.exp(-g * s) * (place * sp.cos(q * s) + (speed + g * place) / q * sp.sin(q * s))
+        return free - self.load / self.k - self.profile(t)
+
+
+def test_a_follower_detaches_from_its_cam():
+    """Where the least force of the contact over a turn is zero: F = 0 and F' = 0, in 30 digits."""
+
+    def force(w):
+        a, b, k, c = mp.mpf("0.03"), mp.mpf("0.004"), 80, mp.mpf("0.7")
+
+        def at(x):
+            y, v = a * mp.cos(x) + b * mp.cos(2 * x), -a * mp.sin(x) - 2 * b * mp.sin(2 * x)
+            return 35 + k * y + c * w * v - w**2 * (a * mp.cos(x) + 4 * b * mp.cos(2 * x))
+
+        return at
+
+    with mp.workdps(30):
+        _, w = mp.findroot(lambda x, w: [force(w)(x), mp.diff(force(w), x)], [0.0, 29.0])
+        assert min(force(w)(2 * mp.pi * j / 500) for j in range(500)) > -1e-6
+    locked = CompleteChatter(Cam(w=1.05 * float(w)))
+    start = nsmaps.periodic_orbit(locked, nsmaps.orbit(locked, [0.1, 2.0], 100).final)
+    assert start.words == ("B~B",)
+    branch = continue_branch(lambda w: locked.at(w=w), start, 1.05 * float(w), (0.5 * float(w), 1.5 * float(w)), "down", step=0.1)
+    event = only(branch, "detachment")
+    assert branch.ended == "detachment"
+    assert abs(event.parameter - float(w)) < 1e-12 * float(w)
+
+
+class Wheel(HybridSystem):
+    """A rimless wheel of linear flights down a slope, and an energy loss by c at each step."""
+
+    slope: float
+    c: float = 0.6
+    k: float = 4.0
+
+    states = ("x", "w")
+
+    def modes(self, t, y):
+        return {"leg": {"x": y.w, "w": self.k * y.x}}
+
+    def guards(self, t, y):
+        half = sp.Rational(3, 10)
+        on = Guard("leg", self.slope + half - y.x, reset={"x": self.slope - half, "w": self.c * y.w})
+        back = Guard("leg", y.x - self.slope + half, reset={"x": self.slope + half, "w": self.c * y.w})
+        return {"F": on, "B": back}
+
+    def section(self, t, y):
+        return Section("F", ("w",))
+
+
+def test_a_wheel_that_no_longer_passes_its_summit_is_a_homoclinic_orbit():
+    """It starts a step with c w at slope - 0.3 and all but stands at 0: c w = 2 (0.3 - slope), and w^2 = 4 (0.3 + slope)^2."""
+    slope = 0.3 * (1 - 0.6) / (1 + 0.6)
+    system = Wheel(slope=1.5 * slope)
+    start = nsmaps.periodic_orbit(system, [1.0])
+    branch = continue_branch(of(system, "slope"), start, system.slope, (0.01, 0.2), "down", step=0.1)
+    event = only(branch, "homoclinic bifurcation")
+    assert branch.ended == "homoclinic bifurcation"
+    assert abs(event.parameter - slope) < event.precision

@@ -1,5 +1,6 @@
 """The ends of branches: at a graze, a border, the end of complete chatter, or where there is no map."""
 
+from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -9,14 +10,23 @@ from nsmaps.continuation.bisection import bisect_change
 from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
-from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, COARSEST, DOMAIN, GRAZING, Event
+from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event
+from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import CHATTER, REST
 
 SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch is abandoned
 CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends while it falls is taken to end there
 SHORTEST = {REST: 2e-13 * np.pi, CHATTER: 1e-5}  #: radians of phase: rests that are not resolved, after one impact and after many
 MARGINS = ("a clearance", "an impact speed")
+POINTS = 60  #: last points of a branch, whose margins are considered
+WORST = 1e-4  #: precision of a graze, in the parameter's range, above which it is not one
+DECADES = 1e-3, 1e-5, 1e-7  #: distances along a branch from its last point, in whose logarithm times may grow
+ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
+FURTHER = np.geomspace(1e-8, 1e-2, 13)  #: distances, in the parameter's range, within which contact may last for all times
+IMPACTS = 500  #: returns within which impacts that accumulate are summed
+RELEASE = 1e-12  #: share of the parameter, to which the release from a contact is known
 
 
 @runtime_checkable
@@ -30,7 +40,7 @@ class Resting(Protocol):
 def end_of(grown: GrowingBranch, along: Floats) -> str:
     """The reason why a branch cannot be continued beyond its last point; if it is an event, it is added to the branch."""
     last, unit, beyond = grown.points[-1], grown.curve.unit, float(np.sign(along[-1]))
-    for end in (_domain_ends, _chatter_ends, _grazes, _meets_a_border):
+    for end in (_domain_ends, _chatter_ends, _stays_in_contact, _grazes, _never_returns, _meets_a_border):
         if event := end(grown, beyond):
             grown.events.append(event)
             return event.kind
@@ -47,15 +57,92 @@ def _domain_ends(grown: GrowingBranch, beyond: float) -> Event | None:
 def _grazes(grown: GrowingBranch, beyond: float) -> Event | None:
     """A graze next to the last point, where a margin that falls from point to point is zero."""
     last, unit = grown.points[-1], grown.curve.unit
-    for k, margin in enumerate(MARGINS):
-        m, values = _spaced(grown, k)
-        if m[0] > CLOSE or len(m) < 3 or m[0] >= min(m[1:]) or not np.isfinite(m).all():
+    points = grown.points[: -POINTS - 1 : -1]
+    margins = np.array([grown.curve.margins(grown.curve.map_of(point.value), point.orbit.states) for point in points])
+    for margin, found in zip(MARGINS, margins.T, strict=True):
+        rows = _doubling(found)
+        if not found[0] <= CLOSE or len(rows) < 3:
             continue
-        value, precision = extrapolated(m, np.array(values))
-        if precision <= COARSEST * unit:
+        value, precision = _at_zero(found[rows].tolist(), np.array([points[k].value for k in rows]))
+        if precision <= WORST * unit:
             border = border_type(grown.curve, border_beside(grown.curve, last), last, value, beyond, graze=True)
             return Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border)
     return None
+
+
+def _at_zero(margins: list[float], values: Floats) -> tuple[float, float]:
+    """Where a margin is zero, by the four successive points that agree best with their first three and with the next four.
+
+    Next to a graze a parameter is known to fewer digits, far from it the margin is of higher degree.
+    """
+    found = [extrapolated(margins[k : k + 4], values[k : k + 4]) for k in range(max(len(margins) - 3, 1))]
+    shift = [abs(one - other) for (one, _), (other, _) in pairwise(found)]
+    errors = [max(error, off) for (_, error), off in zip(found, [*shift, *shift[-1:]] or [0.0], strict=True)]
+    best = int(np.argmin(errors))
+    return found[best][0], errors[best]
+
+
+def _doubling(margins: Floats) -> list[int]:
+    """Up to eight rows, the first and each with at least twice the margin of the one before, as far as it grows."""
+    rows = [0]
+    for k in range(1, len(margins)):
+        if not margins[k] >= 0.5 * margins[rows[-1]]:  # it falls, by more than rounding
+            return rows
+        if 2 * margins[rows[-1]] <= margins[k] < np.inf and len(rows) < 8:
+            rows.append(k)
+    return rows
+
+
+def _never_returns(grown: GrowingBranch, _: float) -> Event | None:
+    """A homoclinic bifurcation next to the last point: the time of the orbit grows with the logarithm of the distance.
+
+    The precision is that of the last step; the time of the orbits before it, as they are spaced, must grow by the same amount a
+    decade on both halves of the way.
+    """
+    last, unit = grown.points[-1], grown.curve.unit
+    off = grown.arclength[-1] - np.array(grown.arclength)
+    times = np.array([point.orbit.returns.time.sum() for point in grown.points])
+    rows = [int(np.abs(np.log(np.maximum(off, SMALLEST) / distance)).argmin()) for distance in DECADES]
+    if len(set(rows)) < len(DECADES) or not np.isfinite(times[rows]).all():
+        return None
+    rates = np.diff(times[rows]) / -np.diff(np.log(off[rows]))
+    if not (rates > 0).all() or not rates.min() > ALIKE * rates.max():
+        return None
+    return Event(HOMOCLINIC, last.value, 10 * SMALLEST * unit, last.orbit, "the time of the orbit grows without bound")
+
+
+def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:
+    """The place next to the last point from which on a body that rests, and is released in each period, is so no longer."""
+    curve, last = grown.curve, grown.points[-1]
+    if not any(mark in word for word in last.orbit.words for mark in (CHATTER, REST)):
+        return None
+
+    def rests(values: Floats) -> Bools:
+        return np.array([_rests(curve, last, float(value)) for value in values])
+
+    near = np.array([last.value])
+    for share in FURTHER:
+        far = np.clip(near + beyond * share * curve.unit, curve.low, curve.high)
+        if rests(far)[0]:
+            low, high, _ = bisect_change(rests, near, far, np.array([False]), np.array([True]))
+            precision = float(np.abs(high - low)[0]) + RELEASE * abs(float(high[0]))
+            return Event(DETACHMENT, float(high[0]), precision, last.orbit, "the force at the contact no longer falls to zero")
+    return None
+
+
+def _rests(curve: OrbitCurve, last: OrbitPoint, value: float) -> bool:
+    """True if, at a value of the parameter, the motion from a state of an orbit ends in contact for all times."""
+    map, states = map_or_reason(curve.map_of, value)[0], last.orbit.states[:1]
+    for _ in range(IMPACTS):
+        if map is None:
+            break
+        returns = map.first_return(states)
+        if returns.outcome[0] == Outcome.rests:
+            return True
+        if not returns.valid[0] or any(mark in returns.words[0] for mark in (CHATTER, REST)):  # released, as before
+            return False
+        states = returns.image
+    return False
 
 
 def _meets_a_border(grown: GrowingBranch, beyond: float) -> Event | None:
@@ -65,18 +152,6 @@ def _meets_a_border(grown: GrowingBranch, beyond: float) -> Event | None:
     border = border_type(grown.curve, found, last, last.value, beyond, graze=False)
     detail = "the map jumps" if border == GAP else "the words change" if found.words else "the derivative jumps"
     return Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail, border) if border else None
-
-
-def _spaced(grown: GrowingBranch, margin: int) -> tuple[list[float], list[float]]:
-    """A margin and the parameter at the last point and at up to three well-separated points before it."""
-    rows, least = [(len(grown.points) - 1)], 1e-6
-    for k in range(len(grown.points) - 2, -1, -1):
-        if len(rows) < 4 and grown.arclength[-1] - grown.arclength[k] >= least:
-            rows.append(k)
-            least *= 10
-    points, curve = [grown.points[k] for k in rows], grown.curve
-    margins = [curve.margins(curve.map_of(point.value), point.orbit.states)[margin] for point in points]
-    return list(map(float, margins)), [point.value for point in points]
 
 
 def _chatter_ends(grown: GrowingBranch, beyond: float) -> Event | None:

@@ -15,7 +15,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
 HALVING = "period halving"
 GRAZING, BORDER, DOMAIN = "grazing", "border collision", "end of the valid domain"
-CHATTER_ENDS = "end of complete chatter"
+CHATTER_ENDS, DETACHMENT, HOMOCLINIC = "end of complete chatter", "detachment", "homoclinic bifurcation"
 ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
 CONSERVED = 1e-9  #: a test of a share within this bound is zero up to rounding, as for area where a map preserves it
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
@@ -28,8 +28,9 @@ class Event:
     A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (a multiplier crosses 1 elsewhere),
     `Neimark-Sacker` (a pair leaves the unit circle), `period halving` (a doubled cycle ends on the original one), `grazing`
     (an impact speed or a clearance falls to zero and the words change), `border collision` (the words change without a graze),
-    `end of complete chatter` (impacts accumulate at the release; see `CompleteChatter`) or `end of the valid domain` (there is no
-    map beyond).
+    `end of complete chatter` (impacts accumulate at the release; see `CompleteChatter`), `detachment` (beyond it a body that is
+    released from its contact remains there for all times), `homoclinic bifurcation` (the orbit takes ever more time, next to an
+    equilibrium) or `end of the valid domain` (there is no map beyond).
     """
 
     kind: str

@@ -18,6 +18,7 @@ from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, is_exact, map_or_reas
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 
+NOTHING = 1e-15  #: share of the scale of a coordinate, below which it is zero: no speed is negative by rounding
 ROUNDING = 1e-15  #: share of the parameter's range within which a value counts as an end of the range
 SHARES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  #: steps of differences, as shares of the parameter's range, tried in turn
 AGREE = 1e-5  #: largest difference of slopes, in the curve's units, of two steps whose extrapolation is used
@@ -46,6 +47,7 @@ class OrbitCurve(WithCoordinates):
     coordinates: Coordinates
     scale: Floats  #: shape (n,), scale of the coordinates
     speeds: Floats | None = None  #: of `speeds_of`, the units of margins; None of maps that have none
+    least_time: float = 0.0  #: time that a motion must take, as of `PeriodicOrbit`
 
     @property
     def unit(self) -> float:
@@ -57,8 +59,9 @@ class OrbitCurve(WithCoordinates):
         return np.append((states / self.scale).ravel() / np.sqrt(self.period), value / self.unit)
 
     def states(self, y: Floats) -> Floats:
-        """The states (q, n) among the unknowns."""
-        return np.asarray((y[:-1] * np.sqrt(self.period)).reshape(self.period, -1) * self.scale)
+        """The states (q, n) among the unknowns; what is rounding beside the scale is zero, as the speed of a body at rest."""
+        shares = (y[:-1] * np.sqrt(self.period)).reshape(self.period, -1)
+        return np.asarray(np.where(np.abs(shares) < NOTHING, 0.0, shares) * self.scale)
 
     def evaluate(self, y: Floats) -> OrbitPoint | None:
         """The orbit at these unknowns and the derivatives of its gaps; None where there is no map, or a state has no image."""
@@ -76,7 +79,7 @@ class OrbitCurve(WithCoordinates):
         if not returns.valid.all() or returns.derivative is None:
             return None
         q, n = states.shape
-        orbit = PeriodicOrbit(returns, self.tolerance, self.scale)
+        orbit = PeriodicOrbit(returns, self.tolerance, self.scale, self.least_time)
         jacobian = np.empty((q * n, q * n + 1))
         jacobian[:, :-1] = shooting_jacobian(returns.derivative, self.scale) * np.sqrt(q)
         jacobian[:, -1] = self.by_value(map, returns, value)
@@ -147,7 +150,7 @@ def curve_from(
     if map is not None and not hasattr(map, "extents"):
         scale = np.maximum(scale, np.where(coordinates.angles, 0.0, _moved(map_of, orbit, value, bounds[1] - bounds[0])))
     speeds = None if map is None else speeds_of(map, orbit.states, scale)
-    return OrbitCurve(map_of, len(orbit.states), *bounds, tolerance, coordinates, scale, speeds)
+    return OrbitCurve(map_of, len(orbit.states), *bounds, tolerance, coordinates, scale, speeds, orbit.least_time)
 
 
 def _moved(map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: float, unit: float) -> Floats:

@@ -35,6 +35,8 @@ _MARKERS = {
     "grazing": "X",
     "border collision": "D",
     "end of complete chatter": "*",
+    "detachment": "v",
+    "homoclinic bifurcation": "h",
     "end of the valid domain": "|",
 }
 
