@@ -177,7 +177,7 @@ class CriticalCurve:
         found = np.empty(2 * size)
         for rows in (np.flatnonzero(of_states), *np.flatnonzero(~of_states)[:, None]):
             conditions = self._moved(moved[rows], here)
-            if conditions is None:
+            if conditions is None or not np.isfinite(conditions).all():
                 return None
             found[rows] = conditions
         return np.asarray((found[:size] - found[size:]) / (2 * h))
