@@ -9,10 +9,10 @@ from flint import arb, ctx
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import ProofError
-from nsmaps.proof.formula import equation_of
+from nsmaps.proof.formula import balls_of, equation_of
 from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.cycles import BITS, krawczyk, stated_of, verified
-from nsmaps.verify.formula import Doubtful, system_of
+from nsmaps.verify.formula import Doubtful
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit
@@ -50,7 +50,7 @@ def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -
 def certificate_of(system: "ImpactSystem", orbits: Iterable["PeriodicOrbit"]) -> Certificate:
     """A certificate of cycles alone."""
     equation = equation_of(system)
-    balls = system_of(equation)
+    balls = balls_of(equation)
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"}
     return Certificate(about, equation, cycles=[stated(system, balls, orbit) for orbit in orbits])
 

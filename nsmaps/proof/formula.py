@@ -13,6 +13,7 @@ from nsmaps.proof.arrivals import PAD, Flow
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.verify.formula import System
 
 DIGITS = 50
 NEGLIGIBLE = 1e-35
@@ -161,16 +162,30 @@ def _entry(value: Any) -> Entry:
     return [repr(number), repr(abs(number) * RADIUS)]
 
 
+def balls_of(equation: Mapping[str, Any]) -> "System":
+    """The system of an equation as the verification reads it.
+
+    Raises:
+        ProofError: it is none that can be verified, as with a negative damping, or walls that may touch.
+    """
+    from nsmaps.verify.formula import system_of  # needs python-flint, which reading a study does not
+
+    try:
+        return system_of(equation)
+    except ValueError as error:
+        raise ProofError(f"no proof is made: {error}") from error
+
+
 def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, speed: float) -> Flow:
     """Tables in floats at n phases, for flights up to a number of periods and cells with speeds up to `speed`.
 
     Raises:
         ProofError: flights are not bounded, as at resonance.
     """
-    from nsmaps.verify.formula import Doubtful, system_of, tables_of  # needs python-flint, which reading a study does not
+    from nsmaps.verify.formula import Doubtful, tables_of
 
     try:
-        tables = tables_of(system_of(equation), n, before, periods, 1.02 * speed)  # above that of the verification, with strips
+        tables = tables_of(balls_of(equation), n, before, periods, 1.02 * speed)  # above that of the verification, with strips
     except Doubtful as error:
         raise ProofError(f"no cells are searched for: {error}") from error
     (a, da, fall), size = np.abs(tables.flights).max(0), tables.size

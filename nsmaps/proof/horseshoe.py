@@ -11,9 +11,9 @@ from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
 from nsmaps.progress import Progress, beat, shows
-from nsmaps.proof.formula import check_provable, equation_of
+from nsmaps.proof.formula import balls_of, check_provable, equation_of
 from nsmaps.verify.certificate import Certificate
-from nsmaps.verify.formula import Doubtful, system_of
+from nsmaps.verify.formula import Doubtful
 from nsmaps.verify.horseshoe import BITS, Parallelogram, covers, meeting
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def certificate_of(system: "ImpactSystem", orbits: Sequence["PeriodicOrbit"], re
     """A certificate of a horseshoe alone; see `found_horseshoe`."""
     equation = equation_of(system)
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"}
-    return Certificate(about, equation, horseshoe=found_horseshoe(system, system_of(equation), orbits, returns))
+    return Certificate(about, equation, horseshoe=found_horseshoe(system, balls_of(equation), orbits, returns))
 
 
 def found_horseshoe(

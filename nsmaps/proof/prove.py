@@ -17,10 +17,9 @@ from nsmaps.progress import Progress, beat, shows
 from nsmaps.proof.cells import FINEST, base_grids, codes_of, search
 from nsmaps.proof.closed import Around, closed_around
 from nsmaps.proof.cycles import stated
-from nsmaps.proof.formula import equation_of, flow_of
+from nsmaps.proof.formula import balls_of, equation_of, flow_of
 from nsmaps.proof.trap import found_trap, trapped
 from nsmaps.verify.certificate import Certificate
-from nsmaps.verify.formula import system_of
 
 if TYPE_CHECKING:
     from nsmaps.coordinates import StateLike
@@ -72,7 +71,7 @@ def prove(
     top = math.ceil(top * 2**BITS) / 2**BITS
     equation = equation_of(system, radii)
     letters = [wall["letter"] for wall in equation["walls"]]
-    balls = system_of(equation)
+    balls = balls_of(equation)
     known = [stated(system, balls, periodic_orbit(system, near, returns)) for near, returns in cycles]
     finest = max(depth, around.depth if around else 0)
     n = side * FINEST << finest

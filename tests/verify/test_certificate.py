@@ -333,6 +333,11 @@ def test_intervals_of_other_parameters_than_those_of_walls_are_refused(pair, rad
         equation_of(pair, radii)
 
 
+def test_walls_that_may_touch_are_refused(pair):
+    with pytest.raises(ProofError, match="not shown to be below"):
+        prove(pair, [0.83, 0.36], top=1.0, radii={"d": 0.36})
+
+
 def test_a_displacement_that_does_not_solve_its_equation_is_refused():
     class Cubic(Oscillator.__base__):
         """Right at the start of each flight, wrong later."""
