@@ -166,7 +166,7 @@ def balls_of(equation: Mapping[str, Any]) -> "System":
     """The system of an equation as the verification reads it.
 
     Raises:
-        ProofError: it is none that can be verified, as with a negative damping, or walls that may touch.
+        ProofError: it cannot be verified, as with a negative damping, or walls that may touch.
     """
     from nsmaps.verify.formula import system_of  # needs python-flint, which reading a study does not
 
