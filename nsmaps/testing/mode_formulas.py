@@ -158,8 +158,10 @@ class Formulas:
         return after - value * np.array(self.of(*self.jump(guard))(t, *after), float)
 
 
-def followed(formulas: Formulas, begun: tuple[str, Floats, Guard | None], t: float, length: float, stuck: bool) -> Floats | None:
-    """The states at the end of a return of this length by an integrator; None where it does not end then.
+def followed(
+    formulas: Formulas, begun: tuple[str, Floats, Guard | None], t: float, length: float, stuck: bool
+) -> tuple[float, Floats] | None:
+    """How long a return of about this length takes by an integrator, and the states at its end; None where it does not end then.
 
     Impacts at the section accumulate only where the return is `stuck`; else each is a return.
     """
@@ -176,7 +178,7 @@ def followed(formulas: Formulas, begun: tuple[str, Floats, Guard | None], t: flo
         before = path(t)
         after = formulas.after(one.guard, t, before)
         if one.name in names and (not stuck or one.release):
-            return after if formulas.section.side == "after" else before
+            return t - start, after if formulas.section.side == "after" else before
         if one.guard is not None and one.guard.ends:
             return None
         mode, state = one.to, after

@@ -156,7 +156,55 @@ class AtPhase(SoftImpact):
         return Section("strobe", ("x", "v"))
 
 
-@pytest.mark.parametrize("system", [Wheel(), Sides(), AtPhase(**SOFT)], ids=lambda one: type(one).__name__)
+class Fire(HybridSystem):
+    """A voltage that rises to 1 and falls back to 0; the phase alone is seen."""
+
+    a: float = 0.3
+    states = ("u",)
+
+    def period(self):
+        return 2
+
+    def modes(self, t, y):
+        return {"m": {"u": 1.4 - y.u + self.a * sp.cos(sp.pi * t)}}
+
+    def guards(self, t, y):
+        return {"F": Guard("m", 1 - y.u, reset={"u": 0})}
+
+    def section(self, t, y):
+        return Section("F", ("phi",))
+
+
+class Held(HybridSystem):
+    """A temperature between two thresholds, both of them a section on which it is named."""
+
+    a: float = 0.3
+    states = ("T",)
+
+    def period(self):
+        return 1
+
+    def modes(self, t, y):
+        wave = self.a * sp.sin(2 * sp.pi * t)
+        return {"on": {"T": 2 - y.T + wave}, "off": {"T": wave - y.T}}
+
+    def guards(self, t, y):
+        return {"U": Guard("on", 1.2 - y.T, to="off"), "D": Guard("off", y.T - 0.8, to="on")}
+
+    def section(self, t, y):
+        return Section(("U", "D"), ("T", "phi"))
+
+
+@pytest.mark.filterwarnings("ignore:.*has no description")
+def test_of_a_phase_alone_the_time_is_compared(monkeypatch):
+    from nsmaps.testing import hybrid
+
+    monkeypatch.setattr(hybrid, "Formulas", lambda system, made=hybrid.Formulas: made(system.at(a=system.a * 1.01)))
+    with pytest.raises(CheckError, match="the return of Fire from .* is not that of its formulas: it ends at"):
+        check_system(Fire())
+
+
+@pytest.mark.parametrize("system", [Wheel(), Sides(), AtPhase(**SOFT), Fire(), Held()], ids=lambda one: type(one).__name__)
 @pytest.mark.filterwarnings("ignore:.*has no (description|docstring)", "ignore:no event")
 def test_random_states_to_which_no_motion_comes_raise_no_alarm(system):
     check_system(system)
