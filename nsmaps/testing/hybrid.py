@@ -152,6 +152,6 @@ def _check_flights(system: HybridSystem, returns: Returns) -> None:
         if not any(near):
             there = " or ".join(f"at {end} after {time:.6g}" for time, end in ends) or "is at no section then"
             raise CheckError(
-                f"the return of {type(system).__name__} from {start} is not that of its formulas: it ends at {returns.image[k]} after "
-                f"{returns.time[k]:.6g}, with the word {returns.words[k]}, an integrator of its formulas {there}"
+                f"the return of {type(system).__name__} from {start} is not that of its formulas: it ends at {returns.image[k]} "
+                f"after {returns.time[k]:.6g}, with the word {returns.words[k]}, an integrator of its formulas {there}"
             )

@@ -200,7 +200,7 @@ def test_of_a_phase_alone_the_time_is_compared(monkeypatch):
     from nsmaps.testing import hybrid
 
     monkeypatch.setattr(hybrid, "Formulas", lambda system, made=hybrid.Formulas: made(system.at(a=system.a * 1.01)))
-    with pytest.raises(CheckError, match="the return of Fire from .* is not that of its formulas: it ends at"):
+    with pytest.raises(CheckError, match=r"the return of Fire from .* is not that of its formulas: it ends at"):
         check_system(Fire())
 
 
