@@ -132,7 +132,8 @@ class Coordinates(Sequence[str]):
 
     def difference(self, a: ArrayLike, b: ArrayLike) -> Floats:
         """a - b, of angles the shorter way round, in (-pi, pi]."""
-        gap = np.subtract(a, b, dtype=float)
+        with np.errstate(invalid="ignore"):
+            gap = np.subtract(a, b, dtype=float)
         if (~self.angles | (np.abs(gap) < np.pi)).all():
             return np.asarray(gap)
         with np.errstate(invalid="ignore"):

@@ -145,8 +145,8 @@ def _summary(
     with np.errstate(invalid="ignore"):
         means, duration = growth.sum(axis=0) / n, time.sum(axis=0) / n
         per_time = means / duration
-        error = _error(growth / counts[:, None, None] - means)
-        per_time_error = _error((growth - per_time * time) / counts[:, None, None]) / duration
+        error = batch_error(growth / counts[:, None, None] - means)
+        per_time_error = batch_error((growth - per_time * time) / counts[:, None, None]) / duration
         running = growth.cumsum(axis=0) / counts.cumsum()[:, None, None]
         log_det = sums[..., dim].sum(axis=0) / n
     means, error, per_time, per_time_error = (x.reshape(shape) for x in (means, error, per_time, per_time_error))
@@ -165,7 +165,7 @@ def _summary(
     )
 
 
-def _error(differences: Floats) -> Floats:
+def batch_error(differences: Floats) -> Floats:
     """The standard error of a mean from the differences of its batch means from it, shape (B, ...), for each column.
 
     The batch means are taken for a first-order process with their correlation at lag one, or with zero if that is negative.

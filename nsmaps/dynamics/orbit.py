@@ -1,7 +1,7 @@
 """Orbits of return maps, in batches."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, continued, single_ret
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.words import decoded
+from nsmaps.exact.words import PLAIN, Alphabet, decoded
 from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ class Orbit(WithCoordinates):
     turns: NDArray[np.int32]  #: shape (n, ..., dim), whole turns of an angle on each return, see `Returns.known_turns`
     codes: NDArray[np.int64]  #: shape (n, ...), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (n, ...), values of `Outcome`; that which ended an orbit is repeated after its end
+    time: Floats = field(default_factory=lambda: np.zeros(0))  #: shape (n, ...), of each return; NaN where unknown; or not kept
+    alphabet: Alphabet = PLAIN  #: what the letters of words stand for
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -51,7 +53,7 @@ class Orbit(WithCoordinates):
 
         A return has the number of the step that it leads to: the first is 1. NsmapsError without xarray.
         """
-        from nsmaps.datasets import EACH, NONE, TURNS, dataset
+        from nsmaps.datasets import EACH, NONE, TIME, TURNS, dataset
 
         dims = " ".join(["step", *(f"start{k}" for k in range(self.states.ndim - 2))])
         each = dims.replace("step", "return")
@@ -60,6 +62,7 @@ class Orbit(WithCoordinates):
             "turns": (f"{each} coordinate", self.turns, TURNS, "whole turns that an angle made on each return"),
             "word": (each, self.words, NONE, "impact word of each return"),
             "outcome": (each, self.outcome, NONE, OUTCOMES),
+            "time": (each, self.time, TIME, "of each return"),
         }
         steps = np.arange(len(self.states))
         return dataset(self.coordinates, rows, {"step": steps, "return": steps[1:]}, walls=self.walls)
@@ -83,17 +86,18 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
     flat = start.reshape(-1, dim)
     m, done = len(flat), 0
     states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
-    codes, outcome = np.empty((n, m), np.int64), np.empty((n, m), np.int8)
-    states[0], walls = flat, map.first_return(flat[:0], **how).walls if not n * m else ()
+    codes, outcome, time = np.empty((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
+    states[0], none = flat, map.first_return(flat[:0], **how) if not n * m else None
+    walls, alphabet = (none.walls, none.alphabet) if none is not None else ((), PLAIN)
     for part in returns_of(map, flat, n, **how):
         rows = slice(done, done + len(part) // m)
-        done, walls = rows.stop, part.walls
+        done, walls, alphabet = rows.stop, part.walls, part.alphabet
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.known_turns.reshape(-1, m, dim)
-        codes[rows], outcome[rows] = part.codes.reshape(-1, m), part.outcome.reshape(-1, m)
+        codes[rows], outcome[rows], time[rows] = (x.reshape(-1, m) for x in (part.codes, part.outcome, part.time))
         beat(done / n)
     shape = n, *start.shape
-    each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1])
-    return Orbit(Coordinates(map.coordinates), walls, states.reshape(n + 1, *start.shape), *each)
+    each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1]), time.reshape(shape[:-1])
+    return Orbit(Coordinates(map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, alphabet)
 
 
 def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
@@ -109,3 +113,15 @@ def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[R
         before = part.select(np.arange(len(part) - len(states), len(part)))
         states = before.image
         yield part
+
+
+def orbit_after(map: ReturnMap, states: Floats, discard: int, returns: int) -> Orbit:
+    """The orbits of states (S, n) after a transient; an orbit that ended in the transient keeps its outcome."""
+    part = None
+    for part in returns_of(map, states, discard):
+        states = part.image[-len(states) :]
+    kept = orbit(map, states, returns)
+    if part is not None:
+        ended = np.isnan(states).any(axis=1)
+        kept.outcome[:, ended] = part.outcome[-len(states) :][ended]
+    return kept

@@ -49,13 +49,13 @@ class PeriodicOrbit:
     @property
     def word(self) -> str:
         """The impacts of the whole cycle from the first state on, such as BBTB for a 2:1 motion."""
-        return joined(self.words)
+        return joined(self.words, self.returns.alphabet)
 
     @property
     def label(self) -> str:
         """The motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`."""
         turns = self.returns.known_turns[:, self.returns.coordinates.angles].sum(axis=1)
-        return label(self.words, turns.tolist(), len(self.states), self.returns.walls)
+        return label(self.words, turns.tolist(), len(self.states), self.returns.alphabet)
 
     @property
     def residual(self) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats, brief, finite_rows
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.exact.outcome import OUTCOMES, Outcome
-from nsmaps.exact.words import decoded, encode
+from nsmaps.exact.words import PLAIN, Alphabet, decoded, encode
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -52,6 +52,7 @@ class Returns(WithCoordinates):
     margin: Margin | None = None  #: distance from a graze, if requested
     fitted: bool = False  #: True if the images are those of fitted polynomials, which nothing certifies
     integrated: bool = False  #: True if flights were integrated numerically, which nothing certifies either
+    alphabet: Alphabet = PLAIN  #: what the letters of words stand for
 
     def __len__(self) -> int:
         return len(self.start)

@@ -1,6 +1,7 @@
 """Impact words and itineraries, and the numbers by which compiled code represents them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,20 @@ from nsmaps.errors import StateError
 
 CHATTER, REST, LONGER = "~", "_", "..."
 HIGHEST, LOWEST = "^", "v"  # turning points in itineraries: the displacement has a maximum, a minimum
+
+
+@dataclass(frozen=True, slots=True)
+class Alphabet:
+    """What letters stand for in the names of motions, which say how often they occur."""
+
+    section: tuple[str, ...] | None = (
+        None  #: letters of the section's events, "" for one without a letter; None: the first and last of each word
+    )
+    clocks: tuple[str, ...] = ()  #: letters of events at fixed times alone, which do not count
+    turns: int = 0  #: of the phase on every return, where the section is a clock and the phase therefore no coordinate
+
+
+PLAIN = Alphabet()  #: of words that begin and end with one letter of the section
 
 
 def _letters(walls: Sequence[str], turns: bool) -> tuple[str, ...]:

@@ -150,7 +150,7 @@ _ROWS = (
         "The attractors over the parameter by impact word; the darker a place, the more states lie there. Lines are "
         "the computed borders of the widest windows of the first orbit (of two, of the one followed through growing values), and "
         "motions are named above where there is room: n:m/pT has n impacts on the base wall and m on others in p periods of the "
-        "forcing; for C no period was found, between windows at most of the values. A motion of the composite map has the name "
+        "forcing; C is chaos, between windows at most of the values. A motion of the composite map has the name "
         "of the exact one with the same impacts and period in returns. Grey: no attractor.",
         (data.BIFURCATION,),
     ),

@@ -92,7 +92,7 @@ def _end(result: StudyResult, end: "LimitSet | None") -> str:
     if end.period == 1:
         return f"the fixed point {point(result.system.coordinates, end.states[0])}"
     name = f" ({end.name})" if end.name else ""
-    return f"a {cycle_of(end.period)}{name}" if end.period else f"motion without a period up to {end.looked} returns{name}"
+    return f"a {cycle_of(end.period)}{name}" if end.period else f"{end.meaning}{name}"
 
 
 def domain(result: StudyResult, part: str) -> str:

@@ -104,7 +104,7 @@ def test_orbits_that_end_and_maps_that_cannot_be_made_are_data(pair):
     assert made.outcome[:, 2].tolist() == [Outcome.invalid] * 3
     assert made.outcome[:, 0].tolist() == [Outcome.escaped, Outcome.returned, Outcome.returned]
     assert made.reasons == ("", "", "")
-    assert made.labels[0].tolist() == ["", "", ""]
+    assert made.labels[0].tolist() == ["escapes", "escapes", ""]
 
     made = nsmaps.bifurcation(lambda d: pair(0.3).at(d=d), [0.3, -1.0, 0.35], [0.8, 0.4], returns=5, discard=300, direction="up")
     assert made.held[:, 0].tolist() == [True, False, True]
@@ -139,7 +139,8 @@ def test_progress_both_ways_is_one_count(kept, tmp_path):
     seen = []
     jobs = nsmaps.Jobs(checkpoint=tmp_path if kept else None, part=1, progress=seen.append)
     nsmaps.bifurcation(Logistic, [2.8, 3.0, 3.2], [0.3, 0.0], returns=2, discard=2, direction="both", jobs=jobs)
-    assert seen == pytest.approx([1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6, 1])
+    assert seen == sorted(seen)
+    assert seen[-1] == 1
 
 
 def test_angles_repeat_over_the_cut():
@@ -196,12 +197,15 @@ def test_periods_of_long_runs_take_time_in_proportion_to_them():
         (["BB", "BTB"] * 2, [0, 1] * 2, 0, "C"),  # the ratio of a sample is none of the attractor
         ((["BTB"] * 8 + ["BB"] * 3) * 5, [1] * 55, 0, "C"),
         (["BB", "BB", "BTB", "BTB", "BTB"], [1] * 5, 0, "C"),
-        (["BB", "B~", "BTB"] * 2, [1] * 6, 3, "BB B~ BTB"),
-        (["B~", "BTB", "BB"] * 2, [1] * 6, 3, "BB B~ BTB"),  # wherever on the cycle the orbit was met
-        (["BB", "B~", "BB", "BB"] * 2, [1] * 8, 4, "B~, period 4"),
+        (["BB", "B~", "BTB"] * 2, [1] * 6, 3, "B~TB/3T"),
+        (["B~", "BTB", "BB"] * 2, [1] * 6, 3, "B~TB/3T"),  # wherever on the cycle the orbit was met
+        (["BB", "B~", "BB", "BB"] * 2, [0, 1, 0, 0] * 2, 4, "B~B/T"),  # however many impacts there are before they are summed
+        ((["BB"] * 30 + ["B~", "BB"]) * 2, ([0] * 30 + [1, 0]) * 2, 32, "B~B/T"),
+        (["BTB", "BB", "B~", "BB", "BTB"] * 2, [1, 0, 1, 0, 1] * 2, 5, "BTB BTB B~B/3T"),
+        (["BB", "B_"] * 2, [0, 1] * 2, 2, "B_B/T"),
         (["BB", "B~", "BB", "BTB"], [1] * 4, 0, "C"),
-        ([""] * 4, [0] * 4, 1, ""),
+        ([""] * 4, [0] * 4, 1, "period 1"),
     ],
 )
 def test_labels(words, turns, period, text):
-    assert label(words, turns, period, ("B", "T")) == text
+    assert label(words, turns, period) == text

@@ -55,7 +55,7 @@ def test_fixed_points_of_the_bouncing_ball_attract_between_their_fold_and_their_
         root = np.emath.sqrt(total**2 / 4 - e * e)
         largest = np.maximum(np.abs(total / 2 + root), np.abs(total / 2 - root))
         stable = (largest < 1) & (drives > fold)
-        fixed = (found.period[i, :, 0] == 1) & (found.turns[i, :, 0] == 1)
+        fixed = found.labels[i, :, 0] == "1:0/T"
         sure = np.abs(largest - 1) > 0.02
         assert (fixed == stable)[sure & fixed].all()
         assert fixed[stable & sure].sum() >= 2

@@ -108,15 +108,16 @@ class Logistic:
 
 
 @pytest.mark.parametrize("follow", [None, "up"])
-def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: Any) -> None:
-    """Parts are two values of two starts apart, or four values of one start followed."""
-    values, starts = [2.8, 3.2, 3.5, 3.55, 3.0, 3.84, 2.9], [[0.3], [0.4]]
-    run = partial(nsmaps.bifurcation, Noted(tmp_path / "note"), values, starts, 20, 30, follow)
+def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts are two values of two starts apart, or four values of one start followed; all orbits have a period."""
+    monkeypatch.setattr(bifurcation, "PART", 1280)
+    values, starts = [2.8, 3.2, 3.5, 3.55, 3.1, 3.832, 2.9], [[0.3], [0.4]]
+    run = partial(nsmaps.bifurcation, Noted(tmp_path / "note"), values, starts, 20, 300, follow)
     whole = run()
     (tmp_path / "note").unlink()
 
     def stop(share: float) -> None:
-        if share >= 4 / 7:
+        if share >= 2 / 5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -134,7 +135,7 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
     assert numbers(again) == numbers(whole)
     with pytest.raises(NsmapsError, match="parts of other work"):
         nsmaps.bifurcation(
-            Noted(tmp_path / "note"), values, starts, 20, 31, follow, jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept")
+            Noted(tmp_path / "note"), values, starts, 20, 301, follow, jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept")
         )
 
 
@@ -175,7 +176,8 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
 
         there = DIAGRAM(jobs=nsmaps.Jobs(client.get_executor(pure=False), tmp_path, progress=kill_one))
         assert len({pid, other, os.getpid()}) == 3
-    assert shares == [0.2, 0.4, 0.6, 0.8, 1.0]
+    assert shares == sorted(shares)
+    assert (len(shares) > 2, shares[-1]) == (True, 1.0)
     assert numbers(there) == numbers(DIAGRAM())
 
 

@@ -16,7 +16,7 @@ from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, mea
 from nsmaps.study.store.archive import FORMAT
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart"
-MOTIONS = tuple(Motion(f"1:1/{n}T", ("BTB",) * n, n, turns) for n, turns in ((1, 1), (2, 4), (12, 12), (0, 0)))
+MOTIONS = (*(Motion(f"1:1/{n}T", ("BTB",) * n, n, turns) for n, turns in ((1, 1), (2, 4), (12, 12))), Motion("C", (), 0, 0))
 MOTION = np.array([[0, 1, 3], [2, 0, -1]])
 REFUSED = np.array([[False] * 3, [False, False, True]])
 ATTRACTOR = np.array([[[0, 0], [0, 1], [0, 0]], [[0, 0], [0, 0], [-1, -1]]], np.int8)
@@ -51,13 +51,13 @@ def colours(ax):
 
 def test_periods_have_their_colours_in_every_chart(ax):
     chart(made(), ax)
-    one, two, grey, black, white = (to_hex(COLOURS[k]) for k in (0, 1, 9, 10, 11))
+    one, two, grey, black, white = (to_hex(COLOURS[k]) for k in (0, 1, 9, 10, 13))
     assert colours(ax) == [one, two, black, grey, one, white]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["1", "2", "above 9", "no period found", "several attractors", "refused parameters: 1 pixels"]
+    assert texts == ["1", "2", "above 9", "chaos", "several attractors", "refused parameters: 1 pixels"]
     patches = {patch.get_label(): to_hex(patch.get_facecolor()) for patch in ax.get_legend().get_patches()[:4]}
-    assert patches == {"1": one, "2": two, "above 9": grey, "no period found": black}
-    assert len(set(COLOURS)) == len(PERIODS) + 4
+    assert patches == {"1": one, "2": two, "above 9": grey, "chaos": black}
+    assert len(set(COLOURS)) == len(PERIODS) + 6
 
 
 def test_what_coexists_and_what_is_refused_are_hatched(ax):
@@ -109,7 +109,7 @@ def test_minus_infinity_and_what_was_not_computed_have_colours_of_their_own(ax):
 def test_what_was_not_computed_is_told_apart_from_what_has_no_attractor(ax):
     computed = np.array([[True] * 3, [True, True, False]])
     chart(replace(made(refused=np.zeros((2, 3), bool)), computed=computed), ax)
-    assert colours(ax)[-1] == to_hex(COLOURS[12])
+    assert colours(ax)[-1] == to_hex(COLOURS[14])
     assert "not computed" in [each.get_text() for each in ax.get_legend().get_texts()]
     assert ax.get_title() == "period in returns (83 % computed)"
 

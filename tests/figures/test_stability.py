@@ -30,7 +30,7 @@ def seen(ax):
 
 def test_colours_are_those_of_the_legend(ax):
     stability(DIAGRAM, ax, ("d", "r"))
-    assert seen(ax) == [["1", "2", "no period found", "no attractor"], ["1", "2", "2", "16"]]
+    assert seen(ax) == [["1", "2", "chaos", "no attractor"], ["1", "2", "2", "16"]]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", "$r$ (dimensionless)")
 
 

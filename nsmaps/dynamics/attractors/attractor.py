@@ -1,7 +1,7 @@
 """Attractors as sets of states: found by following orbits, and recognised when an orbit has reached one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.distance import Nearest, distances, extents
-from nsmaps.dynamics.motion import label, periods
-from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
-from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.dynamics.limits.limit import Limit, cycle_in, limits
+from nsmaps.dynamics.limits.path import Path, followed, vast
+from nsmaps.dynamics.motion import UNRESOLVED
+from nsmaps.dynamics.orbit import orbit, returns_of
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import scale_of
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 VISITED = 4000  #: number of states that represent an attractor without period
 SAMPLE = 1000  #: number of last states of an orbit without period that are compared with others
-COMING = 1e-3  #: share of the scale within which an orbit that repeats is taken to approach a stable cycle
 STAY = 50  #: successive states within the reach of an attractor without period after which an orbit has reached it
 
 
@@ -78,9 +78,10 @@ def own_reach(states: Floats, coordinates: Coordinates, scale: Floats) -> float:
 def kept(coordinates: Coordinates, states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
     """The set on which an orbit was found, from states (K, n) in order, to be compared with others by `may_be_one`.
 
-    Its reach is `near` in the scale, (n,); without a period it is a sample of the last 1000 states, whose reach is at least
-    its own.
+    Its reach is `near` in the scale, (n,); without a period, or with one longer than K, it is a sample of the last 1000 states,
+    whose reach is at least its own.
     """
+    period = period if period <= len(states) else 0
     there = coordinates.wrap(states[:period] if period else states[-SAMPLE:])
     reach = near if period else max(near, own_reach(there, coordinates, scale))
     return Attractor(coordinates, there, period, label, (), reach, scale)
@@ -108,86 +109,71 @@ def find_attractors(
 ) -> list[Attractor]:
     """The attractors that orbits of starts, shape (N, n), reach after a transient, except for the known ones.
 
-    Attractors of a period up to `max_period`, in words and within `tolerance` in each coordinate (in radians for an angle,
-    otherwise as a share of the extent of the motions from the last states, see `scale_of`), have the tolerance as their reach.
-    Others are the states that one orbit visits, and their reach is the largest distance of their second half from the first, in
-    shares of their extents. A stable cycle within 1e-3 of a repetition is refined by Newton's method, since slowly converging
-    orbits repeat far from it. Orbits that end reach none; after too short a transient the set has no period.
+    Cycles are found where orbits repeat, in words and within `tolerance` in each coordinate (in radians for an angle, otherwise
+    as a share of the extent of the motions from the last states, see `scale_of`), which is their reach too. They are sought in
+    `2 max_period` returns; orbits that do not repeat there are followed on, and what they end on is decided by `limits`. Chaotic
+    and quasi-periodic attractors are the states that one orbit visits, and their reach is the largest distance of their second
+    half from the first, in shares of their extents. Orbits that end or escape reach none, and orbits of which neither a period
+    nor chaos was shown make no attractor.
     """
     last = np.array(starts, float)
     for part in returns_of(map, last, discard):
         last = part.image[-len(last) :]
-    kept = orbit(map, last[np.isfinite(last).all(axis=1)], 2 * max_period)
-    scale, found = scale_of(map, kept.states, beside=starts), list[Attractor]()
-    for k in np.flatnonzero(np.isfinite(kept.final).all(axis=1)).tolist():
-        if not _is_of(kept, k, (*known, *found)):
-            found_here = _attractor(map, kept, k, tolerance, scale)
-            found_here = _closed(map, found_here) if found_here and found_here.period else found_here
-            found += [found_here] if found_here and not any(may_be_one(found_here, other) for other in (*known, *found)) else []
+    coordinates, first = Coordinates(map.coordinates), np.array(starts, float)
+    last = last[np.isfinite(last).all(axis=1) & ~vast(coordinates, last, coordinates.magnitudes(first))]
+    if not len(last):
+        return []
+    path = followed(map, last, 2 * max_period)
+    bounded = ~vast(coordinates, path.states[-1], coordinates.magnitudes(first))
+    scale = scale_of(map, path.states[:, bounded], beside=first)
+    held = np.flatnonzero(np.isfinite(path.states[-1]).all(axis=1) & bounded)
+    found, open_ = list[Attractor](), list[int]()
+    for k in held.tolist():
+        if not _is_of(path, k, (*known, *found)):
+            cycle = cycle_in(map, path.of_one(k), scale, tolerance)
+            if cycle is None:
+                open_.append(k)
+            else:
+                found += _new(_cycle(cycle, tolerance, scale), (*known, *found))
+    return found + _followed_on(map, path, open_, scale, tolerance, (*known, *found))
+
+
+def _followed_on(
+    map: ReturnMap, path: Path, open_: list[int], scale: Floats, tolerance: float, known: Sequence[Attractor]
+) -> list[Attractor]:
+    """The new attractors of the orbits of these numbers, which do not repeat: of one, then of four times as many at a time."""
+    found, count = list[Attractor](), 1
+    while open_:
+        open_ = [k for k in open_ if not _is_of(path, k, (*known, *found))]
+        here, open_, count = open_[:count], open_[count:], 4 * count
+        for one in limits(map, path.states[-1, here], scale, tolerance):
+            if one.held and one.kind != UNRESOLVED:
+                attractor = _cycle(one, tolerance, scale) if one.period else _visited(map, one, scale)
+                found += _new(attractor, (*known, *found))
     return found
 
 
-def _is_of(kept: Orbit, k: int, attractors: Sequence[Attractor]) -> bool:
+def _new(attractor: Attractor | None, known: Sequence[Attractor]) -> list[Attractor]:
+    """An attractor, if it is not one of those known."""
+    return [attractor] if attractor is not None and not any(may_be_one(attractor, other) for other in known) else []
+
+
+def _is_of(path: Path, k: int, attractors: Sequence[Attractor]) -> bool:
     """True if an orbit stays on one of the attractors."""
-    tail = kept.coordinates.wrap(kept.states[1:, k])
+    tail = path.coordinates.wrap(path.states[1:, k])
     return any(attractor.holds(tail) for attractor in attractors)
 
 
-def _attractor(map: ReturnMap, kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
-    """The attractor of one orbit: its period, or the states that it visits from there on; None if the orbit ends.
+def _cycle(one: Limit, tolerance: float, scale: Floats) -> Attractor:
+    """The attractor of an orbit that ends on a cycle."""
+    return Attractor(one.path.coordinates, one.states, one.period, one.label, one.words, tolerance, scale)
 
-    An orbit that becomes periodic only later was on a long transient; its attractor is the later one.
-    """
-    found_here, max_period = _periodic(kept, k, tolerance, scale), (len(kept.states) - 1) // 2
-    if found_here is not None:
-        return found_here
-    path = orbit(map, kept.final[k : k + 1], VISITED)
-    after = orbit(map, path.final, 2 * max_period)
-    if not np.isfinite(after.final).all():
+
+def _visited(map: ReturnMap, one: Limit, unit: Floats) -> Attractor | None:
+    """The attractor of an orbit without a period, as the states that it visits; None if it ends."""
+    path = orbit(map, one.path.states[-1], VISITED)
+    if not np.isfinite(path.final).all():
         return None
-    return _periodic(after, 0, tolerance, scale) or _visited(path, scale)
-
-
-def _periodic(kept: Orbit, k: int, tolerance: float, scale: Floats) -> Attractor | None:
-    """The attractor of one orbit with a period, None without one."""
-    period = int(periods(kept.states[1:, k], kept.codes[:, k], kept.coordinates, tolerance * scale))
-    if not period:
-        return None
-    words = kept.words[:, k].tolist()
-    name = label(words, _turns(kept, k), period, kept.walls)
-    states = kept.coordinates.wrap(kept.states[1 : period + 1, k])
-    return Attractor(kept.coordinates, states, period, name, tuple(words[1 : period + 1]), tolerance, scale)
-
-
-def _closed(map: ReturnMap, seen: Attractor) -> Attractor:
-    """The cycle that an orbit with a period approaches, by Newton's method: slow convergence may leave it far beyond the
-    tolerance.
-
-    It has the least period that leads to a stable cycle within 1e-3 of the scale; otherwise, as without derivatives, the
-    observed
-    states are returned.
-    """
-    if map.first_return(seen.states, derivative=True).derivative is None:
-        return seen
-    scale = scale_of(map, seen.states)
-    for period in (q for q in range(1, seen.period + 1) if seen.period % q == 0):
-        found = periodic_orbit(map, seen.states[:period], period, scale=scale)
-        if found.converged and found.exists and found.stable:
-            distance = distances(found.states, seen.states, seen.coordinates, scale, np.inf).max()
-            if distance <= COMING:
-                name = seen.label if period == seen.period else found.label
-                return replace(seen, states=found.states, period=period, label=name, words=found.words)
-    return seen
-
-
-def _visited(path: Orbit, unit: Floats) -> Attractor:
-    """The attractor of one orbit without a period, as the states that it visits."""
-    states, words = path.coordinates.wrap(path.states[1:, 0]), path.words[:, 0].tolist()
-    name, every = label(words, _turns(path, 0), 0, path.walls), tuple(sorted(set(words)))
-    scale = extents(states, path.coordinates, unit)
-    return Attractor(path.coordinates, states, 0, name, every, own_reach(states, path.coordinates, scale), scale)
-
-
-def _turns(path: Orbit, k: int) -> list[int]:
-    turns: list[int] = path.turns[:, k, path.coordinates.angles].sum(axis=-1).tolist()
-    return turns
+    coordinates, states = path.coordinates, path.coordinates.wrap(path.states[1:, 0])
+    scale, words = extents(states, coordinates, unit), tuple(sorted(set(path.words[:, 0].tolist())))
+    return Attractor(coordinates, states, 0, one.label, words, own_reach(states, coordinates, scale), scale)

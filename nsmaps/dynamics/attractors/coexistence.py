@@ -112,8 +112,8 @@ def grouped(sets: list[Attractor]) -> list[list[int]]:
 
 
 def _shown(sets: list[Attractor]) -> Attractor:
-    """The representative of several sets of one attractor: that of the least period, otherwise C, the most general name."""
-    return min(sets, key=lambda each: (each.period or np.inf, each.label != "C"))
+    """The representative of several sets of one attractor: that of the least period, otherwise of the most general name."""
+    return min(sets, key=lambda each: (each.period or np.inf, len(each.label)))
 
 
 def numbered(sets: list[Attractor], last: dict[int, Attractor], unused: int, scale: Floats, step: float) -> dict[int, Attractor]:

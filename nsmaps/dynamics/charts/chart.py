@@ -14,6 +14,7 @@ from nsmaps.dynamics.charts.motions import Motion, Motions
 from nsmaps.dynamics.charts.pixels import WAYS, Way, motions_of, pixels
 from nsmaps.dynamics.charts.quadtree import Refinement, refined
 from nsmaps.dynamics.charts.tails import Length
+from nsmaps.dynamics.motion import ESCAPE
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import OUTCOMES, Outcome
@@ -70,8 +71,9 @@ class Chart(WithCoordinates):
 
     @property
     def labels(self) -> NDArray[np.str_]:
-        """The motion of each orbit, shape (W, V, S), such as 1:1/2T; "" where it ended."""
-        return np.array([*(motion.label for motion in self.motions), ""])[self.motion]
+        """The motion of each orbit, shape (W, V, S), such as 1:1/2T; "" where it ended, `escapes` where it leaves every bound."""
+        names = np.array([*(motion.label for motion in self.motions), "", ESCAPE])
+        return names[np.where((self.motion < 0) & (self.outcome != Outcome.escaped), -2, self.motion)]
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -159,7 +161,7 @@ def chart(
         returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
             `2 max_period`, in the last of which a period is sought.
         discard: number computed before these and discarded as the transient.
-        max_period: longest period tested, in returns.
+        max_period: longest period that is sought in the last returns alone; longer ones are sought in all `returns`.
         direction: with "up" or "down" orbits start where those of the neighbour along the first parameter ended; "both" has 2 S
             orbits, the ascending ones first. With None the orbits of every pixel begin at the given starts.
         tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the largest

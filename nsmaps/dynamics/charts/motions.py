@@ -1,5 +1,6 @@
 """The motions of many orbits, each named once, and the attractors among those of one pixel."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,8 +10,8 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.attractor import kept
 from nsmaps.dynamics.attractors.coexistence import grouped
-from nsmaps.dynamics.motion import label
-from nsmaps.exact.words import decode
+from nsmaps.dynamics.motion import condensed, label
+from nsmaps.exact.words import PLAIN, Alphabet, decode
 
 NEAR = 0.01  #: share of the scale within which two sets of states count as one attractor
 
@@ -21,8 +22,16 @@ class Motion:
 
     label: str  #: such as 1:1/2T; see `nsmaps.dynamics.motion.label`
     words: tuple[str, ...]  #: of one period in order, the least of its rotations; without a period, every word seen
-    period: int  #: in returns; 0: none found
+    period: int  #: in returns, of which a complete chatter with the release after it is one; 0: none found
     turns: int  #: whole turns of all angles in a period: its length in periods of the forcing; 0 without a period
+
+
+def motion_of(name: str, words: Sequence[str], period: int, turns: int) -> Motion:
+    """The motion of a name, of the words of one period in returns or of every word seen."""
+    if not period:
+        return Motion(name, tuple(sorted(set(words))), 0, 0)
+    events = condensed(words)
+    return Motion(name, tuple(min([*events[k:], *events[:k]] for k in range(len(events)))), len(events), turns)
 
 
 @dataclass(slots=True)
@@ -30,6 +39,7 @@ class Motions:
     """The motions of orbits by their number, in the order in which they are met."""
 
     walls: tuple[str, ...] = ()
+    alphabet: Alphabet = PLAIN
     known: dict[Motion, int] = field(default_factory=dict)
     seen: dict[tuple[int, bytes, bytes], int] = field(default_factory=dict)  #: by period, words and turns as they came
 
@@ -38,17 +48,13 @@ class Motions:
         return self.known.setdefault(motion, len(self.known))
 
     def of(self, codes: NDArray[np.int64], turns: NDArray[np.int64], period: int) -> int:
-        """The number of the motion whose last returns have these words, as numbers, and turns, shape (K,)."""
-        if not period:
-            codes, turns = np.unique(codes), turns[:0]
+        """The number of the motion of a period whose last returns have these words, as numbers, and turns, shape (K,)."""
         codes, turns = codes[-period:], turns[-period:]
         key = period, codes.tobytes(), turns.tobytes()
         if key not in self.seen:
             words = [decode(code, self.walls) for code in codes.tolist()]
-            name = label(words, turns.tolist() or [0] * len(words), period, self.walls)
-            if period:
-                words = min([*words[k:], *words[:k]] for k in range(period))
-            self.seen[key] = self.number(Motion(name, tuple(words), period, int(turns.sum())))
+            name, took = label(words, turns.tolist(), period, self.alphabet), int(turns.sum()) or period * self.alphabet.turns
+            self.seen[key] = self.number(motion_of(name, words, period, took))
         return self.seen[key]
 
 

@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.charts.motions import Motion, Motions, attractors
+from nsmaps.dynamics.charts.motions import Motion, Motions, attractors, motion_of
 from nsmaps.dynamics.charts.tails import Length, Tail, tail
+from nsmaps.dynamics.limits.limit import ROUNDED, Limit
 from nsmaps.dynamics.motion import periods
 from nsmaps.dynamics.observables.observe import observe
 from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.observables.spec import Observable
+from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.parallel import Arrays
 
@@ -37,17 +39,17 @@ def pixels(
     tails: list[tuple[Tail | None, ...]] = []
     reasons: list[str] = []
     for row in rows:
-        passes = [_pass(map_of, row, starts, length, way, direction is not None) for way in WAYS[direction]]
+        passes = [_pass(map_of, row, starts, length, tolerance, way, direction is not None) for way in WAYS[direction]]
         tails += zip(*(found for found, _ in passes), strict=True)
         reasons += passes[0][1]
     about = {"refused": np.array([bool(reason) for reason in reasons]), "reason": np.array(next(filter(None, reasons), ""))}
     found = _beside(tails, starts, length)
-    table = _summary(found, Coordinates(map_of.system.coordinates), tolerance, len(starts) * len(WAYS[direction]))
+    table = _summary(found, Coordinates(map_of.system.coordinates), len(starts) * len(WAYS[direction]))
     return {**table, **about, "means": _means(map_of, rows.reshape(-1, 2), observables, table, length.returns)}
 
 
 def _pass(
-    map_of: Along, row: Floats, starts: Floats, length: Length, way: int, directed: bool
+    map_of: Along, row: Floats, starts: Floats, length: Length, tolerance: float, way: int, directed: bool
 ) -> tuple[list[Tail | None], list[str]]:
     """The ends of orbits at the pixels of a row, taken up or down, and the reasons why there are none."""
 
@@ -56,7 +58,7 @@ def _pass(
         map.first_return(starts[:0])  # a formula may fail at these values
         return map
 
-    runs, reasons, _ = followed(map_at, row[::way], starts, lambda map, states: tail(map, states, length), directed)  # type: ignore[arg-type]
+    runs, reasons, _ = followed(map_at, row[::way], starts, lambda map, states: tail(map, states, length, tolerance), directed)  # type: ignore[arg-type]
     them = iter(runs)
     return [None if reason else next(them) for reason in reasons][::way], reasons[::way]
 
@@ -69,22 +71,33 @@ def _beside(tails: list[tuple[Tail | None, ...]], starts: Floats, length: Length
         if each is not None:
             for name in ("states", "turns", "codes", "outcome", "slopes", "scale", "growth"):
                 getattr(found, name)[k * count : (k + 1) * count] = getattr(each, name)
-            found.walls, found.computed = each.walls, found.computed + each.computed
+            found.walls, found.alphabet, found.computed = each.walls, each.alphabet, found.computed + each.computed
+            found.limits |= {k * count + orbit: one for orbit, one in each.limits.items()}
     return found
 
 
-def _summary(found: Tail, coordinates: Coordinates, tolerance: float, orbits: int) -> Arrays:
+def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
     """Motions, attractors, exponents, outcomes and last states of the pixels, of `orbits` each, and the motions' names."""
-    period, names = periods(found.states, found.codes, coordinates, tolerance * found.scale), Motions(found.walls)
-    motion = np.full(len(period), -1, np.int32)
+    period = periods(found.states, found.codes, coordinates, ROUNDED * found.scale)
+    names = Motions(found.walls, found.alphabet)
+    motion, exponent = np.full(len(period), -1, np.int32), np.where(period > 0, _exponent(found.slopes, period), found.growth)
     for k in np.flatnonzero(np.isfinite(found.final).all(axis=1)).tolist():
-        motion[k] = names.of(found.codes[k], found.turns[k], int(period[k]))
+        one = found.limits.get(k)
+        if one is None:
+            motion[k] = names.of(found.codes[k], found.turns[k], int(period[k]))
+        elif one.held:
+            motion[k] = names.number(motion_of(one.label, one.words, one.period, one.turns))
+            period[k] = one.period
+            exponent[k] = _of_cycle(one) if one.period else exponent[k]
+        else:
+            found.states[k], found.outcome[k] = np.nan, Outcome.escaped
     rows = found.states, period, found.scale
     pixels = zip(*(each.reshape(-1, orbits, *each.shape[1:]) for each in rows), strict=True)
-    table = {
+    table: Arrays = {
         "motion": motion,
+        "span": period,  # in returns, each impact of a chatter counted
         "attractor": np.concatenate([attractors(coordinates, *pixel) for pixel in pixels]),
-        "exponent": np.where(period > 0, _exponent(found.slopes, period), found.growth),
+        "exponent": exponent,
         "outcome": found.outcome,
         "state": found.final.copy(),  # not all of the last returns with it
     }
@@ -99,7 +112,7 @@ def _means(map_of: Along, places: Floats, observables: tuple[Observable, ...], t
     """
     motion, states = table["motion"], table["state"]
     means = np.full((*motion.shape, len(observables)), np.nan)
-    length = np.append(np.where(table["numbers"][:, 0] > 0, table["numbers"][:, 0], returns), 0)[motion]
+    length = np.where(table["span"] > 0, table["span"], returns)
     for k in np.flatnonzero((motion >= 0).any(axis=1)).tolist() if observables else ():
         system = map_of(*places[k].tolist())
         for n in set(length[k][motion[k] >= 0].tolist()):
@@ -107,6 +120,15 @@ def _means(map_of: Along, places: Floats, observables: tuple[Observable, ...], t
             found = observe(system, states[k, own], n, observables, batches=1)
             means[k, own] = (found.per_return if found.period is None else found.per_period).value
     return means
+
+
+def _of_cycle(one: Limit) -> float:
+    """The largest exponent per return of a cycle; NaN without its multipliers."""
+    if one.cycle is not None:
+        slopes = one.cycle.returns.derivative
+    else:
+        slopes = None if one.path.slopes is None else one.path.slopes[-one.period :, 0]
+    return np.nan if slopes is None else float(_exponent(slopes[None], np.array([len(slopes)]))[0])
 
 
 def _exponent(slopes: Floats, period: NDArray[np.int64]) -> Floats:

@@ -1,20 +1,23 @@
 """The ends of long orbits: the last returns after many, of which exact repetitions are not computed again."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, finite_rows
+from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limit_of, limits
+from nsmaps.dynamics.limits.path import ALIGN, Path
+from nsmaps.dynamics.motion import UNRESOLVED
 from nsmaps.dynamics.returnmap import OrbitMap
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.words import PLAIN, Alphabet
 
 FIRST = 512  #: returns after which an orbit is first compared with itself; the next time it is after twice as many
-BLOCK = 100_000  #: most returns of a compiled call, of all starts together, so that memory stays small
 LOOKED = 2  #: last states of an orbit, from which the extent of its motion is taken
-ALIGN = 50  #: returns in which a tangent vector turns into the direction that grows fastest
+BLOCK = 100_000  #: most returns of a compiled call, of all starts together, so that memory stays small
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,8 @@ class Tail:
     scale: Floats  #: shape (S, n), unit of each coordinate on the motion, see `scale_of`; 1 of orbits that end
     growth: Floats  #: shape (S,), mean logarithmic growth of a tangent vector a return; NaN of orbits that repeat or end
     computed: int  #: returns of all starts; the others repeat
+    alphabet: Alphabet = PLAIN  #: what the letters of words stand for
+    limits: dict[int, Limit] = field(default_factory=dict)  #: of orbits, by number, that do not repeat to the last bit at once
 
     @classmethod
     def empty(cls, count: int, k: int, dim: int) -> "Tail":
@@ -54,9 +59,11 @@ class Tail:
         return self.states[:, -1]
 
 
-def tail(map: OrbitMap, starts: Floats, length: Length) -> Tail:
+def tail(map: OrbitMap, starts: Floats, length: Length, tolerance: float = 1e-6) -> Tail:
     """The ends of the orbits of starts (S, n) after `discard + returns` returns.
 
+    What orbits end on that do not repeat up to rounding in the last ones is decided as by `limits`: in all `returns`, with the
+    extent of the motion as the scale, and where that does not show it in those that follow.
     A return is a function of its start. An orbit that comes back to a state to the last bit repeats, and its later
     returns are known: all numbers are those of the whole computation, digit for digit.
     """
@@ -64,6 +71,7 @@ def tail(map: OrbitMap, starts: Floats, length: Length) -> Tail:
     after, repeats, outcome, computed = _transient(map, starts, length)
     found = Tail.empty(count, k, dim)
     found.outcome, found.computed = outcome, computed
+    paths: list[tuple[int, Path]] = []
     for own, n in ((repeats, k), (~repeats, length.returns)):
         which = np.flatnonzero(own)
         if len(which):
@@ -71,7 +79,23 @@ def tail(map: OrbitMap, starts: Floats, length: Length) -> Tail:
             _write(found, which, part, n, finite_rows(after[which]))
             if part.derivative is not None and not repeats[which[0]]:
                 found.growth[which] = _growth(part.derivative.reshape(n, len(which), dim, dim))
-    found.scale[:] = [scale_of(map, own[-LOOKED:]) for own in found.states]
+                path = Path.of(part, len(which))
+                paths = [(orbit, path.of_one(place)) for place, orbit in enumerate(which.tolist())]
+    found.scale[:] = [scale_of(map, own[-LOOKED:], beside=starts) for own in found.states]
+    for orbit, path in paths:
+        one = _limit(map, path, found.scale[orbit], length.window, tolerance)
+        if one is not None:
+            found.limits[orbit] = one
+    return found
+
+
+def _limit(map: OrbitMap, path: Path, scale: Floats, window: int, tolerance: float) -> Limit | None:
+    """What the orbit of one path ends on; None where it repeats up to rounding in the last returns, or ended."""
+    if not np.isfinite(path.states[-1]).all() or path.last(window).repeats(ROUNDED * scale)[0]:
+        return None
+    found = limit_of(map, path, scale, tolerance)
+    if found.kind == UNRESOLVED:
+        found = limits(map, path.states[-1], scale, tolerance)[0]
     return found
 
 
@@ -107,7 +131,8 @@ def _write(found: Tail, which: NDArray[np.int64], part: Returns, n: int, going: 
         return np.swapaxes(table.reshape(n, m, *table.shape[1:])[n - k :], 0, 1)
 
     circle = part.coordinates.angles
-    found.walls, found.states[which], found.codes[which] = part.walls, rows(part.image), rows(part.codes)
+    found.walls, found.alphabet = part.walls, part.alphabet
+    found.states[which], found.codes[which] = rows(part.image), rows(part.codes)
     found.turns[which] = rows(part.known_turns[:, circle].sum(axis=1))
     found.outcome[which] = np.where(going, part.outcome[-m:], found.outcome[which])
     found.computed += n * m

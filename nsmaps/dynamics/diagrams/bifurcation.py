@@ -1,28 +1,30 @@
 """Bifurcation diagrams: the attractors of a return map over the values of a parameter (figs. bifexact, bifapprox)."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike, Bools, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates
-from nsmaps.dynamics.motion import label, periods
-from nsmaps.dynamics.orbit import Orbit, orbit, returns_of
+from nsmaps.dynamics.diagrams.names import alphabet_among, alphabet_as_arrays, are_exact, names, open_ends
+from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
+from nsmaps.dynamics.orbit import Orbit, orbit_after
 from nsmaps.dynamics.returnmap import ReturnMap, followed, starts_under
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
-from nsmaps.exact.words import decoded
+from nsmaps.exact.words import PLAIN, decoded
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 PART = 100_000  #: fewest returns of a part of a diagram by default, many times the cost of its overhead
+STATES = 0.7  #: share of the work that the states are assumed to take, for `progress`; the rest is that of these orbits
 Block = tuple[NDArray[np.int64], slice, Arrays]  #: indices of values, starts, and the result of `_attractors` there
 
 
@@ -43,8 +45,16 @@ class Bifurcation(WithCoordinates):
     codes: NDArray[np.int64]  #: shape (V, S, K), words of the returns to each state as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (V, S), values of `Outcome`: of the last return, or of the return that ended the orbit
     reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
-    period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: none up to K/2
+    period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: none was found
     scale: Floats | None = None  #: shape (n,), unit of tolerances in each coordinate, see `scale_of`; None in earlier runs
+    labels: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, str))  #: shape (V, S), such as 1:1/2T; "" where it ended
+
+    def __post_init__(self) -> None:
+        """Names from the words of what is kept, where no others are given."""
+        WithCoordinates.__post_init__(self)
+        if not self.labels.size and self.period.size:
+            found = names(self.coordinates, self.walls, PLAIN, self.codes, self.turns, self.period)
+            object.__setattr__(self, "labels", np.where(self.held & (self.period == 0), UNRESOLVED, found).astype(str))
 
     @property
     def unit(self) -> Floats:
@@ -55,18 +65,6 @@ class Bifurcation(WithCoordinates):
     def words(self) -> NDArray[np.str_]:
         """The word of the return to each state, shape (V, S, K); "" where there is none."""
         return decoded(self.codes, self.walls)
-
-    @property
-    def labels(self) -> NDArray[np.str_]:
-        """The motion of each orbit, shape (V, S), such as 1:1/2T; "" where it ended. See `nsmaps.dynamics.motion.label`."""
-        turns = self.turns[..., self.coordinates.angles].sum(axis=-1)
-        words, table, known = self.words, np.empty(self.period.shape, object), dict[tuple[bytes, bytes, int], str]()
-        for k in np.ndindex(table.shape):
-            key = self.codes[k].tobytes(), turns[k].tobytes(), int(self.period[k])
-            if key not in known:
-                known[key] = label(words[k].tolist(), turns[k].tolist(), key[-1], self.walls)
-            table[k] = known[key]
-        return table.astype(str)
 
     @property
     def held(self) -> NDArray[np.bool_]:
@@ -102,6 +100,10 @@ def bifurcation(
 ) -> Bifurcation:
     """The attractors over the values of a parameter, as in remark num_bif.
 
+    A period up to K/2 is sought in the K returns that are stored. Orbits without one are followed for up to 5000 more: what
+    they end on is decided as by `nsmaps.dynamics.limits.limit.limits`, so that C names chaos alone, Q of quasi-periodic motion,
+    `?` where neither was shown, and `escapes` of orbits that leave every bound.
+
     Args:
         map_of: the return map at a value, such as `lambda d: system.at(d=d)`. A value at which it raises a ValueError, as for a
             parameter out of range, has no map and is skipped.
@@ -113,7 +115,7 @@ def bifurcation(
             orbit that ended starts again from its start at that value. With "both" there are 2 S orbits, the ascending ones
             first. With None the orbits at every value begin at the given starts.
         tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the extent
-            of the motions in the diagram, between events too.
+            of the motion, between events too, and at least to the median of the extents in the diagram.
         jobs: see `nsmaps.Jobs`; `map_of` may then be such as `nsmaps.Along(system, "d")`. Parts are values, as many as make
             100,000 returns; with `direction` every start is followed through the values of a part separately.
 
@@ -130,10 +132,13 @@ def bifurcation(
         return _beside(up, bifurcation(map_of, along, now, *how, "down", tolerance, jobs=jobs.share(0.5, 1.0, "down")))
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     if not jobs.divided or not len(now):
-        found = _attractors(map_of, along[order], now, returns, discard, bool(direction))
-        return _diagram(along, now, [(order, slice(None), found)], tolerance)
-    sweep = _Sweep(map_of, along, order, returns, discard, jobs, lambda blocks: _diagram(along, now, blocks, tolerance))
-    return sweep.diagram(sweep.followed(now) if direction else sweep.independent(now))
+        blocks = [(order, slice(None), _attractors(map_of, along[order], now, returns, discard, bool(direction)))]
+    else:
+        part = jobs.share(0.0, STATES, "states")
+        so_far = partial(_diagram_so_far, along, now, tolerance)
+        sweep = _Sweep(map_of, along, order, returns, discard, part, so_far)
+        blocks = sweep.followed(now) if direction else sweep.independent(now)
+    return _unnamed(along, now, blocks, tolerance).named(map_of, tolerance, jobs.share(STATES, 1.0, "limits"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,33 +202,56 @@ def _attractors(
     scales: list[Floats] = []
 
     def run(map: ReturnMap, states: Floats) -> Orbit:
-        found = _attractor(map, states, discard, returns)
-        scales.extend(scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states))
+        found = orbit_after(map, states, discard, returns)
+        scales.append(np.array([scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states)]))
         return found
 
     runs, reasons, last = followed(map_of, values, starts, run, directed)
     about = {"last": last, "reasons": np.array(reasons, str)}
     if not runs:
         return about
-    tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in ("turns", "codes")}
+    tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in ("turns", "codes", "time")}
     tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
-    tables["outcome"], tables["scale"] = np.stack([run.outcome[-1] for run in runs]), np.max(scales, axis=0)
-    return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls)}
+    tables["outcome"], tables["scale"] = np.stack([run.outcome[-1] for run in runs]), np.stack(scales)
+    return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls), **alphabet_as_arrays(runs[0].alphabet)}
 
 
-def _attractor(map: ReturnMap, states: Floats, discard: int, returns: int) -> Orbit:
-    """The orbits of states (S, n) after a transient; an orbit that ended in the transient keeps its outcome."""
-    part = None
-    for part in returns_of(map, states, discard):
-        states = part.image[-len(states) :]
-    kept = orbit(map, states, returns)
-    if part is not None:
-        ended = np.isnan(states).any(axis=1)
-        kept.outcome[:, ended] = part.outcome[-len(states) :][ended]
-    return kept
+@dataclass(frozen=True, slots=True, eq=False)
+class _Unnamed:
+    """A diagram, in which the motions of orbits are not known that do not repeat up to rounding."""
+
+    diagram_so_far: Bifurcation
+    open_: Bools  #: shape (V, S), these orbits
+    scale: Floats  #: shape (n,)
+
+    def diagram(self, found: Sequence[tuple[int, str]] = ()) -> Bifurcation:
+        """The diagram with periods and names of the first open orbits; others are unresolved."""
+        plain = self.diagram_so_far
+        period, labels = plain.period.copy(), plain.labels.astype(object)
+        labels[self.open_], period[self.open_] = UNRESOLVED, 0
+        for (v, s), (q, name) in zip(np.argwhere(self.open_).tolist(), found, strict=False):
+            period[v, s], labels[v, s] = q, name
+        gone = labels == ESCAPE
+        states = np.where(gone[..., None, None], np.nan, plain.states)
+        outcome = np.where(gone, np.int8(Outcome.escaped), plain.outcome)
+        return replace(plain, period=period, labels=labels.astype(str), states=states, outcome=outcome)
+
+    def named(self, map_of: Callable[[float], ReturnMap], tolerance: float, jobs: Jobs) -> Bifurcation:
+        """The diagram whose open orbits are followed on."""
+        if not self.open_.any():
+            if jobs.progress is not None:
+                jobs.progress(1.0)
+            return self.diagram()
+        about = self.diagram_so_far.values, self.diagram_so_far.states[:, :, -1], self.open_, self.scale, tolerance
+        return self.diagram(open_ends(map_of, *about, jobs, self.diagram))
 
 
-def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> Bifurcation:
+def _diagram_so_far(values: Floats, starts: Floats, tolerance: float, blocks: list[Block]) -> Bifurcation:
+    """The diagram of what is computed, in which no orbit is followed on."""
+    return _unnamed(values, starts, blocks, tolerance).diagram()
+
+
+def _unnamed(values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> _Unnamed:
     """The diagram over all values from the results at some of them."""
     reasons = np.full(len(values), NOT_COMPUTED, object)
     for cut, _, part in blocks:
@@ -232,23 +260,30 @@ def _diagram(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
     if some is None:
         raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
     shape = len(values), len(starts), *some["states"].shape[2:]
-    states, turns = np.full(shape, np.nan), np.zeros(shape, np.int32)
+    states, turns, time = np.full(shape, np.nan), np.zeros(shape, np.int32), np.full(shape[:3], np.nan)
     codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
-    tables = {"states": states, "turns": turns, "codes": codes, "outcome": outcome}
+    scales = np.ones((*shape[:2], shape[-1]))
+    tables = {"states": states, "turns": turns, "codes": codes, "outcome": outcome, "time": time, "scale": scales}
     for cut, own, part in blocks:
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
-    scale = np.max([part["scale"] for *_, part in blocks if "scale" in part], axis=0)
-    period = periods(states, codes, coordinates, tolerance * scale)
-    return Bifurcation(coordinates, walls, values, states, turns, codes, outcome, tuple(reasons.tolist()), period, scale)
+    held = np.isfinite(states[:, :, -1]).all(axis=-1)
+    scale = np.median(scales[held], axis=0) if held.any() else np.ones(len(coordinates))
+    period = periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time)
+    labels = names(coordinates, walls, alphabet_among(some), codes, turns, period)
+    labels[~held & np.isin(outcome, (Outcome.returned, Outcome.escaped)) & (reasons == "")[:, None]] = ESCAPE
+    open_ = held & ((period == 0) | ~are_exact(coordinates, states, period, scale))
+    named = np.where(held | (labels == ESCAPE), labels, "")
+    about = outcome, tuple(reasons.tolist()), np.where(held, period, 0), scale
+    return _Unnamed(Bifurcation(coordinates, walls, values, states, turns, codes, *about, named), open_, scale)
 
 
 def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:
     """The diagram of the orbits of both over the same values."""
     rows = {
         name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1)
-        for name in ("states", "turns", "codes", "outcome", "period")
+        for name in ("states", "turns", "codes", "outcome", "period", "labels")
     }
     return replace(one, **rows)  # type: ignore[arg-type]
 

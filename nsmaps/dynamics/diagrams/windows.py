@@ -12,7 +12,7 @@ from nsmaps.arrays import Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.dynamics.continuation.events import DOUBLING, FOLD, HALVING, TORUS
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, bifurcation
-from nsmaps.dynamics.motion import label
+from nsmaps.dynamics.motion import without_turns
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.errors import NsmapsError
@@ -121,9 +121,7 @@ class _Search:
 
     def _by_returns(self, place: int) -> str:
         """The name of the motion there, as if whole turns were unknown."""
-        row = self.order[place]
-        words, period = self.diagram.words[row, 0].tolist(), int(self.diagram.period[row, 0])
-        return label(words, [0] * len(words), period, self.diagram.walls)
+        return without_turns(str(self.labels[place]), int(self.diagram.period[self.order[place], 0]))
 
     def _is_wide(self, first: int, last: int) -> bool:
         return last - first + 1 >= FEWEST and abs(self.value(last) - self.value(first)) >= NARROWEST * self.unit
@@ -135,7 +133,8 @@ class _Search:
         """
         row = self.order[(place + other) // 2]
         period = int(self.diagram.period[row, 0])
-        found = self._cycle(self.value((place + other) // 2), self.diagram.states[row, 0, :period], None) if period else None
+        value, states = self.value((place + other) // 2), self.diagram.states[row, 0, :period]
+        found = self._cycle(value, states, None) if period == len(states) > 0 else None
         at, stride = (place + other) // 2, max(abs(place - other) // 2, 1)
         while found is not None and at != limit:
             there = min(at + stride, limit) if way > 0 else max(at - stride, limit)

@@ -143,7 +143,8 @@ class ModeKernel:
         start, image, turns = (array.reshape(-1, m) for array in (found.states[:-1], found.states[1:], found.turns))
         rows = found.codes.ravel(), found.outcome.ravel(), found.time.ravel()
         slopes = found.tangents.reshape(-1, m, m) if derivative else None
-        return Returns(self.coordinates, self.letters, start, image, turns, *rows, slopes)
+        named = self.coordinates, self.letters
+        return Returns(*named, start, image, turns, *rows, slopes, alphabet=self.definition.alphabet)
 
 
 @lru_cache(maxsize=256)

@@ -63,8 +63,7 @@ class HybridSystem(ParametricSystem):
     @property
     def section_letters(self) -> tuple[str, ...]:
         """The letters with which words begin, those of the section's events; "" for an event without one."""
-        definition = self._definition()
-        return tuple(dict.fromkeys(definition.transitions[start.transition].letter for start in definition.starts))
+        return self._definition().alphabet.section or ()
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The first returns to the section of a batch of states.

@@ -50,7 +50,7 @@ def basins(result: "StudyResult", ax: Axes) -> Axes:
 
 def _motion(attractor: "Attractor") -> str:
     """What an attractor is called: its motion and its period in returns."""
-    period = f", period {attractor.period}" if attractor.period else ", no period"
+    period = f", period {attractor.period}" if attractor.period else ""
     return attractor.label.removesuffix(period) + period
 
 

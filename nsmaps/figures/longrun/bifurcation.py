@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats, Ints
+from nsmaps.dynamics.motion import CHAOS, kind_of
 from nsmaps.exact.systems.parameters import map_name
 from nsmaps.exact.words import CHATTER, LONGER, REST, decoded
 from nsmaps.figures.data import BIFURCATION, section
@@ -86,7 +87,7 @@ def _named(result: "StudyResult", of: str) -> list[Named]:
 
 
 def _chaotic(diagram: "Bifurcation", windows: Sequence[Named]) -> list[Named]:
-    """The intervals between windows at most of whose values the first orbit has no period, with the name that most of these have.
+    """The intervals between windows at most of whose values the first orbit is chaotic, with the name that most of these have.
 
     They are chaotic regions that are cut by windows too narrow to have borders.
     """
@@ -94,7 +95,7 @@ def _chaotic(diagram: "Bifurcation", windows: Sequence[Named]) -> list[Named]:
     found = []
     for low, high in zip(ends[::2], ends[1::2], strict=True):
         names = diagram.labels[(diagram.values >= low) & (diagram.values <= high), 0].tolist()
-        (name, count), *_ = [*Counter(name for name in names if name.endswith("C")).most_common(1), ("", 0)]
+        (name, count), *_ = [*Counter(name for name in names if kind_of(name) == CHAOS).most_common(1), ("", 0)]
         if high > low and 2 * count > len(names):
             found.append((name, low, high))
     return found

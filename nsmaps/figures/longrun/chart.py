@@ -11,6 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, TwoSlopeNorm
 from matplotlib.patches import Patch
 
 from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import CHART
 from nsmaps.figures.longrun.stability import draw_curves
@@ -24,8 +25,9 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 PERIODS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, BLUE, RED, OLIVE, BROWN)  #: of the periods 1, 2, ..., in every chart
-LONGER, CHAOS, NOTHING, MISSING = (len(PERIODS) + k for k in (1, 2, 3, 4))  #: numbers of further kinds
-COLOURS = (*PERIODS, GREY, BLACK, "#FFFFFF", "0.88")  #: of the kinds from 1 on
+LONGER, CHAOTIC, QUASI, OPEN, NOTHING, MISSING = (len(PERIODS) + k for k in range(1, 7))  #: numbers of further kinds
+COLOURS = (*PERIODS, GREY, BLACK, "#7A3B8F", "#E6D2B0", "#FFFFFF", "0.88")  #: of the kinds from 1 on
+WITHOUT = {CHAOS: CHAOTIC, QUASI_PERIODIC: QUASI, UNRESOLVED: OPEN}  #: the kinds of motions without a period
 SEVERAL, REFUSED = "////", "xxxx"  #: hatches
 MINUS_INFINITY, UNKNOWN = "#1B1145", "0.78"  #: of exponents, beside the colours of finite ones
 
@@ -56,7 +58,8 @@ def chart(
 ) -> Axes:
     """The period of the attractor of the first start at each pixel, a fixed colour for each from 1 to 9.
 
-    Longer ones are grey, black is what has no period, white what has no attractor. Hatched are pixels with several attractors,
+    Longer ones are grey, black is chaos, violet quasi-periodic motion, pale brown motion of which neither a period nor chaos was
+    shown, white what has no attractor. Hatched are pixels with several attractors,
     and crossed those whose parameters the system refuses, whose number the legend states. Pixels that were not computed have
     the colour of a neighbour; the title then says what share was computed.
 
@@ -76,7 +79,8 @@ def chart(
         diagram.along, diagram.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True
     )
     names = {number: str(number) for number in range(1, LONGER)}
-    names |= {LONGER: f"above {len(PERIODS)}", CHAOS: "no period found", NOTHING: "no attractor", MISSING: "not computed"}
+    names |= {LONGER: f"above {len(PERIODS)}", CHAOTIC: "chaos", QUASI: "quasi-periodic", OPEN: "unresolved"}
+    names |= {NOTHING: "no attractor", MISSING: "not computed"}
     shown = [number for number in names if (kinds[~diagram.refused] == number).any()]
     patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
     patches += _hatched(ax, diagram)
@@ -137,9 +141,10 @@ def mean(diagram: "Chart", ax: Axes, name: str) -> Axes:
 
 def _kinds(diagram: "Chart", period: Ints) -> Ints:
     """The number of the colour of each pixel, shape (W, V)."""
-    longer = np.where(period > len(PERIODS), LONGER, period)
+    longer = np.where(period > len(PERIODS), LONGER, np.maximum(period, 1))
     ended = np.where(diagram.computed, NOTHING, MISSING)
-    return np.where(diagram.motion[..., 0] < 0, ended, np.where(diagram.period[..., 0] == 0, CHAOS, np.maximum(longer, 1)))
+    without = np.array([*(WITHOUT.get(kind_of(motion.label), 0) for motion in diagram.motions), 0])[diagram.motion[..., 0]]
+    return np.where(diagram.motion[..., 0] < 0, ended, np.where(without > 0, without, longer))
 
 
 def _hatched(ax: Axes, diagram: "Chart") -> Iterator[Any]:

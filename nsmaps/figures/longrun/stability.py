@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import STABILITY, section
 from nsmaps.figures.page import Sheet
@@ -21,10 +22,11 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 _COLOURS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, RED, BLUE)
-_CHAOS, _OTHER, _NONE = "no period found", "other", "no attractor"
+_OTHER, _NONE = "other", "no attractor"
+_WITHOUT = {CHAOS: "chaos", QUASI_PERIODIC: "quasi-periodic", UNRESOLVED: "unresolved"}  #: motions without a period
 LINES = ("-", "--", ":", "-.")
 MARKS = {"cusp": "^", "fold-flip": "s", "1:1 resonance": "o", "1:2 resonance": "D", "1:3 resonance": "v", "1:4 resonance": "P"}
-_LAST = {_OTHER: GREY, _CHAOS: "#333333", _NONE: "#FFFFFF"}
+_LAST = {_OTHER: GREY, **dict(zip(_WITHOUT.values(), ("#333333", "#7A3B8F", "#E6D2B0"), strict=True)), _NONE: "#FFFFFF"}
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
@@ -88,4 +90,5 @@ def _names(diagram: "StabilityDiagram", by: str) -> NDArray[np.str_]:
     if by not in ("period", "motion"):
         raise NsmapsError(f"the colours are by {by!r}; expected: 'period' or 'motion'")
     shown = diagram.period.astype(str) if by == "period" else diagram.labels
-    return np.where(diagram.period > 0, shown, np.where(diagram.period == 0, _CHAOS, _NONE))
+    without = np.vectorize(lambda name: _WITHOUT.get(kind_of(name), _NONE), otypes=[object])(diagram.labels).astype(str)
+    return np.where(diagram.period > 0, shown, np.where(diagram.period == 0, without, _NONE))

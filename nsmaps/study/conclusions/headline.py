@@ -8,6 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.auxiliary.bounds import ESTIMATED
+from nsmaps.dynamics.motion import MEANING, kind_of, kinds_explained
 from nsmaps.study.conclusions.diagnostics import inside
 from nsmaps.study.conclusions.texts import EXACT, as_computed, intervals
 from nsmaps.study.result import StudyResult
@@ -25,7 +26,6 @@ SAME = 1e-5  #: relative to the extent of the orbits: largest distance of cycles
 STABLE = {True: "stable ", False: "unstable ", None: ""}
 MOTIONS = 6  #: of a diagram that are listed
 ALL = 0.99  #: smallest ratio of sides at which the last box is taken as the start box
-FAR = 2  #: standard errors beyond which an exponent is positive
 DOUBTS = {ESTIMATED: "estimated by the held-out error of the fit: ", "sampled": "sampled on a grid of states: "}
 
 
@@ -53,7 +53,7 @@ def cycle_of(period: int) -> str:
 
 def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
     if result.basins is not None and result.study.basins is not None:
-        yield result.system.map_name, _basins(result.basins, result.study.basins.max_period)
+        yield result.system.map_name, _basins(result.basins)
     elif text := _orbits(result):
         yield result.system.map_name, text
     elif "exact" in result.bifurcation and result.study.bifurcation is not None:
@@ -69,16 +69,15 @@ def motions_of(diagram: "Bifurcation") -> str:
     """The motions of the first orbit of a diagram, in the order of the values."""
     names = [name or NONE for name in dict.fromkeys(diagram.labels[:, 0].tolist())]
     more = f" and {len(names) - MOTIONS} more" if len(names) > MOTIONS else ""
-    note = " (C: no period was found)" if any(name.endswith("C") for name in names) else ""
-    return f"the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{note}"
+    explained = kinds_explained(names)
+    return f"the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{f' ({explained})' if explained else ''}"
 
 
-def _basins(found: "Basins", max_period: int) -> str:
+def _basins(found: "Basins") -> str:
     """The number of attractors and of starts, and the percentage of the starts that reach each."""
-    none = f"motion without a period up to {max_period} returns"
     shares = [f"{100 * share:.3g} %" for share in found.fractions]
     listed = [
-        f"{share} to {'a ' + cycle_of(each.period) if each.period else none}{f' ({each.label})' if each.label else ''}"
+        f"{share} to {'a ' + cycle_of(each.period) if each.period else MEANING[kind_of(each.label)]} ({each.label})"
         for each, share in zip(found.attractors, shares, strict=False)
     ]
     more = zip(shares[-2:], found.fractions[-2:], ("to none", "ended"), strict=True)
@@ -130,9 +129,8 @@ def _kind(end: "LimitSet") -> str:
     name = f" ({end.name})" if end.name else ""
     if end.period:
         return f"one {STABLE[end.stable]}{cycle_of(end.period)}{name}"
-    exponent = f"largest Lyapunov exponent {end.exponent:.2g} +- {end.exponent_error:.1g}" if isfinite(end.exponent) else ""
-    chaos = exponent and end.exponent > FAR * end.exponent_error
-    return f"motion without a period up to {end.looked} returns{name}{f', chaotic by its {exponent}' if chaos else ''}"
+    exponent = f", largest Lyapunov exponent {end.exponent:.2g} +- {end.exponent_error:.1g}" if isfinite(end.exponent) else ""
+    return f"{end.meaning}{name}{exponent}"
 
 
 def _stays(result: StudyResult) -> Iterator[tuple[str, str]]:

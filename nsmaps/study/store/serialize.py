@@ -26,6 +26,7 @@ SHARED = {  #: classes of several sections, by module
     "dynamics.orbit": ("Orbit",),
     "dynamics.periodic": ("PeriodicOrbit",),
     "exact.returns": ("Impacts", "Margin", "Returns"),
+    "exact.words": ("Alphabet",),
     "reduced.composite.composite": ("CompositeMap", "Coverage", "Piece"),
     "reduced.fit.polymap": ("FitReport", "PolyMap"),
     "reduced.conditions.region": ("Box", "Where"),

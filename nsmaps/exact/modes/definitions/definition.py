@@ -18,6 +18,7 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.exponentials import Expansion
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.recording import DIGITS
+from nsmaps.exact.words import Alphabet
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,17 @@ class Definition:
     def letters(self) -> tuple[str, ...]:
         """The letters of words, in the order of the transitions."""
         return tuple(dict.fromkeys(one.letter for one in self.transitions if one.letter))
+
+    @cached_property
+    def alphabet(self) -> Alphabet:
+        """What the letters stand for."""
+        begins = [self.transitions[start.transition] for start in self.starts]
+        section = tuple(dict.fromkeys(one.letter for one in begins))
+        others = [one for one in self.transitions if one.letter not in section]
+        moved = {one.letter for one in others if any(one.function.coefficients)}
+        clocks = tuple(letter for letter in self.letters if letter not in (*section, *moved))
+        strobe = not self.coordinates.angles.any() and not any(any(one.function.coefficients) for one in begins)
+        return Alphabet(section, clocks, int(strobe))
 
     @property
     def rows(self) -> Iterator[Row]:

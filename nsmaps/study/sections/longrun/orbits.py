@@ -194,7 +194,7 @@ def _stays(map: "ReturnMap", ends: "LimitSet", returns: int, scale: Floats) -> b
 
 def _short(ends: "LimitSet") -> str:
     if not ends.period:
-        return f"no period up to {ends.looked} returns"
+        return ends.meaning
     return f"period {ends.period}{f' ({ends.name})' if ends.name else ''}"
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.parameters import map_name
@@ -177,8 +178,8 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     if section is None or not result.bifurcation:
         return
     every = {label for diagram in result.bifurcation.values() for label in diagram.labels.ravel().tolist()}
-    chaos = f"C: no period up to {section.returns // 2} returns: chaos, a longer period, or a transient that has not ended."
-    notes = [chaos] if any(label.endswith("C") for label in every) else []
+    explained = kinds_explained(every)
+    notes = [f"{explained}."] if explained else []
     listed: list[tuple[str, ...]] = []
     for of, diagram in result.bifurcation.items():
         rows, more, largest = widest(diagram, ROWS)

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
@@ -145,6 +146,8 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     notes = [f"Several motions attract at {100 * (found.counts > 1).mean():.3g} % of the pixels."]
     notes += [computed_text(found)] if not found.computed.all() else []
     notes += [f"There are {len(shares) - ROWS} more motions."] if len(shares) > ROWS else []
+    explained = kinds_explained(name for name, _ in rows)
+    notes += [f"{explained}."] if explained else []
     yield Table("Motions over two parameters", ("motion", "pixels"), rows, tuple(notes))
 
 

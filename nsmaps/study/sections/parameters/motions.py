@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.systems.parameters import map_name
 
 if TYPE_CHECKING:
@@ -81,8 +82,8 @@ def coexisting(result: "StudyResult") -> str:
         found = [_places(result, diagram, alike) for alike in pairs if alike in widest]
         found += [f"{len(pairs) - PAIRS} more pairs of motions"] if len(pairs) > PAIRS else []
         text = f"Attractors of the {map_name(result.system, of)} coexist: {'; '.join(found)}"
-        if any(name.endswith("C") for row in rows for name in (row["motion"], row["beside"])):
-            text += f" (C: no period up to {diagram.states.shape[2] // 2} returns, chaos or a long transient)"
+        explained = kinds_explained(name for row in rows for name in (row["motion"], row["beside"]))
+        text += f" ({explained})" if explained else ""
         sentences += [f"{text}."] if rows else []
     return " ".join(sentences)
 

@@ -88,7 +88,7 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     diagram = result.stability
     if diagram is None:
         return {}
-    names = {0: "no period found", -1: "no attractor"}
+    names = {0: "no period", -1: "no attractor"}
     shares = {names.get(period, str(period)): diagram.share(period) for period in np.unique(diagram.period).tolist()}
     return {"stability": {"shares": shares, "curves": plain_curves(result.curves)}}
 

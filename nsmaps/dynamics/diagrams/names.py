@@ -1,0 +1,91 @@
+"""The names of the motions of a bifurcation diagram, whose orbits without a period are followed to what they end on."""
+
+from collections.abc import Callable, Iterable, Mapping
+from itertools import takewhile
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limits
+from nsmaps.dynamics.motion import label
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.words import Alphabet, decoded
+from nsmaps.parallel import Arrays, Jobs
+
+OPEN = 20  #: orbits without a period in a part, which are followed for longer
+
+
+def alphabet_as_arrays(alphabet: Alphabet) -> Arrays:
+    """An alphabet among the arrays of a part; see `alphabet_among`."""
+    section = np.array(alphabet.section or (), str)
+    return {"section": section, "clocks": np.array(alphabet.clocks, str), "turning": np.array(alphabet.turns)}
+
+
+def alphabet_among(arrays: Arrays) -> Alphabet:
+    """The alphabet that `alphabet_as_arrays` has put there."""
+    section, clocks = (tuple(arrays[name].tolist()) for name in ("section", "clocks"))
+    return Alphabet(section or None, clocks, int(arrays["turning"]))
+
+
+def names(
+    coordinates: Coordinates, walls: tuple[str, ...], alphabet: Alphabet, codes: Ints, turns: NDArray[np.int32], period: Ints
+) -> NDArray[np.object_]:
+    """The motion of each orbit with a period, shape (V, S); "" of others."""
+    turned, table, known = turns[..., coordinates.angles].sum(axis=-1), np.full(period.shape, "", object), dict[Any, str]()
+    for k in zip(*np.nonzero(period), strict=True):
+        q = int(period[k])
+        key = codes[k][:q].tobytes(), turned[k][:q].tobytes()
+        if key not in known:
+            known[key] = label(decoded(codes[k][:q], walls).tolist(), turned[k][:q].tolist(), q, alphabet)
+        table[k] = known[key]
+    return table
+
+
+def open_ends(
+    map_of: Callable[[float], ReturnMap],
+    values: Floats,
+    states: Floats,
+    open_: Bools,
+    scale: Floats,
+    tolerance: float,
+    jobs: Jobs,
+    unfinished: Callable[[list[tuple[int, str]]], Any],
+) -> list[tuple[int, str]]:
+    """Period and name of the motions of orbits that are open, from their last states (V, S, n) on, in the order of the orbits.
+
+    After Ctrl-C the result is what `unfinished` makes of the first of them, if the work is divided.
+    """
+    rows = np.flatnonzero(open_.any(axis=1))
+    last = np.where(open_[:, :, None], states, np.nan)
+    cuts = [rows[cut] for cut in jobs.cuts(len(rows), -(-OPEN // max(states.shape[1], 1)))] if jobs.divided else [rows]
+    parts = [(map_of, values[cut], last[cut], scale, tolerance) for cut in cuts]
+    if not jobs.divided:
+        return _pairs([_limits(*part) for part in parts])
+
+    def first(found: Mapping[int, Arrays]) -> Any:
+        return unfinished(_pairs(found[k] for k in takewhile(found.__contains__, range(len(parts)))))
+
+    return _pairs(jobs.run(_limits, parts, first))
+
+
+def _pairs(parts: Iterable[Arrays]) -> list[tuple[int, str]]:
+    """Periods and names from the arrays of parts."""
+    return [pair for part in parts for pair in zip(part["period"].tolist(), part["label"].tolist(), strict=True)]
+
+
+def _limits(map_of: Callable[[float], ReturnMap], values: Floats, states: Floats, scale: Floats, tolerance: float) -> Arrays:
+    """Periods and names of the motions of orbits from states (V, S, n) that are not NaN."""
+    found: list[Limit] = []
+    for value, there in zip(values.tolist(), states, strict=True):
+        found += limits(map_of(value), there[np.isfinite(there).all(axis=1)], scale, tolerance)
+    return {"period": np.array([one.period for one in found], int), "label": np.array([one.label for one in found], str)}
+
+
+def are_exact(coordinates: Coordinates, states: Floats, period: Ints, scale: Floats) -> Bools:
+    """A mask of the orbits (V, S) that repeat up to rounding; others may still approach a cycle of another period."""
+    count = states.shape[2]
+    before = np.take_along_axis(states, (count - 1 - period)[:, :, None, None].clip(0), axis=2)[:, :, 0]
+    return coordinates.near(states[:, :, -1], before, ROUNDED, scale)

@@ -1,0 +1,247 @@
+"""What orbits end on: a cycle, chaos, quasi-periodic motion, escape, or nothing that was shown. It is decided here alone."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.attractors.distance import distances, extents
+from nsmaps.dynamics.limits.path import Path, escapes, exponent_of, followed, growth_on
+from nsmaps.dynamics.motion import CHAOS, ESCAPE, QUASI_PERIODIC, UNRESOLVED, label
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.words import decoded
+
+FOLLOWED = 1024, 4096  #: returns over which orbits without a period are followed, one after the other
+SHORT = 64  #: last returns in which a period is sought first
+ERRORS = 4.0  #: standard errors by which the exponent of chaos exceeds zero
+BOUNDED, STEADY = 12.0, 1.0  #: largest changes of the logarithm of growth of a quasi-periodic orbit, and of its mean by quarters
+RECURS = 0.05  #: share of the extents within which a quasi-periodic orbit comes back to where it was
+ROUNDED = 1e-12  #: of the scale: states that repeat as exactly are on their cycle
+NEARLY = 1e3  #: tolerances within which an orbit nearly repeats
+SINGULAR = 1e-4  #: least distance from one of a multiplier of a cycle that Newton's method locates
+COMING = 1e-3  #: of the scale: distance of a cycle to which an orbit that repeats within the tolerance may lead
+NEAR = 0.05  #: of the scale: least repetition from which a cycle is sought that an orbit approaches
+RESONANT = 1e-3  #: of the scale: repetition that is taken for the slow approach of a cycle, not for quasi-periodic motion
+LONGEST, TRIED = 256, 4  #: longest period of such a cycle, and how many are tried
+SAME = 1e-8  #: of the scale: difference of states that count as one, far above the residual of Newton's method
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """What one orbit ends on."""
+
+    kind: str  #: "" of a cycle and of an orbit that ended, otherwise one of `nsmaps.dynamics.motion.MEANING`
+    path: Path  #: the last returns of the orbit
+    period: int = 0  #: in returns; 0 without one
+    cycle: PeriodicOrbit | None = None  #: by Newton's method, where it was applied
+    exponent: float = np.nan  #: largest Lyapunov exponent per return
+    error: float = np.nan  #: its standard error
+    more: int = 0  #: returns over which the orbit was followed for it
+
+    @property
+    def held(self) -> bool:
+        """True if the orbit stays within bounds and did not end."""
+        return bool(self.kind or self.period) and self.kind != ESCAPE
+
+    @cached_property
+    def words(self) -> tuple[str, ...]:
+        """Of the return from each state of a period; without a period, every word on the way."""
+        if self.cycle is not None:
+            return self.cycle.words
+        words = decoded(self.path.codes[-self.period :, 0], self.path.walls).tolist()
+        return tuple(words if self.period else sorted(set(words)))
+
+    @cached_property
+    def states(self) -> Floats:
+        """Shape (K, n), angles in [0, 2 pi): one period in order, from which the words lead on, or states visited."""
+        if self.cycle is not None:
+            return self.cycle.states
+        states = self.path.states[-self.period - 1 : -1, 0] if self.period else self.path.states[1:, 0]
+        return self.path.coordinates.wrap(states)
+
+    @cached_property
+    def turns(self) -> int:
+        """Whole turns of the phase in a period."""
+        if self.cycle is not None:
+            returns = self.cycle.returns
+            found = int(returns.known_turns[:, returns.coordinates.angles].sum())
+        else:
+            found = int(self.path.turns[-self.period :, 0].sum()) if self.period else 0
+        return found or self.period * self.path.alphabet.turns
+
+    @cached_property
+    def label(self) -> str:
+        """The name of the motion; see `nsmaps.dynamics.motion.label`."""
+        if not self.held:
+            return self.kind
+        return label(self.words, [self.turns], self.period, self.path.alphabet, self.kind)
+
+
+def limits(map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-6) -> list[Limit]:
+    """What the orbits of states (M, n) end on, which are followed for up to 5000 returns.
+
+    A cycle is one to which Newton's method leads, or one that is seen to repeat where the map has no derivative, as in chatter.
+    Chaos is shown by a largest Lyapunov exponent above four times its standard error, quasi-periodic motion by growth that stays
+    within bounds and has no trend, of an orbit that comes back to where it was, an escape by coordinates that grow without end.
+
+    Args:
+        scale: shape (n,), of each coordinate, such as the magnitudes of the starts and the states known.
+        tolerance: share of it within which the states of a cycle repeat.
+    """
+    found: dict[int, Limit] = {}
+    open_, now, done = np.arange(len(states)), states, 0
+    for count in FOLLOWED:
+        if not len(open_):
+            break
+        path, done = followed(map, now, count), done + count
+        for place, k in enumerate(open_.tolist()):
+            found[k] = replace(limit_of(map, path.of_one(place), scale, tolerance), more=done)
+        left = [place for place, k in enumerate(open_.tolist()) if found[k].kind == UNRESOLVED]
+        open_, now = open_[left], path.states[-1, left]
+    return [found[k] for k in range(len(states))]
+
+
+def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit:
+    """What the orbit of one path ends on, as far as this path shows it."""
+    if not np.isfinite(path.states[-1]).all():
+        gone = path.outcome[-1, 0] in (Outcome.returned, Outcome.escaped)  # a formula that has overflowed
+        return Limit(ESCAPE if gone else "", path)
+    if escapes(path, scale):
+        return Limit(ESCAPE, path)
+    cycle = cycle_in(map, path.last(min(SHORT, len(path.codes))), scale, tolerance)
+    if cycle is not None:
+        return replace(cycle, path=path)
+    growth = growth_on(map, path, scale)
+    exponent, error = exponent_of(growth)
+    about: Any = {"exponent": exponent, "error": error}
+    if np.isfinite(exponent) and exponent > ERRORS * error:
+        return Limit(CHAOS, path, **about)
+    cycle = cycle_in(map, path, scale, tolerance)
+    if cycle is None:
+        cycle = approached(map, path, scale)
+    if cycle is not None:
+        return cycle
+    return Limit(QUASI_PERIODIC if _is_quasi_periodic(path, growth, scale) else UNRESOLVED, path, **about)
+
+
+def cycle_in(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit | None:
+    """The cycle on which the orbit of one path repeats within a tolerance, in its last half or in all of it; None without one."""
+    near = tolerance * scale
+    period = 0
+    for part in (path.last(-(-len(path.codes) // 2)), path):
+        period = period or int(part.repeats(near)[0]) or _between_releases(part, near)
+    if not period:
+        return None
+    seen = Limit("", path, period)
+    off = np.abs(path.coordinates.difference(path.states[-1, 0], path.states[-1 - period, 0]) / scale).max()
+    return seen if off <= ROUNDED else refined(map, seen, scale, tolerance)
+
+
+def refined(map: ReturnMap, seen: Limit, scale: Floats, tolerance: float) -> Limit | None:
+    """A cycle on which an orbit repeats within a tolerance, by Newton's method; as seen where the map has no derivative there.
+
+    None where Newton's method does not converge, as beside a resonance, or leads to an unstable cycle that is not within the
+    tolerance, which the orbit only passes; without derivatives where the orbit nearly repeats in a part of the period.
+    """
+    path, states = seen.path, seen.path.states[-seen.period :, 0]
+    if not _has_slopes(map, states):
+        return None if _nearly_shorter(path, seen.period, NEARLY * tolerance * scale) else seen
+    found = least(map, periodic_orbit(map, states, seen.period, scale=scale), scale)
+    if not _is_located(found):
+        return None
+    distance = _distances(found.states, states, path.coordinates, scale).max()
+    if distance <= (COMING if found.stable else 10 * tolerance):
+        return Limit("", path, len(found.states), found)
+    return None if found.stable is False else seen
+
+
+def _is_located(found: PeriodicOrbit) -> bool:
+    """True if Newton's method has converged to one cycle: with a multiplier of nearly one all states near it nearly close."""
+    closes = found.converged and found.exists and np.isfinite(found.derivative).all()
+    return bool(closes and np.abs(found.multipliers - 1).min() > SINGULAR)
+
+
+def _nearly_shorter(path: Path, period: int, near: Floats) -> bool:
+    """True if an orbit nearly repeats in a part of its period: it may approach that cycle from alternating sides."""
+    last, coordinates = path.states[-1, 0], path.coordinates
+    shorter = [q for q in range(1, period // 2 + 1) if period % q == 0]
+    return any(bool(coordinates.near(last, path.states[-1 - q, 0], near)) for q in shorter)
+
+
+def _has_slopes(map: ReturnMap, states: Floats) -> bool:
+    """True if the map has finite derivatives at states (N, n)."""
+    slopes = map.first_return(states, derivative=True).derivative
+    return slopes is not None and bool(np.isfinite(slopes).all())
+
+
+def _between_releases(path: Path, near: Floats) -> int:
+    """The number of returns between two releases from rest at one phase, after which everything repeats; 0 without such two."""
+    rests = np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)
+    states = path.states[1:, 0][rests]
+    same = np.flatnonzero(path.coordinates.near(states[:-1], states[-1:], near)) if len(rests) > 1 else rests[:0]
+    return int(rests[-1] - rests[same[-1]]) if len(same) else 0
+
+
+def least(map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
+    """The same cycle with its least period: an orbit that approaches it from alternating sides repeats sooner at twice its
+    period.
+    """
+    period = len(found.states)
+    for shorter in range(1, period // 2 + 1):
+        if period % shorter == 0:
+            distance = np.abs(found.returns.coordinates.difference(found.states, np.roll(found.states, shorter, axis=0)))
+            if (distance / scale).max() <= SAME:
+                return periodic_orbit(map, found.states[:shorter], shorter, scale=scale)
+    return found
+
+
+def approached(map: ReturnMap, path: Path, scale: Floats) -> Limit | None:
+    """The stable cycle that the orbit of one path comes nearer and nearer to; None without one, or without derivatives."""
+    for period in _nearly(path, scale) if _has_slopes(map, path.states[-1:, 0]) else ():
+        found = least(map, periodic_orbit(map, path.states[-period:, 0], period, scale=scale), scale)
+        if _is_located(found) and found.stable and _comes_nearer(path, found.states, scale):
+            return Limit("", path, len(found.states), found)
+    return None
+
+
+def _nearly(path: Path, scale: Floats, bound: float = NEAR) -> list[int]:
+    """Periods after which the last states nearly repeat, each more nearly than those before it."""
+    states, found, best = path.states[:, 0], list[int](), bound
+    for period in range(1, min(LONGEST, (len(states) - 1) // 2) + 1):
+        window = states[-2 * max(period, 8) :]
+        off = float(np.abs(path.coordinates.difference(window[period:], window[:-period]) / scale).max())
+        if off <= best:
+            found.append(period)
+            best = off / 2
+    return found[:TRIED]
+
+
+def _comes_nearer(path: Path, cycle: Floats, scale: Floats) -> bool:
+    """True if the largest distances of four successive parts of an orbit from a cycle fall, or it is there already."""
+    parts = np.array_split(path.states[:, 0], 5)[1:]
+    off = np.array([_distances(cycle, part, path.coordinates, scale).max() for part in parts])
+    return bool(off[-1] <= SAME or ((np.diff(off) < 0).all() and off[-1] <= NEAR))
+
+
+def _distances(known: Floats, states: Floats, coordinates: Coordinates, scale: Floats) -> Floats:
+    """The distance of each of N states from the nearest of known ones, the largest in a coordinate, shape (N,)."""
+    return distances(coordinates.wrap(known), coordinates.wrap(states), coordinates, scale, np.inf)
+
+
+def _is_quasi_periodic(path: Path, growth: Floats, unit: Floats) -> bool:
+    """True if growth stays bounded and the orbit comes back to where it was, without a period."""
+    if len(growth) < FOLLOWED[-1] // 2 or not np.isfinite(growth).all():
+        return False
+    total = growth.cumsum()
+    if np.ptp(total) > BOUNDED or np.ptp([part.mean() for part in np.array_split(total, 4)]) > STEADY:
+        return False
+    if min(_nearly(path, unit, RESONANT), default=LONGEST) < SHORT:
+        return False
+    first, *_, last = np.array_split(path.coordinates.wrap(path.states[1:, 0]), 4)
+    scale = extents(np.concatenate([first, last]), path.coordinates, unit)
+    return bool(_distances(last, first, path.coordinates, scale).max() <= RECURS)
