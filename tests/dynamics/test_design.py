@@ -168,8 +168,9 @@ def test_a_flight_that_turns_back_beside_a_wall_ends_the_search(double: tuple[An
 
     d = found.parameters["d"]
     assert nearest(d) > 20 * nearest(d - 1e-4)
-    assert found.active == ()
+    assert found.active == ("existence",)
     assert found.residual > 0.01
+    assert not attempt.optimal
 
 
 def test_a_class_that_refuses_some_parameters_shortens_the_steps() -> None:
@@ -184,6 +185,7 @@ def test_a_class_that_refuses_some_parameters_shortens_the_steps() -> None:
     assert all(attempt.feasible and attempt.end["d"] <= 0.8 for attempt in found.attempts)
     assert found.parameters["d"] == pytest.approx(0.8, abs=1e-4)
     assert [attempt.start["d"] for attempt in found.attempts] == pytest.approx([0.35, 0.7])
+    assert "existence" in found.active
 
 
 def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.Optimum) -> None:
@@ -230,7 +232,14 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
         ({"bounds": {"d": (0.2, 0.3)}, "x0": {"d": 0.35}}, "d begins at 0.35 with bounds 0.2 and 0.3; expected: finite bounds"),
         ({"bounds": {"d": (0.3, float("inf"))}, "x0": {"d": 0.35}}, "expected: finite bounds in ascending order"),
         ({"x0": {"d": 0.35}}, "bounds are of d, g_bar, x0 of d; expected: both of the same parameters"),
-        ({"sense": "most"}, "sense is 'most', with 1 starts; expected: 'max' or 'min'"),
+        ({"sense": "most"}, "sense is 'most'; expected: 'max' or 'min'"),
+        ({"period": "min"}, "period is 'min'.*sense='min'.*; expected: a whole number of at least 1"),
+        ({"starts": 0}, "starts is 0; expected: a whole number of at least 1"),
+        ({"starts": 2.5}, "starts is 2.5; expected: a whole number"),
+        ({"returns": -1}, "returns is -1; expected: a whole number"),
+        ({"graze": "0.1"}, "graze is '0.1'; expected: a number"),
+        ({"bounds": {"d": 0.3, "g_bar": (0, 1)}}, "bounds are .*; expected: pairs of numbers"),
+        ({"bounds": {"q": (0.3, 1)}, "x0": {"q": 0.5}}, "'q'"),
         ({"multiplier": 1.5}, "multiplier is 1.5, graze 0.01, share 0; expected: a multiplier up to 1"),
         ({"share": 0.5}, "share is 0.5 of no states; expected: 'states'"),
         ({"tolerances": {"r": 0.1}}, "the tolerances are r = 0.1; expected: numbers above zero, of d, g_bar"),

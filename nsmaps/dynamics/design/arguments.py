@@ -34,8 +34,13 @@ def box(bounds: Mapping[str, Range], x0: Mapping[str, float]) -> tuple[tuple[str
     if not names or set(names) != set(x0):
         given = f"bounds are of {', '.join(names) or 'nothing'}, x0 of {', '.join(x0) or 'nothing'}"
         raise NsmapsError(f"{given}; expected: both of the same parameters, at least one")
-    low, high = (np.array([float(bounds[name][k]) for name in names]) for k in (0, 1))
-    values = np.array([float(x0[name]) for name in names])
+    try:
+        low, high = np.array([[float(low), float(high)] for low, high in map(bounds.__getitem__, names)]).T
+        values = np.array([float(x0[name]) for name in names])
+    except (TypeError, ValueError):
+        raise NsmapsError(
+            f"bounds are {dict(bounds)!r:.200}, x0 {dict(x0)!r:.200}; expected: pairs of numbers, and numbers"
+        ) from None
     for name, lowest, value, highest in zip(names, low, values, high, strict=True):
         if not (np.isfinite([lowest, highest]).all() and lowest < highest and lowest <= value <= highest):
             text = f"{name} begins at {value:g} with bounds {lowest:g} and {highest:g}"
@@ -53,10 +58,19 @@ def offsets_of(tolerances: Mapping[str, float], bounds: Mapping[str, Range]) -> 
     return np.vstack([np.zeros((1, len(bounds))), sizes, -sizes])
 
 
-def check_limits(sense: str, multiplier: float | None, graze: float, share: float, starts: int, sampled: bool) -> None:
+def check_limits(
+    sense: str, multiplier: float | None, graze: float, share: float, counts: Mapping[str, int], sampled: bool
+) -> None:
     """Refuse limits that mean nothing."""
-    if sense not in ("max", "min") or starts < 1:
-        raise NsmapsError(f"sense is {sense!r}, with {starts} starts; expected: 'max' or 'min', and at least one start")
+    if sense not in ("max", "min"):
+        raise NsmapsError(f"sense is {sense!r}; expected: 'max' or 'min'")
+    for name, count in counts.items():
+        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
+            hint = " (its sense is given by name: sense='min')" if str(count) in ("max", "min") else ""
+            raise NsmapsError(f"{name} is {count!r}{hint}; expected: a whole number of at least 1")
+    numbers = {"multiplier": 1.0 if multiplier is None else multiplier, "graze": graze, "share": share}
+    if wrong := [name for name, value in numbers.items() if not isinstance(value, int | float | np.number)]:
+        raise NsmapsError(f"{wrong[0]} is {numbers[wrong[0]]!r}; expected: a number")
     if not (multiplier is None or 0 < multiplier <= 1) or not 0 <= graze < 1 or not 0 <= share <= 1:
         text = f"multiplier is {multiplier}, graze {graze:g}, share {share:g}"
         raise NsmapsError(f"{text}; expected: a multiplier up to 1 or None, a margin from 0 up to below 1, a share from 0 to 1")

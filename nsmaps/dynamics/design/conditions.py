@@ -19,7 +19,7 @@ BINDING = 1e-6  #: margin of an active condition, of a parameter as a share of i
 class Condition:
     """A condition at an optimum."""
 
-    name: str  #: multiplier, clearance, impact speed or share; of a parameter its name
+    name: str  #: multiplier, clearance, impact speed, share or existence; of a parameter its name
     value: float
     low: float  #: least value allowed; -inf without one
     high: float  #: greatest value allowed; inf without one
@@ -56,8 +56,8 @@ def margins(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit) -> Floats
     return margins_of(system, orbit.states, np.array([np.max(np.concatenate(hits))]))
 
 
-def gains(gradient: Floats, slopes: Floats) -> tuple[Floats, float]:
-    """Lagrange multipliers (c,), at least zero, of active conditions with slopes (c, k), and the length of what they leave.
+def gains(gradient: Floats, slopes: Floats) -> tuple[Floats, Floats]:
+    """Lagrange multipliers (c,), at least zero, of active conditions with slopes (c, k), and what they leave of a gradient (k,).
 
     That is the part of the gradient (k,) of what is maximised which they do not balance: zero at a local optimum, by the
     conditions of Karush, Kuhn and Tucker.
@@ -65,6 +65,6 @@ def gains(gradient: Floats, slopes: Floats) -> tuple[Floats, float]:
     from scipy.optimize import nnls
 
     if not len(slopes):
-        return np.zeros(0), float(np.linalg.norm(gradient))
-    found, left = nnls(-slopes.T, gradient)
-    return np.asarray(found), float(left)
+        return np.zeros(0), gradient
+    found, _ = nnls(-slopes.T, gradient)
+    return np.asarray(found), np.asarray(gradient + found @ slopes)

@@ -13,12 +13,15 @@ from nsmaps.dynamics.design.arguments import box, check_function, check_limits, 
 from nsmaps.dynamics.design.basin import Basin
 from nsmaps.dynamics.design.conditions import BINDING, Condition, gains
 from nsmaps.dynamics.design.problem import Point, Problem, System
-from nsmaps.dynamics.design.search import Search
+from nsmaps.dynamics.design.search import LOST, Search
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.progress import Progress, beat, shows
+
+BALANCED = 1e-3  #: residual of a local optimum, at most
+ROUNDS = 8  #: of a search that ends where the motion is found further on, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +34,12 @@ class Attempt:
     feasible: bool  #: whether all conditions but the share of the basin are met there
     message: str  #: why it ended
     evaluations: int  #: number of orbits computed with their observable
+    residual: float = np.nan  #: as of `Optimum`; NaN where conditions are not met
+
+    @property
+    def optimal(self) -> bool:
+        """True if it ended at a local optimum: all conditions are met, and the residual is at most 1e-3."""
+        return self.feasible and self.residual <= BALANCED
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -45,7 +54,7 @@ class Optimum:
     parameters: dict[str, float]
     value: float
     gradient: dict[str, float]  #: exact derivative of the value by each parameter
-    residual: float  #: gradient over the ranges of the parameters that active conditions leave, a share of the value; see `gains`
+    residual: float  #: gradient over the parameters' ranges that active conditions leave, a share of the largest value met
     conditions: tuple[Condition, ...]
     orbit: PeriodicOrbit
     basins: Basins | None  #: what attracts at the optimum, of the given states
@@ -87,7 +96,8 @@ def optimize(
 
     The motion is followed over the parameters from where it is known, with the same words. SLSQP finds the optimum of the mean
     with its exact gradient, from several starts; derivatives of the conditions are extrapolated central differences of
-    neighbouring orbits. A step to where the motion is lost, or the class refuses the parameters, is shortened.
+    neighbouring orbits. A step to where the motion is lost, or the class refuses the parameters, is shortened. Where the motion
+    ceases to exist before there is an optimum, the last one found is returned, with the active condition `existence`.
 
     Args:
         system_of: an exact system by its parameters, such as `system.at`, or a function of others, as of physical quantities.
@@ -113,40 +123,43 @@ def optimize(
         progress: called now and then with the fraction of the starts that is done, from 0 to 1.
 
     Raises:
-        NsmapsError: an argument is not valid, there is no such motion at `x0`, the observable has no derivative, or no motion
-            was found that meets the conditions.
+        NsmapsError: an argument is not valid, there is no such motion at `x0`, the observable has no derivative, no motion
+            was found that meets the conditions, or no search ends at an optimum or where the motion ceases to exist.
     """
     check_function(system_of)
-    check_limits(sense, multiplier, graze, share, starts, states is not None)
+    check_limits(sense, multiplier, graze, share, {"period": period, "starts": starts, "returns": returns}, states is not None)
     (names, low, high, first), offsets = box(bounds, x0), offsets_of(tolerances or {}, bounds)
     what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
     problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
     problem.known.append(first_point(problem, first, start, period, motion))
     search = Search(problem, -1.0 if sense == "max" else 1.0)
-    (best, attempts), lies_on_share, found = _searched(search, first, starts), False, None
+    (best, attempts, edge), lies_on_share, found = _searched(search, first, starts), False, None
     if states is not None:
         sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
         basin = Basin(search, sample, returns, share, offsets)
         lies_on_share = basin.share(best) < share
-        best = _with_share(basin, best) if lies_on_share else best
+        best, edge = (_with_share(basin, best), False) if lies_on_share else (best, edge)
         found = basins(best.system, states, returns=returns)
     conditions, left = _conditions(search, best, lies_on_share)
+    if edge:
+        conditions += (Condition("existence", 0.0, 0.0, np.inf, True, np.nan),)
     if states is not None:
         conditions += (Condition("share", basin.share(best), share, np.inf, lies_on_share, np.nan if lies_on_share else 0.0),)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
-    about = what, mean, sense, problem.parameters(best.at), best.value, gradient, left, conditions
+    about = what, mean, sense, problem.parameters(best.at), best.value, gradient, _residual(search, left), conditions
     return Optimum(*about, best.orbit, found, attempts)
 
 
-def _searched(search: Search, first: Floats, starts: int) -> tuple[Point, tuple[Attempt, ...]]:
-    """The best motion of searches from several starts, and what became of each."""
-    ends, attempts = [], []
+def _searched(search: Search, first: Floats, starts: int) -> tuple[Point, tuple[Attempt, ...], bool]:
+    """The best motion of searches from several starts, what became of each, and whether it lies where the motion is lost."""
+    ends, attempts, edges = [], [], []
     for number, at in enumerate(_spread(first, starts)):
-        end, attempt = _attempt(search, at)
+        end, attempt, edge = _attempt(search, at)
         ends.append(end)
         attempts.append(attempt)
+        edges.append(edge)
         beat((number + 1) / starts)
-    return _best(search, ends, attempts), tuple(attempts)
+    return _best(search, ends, attempts, edges), tuple(attempts), not any(attempt.optimal for attempt in attempts)
 
 
 def _spread(first: Floats, starts: int) -> Floats:
@@ -156,22 +169,54 @@ def _spread(first: Floats, starts: int) -> Floats:
     return np.vstack([first, Halton(len(first), scramble=False).random(starts)[1:]])
 
 
-def _attempt(search: Search, at: Floats) -> tuple[Floats, Attempt]:
-    """Where the search ends from one start, and what became of it."""
+def _attempt(search: Search, at: Floats) -> tuple[Floats, Attempt, bool]:
+    """Where the search ends from one start, what became of it, and whether the motion is lost further on.
+
+    It continues where the motion is found a little further along what is left of the gradient, and is better there.
+    """
     problem = search.problem
     before, begun = len(problem.known), search.begun(at)
     end, message = search.run(begun)
+    residual, further, edge = _left(search, end)
+    for _ in range(ROUNDS):
+        if further is None:
+            break
+        end, message = search.run(further)
+        residual, further, edge = _left(search, end)
     point, _ = search.here(end)
     assert point is not None
-    places = problem.parameters(begun), problem.parameters(end)
-    return end, Attempt(*places, point.value, search.met(end), message, len(problem.known) - before)
+    about = point.value, search.met(end), LOST if edge else message, len(problem.known) - before
+    return end, Attempt(problem.parameters(begun), problem.parameters(end), *about, residual), edge
 
 
-def _best(search: Search, ends: list[Floats], attempts: list[Attempt]) -> Point:
-    """The best motion that meets the conditions."""
-    points = [search.here(end)[0] for end, attempt in zip(ends, attempts, strict=True) if attempt.feasible]
+def _left(search: Search, end: Floats) -> tuple[float, Floats | None, bool]:
+    """The residual where a search ends, better parameters further on if it is large, and whether the motion is lost there."""
+    point, _ = search.here(end)
+    if point is None or not search.met(end):
+        return np.nan, None, False
+    left = _conditions(search, point)[1]
+    residual = _residual(search, left)
+    return (residual, *search.beyond(end, left)) if residual > BALANCED else (residual, None, False)
+
+
+def _residual(search: Search, left: Floats) -> float:
+    """The length of what is left of a gradient, as a share of the largest value met."""
+    return float(np.linalg.norm(left)) / (max(abs(point.value) for point in search.problem.known) or 1.0)
+
+
+def _best(search: Search, ends: list[Floats], attempts: list[Attempt], edges: list[bool]) -> Point:
+    """The best of the local optima that meet the conditions; without one the best motion where it ceases to exist further on."""
+    known = [(end, attempt.optimal, edge) for end, attempt, edge in zip(ends, attempts, edges, strict=True) if attempt.feasible]
+    some = [end for end, optimal, _ in known if optimal] or [end for end, _, edge in known if edge]
+    points = [point for point in (search.here(end)[0] for end in some) if point is not None]
     if points:
-        return min((point for point in points if point is not None), key=lambda point: search.sign * point.value)
+        return min(points, key=lambda point: search.sign * point.value)
+    if known:
+        nearest = min((attempt for attempt in attempts if attempt.feasible), key=lambda attempt: attempt.residual)
+        raise NsmapsError(
+            f"no search ends at an optimum; the nearest does at {text(nearest.end)} with the residual {nearest.residual:.3g}: "
+            f"{nearest.message}; expected: narrower bounds, or more starts"
+        )
     near = search.here(max(ends, key=lambda end: float(search.here(end)[1].min(initial=0.0))))[0]
     assert near is not None
     missed = [one for one in _conditions(search, near)[0] if one.margin < 0]
@@ -193,8 +238,8 @@ def _with_share(basin: Basin, best: Point) -> Point:
     return found
 
 
-def _conditions(search: Search, point: Point, unknown: bool = False) -> tuple[tuple[Condition, ...], float]:
-    """The conditions at a motion, and what those that are active leave of the gradient, as a share of the value.
+def _conditions(search: Search, point: Point, unknown: bool = False) -> tuple[tuple[Condition, ...], Floats]:
+    """The conditions at a motion, and what those that are active leave of the gradient of what is maximised, shape (k,).
 
     Gains and the latter are NaN where they are `unknown`, since a condition without derivative is active.
     """
@@ -205,10 +250,10 @@ def _conditions(search: Search, point: Point, unknown: bool = False) -> tuple[tu
     each = np.zeros(len(active))
     each[active], left = gains(-search.sign * point.gradient, slopes[active])
     if unknown:
-        each[active], left = np.nan, np.nan
+        each[active], left = np.nan, np.full(count, np.nan)
     motion, sides = problem.limits(point, active[: len(now)], each[: len(now)]), slice(len(now), None)
     gain = each[sides].reshape(2, -1).sum(axis=0) / (problem.high - problem.low)
     on = np.atleast_1d(active[sides].reshape(2, -1).any(axis=0)).tolist()
     rows = problem.parameters(point.at).items(), problem.low.tolist(), problem.high.tolist(), on, gain.tolist()
     own = [Condition(*value, low, high, there, more) for value, low, high, there, more in zip(*rows, strict=True)]
-    return (*motion, *own), left / (abs(point.value) or 1.0)
+    return (*motion, *own), left

@@ -14,6 +14,7 @@ PROGRESS = 1e-8  #: of the value, as a share of the first one
 MET = 1e-8  #: by how much a condition may be missed
 NEAREST = 1 / 64  #: share of the way from the first motion to a start at which it is tried last
 LOST = "at the edge of where the motion is found"
+BEYOND = 1e-2, 1e-3  #: steps, as shares of the ranges, from where a search ends to where it continues
 
 
 class _Lost(Exception):
@@ -61,6 +62,19 @@ class Search:
                 return there
             share /= 2
         return first
+
+    def beyond(self, at: Floats, way: Floats) -> tuple[Floats | None, bool]:
+        """Better parameters a little further along a direction (k,), and whether the motion is lost there.
+
+        The first meet all conditions; no array where there are none.
+        """
+        lost = False
+        for step in BEYOND:
+            there = np.clip(at + step * way / np.linalg.norm(way), 0.0, 1.0)
+            lost = self.here(there)[0] is None
+            if self.met(there) and self.sought(there) < self.sought(at):
+                return there, lost
+        return None, lost
 
     def run(self, at: Floats) -> tuple[Floats, str]:
         """The parameters at which SLSQP ends from others, and why."""

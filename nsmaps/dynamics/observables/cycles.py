@@ -80,7 +80,7 @@ def observe_orbit(
     if not np.isfinite(orbit.states).all():
         raise NsmapsError("the orbit does not exist")
     every = (*found, ELAPSED)
-    passed = tuple(single.letters[0] + mark for mark in (CHATTER, REST))
+    passed = tuple(letter + mark for letter in single.letters[:1] for mark in (CHATTER, REST))
     whole = [word for word in orbit.words if word.startswith(passed) and word not in passed]
     if whole and not isinstance(system, CompleteChatter):
         what = f"the return {whole[0]} passes a rest, which ends single returns"

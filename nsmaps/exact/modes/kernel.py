@@ -98,7 +98,7 @@ class ModeKernel:
         return np.asarray(self.table.chosen[self.table.choices[:-1]])
 
     def extents(self, start: Floats) -> Floats:
-        """How far each coordinate moves over first returns of a batch, shape (N, n), between events too: shape (n,)."""
+        """As `HybridSystem.extents`, of a batch, shape (N, n)."""
         return extents_of(self.definition, self.table, start)
 
     def track(self, start: Floats, n: int, samples: int) -> ModeTrack:

@@ -146,9 +146,9 @@ class HybridSystem(ParametricSystem):
         return self._kernel().sensitivities(as_states(states, self.coordinates), self.direction(rates))
 
     def extents(self, states: ArrayLike) -> Floats:
-        """The extent of each coordinate over first returns, between events too, shape (n,): the difference of largest and least.
+        """The largest extent of each coordinate on a flight between events of first returns, shape (n,).
 
-        Of a phase, and of states that are constant between events and the same after them, it is zero.
+        It is zero of a phase, and of a state that only resets change.
 
         Raises:
             StateError: `states` is not a batch of shape (N, n), or one is not a start.

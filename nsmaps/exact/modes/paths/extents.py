@@ -20,15 +20,13 @@ Flight = tuple[Event, Event, Floats, Floats]  #: events at both ends, times sinc
 
 
 def extents_of(definition: Definition, table: Tables, starts: Floats) -> Floats:
-    """The extent of each coordinate over the first returns of starts (N, m), shape (m,): zero of one that does not move.
+    """The largest extent of each coordinate on a flight of the first returns of starts (N, m), shape (m,).
 
-    For the phase it is zero. Raises as `events_of`.
+    Zero of a coordinate that changes by resets only, and of the phase. Raises as `events_of`.
     """
-    low, high = np.full(len(definition.states), np.inf), np.full(len(definition.states), -np.inf)
-    for _, end, _, states in flights_of(definition, table, starts):
-        there = np.vstack([states, end.before, end.after])
-        low, high = np.minimum(low, there.min(axis=0)), np.maximum(high, there.max(axis=0))
-    moved = np.append(np.where(high > low, high - low, 0.0), 0.0)  # the last one is the phase, whose place is -1
+    moved = np.zeros(len(definition.states) + 1)  # the last one is the phase, whose place is -1
+    for _, _, _, states in flights_of(definition, table, starts):
+        moved[:-1] = np.maximum(moved[:-1], np.ptp(states, axis=0))
     return np.asarray(moved[np.asarray(table.places)])
 
 

@@ -83,7 +83,7 @@ def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
     with source.located(("optimum", "parameters")):
         box(spec.parameters, x0)
     with source.located(("optimum",)):
-        check_limits(spec.sense, spec.multiplier, spec.graze, spec.share, spec.starts, spec.grid is not None)
+        check_limits(spec.sense, spec.multiplier, spec.graze, spec.share, {"starts": spec.starts}, spec.grid is not None)
     with source.located(("optimum", "observable")):
         what, _ = observed(binding.system, spec.observable, spec.per)
         if spec.noisy and what.of == "flights":
@@ -170,7 +170,7 @@ def _coexisting(found: "Optimum") -> Iterator[dict[str, Any]]:
 
 def same(found: "Optimum") -> int:
     """The number of starts that lead to the best value of all."""
-    met = [one.value for one in found.attempts if one.feasible]
+    met = [one.value for one in found.attempts if one.optimal] or [one.value for one in found.attempts if one.feasible]
     best = (max if found.sense == "max" else min)(met)
     return sum(abs(value - best) <= SAME * abs(best) for value in met)
 
