@@ -35,10 +35,10 @@ def trap_of(data: Mapping[str, Any]) -> Trap:
     (phase, speed), (first, second), (rows, columns) = data["centre"], data["half"], data["pieces"]
     trap = Trap(data["wall"], (phase, speed), ((a, b), (c, d)), (first, second), data["impacts"], (rows, columns))
     numbers = (phase, speed, a, b, c, d, first, second)
-    if not all(type(x) is float and isfinite(x) for x in numbers) or not all(
+    if not all(type(x) in (int, float) and isfinite(x) for x in numbers) or not all(
         type(x) is int for x in (trap.wall, trap.impacts, rows, columns)
     ):
-        raise ValueError(f"the trap {trap} needs finite decimal numbers, and whole numbers of wall, impacts and pieces")
+        raise ValueError(f"the trap {trap} needs finite numbers, and whole ones of wall, impacts and pieces")
     if not (first > 0 and second > 0 and trap.impacts > 0 and rows > 0 and columns > 0 and speed > 0):
         raise ValueError(f"the trap {trap} needs half-widths, a speed, impacts and pieces above zero")
     if not abs(a) * first + abs(b) * second <= 2 * pi:
