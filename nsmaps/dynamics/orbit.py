@@ -62,8 +62,9 @@ class Orbit(WithCoordinates):
             "turns": (f"{each} coordinate", self.turns, TURNS, "whole turns that an angle made on each return"),
             "word": (each, self.words, NONE, "impact word of each return"),
             "outcome": (each, self.outcome, NONE, OUTCOMES),
-            "time": (each, self.time, TIME, "of each return"),
         }
+        if self.time.size:  # not kept by earlier versions
+            rows["time"] = (each, self.time, TIME, "of each return")
         steps = np.arange(len(self.states))
         return dataset(self.coordinates, rows, {"step": steps, "return": steps[1:]}, walls=self.walls)
 

@@ -93,7 +93,9 @@ def test_chaos_has_no_period_and_the_states_that_it_visits():
     assert (found.period, found.looked, found.stable, found.words) == (0, 512, None, ("BB",))
     assert found.states.shape == (1000, 2)
     assert found.text.startswith("chaos (1:0/C)")
-    assert abs(found.exponent - 0.419) < 4 * found.exponent_error < 0.1  # the exponent: J. C. Sprott, Chaos and Time-Series Analysis
+    assert (
+        abs(found.exponent - 0.419) < 4 * found.exponent_error < 0.1
+    )  # the exponent: J. C. Sprott, Chaos and Time-Series Analysis
 
 
 def test_an_unstable_cycle_is_not_taken_for_what_passes_by():

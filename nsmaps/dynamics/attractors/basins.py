@@ -11,6 +11,7 @@ from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, as_states
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
+from nsmaps.dynamics.limits.path import vast
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
@@ -197,6 +198,7 @@ def follow(
     label, arrival = np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32)
     outcome, stuck = np.full(n, Outcome.returned, np.int8), np.zeros(n, bool)
     streak, going, states = np.zeros((len(attractors), n), np.int32), np.arange(n), Coordinates(map.coordinates).wrap(start)
+    scale = Coordinates(map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
     for k in range(returns + 1):
         open_ = np.isfinite(states).all(axis=1)
         if not open_.all():
@@ -220,6 +222,9 @@ def follow(
             break
         next_returns = map.first_return(states)
         outcome[going], arrival[going], states = next_returns.outcome, k + next_returns.valid, next_returns.image
+        gone = vast(next_returns.coordinates, states, scale)
+        if gone.any():
+            outcome[going[gone]], states = Outcome.escaped, np.where(gone[:, None], np.nan, states)
         stuck[going] |= next_returns.outcome == Outcome.stuck
     return Ends(label, arrival, outcome, stuck)
 

@@ -1,7 +1,7 @@
 """The limit set of an orbit: a cycle, found by Newton's method from its last states, or states without a period."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -52,7 +52,7 @@ class LimitSet(WithCoordinates):
     @property
     def meaning(self) -> str:
         """What a motion without a period is, such as `chaos`; "" with one."""
-        return MEANING.get(kind_of(self.label), "")
+        return "" if self.period else MEANING.get(kind_of(self.label), "an orbit that ends")
 
     @property
     def text(self) -> str:
@@ -75,6 +75,8 @@ class LimitSet(WithCoordinates):
 def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
     """The limit set of the orbit of one start under a map; None where it has no image before its last return.
 
+    An orbit that ends only when it is followed on has the states that it visits, and no name.
+
     A cycle is sought in the last returns of the orbit, and if there is none the orbit is followed on: what it ends on is decided
     as by `nsmaps.dynamics.limits.limit.limits`, with the extent of its motion as the scale (`scale_of`).
     """
@@ -89,7 +91,7 @@ def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
         found = limits(map, path.final[None], scale, TOLERANCE)[0]
         more = found.more
     if not found.kind and not found.period:
-        return None
+        found = replace(found, path=seen)
     if found.period and found.cycle is None:
         found = refined(map, found, scale, TOLERANCE) or found
     first = int(np.argmin(found.states[:, 0])) if found.period else 0
