@@ -16,6 +16,8 @@ class Outcome(IntEnum):
     simultaneous = 7
     endless = 8
     repelling = 9
+    accumulates = 10
+    blocked = 11
 
     @property
     def advice(self) -> str:
@@ -35,10 +37,14 @@ _ADVICE = {
     "modes, no event of the section takes place at it. `HybridSystem.reasons` states which.",
     Outcome.simultaneous: "Two guards are met at once, and the image depends on which event is first: the motion is "
     "not unique. `HybridSystem.reasons` names both.",
-    Outcome.endless: "More than 100,000 events without a return: the motion never meets its section again, or impacts "
-    "accumulate. Take a section that every motion meets; let contact last (`rests`) where impacts lose speed.",
+    Outcome.endless: "More than 100,000 events without a return: the motion may never meet its section again. Take a section "
+    "that every motion meets.",
     Outcome.repelling: "The state lies on a surface of sliding from which both modes lead away: the motion may leave on either "
     "side at any time, and is not unique. `HybridSystem.reasons` names the surface.",
+    Outcome.accumulates: "Infinitely many events follow one another in a finite time, by now faster than rounding resolves, and "
+    "nothing says what comes then. Declare `rests=` in the guard of impacts that lose speed; `HybridSystem.reasons` names it.",
+    Outcome.blocked: "The motion comes to a state from which it cannot go on for any time: a guard is negative where its mode "
+    "begins, or events follow one another at once without end. `HybridSystem.reasons` names the guards and what to declare.",
 }
 
 OUTCOMES = "; ".join(f"{outcome.value} {outcome.name}" for outcome in Outcome)  #: the values by name, as datasets state them

@@ -243,7 +243,7 @@ def test_boxes_of_systems_with_contact_are_refused_and_those_that_accumulate_are
         Ball(Gamma=1.2, r=0.4).image_boxes([[[-0.5, -0.4], [1, 1.1]]])
     found = Endless(Gamma=0.3, r=0.4).image_boxes([[[0.1, 0.11], [0.0, 0.01]], [[8.0, 8.01], [9.0, 9.01]]])
     assert found.bounded.tolist() == [False, True]
-    assert Endless(Gamma=0.3, r=0.4).first_return([[0.1, 0.0]]).outcome.tolist() == [Outcome.endless]
+    assert Endless(Gamma=0.3, r=0.4).first_return([[0.1, 0.0]]).outcome.tolist() == [Outcome.accumulates]
 
 
 class Endless(Strobe):

@@ -104,5 +104,7 @@ class Ball(HybridSystem):
 
 def test_impacts_that_never_end_are_an_outcome_of_their_own():
     falling = Ball(r=0.5).first_return([[1.0]])
-    assert falling.outcome.tolist() == [Outcome.endless]
-    assert "accumulate" in Ball(r=0.5).reasons([[1.0]])[0]
+    assert falling.outcome.tolist() == [Outcome.accumulates]
+    (reason,) = Ball(r=0.5).reasons([[1.0]])
+    assert "'B' in the mode 'flight' accumulate" in reason
+    assert "rests=" in reason

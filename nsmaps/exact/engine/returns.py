@@ -22,18 +22,8 @@ from nsmaps.exact.engine.march import MOST_STEPS, OUTWARD, flight
 
 TWO_PI = 2 * math.pi
 IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
-RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED, INVALID, SIMULTANEOUS, ENDLESS, REPELLING = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-)  # values of Outcome
+RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED = 0, 1, 2, 3, 4, 5  # values of Outcome
+INVALID, SIMULTANEOUS, ENDLESS, REPELLING, ACCUMULATES, BLOCKED = 6, 7, 8, 9, 10, 11
 MOST_IMPACTS = 100_000  # of one return
 INFINITE_CODE = 2**62
 MOST_PHASE = 1e10  # radians, whose turns fit into an int32

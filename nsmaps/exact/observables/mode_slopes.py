@@ -3,9 +3,10 @@
 import math
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, carried, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import GOES_ON, MOST_EVENTS, bounded, cleared, met
+from nsmaps.exact.modes.march.returns import MOST_EVENTS, bounded, cleared, met
 from nsmaps.exact.modes.march.section import starting
 from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 from nsmaps.exact.observables.slopes import chained
@@ -86,7 +87,9 @@ def over_flight(p, q, g, mode, phi, s, slopes, x):
 
 @inner
 def at_end(p, q, mode, which, slopes, w):
-    """Add the derivatives by the time of a flight, whose formulas at its end are written."""
+    """Add the derivatives by the time of a flight, whose formulas at its end are written; none of one that takes no time."""
+    if w.lapse[0] == 0.0:
+        return
     shift_waves(w.z, w.dz, w.dphi, len(w.new))
     velocity(p, mode, w.z, w.field)
     rate, _ = dot(p.functions[which], w.field)
@@ -115,12 +118,12 @@ def copied(w, x):
 @inner
 def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
     """From a state in a mode to the section; whether there are derivatives."""
-    code, power = 0, 1
-    for _ in range(MOST_EVENTS):
+    code, power, time = 0, 1, 0.0
+    for _ in range(MOST_EVENTS if begins(p, mode, w) == GOES_ON else 0):
         copied(w, x)
         flown, from_phase = mode, phi
         which, flight, phi, _, _ = fly(p, mode, phi, math.inf, w)
-        w.held[0] += flight
+        w.held[0], time = w.held[0] + flight, time + flight
         if which == NO_FUNCTION or not bounded(w):
             return False
         if q.flight != 0:
@@ -133,6 +136,7 @@ def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
         outcome, mode, code, power, _, k = met(p, mode, which, phi, code, power, image, tangent, w)
         if q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
             at_event(q, g, k, phi, slopes, w)
+        outcome = timely(outcome, which, time, image, tangent, w)
         if outcome != GOES_ON:
             return not math.isnan(image[0])
     return False

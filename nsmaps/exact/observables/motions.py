@@ -3,11 +3,12 @@
 import math
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
-from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, UNDECIDED
+from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, UNDECIDED
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import GOES_ON, MOST_EVENTS, bounded, cleared, met, settled
-from nsmaps.exact.modes.march.section import repelled, starting
+from nsmaps.exact.modes.march.returns import MOST_DOUBTS, MOST_EVENTS, bounded, cleared, met, settled
+from nsmaps.exact.modes.march.section import starting
 from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 from nsmaps.exact.observables import sums
 from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, evaluated, joined, sampled
@@ -89,27 +90,31 @@ def over_flight(p, q, mode, phi, s, x):
 @inner
 def observed_motion(p, q, mode, phi, image, tangent, counts, w, x):
     """From a state in a mode to the section: (outcome, time); values join the totals if the motion `counts`."""
-    time, doubtful, code, power = 0.0, False, 0, 1
-    if repelled(p, mode, w):
-        return REPELLING, math.nan
+    time, doubts, code, power = 0.0, 0, 0, 1
+    outcome = begins(p, mode, w)
+    if outcome != GOES_ON:
+        return outcome, math.nan
     for _ in range(MOST_EVENTS):
         flown, from_phase = mode, phi
         for j in range(len(w.z)):
             x.z[j] = w.z[j]
         which, flight, phi, _, unsure = fly(p, mode, phi, math.inf, w)
-        time, doubtful = time + flight, doubtful or unsure
+        time, doubts = time + flight, doubts + (1 if unsure else 0)
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
-            return (RESTS if p.resting[mode] else UNDECIDED if doubtful and bounded(w) else LOST), math.nan
+            return (RESTS if p.resting[mode] else UNDECIDED if doubts > 0 and bounded(w) else LOST), math.nan
         if counts and q.flight != 0:
             over_flight(p, q, flown, from_phase, flight, x)
         before(q, w)
         outcome, mode, code, power, unsure, k = met(p, mode, which, phi, code, power, image, tangent, w)
-        doubtful = doubtful or unsure
+        doubts += 1 if unsure else 0
         if counts and q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
             event(q, k, phi, w)
+        outcome = timely(outcome, which, time, image, tangent, w)
         if outcome != GOES_ON:
-            return settled(outcome, code, time, 0, doubtful)[0], time
+            return settled(outcome, code, time, 0, doubts > 0)[0], time
+        if doubts > MOST_DOUBTS:
+            return UNDECIDED, math.nan
     return ENDLESS, math.nan
 
 

@@ -9,8 +9,12 @@ from typing import Any, Literal
 class Guard:
     """An event: a function of the state that falls through zero in one or several modes, and what happens then.
 
-    Of guards with the same function in the same mode the first whose conditions hold takes place. Where nothing changes, neither
-    mode nor states, the function stays below zero and must rise again before the next such event.
+    A guard is an *invariant* of its modes unless it is a *crossing*: its function is positive for as long as the mode lasts, and
+    a motion that comes to such a mode where it is negative is `blocked`. A crossing takes place whenever its function falls
+    through zero, whatever its sign where the mode begins, and not again before it has risen. What depends on the time alone, as
+    a clock, is a crossing, and so are guards at which nothing changes, neither mode nor states.
+
+    Of guards with the same function in the same mode the first whose conditions hold takes place.
     """
 
     modes: str | Sequence[str]  #: in which it is watched
@@ -20,6 +24,7 @@ class Guard:
     where: Sequence[Any] = ()  #: affine functions that must not be negative for the event to take place
     letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
     ends: bool = False  #: whether the motion ends here, with the outcome `escaped`
+    crossing: bool = False  #: whether the function may be negative in its modes
     rests: str = ""  #: a name for the mode of lasting contact, which is derived where the reset is an impact; "" without one
 
     @property

@@ -34,8 +34,9 @@ from nsmaps.exact.modes.blocks.lanes import (
 from nsmaps.exact.modes.blocks.passing import waved
 from nsmaps.exact.modes.blocks.series import combined, copied, full, valued
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought, within_turn
-from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING
+from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS
 
+ON_SURFACE = 16.0 * ROUNDING  # of the sizes of terms: at the start of a flight this is left to `begins`
 AT_ONCE = 2  # in place of a doubt: two functions may be zero at once, or the doubt be before the event
 
 
@@ -83,6 +84,8 @@ def screened(p, f, n, b, w):
     for k in range(n):
         start = sign * t[B + k]
         error = ROUNDING * t[Y + k] * (1.0 + t[GROWN + k]) + t[U + k]
+        on_surface = start + constant <= ON_SURFACE * t[Y + k] if t[ON + k] == 0.0 else t[ON + k] == TERMS
+        h[DOUBTFUL + k] = AT_ONCE if on_surface & (h[START + k] >= 0) else h[DOUBTFUL + k]
         near = (start + constant >= 0.0) & (start + constant <= error)
         t[ERROR + k], t[SHIFT + k] = error, -start if t[ON + k] > 0.0 else constant
         t[ZERO + k] = 1.0 if (t[ON + k] > 0.0) | near else 0.0

@@ -11,6 +11,7 @@ from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.blocks.lanes import BEND, EVENT, KIND, PHI, RATE, SHIFT, THERE, UNSURE, WHICH, U, X, Y
+from nsmaps.exact.modes.march.resting import BASE_SUMMED
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 NONE = -1  # in place of a transition: none takes place
@@ -123,7 +124,10 @@ def jumped(p, mode, n, b):
 
 @inner
 def rising(p, e, n, b):
-    """Mark the columns of a transition that cannot have come to the zero of its function, which rises there."""
+    """Mark the columns of a transition that cannot have come to the zero of its function, which rises there.
+
+    Those whose function falls so slowly that its events may accumulate are marked too.
+    """
     t, h, mode, function, states = b.t, b.h, p.mode[e], p.functions[p.function[e]], p.first.shape[1] - 1
     turn = p.rate * p.steps[mode]
     for k in range(n):
@@ -149,6 +153,17 @@ def rising(p, e, n, b):
             t[BEND + k] += abs(c * t[Y + k])
     for k in range(n):
         h[KIND + k] = 1 if (h[EVENT + k] == e) & (t[RATE + k] > ROUNDING * t[BEND + k]) else h[KIND + k]
+    if p.bounces[e] < 0:
+        return
+    for k in range(n):
+        t[X + k] = 0.0
+    for j in range(len(b.z)):
+        bend = 10.0 * BASE_SUMMED * p.bends[p.bounces[e], j]
+        for k in range(n):
+            t[X + k] += bend * abs(b.z[j, k])
+    longer = 1.0 / (p.rate * p.steps[mode]) if p.rate > 0.0 else 1.0
+    for k in range(n):
+        h[KIND + k] = 1 if (h[EVENT + k] == e) & (abs(t[RATE + k]) <= longer * t[X + k]) else h[KIND + k]
 
 
 @inner

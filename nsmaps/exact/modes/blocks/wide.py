@@ -1,7 +1,8 @@
 """Many first returns of a system with modes in parallel: motions wait in a queue for each mode, and advance in blocks.
 
 A block is taken through one longest step, or to its events; a motion that ends makes room for the next, so that blocks are full.
-All decisions at an event are those of `happens`; returns of many events, and of two at once, are left to `first_return`.
+All decisions at an event are those of `happens`; returns of many events, of two at once, and of an event that takes place at once
+after another are left to `first_return`.
 """
 
 import math
@@ -36,10 +37,11 @@ from nsmaps.exact.modes.blocks.lanes import (
     X,
 )  # fmt: skip
 from nsmaps.exact.modes.blocks.passing import NONE, NOT_PLAIN, begun_columns, jumped
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import GOES_ON, alone, cleared, happens, lengthened, put, settled
-from nsmaps.exact.modes.march.section import repelled, starting
+from nsmaps.exact.modes.march.returns import PAUSE, alone, cleared, happens, lengthened, put, settled
+from nsmaps.exact.modes.march.section import starting
 
 FEW = 16  # fewer returns than this are not computed in blocks
 MOST = 64  # events, or longest steps, of a return in a block; more are rare
@@ -119,6 +121,7 @@ def goes_on(p, mode, k, found, r, o, b, w):
         b.h[DOUBTFUL + k] == AT_ONCE
         or numbers[STEPS] > MOST
         or not b.t[X + k] < math.inf
+        or (which != NO_FUNCTION and b.t[WHEN + k] == 0.0)
         or (which == NO_FUNCTION and scalars[FLIGHT] >= p.horizon)
     ):
         return LEFT, mode
@@ -151,7 +154,7 @@ def launched(p, found, r, row, i, o, w):
         return True
     code, power = cleared(p, k, found.states[r + 1, row], found.tangents[r, row], w)
     mode = entered(p, k, not p.after, phi, w)
-    if repelled(p, mode, w):
+    if begins(p, mode, w) != GOES_ON:
         return True
     under_way(row, k, code, power, phi, i, o)
     for j in range(len(w.z)):
@@ -167,7 +170,7 @@ def launched_in_columns(p, found, r, row, n, o, b, w):
     free = len(p.growth)
     for k in range(n):
         if b.h[KIND + k] > 0:
-            alone(p, found, r, row + k, w)
+            found.outcome[r, row + k] = LEFT
             continue
         o.length[free] -= 1
         i, e = o.queue[free, o.length[free]], b.h[EVENT + k]
@@ -190,7 +193,7 @@ def filled(p, found, r, row, o, b, w):
             row += n
             continue
         if launched(p, found, r, row, o.queue[free, o.length[free] - 1], o, w):
-            alone(p, found, r, row, w)
+            found.outcome[r, row] = LEFT
         else:
             o.length[free] -= 1
         row += 1
@@ -212,7 +215,7 @@ def block(p, mode, found, r, o, b, w):
         waits(o, after if outcome == GOES_ON else len(p.growth), i)
         row = o.numbers[i, ROW]
         if outcome == LEFT:
-            alone(p, found, r, row, w)
+            found.outcome[r, row] = LEFT
         elif outcome != GOES_ON:
             turns = o.numbers[i, TURNS]
             ended = settled(outcome, o.numbers[i, CODE], o.scalars[i, TIME], turns, o.numbers[i, DOUBT] > 0)
@@ -237,11 +240,21 @@ def side_by_side(p, found, r, o, b, w):
 
 
 @long_entry
-def returns(p, found, w, o, b):
-    """The first n returns of M states, written to a `Record` with the first states; in blocks if there is room for them."""
-    for r in range(len(found.codes)):
-        if len(o.length) > 0:
+def returns(p, found, at, w, o, b):
+    """The first n returns of M states, written to a `Record` with the first states; in blocks if there is room for them.
+
+    They are computed from `at` on, the number of a return and of a motion, in about `PAUSE` pieces of flights: whether all are.
+    """
+    wide, w.spent[0] = len(o.length) > 0, 0
+    while at[0] < len(found.codes):
+        r = at[0]
+        if wide and at[1] == 0:
             side_by_side(p, found, r, o, b, w)
-        else:
-            for k in range(found.states.shape[1]):
+        for k in range(at[1], found.states.shape[1]):
+            if not wide or found.outcome[r, k] == LEFT:
                 alone(p, found, r, k, w)
+            at[1] = k + 1
+            if w.spent[0] > PAUSE:
+                return False
+        at[0], at[1] = r + 1, 0
+    return True

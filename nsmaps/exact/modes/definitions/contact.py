@@ -102,4 +102,4 @@ def contact_transitions(reader: Reader, name: str, guard: Guard, found: Contact,
     yield Transition("", "", free, found.gap, resting, found.states, begins=begins, guard=name)
     press = found.lift.at(found.states).scaled(minus)
     held = found.gap, found.speed
-    yield Transition(name, "", resting, press, free, found.states, held=held, releases=True)
+    yield Transition(name, "", resting, press, free, found.states, held=held, releases=True, leaves=True)

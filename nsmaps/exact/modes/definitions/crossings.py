@@ -1,7 +1,7 @@
-"""Events at which nothing changes, as those of a section at v = 0 or at a phase of the forcing.
+"""Crossings: guards whose functions may be negative in their modes, as a clock, or a section at v = 0 at which nothing changes.
 
-Their function stays below zero and must rise again before the next such event: a mode in which one is watched becomes two,
-before and after the function has fallen through zero, and an event without a letter leads back.
+Their function must rise again before the next such event: a mode in which one is watched becomes two, before and after the
+function has fallen through zero, and an event without a letter leads back.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,12 +35,15 @@ class Crossings:
         """The transitions between the divided modes."""
         for one in transitions:
             for below in self.flags(one.mode):
-                yield from self.crossed(one, below) if crosses(one) else self.changed(one, below)
+                if not crosses(one):
+                    yield from self.changed(one, below)
+                elif not below[self.functions[one.mode].index(one.function)]:
+                    yield from self.passed(one, below) if nothing_changes(one) else self.changed(one, below)
         for (mode, below), number in self.numbers.items():
             for k, function in enumerate(self.functions[mode]):
                 others = [each for each in transitions if each.mode == mode and each.function == function and crosses(each)]
                 if below[k]:
-                    yield silent(others[0], number, function.scaled(sp.S.NegativeOne), self.at(mode, below, k, False))
+                    yield silent(others[0], number, opposite(function), self.at(mode, below, k, False))
                 elif all(each.where for each in others):
                     yield silent(others[0], number, function, self.at(mode, below, k, True))
 
@@ -48,17 +51,33 @@ class Crossings:
         """The part of a mode in which the function k has another flag."""
         return self.numbers[mode, (*below[:k], flag, *below[k + 1 :])]
 
-    def crossed(self, one: Transition, below: Flags) -> Iterator[Transition]:
-        """An event at which nothing changes, in a part of its mode."""
+    def known(self, after: Row, one: Transition, below: Flags) -> bool | None:
+        """Whether a function is below zero just after an event in a part of its mode; None where that depends on the state.
+
+        On the surface that is crossed it counts as below, unless it surely rises; what an event does not change keeps its sign.
+        """
+        if proportional(after, one.function):
+            return not rises(after, one.function)
+        for function, flag in zip(self.functions[one.mode], below, strict=True):
+            if equal(after, function):
+                return flag
+            if equal(after, opposite(function)):
+                return not flag
+        return None
+
+    def passed(self, one: Transition, below: Flags) -> Iterator[Transition]:
+        """A crossing at which nothing changes, in a part of its mode where its function is not below zero."""
         functions = self.functions[one.mode]
         k = functions.index(one.function)
-        if not below[k]:
-            others = [side(each, flag) for i, (each, flag) in enumerate(zip(functions, below, strict=True)) if i != k]
-            target = self.at(one.mode, below, k, True)
-            yield replace(one, mode=self.numbers[one.mode, below], target=target, where=(*one.where, *others))
+        others = [side(each, flag) for i, (each, flag) in enumerate(zip(functions, below, strict=True)) if i != k]
+        target = self.at(one.mode, below, k, True)
+        yield replace(one, mode=self.numbers[one.mode, below], target=target, where=(*one.where, *others))
 
     def changed(self, one: Transition, below: Flags) -> Iterator[Transition]:
-        """Another event, in a part of its mode: it leads to the part where each function has the sign that it has just after."""
+        """An event at which something changes, in a part of its mode.
+
+        It leads to the part where each function has the sign that it has just after.
+        """
         if one.target < 0:
             yield replace(one, mode=self.numbers[one.mode, below])
             return
@@ -76,22 +95,28 @@ class Crossings:
                 numbers = self.numbers[one.mode, below], self.numbers[one.target, flags]
                 yield replace(one, mode=numbers[0], target=numbers[1], where=(*one.where, *sides))
 
-    def known(self, row: Row, one: Transition, below: Flags) -> bool | None:
-        """Whether a function, seen through an event, is below zero just after it, None where that depends on the state.
-
-        One that is zero with the event's own counts as crossed; one that the event does not change stays on its side.
-        """
-        if proportional(row, one.function):
-            return True
-        same = (flag for function, flag in zip(self.functions[one.mode], below, strict=True) if equal(row, function))
-        return next(same, None)
-
 
 def crosses(one: Transition) -> bool:
-    """Whether nothing changes at an event."""
+    """Whether an event is a crossing: it is declared as one, depends on the time alone, or changes nothing."""
+    clock = not one.begins and not one.leaves and all(c == 0 for c in one.function.coefficients)
+    return one.crossing or clock or nothing_changes(one)
+
+
+def opposite(row: Row) -> Row:
+    """The function with the other sign."""
+    return row.scaled(sp.S.NegativeOne)
+
+
+def nothing_changes(one: Transition) -> bool:
+    """Whether an event changes neither mode nor states."""
     rows = [row.coefficients for row in one.reset]
     same = sp.Matrix(rows) == sp.eye(len(rows)) and not any(row.remainder != 0 for row in one.reset)
     return one.target == one.mode and same and not one.curved
+
+
+def rises(clock: Row, function: Row) -> bool:
+    """Whether a function of the time alone surely rises where another falls through zero."""
+    return all(c == 0 for c in clock.coefficients) and sp.simplify(clock.remainder / function.remainder).is_negative is True
 
 
 def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple[tuple[Transition, ...], list[int]]:
@@ -114,12 +139,14 @@ def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple
 
 def silent(like: Transition, mode: int, function: Row, target: int) -> Transition:
     """An event without name and letter at which nothing changes but the part of the mode."""
-    return Transition("", "", mode, function, target, like.reset, ())
+    n = len(like.reset)
+    same = tuple(Row(tuple(sp.Integer(i == k) for i in range(n)), sp.S.Zero) for k in range(n))
+    return Transition("", "", mode, function, target, same, held=like.held)
 
 
 def side(function: Row, below: bool) -> Row:
     """What is not negative on one side of a surface."""
-    return function.scaled(sp.S.NegativeOne) if below else function
+    return opposite(function) if below else function
 
 
 def equal(one: Row, other: Row) -> bool:

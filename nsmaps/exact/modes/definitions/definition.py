@@ -75,6 +75,8 @@ class Transition:
     guard: str = ""  #: the guard after whose impacts contact may begin, for these impacts and for that beginning
     begins: tuple[Row, ...] = ()  #: where lasting contact begins: speed away from the surface, and pressure towards it
     releases: bool = False  #: whether lasting contact ends
+    leaves: bool = False  #: whether sliding or lasting contact ends, as its own conditions no longer hold
+    crossing: bool = False  #: whether the function may be negative in the mode
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,7 @@ class Definition:
         for mode in self.rates:
             yield from mode
         for one in self.transitions:
-            yield from (one.function, *one.reset, *one.where, *one.begins)
+            yield from (one.function, *one.reset, *one.where, *one.begins, *one.held)
         for start in self.starts:
             yield from start.states
         for surface in self.surfaces:

@@ -1,6 +1,7 @@
 """A class of systems with modes, read as a whole: modes, guards, slidings and section become a `Definition`."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -8,10 +9,11 @@ import sympy as sp
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.contact import Contact, contact_of, contact_transitions
-from nsmaps.exact.modes.definitions.crossings import crosses, divided
+from nsmaps.exact.modes.definitions.crossings import divided, nothing_changes
 from nsmaps.exact.modes.definitions.definition import Definition, Row, Transition
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
 from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, check_periodic
+from nsmaps.exact.modes.definitions.held import check_held
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
 from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.stated import formulas_stated
@@ -69,6 +71,9 @@ def _defined(
     forced, names = reader.phase_rate != 0, tuple(reader.states)
     contacts = _derive(reader, guards, rates)
     events = tuple(_transitions(reader, rates, guards, contacts))
+    held = {one.mode: one.held for one in events if one.held}
+    events = tuple(replace(one, held=held.get(one.mode, ())) for one in events)
+    check_held(reader, tuple(rates), events)
     left = {one.mode for one in events if not one.begins}
     if closed := [mode for number, mode in enumerate(rates) if number not in left]:
         raise SystemDefinitionError(
@@ -78,7 +83,7 @@ def _defined(
     transitions, parts = divided(reader.name, events, len(rates))
     coordinates = coordinates_of(reader.name, names, section, forced)
     starts = starts_of(reader, section, transitions)
-    after = section.side == "after" and not all(crosses(transitions[start.transition]) for start in starts)
+    after = section.side == "after" and not all(nothing_changes(transitions[start.transition]) for start in starts)
     surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, Sliding))
     modes, flows = tuple(tuple(rates)[k] for k in parts), tuple(tuple(rates.values())[k] for k in parts)
     variables = tuple(reader.states.values())
@@ -151,7 +156,9 @@ def _guarded(reader: Reader, modes: tuple[str, ...], name: str, guard: Guard) ->
     for mode in guard.watched:
         target = -1 if guard.ends else modes.index(guard.to or mode)
         contact = name if guard.rests else ""
-        yield Transition(name, letter, modes.index(mode), function, target, reset, where, curved, guard=contact)
+        yield Transition(
+            name, letter, modes.index(mode), function, target, reset, where, curved, guard=contact, crossing=guard.crossing
+        )
 
 
 def _reset(reader: Reader, guard: Guard, what: str) -> tuple[tuple[Row, ...], tuple[tuple[int, sp.Expr], ...]]:

@@ -98,6 +98,7 @@ def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[
             reset,
             tuple(where),
             held=tuple(held),
+            leaves=bool(held),
         )
 
     for before, after, function, begins in ((given.above, given.below, up, rise), (given.below, given.above, down, fall)):

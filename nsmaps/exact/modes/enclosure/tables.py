@@ -169,7 +169,7 @@ def functions_of(definition: Definition, rows: list[list[Any]], table: Tables) -
     found, at = [], 0
     for one in definition.transitions:
         found.append(np.array(rows[at], dtype=object))
-        at += 1 + len(one.reset) + len(one.where)
+        at += 1 + len(one.reset) + len(one.where) + len(one.begins) + len(one.held)
     return [found[k] for k in table.chosen[table.choices[:-1]]]
 
 

@@ -8,6 +8,7 @@ from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrow
 from nsmaps.exact.modes.tables.taylor import (
     ORDER,
     ROUNDING,
+    TERMS,
     features,
     moved_on,
     next_term,
@@ -21,6 +22,7 @@ from nsmaps.exact.modes.tables.taylor import (
 MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight
 NO_FUNCTION = -1
+NOW = -1  # in place of a number of terms that are zero: the event takes place at once
 
 
 @inner
@@ -86,9 +88,26 @@ def carried(p, mode, tau, w):
 
 @inner
 def followed(p, f, z, when, grown, w):
-    """The first zero of a function up to a time, with all care: (is there one, where, is that doubtful); its series is given."""
+    """The first zero of a function up to a time, with all care: (is there one, where, is that doubtful); its series is given.
+
+    Terms that are zero at the start are divided out.
+    """
     blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], z)[1]
-    return first_zero(w.a, when, sized(p.left[f], z) * remaining(when) + blur, w.on[f] > 0)
+    left, power = sized(p.left[f], z) * remaining(when) + blur, when ** w.on[f]
+    if w.on[f] > 0:
+        divided(w.a, w.on[f])
+    if w.on[f] > 0 and w.a[0] <= 0.0:
+        return w.a[0] < 0.0, 0.0 if w.a[0] < 0.0 else when, False
+    return first_zero(w.a, when, left / power if power > 0.0 else 0.0, False)
+
+
+@inner
+def divided(a, first):
+    """Divide a polynomial by the power of its first term that is not known to be zero, and not zero in floats."""
+    while first < len(a) - 1 and a[first] == 0.0:
+        first += 1
+    for k in range(len(a)):
+        a[k] = a[k + first] if k + first < len(a) else 0.0
 
 
 @inner
@@ -98,6 +117,10 @@ def sought(p, f, when, grown, w):
     Where the basis of Bernstein shows that there is no zero, or one alone, far from any doubt, that is enough.
     """
     z, on = w.z, w.on[f] > 0
+    if w.on[f] == NOW:
+        return True, 0.0, False
+    if w.on[f] == TERMS:
+        return False, when, False
     size = sized(p.sizes[f], z)
     error = ROUNDING * size * (1.0 + grown) + sized(p.left[f], z)
     weighed(p.points[f], z, w.b)
@@ -132,6 +155,7 @@ def next_event(p, mode, grown, end, w):
     for f in range(p.watched[mode], p.watched[mode + 1]):
         near = 0.0 if which == NO_FUNCTION else 4.0 * ROUNDING * when
         found, x, unsure = sought(p, f, when + near, grown, w)
+        w.doubt[0] = f if unsure and w.doubt[0] < 0.0 else w.doubt[0]
         if not found:
             doubtful = doubtful or unsure
         elif which != NO_FUNCTION and abs(x - when) <= near:
@@ -147,8 +171,10 @@ def next_event(p, mode, grown, end, w):
 
 @inner
 def saltation(p, mode, function, w):
-    """Take derivatives at a fixed time to derivatives at the event."""
+    """Take derivatives at a fixed time to derivatives at the event; one that takes place at once is at that time."""
     shift_waves(w.z, w.dz, w.dphi, p.first.shape[1] - 1)
+    if w.lapse[0] == 0.0:
+        return
     velocity(p, mode, w.z, w.field)
     slope, _ = dot(p.functions[function], w.field)
     turn = p.rate * p.steps[mode]
@@ -230,6 +256,8 @@ def fly(p, mode, phi, until, w):
             carried(p, mode, tau, w)
         moved_on(w)
         flight += step
+        w.lapse[0] = flight
+        w.spent[0] += 1
         for c in range(directions):
             w.dphi[c] += w.moved.rate * step
         phi, more = within_turn(phi + p.rate * step)
@@ -238,5 +266,5 @@ def fly(p, mode, phi, until, w):
         if which != NO_FUNCTION or left <= 1.0 or flight >= p.horizon:
             return which, flight, phi, turns, doubtful
         for f in range(p.watched[mode], p.watched[mode + 1]):
-            w.on[f] = 0
+            w.on[f] = w.on[f] if w.on[f] == TERMS else 0
     return NO_FUNCTION, flight, phi, turns, True

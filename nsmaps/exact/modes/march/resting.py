@@ -4,9 +4,10 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import TWO_PI, spell
-from nsmaps.exact.modes.march.flight import dot, velocity
+from nsmaps.exact.modes.march.beginning import leading
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, velocity
 from nsmaps.exact.modes.march.section import allowed, enter
-from nsmaps.exact.modes.tables.taylor import ROUNDING
+from nsmaps.exact.modes.tables.taylor import ROUNDING, next_term
 
 SUMMED = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
 BASE_SUMMED = 1e-12  # of the speed gained in it: impacts at the section, of which each is a return, as those of impact systems
@@ -34,6 +35,15 @@ def approach(p, k, w):
 
 
 @inner
+def pressed(p, mode, w):
+    """Whether contact lasts at a pressure of zero: by its first derivative that is not zero; also where it stays zero."""
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        if p.releases[p.chosen[p.choices[f]]]:
+            return leading(p, f, mode, 0, w)[1] >= 0.0
+    return False
+
+
+@inner
 def mark_of(p, k, j, mode, before, w):
     """The mark of the contact that begins at a state just after an impact: 0 for none, `CHATTER` or `REST`.
 
@@ -43,10 +53,10 @@ def mark_of(p, k, j, mode, before, w):
     after, size = dot(p.begins[j, 0], w.z)
     press, sizes = dot(p.begins[j, 1], w.z)
     if after <= ROUNDING * size:
-        return REST if press > -4.0 * ROUNDING * sizes else 0  # just released: contact that ends at once
+        return REST if press > 4.0 * ROUNDING * sizes or pressed(p, p.target[j], w) else 0
     if not (press > 0.0 and after < before):
         return 0
-    unit = 1.0 / p.rate if p.rate > 0.0 else p.steps[mode]
+    unit = unit_of(p, mode)
     x = 2.0 * after / (press * (1.0 - after / before))
     velocity(p, mode, w.z, w.field)
     steady = x * abs(dot(p.begins[j, 1], w.field)[0]) <= STEADY * press * p.steps[mode]
@@ -55,10 +65,45 @@ def mark_of(p, k, j, mode, before, w):
 
 
 @inner
+def falling(p, k, w):
+    """The rate at which the function of an event falls, before its reset, if it may follow itself and the event ends a return."""
+    if p.bounces[k] < 0 or not p.is_section[k]:
+        return math.nan
+    velocity(p, p.mode[k], w.z, w.field)
+    return -dot(p.functions[p.function[k]], w.field)[0] / p.steps[p.mode[k]]
+
+
+@inner
+def accumulate(p, k, before, mode, w):
+    """Whether events like the last one follow it ever faster, in all within rounding of the mode's unit of time."""
+    f, step = p.bounces[k], p.steps[mode]
+    for j in range(len(w.z)):
+        w.d[0, j] = w.z[j]
+    for m in range(3):
+        next_term(p, mode, w.d, m)
+    after, half, sixth = dot(p.functions[f], w.d[1])[0] / step, dot(p.functions[f], w.d[2])[0], dot(p.functions[f], w.d[3])[0]
+    press, change = -2.0 * half / (step * step), 6.0 * abs(sixth) / (step * step * step)
+    if not (press > 0.0 and before <= BASE_SUMMED * press * unit_of(p, mode) and (after < before or before <= 0.0)):
+        return False
+    x = 2.0 * after / (press * (1.0 - after / before)) if before > 0.0 else 0.0
+    return x * change <= STEADY * press
+
+
+@inner
+def unit_of(p, mode):
+    """A unit of time: a radian of the forcing, without one the longest step of a mode."""
+    return 1.0 / p.rate if p.rate > 0.0 else p.steps[mode]
+
+
+@inner
 def entered(p, k, with_reset, phi, w):
-    """As `enter`, into lasting contact where it begins."""
+    """As `enter`, into lasting contact where it begins; `w.lapse` takes note of impacts that accumulate without it."""
     before = approach(p, k, w) if with_reset else 0.0
+    fall = falling(p, k, w) if with_reset else math.nan
     mode = enter(p, k, with_reset, phi, w)
+    w.lapse[1] = 0.0
+    if not math.isnan(fall) and accumulate(p, k, fall, mode, w):
+        w.lapse[1], w.both[0], w.both[1] = 1.0, p.function[k], NO_FUNCTION
     j = contact_after(p, k, mode, w) if p.impacts[k] >= 0 else -1
     mark = mark_of(p, k, j, mode, before, w) if j >= 0 else 0
     if mark > 0:
@@ -68,15 +113,21 @@ def entered(p, k, with_reset, phi, w):
 
 
 @inner
+def shortened(code, power, w):
+    """The word with the row of impacts before a contact that has just begun as one."""
+    if w.held[1] == CHATTER and w.held[0] == 0.0 and math.isnan(w.near[0]) and w.row[0] > 0:
+        return w.row[1], w.row[2]
+    return code, power
+
+
+@inner
 def marked(p, code, power, w):
-    """The word with the mark of a contact that ends, the row of impacts before it as one; whether the contact had a duration."""
+    """The word with the mark of a contact that ends; whether the contact had a duration."""
     unit = TWO_PI / p.rate if p.rate > 0.0 else p.steps[0]
     if w.held[1] == 0.0 or w.held[0] <= INSTANT * unit:
         w.held[1] = 0.0
         return code, power, False
     margins, mark = not math.isnan(w.near[0]), p.base - 3 + int(w.held[1])
-    if w.held[1] == CHATTER and not margins and w.row[0] > 0:
-        code, power = w.row[1], w.row[2]
     w.held[1], w.row[0] = 0.0, 0
     code, power = spell(code, power, p.base + 2 if margins else p.base, mark, 1)
     return code, power, True

@@ -5,6 +5,8 @@ import math
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import (
+    ACCUMULATES,
+    BLOCKED,
     ENDLESS,
     INVALID,
     LOST,
@@ -16,14 +18,17 @@ from nsmaps.exact.engine.returns import (
     UNDECIDED,
     spell,
 )
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
-from nsmaps.exact.modes.march.resting import entered, in_a_row, marked
-from nsmaps.exact.modes.march.section import picked, repelled, starting
+from nsmaps.exact.modes.march.resting import entered, in_a_row, marked, shortened
+from nsmaps.exact.modes.march.section import picked, starting
 from nsmaps.exact.modes.march.together import due, order_matters
 from nsmaps.exact.modes.tables.taylor import features
 
 MOST_EVENTS = 100_000  # of one return
-GOES_ON = -1  # in place of an outcome
+MOST_DOUBTS = 200  # doubtful events of one return
+PAUSE = 500_000  # pieces of flights, within about a second, after which Ctrl-C is heard
+DOUBTED = 1_000  # pieces of flights that take as long as one doubtful event
 
 
 @inner
@@ -54,6 +59,8 @@ def cleared(p, k, image, tangent, w):
             tangent[c, j] = math.nan
     margins = not math.isnan(w.near[0])
     w.held[1], w.row[0] = 0.0, 0
+    w.lapse[1], w.doubt[0], w.both[0] = 0.0, -1.0, NO_FUNCTION
+    w.idle[0], w.idle[1], w.idle[2], w.idle[3] = 0, NO_FUNCTION, NO_FUNCTION, 0
     if margins:
         w.near[0], w.near[1], w.near[2] = math.inf, math.inf, 0.0
         w.minima[:] = 0
@@ -120,6 +127,7 @@ def happens(p, mode, which, phi, code, power, image, tangent, w):
     (outcome, or GOES_ON; mode that follows; word; place of its next letter; whether doubtful; transition).
     """
     k, doubtful = picked(p, which, w.z)
+    w.doubt[0] = which if (doubtful or k < 0) and w.doubt[0] < 0.0 else w.doubt[0]
     if k < 0:
         return UNDECIDED, mode, code, power, True, k
     if w.dz.shape[1] > 0:
@@ -139,10 +147,11 @@ def happens(p, mode, which, phi, code, power, image, tangent, w):
         arrived(p, phi, image, tangent, w)
         return outcome, mode, code, power, doubtful, k
     mode = entered(p, k, True, phi, w)
-    if returned:
+    code, power = shortened(code, power, w)
+    if returned and w.lapse[1] == 0.0:
         arrived(p, phi, image, tangent, w)
         return outcome, mode, code, power, doubtful, k
-    return REPELLING if repelled(p, mode, w) else GOES_ON, mode, code, power, doubtful, k
+    return begins(p, mode, w), mode, code, power, doubtful, k
 
 
 @inner
@@ -150,26 +159,31 @@ def settled(outcome, code, time, turns, doubtful):
     """A return that has ended, in the form of `first_return`."""
     if outcome in (RETURNED, STUCK, LOST):
         return UNDECIDED if doubtful else outcome, code, time, turns if outcome != LOST else 0
-    return outcome, code, time if outcome in (SIMULTANEOUS, REPELLING) else math.nan, 0
+    return outcome, code, time if outcome in (SIMULTANEOUS, REPELLING, ACCUMULATES, BLOCKED) else math.nan, 0
 
 
 @inner
 def onward(p, mode, phi, code, power, image, tangent, w):
     """From a state in a mode to the section: (outcome, code of its word, time, whole turns of the phase)."""
-    time, turns, doubtful = 0.0, 0, False
-    if repelled(p, mode, w):
-        return settled(REPELLING, code, time, turns, doubtful)
+    time, turns, doubts = 0.0, 0, 0
+    outcome = begins(p, mode, w)
+    if outcome != GOES_ON:
+        return settled(outcome, code, time, turns, False)
     for _ in range(MOST_EVENTS):
         which, flight, phi, more, unsure = fly(p, mode, phi, math.inf, w)
-        time, turns, doubtful = time + flight, turns + more, doubtful or unsure
+        time, turns, doubts = time + flight, turns + more, doubts + (1 if unsure else 0)
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
-            ended = RESTS if p.resting[mode] else UNDECIDED if doubtful and bounded(w) else LOST
+            ended = RESTS if p.resting[mode] else UNDECIDED if doubts > 0 and bounded(w) else LOST
             return ended, marked(p, code, power, w)[0], math.nan, 0
         outcome, mode, code, power, unsure, _ = met(p, mode, which, phi, code, power, image, tangent, w)
-        doubtful = doubtful or unsure
+        doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
+        w.doubt[1] = time if doubts == 1 and unsure else w.doubt[1]
+        outcome = timely(outcome, which, time, image, tangent, w)
         if outcome != GOES_ON:
-            return settled(outcome, code, time, turns, doubtful)
+            return settled(outcome, code, time, turns, doubts > 0)
+        if doubts > MOST_DOUBTS:
+            return UNDECIDED, code, math.nan, 0
     return ENDLESS, code, math.nan, 0
 
 
@@ -223,11 +237,18 @@ def alone(p, found, r, k, w):
 
 
 @long_entry
-def arrivals(p, modes, states, phases, found, w):
-    """The first arrivals at the section of M states in modes, written to a `Record` of one return."""
-    for r in range(len(modes)):
+def arrivals(p, modes, states, phases, found, begin, w):
+    """The first arrivals at the section of states in modes, from one on, written to a `Record` of one return.
+
+    The number of those that are known after about `PAUSE` pieces of flights.
+    """
+    w.spent[0] = 0
+    for r in range(begin, len(modes)):
+        if w.spent[0] > PAUSE:
+            return r
         found.outcome[0, r], found.codes[0, r], found.time[0, r], turns = first_arrival(
             p, modes[r], states[r], phases[r], found.states[1, r], found.tangents[0, r], w
         )
         for c in range(len(p.places)):
             found.turns[0, r, c] = turns if p.places[c] < 0 else 0
+    return len(modes)

@@ -2,12 +2,11 @@
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.modes.march.beginning import AT_ONCE
 from nsmaps.exact.modes.march.flight import dot, velocity
 from nsmaps.exact.modes.march.section import picked
-from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 NOWHERE = -2  # in place of a mode: no event takes place
-AT_ONCE = 16.0 * ROUNDING  # of the terms of a function that is zero
 
 
 @inner

@@ -39,7 +39,9 @@ def arrivals_of(
     check_surfaces(definition, table, features, np.array(given, str))
     chosen = modes_of(definition, table, features, phase, given)
     found = record(np.full((len(start), m), np.nan), 1, start.shape[1] if derivative else 0)
-    arrivals(table, chosen, np.ascontiguousarray(start[:, :n]), phase, found, memory(table, found.tangents.shape[-1]))
+    begin, place, room = 0, np.ascontiguousarray(start[:, :n]), memory(table, found.tangents.shape[-1])
+    while begin < len(start):
+        begin = arrivals(table, chosen, place, phase, found, begin, room)
     unclear = (found.outcome[0] == Outcome.repelling) & (found.time[0] == 0)
     names_of_modes = np.array([*definition.modes, ""])[np.where(unclear, NOWHERE, chosen)]
     slopes = found.tangents[0] if derivative else None

@@ -3,10 +3,11 @@
 import math
 
 from nsmaps.exact.engine.jit import inner, long_entry
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import bounded
-from nsmaps.exact.modes.march.section import picked, repelled, starting
+from nsmaps.exact.modes.march.section import picked, starting
 from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 
 NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
@@ -14,9 +15,9 @@ NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
 
 @inner
 def followed_by(p, k, with_reset, phi, w):
-    """As `entered`; no mode where the motion that follows is not unique."""
+    """As `entered`; no mode where the motion does not go on."""
     mode = entered(p, k, with_reset, phi, w)
-    return LEFT if repelled(p, mode, w) else mode
+    return mode if begins(p, mode, w) == GOES_ON else LEFT
 
 
 @long_entry

@@ -8,6 +8,7 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
 from nsmaps.exact.modes.blocks.wide import returns
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.paths.arriving import arrivals_of, arrived_alone
 from nsmaps.exact.modes.paths.ends import ENDS, end_of
 from nsmaps.exact.modes.paths.refused import in_no_mode, not_a_start
@@ -22,7 +23,7 @@ def reasons_of(definition: Definition, table: Tables, start: Floats) -> tuple[st
     sentences = []
     for row in start:
         found, w = record(row[None], 1, 0), memory(table, 0)
-        returns(table, found, w, motions(table, False), block_of(table))
+        returns(table, found, np.zeros(2, np.int64), w, motions(table, False), block_of(table))
         outcome, time = Outcome(found.outcome[0, 0]), float(found.time[0, 0])
         if outcome == Outcome.invalid:
             sentences.append(not_a_start(definition, table, row))
@@ -54,17 +55,16 @@ def arrival_reasons_of(
 
 def _sentence(definition: Definition, table: Tables, outcome: Outcome, time: float, w: Memory) -> str:
     """Why a motion ended, by what its memory holds; what is advised of the outcome where that is nothing."""
-    why = {Outcome.simultaneous: meeting_of, Outcome.repelling: surface_of}.get(outcome)
+    why = WHY.get(outcome)
     return why(definition, table, time, w) if why else outcome.advice
 
 
 def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
     """Which guards are met at once, in which mode, when and where."""
     first, second = (_guards(definition, table, f) for f in w.both.tolist())
-    mode = definition.modes[definition.transitions[table.chosen[table.choices[w.both[0]]]].mode]
     return (
-        f"The guards {first} and {second} are met at once in the mode {mode!r}, {time:.10g} after the start, "
-        f"at {_states(definition, w)}; the image depends on which event is first."
+        f"The guards {first} and {second} are met at once in the mode {_mode(definition, table, w)!r}, "
+        f"{time:.10g} after the start, at {_states(definition, w)}; the image depends on which event is first."
     )
 
 
@@ -79,6 +79,58 @@ def surface_of(definition: Definition, table: Tables, time: float, w: Memory) ->
     )
 
 
+def accumulation_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
+    """Which events follow one another ever faster, when and where."""
+    return (
+        f"Events of {_both(definition, table, w)} in the mode {_mode(definition, table, w)!r} accumulate, {time:.10g} "
+        f"after the start, at {_states(definition, w)}, and nothing says what follows. Of impacts that lose "
+        "speed, declare `rests=` in the guard."
+    )
+
+
+def block_of_motion(definition: Definition, table: Tables, time: float, w: Memory) -> str:
+    """Which guard is negative where its mode begins, or which events follow one another at once, when and where."""
+    one, other = w.both.tolist()
+    where = f"{time:.10g} after the start, at {_states(definition, w)}"
+    if other == NO_FUNCTION:
+        return (
+            f"The guard {_guards(definition, table, one)} is negative where the mode {_mode(definition, table, w)!r} begins, "
+            f"{where}. A guard is positive for as long as its mode lasts, unless it is declared with `crossing=True`: then its "
+            "event takes place whenever its function falls through zero."
+        )
+    modes = " and ".join(repr(_mode_of(definition, table, f)) for f in (other, one))
+    return (
+        f"The events of {_both(definition, table, w)} follow one another at once without end, {where}: no time passes in the "
+        f"modes {modes}. Where both lead to one surface, declare a `Sliding` between them."
+    )
+
+
+def doubt_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
+    """Which guard it cannot be decided of, in which mode, and when."""
+    function = int(w.doubt[0])
+    if function < 0:
+        return Outcome.undecided.advice
+    return (
+        f"{Outcome.undecided.advice} The guard is {_guards(definition, table, function)} in the mode "
+        f"{_mode_of(definition, table, function)!r}, {w.doubt[1]:.10g} after the start."
+    )
+
+
+def _both(definition: Definition, table: Tables, w: Memory) -> str:
+    """The guards of one or two functions."""
+    return " and ".join(_guards(definition, table, f) for f in w.both.tolist()[::-1] if f != NO_FUNCTION)
+
+
+def _mode(definition: Definition, table: Tables, w: Memory) -> str:
+    """The mode of the first of two functions."""
+    return _mode_of(definition, table, int(w.both[0]))
+
+
+def _mode_of(definition: Definition, table: Tables, function: int) -> str:
+    """The mode in which a function is watched."""
+    return definition.modes[definition.transitions[table.chosen[table.choices[function]]].mode]
+
+
 def _states(definition: Definition, w: Memory) -> str:
     """The states at which a motion stopped."""
     values = w.z[: len(definition.states)].tolist()
@@ -90,3 +142,12 @@ def _guards(definition: Definition, table: Tables, function: int) -> str:
     ones = table.chosen[table.choices[function] : table.choices[function + 1]]
     names = dict.fromkeys(definition.transitions[k].name or "(a section behind)" for k in np.asarray(ones).tolist())
     return " or ".join(map(repr, names))
+
+
+WHY = {
+    Outcome.simultaneous: meeting_of,
+    Outcome.repelling: surface_of,
+    Outcome.accumulates: accumulation_of,
+    Outcome.blocked: block_of_motion,
+    Outcome.undecided: doubt_of,
+}

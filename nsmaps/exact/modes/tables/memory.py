@@ -39,6 +39,10 @@ class Memory(NamedTuple):
     one: Any  #: the same, after two events in one order
     two: Any  #: and in the other
     both: Any  #: shape (2,), functions that are zero at once, -1 for none
+    lapse: Any  #: shape (2,), length of the last flight, and whether the impacts that follow accumulate below rounding
+    idle: Any  #: shape (4,), events in a row that take no time, functions of the last two that differ, the last that took time
+    doubt: Any  #: shape (2,), function of the first event that is doubtful, -1 without one, and the time until then
+    spent: Any  #: shape (1,), pieces of flights so far
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
     curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.definitions.resets`
@@ -98,6 +102,10 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         one=np.zeros(width),
         two=np.zeros(width),
         both=np.full(2, -1),
+        lapse=np.zeros(2),
+        idle=np.zeros(4, np.int64),
+        doubt=np.array([-1.0, 0.0]),
+        spent=np.zeros(1, np.int64),
         new=np.zeros(n),
         slopes=np.zeros((n, directions)),
         curved=np.zeros((n, 2 + n + len(p.parameters))),

@@ -19,6 +19,7 @@ class Rows:
     resets: Floats  #: shape (T, n, N)
     where: list[Floats]  #: of each transition
     begins: Floats  #: shape (T, 2, N), zero but where contact begins
+    held: list[Floats]  #: of each transition, what is zero all along before it
     starts: Floats  #: shape (number of starts, n, N)
     surfaces: Floats  #: shape (Q, 3, N)
 
@@ -28,12 +29,13 @@ def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Row
     waiting = iter([filled(row, harmonics) for row in given])
     n, width = len(definition.states), len(definition.states) + 1 + 2 * harmonics
     rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
-    functions, resets, where, begins = [], [], [], []
+    functions, resets, where, begins, held = [], [], [], [], []
     for one in definition.transitions:
         functions.append(next(waiting))
         resets.append([next(waiting) for _ in one.reset])
         where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
         begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
+        held.append(np.array([next(waiting) for _ in one.held]).reshape(-1, width))
     starts = np.array([[next(waiting) for _ in range(n)] for _ in definition.starts])
     surfaces = np.array([[next(waiting) for _ in one.rows] for one in definition.surfaces]).reshape(-1, 3, width)
-    return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), starts, surfaces)
+    return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), held, starts, surfaces)

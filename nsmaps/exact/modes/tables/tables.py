@@ -16,6 +16,7 @@ from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.polynomials import polynomials_of
 from nsmaps.exact.modes.tables.rows import Rows, rows_of
+from nsmaps.exact.modes.tables.taylor import TERMS
 from nsmaps.exact.modes.tables.transitions import plain_of, transitions_of
 from nsmaps.exact.modes.tables.vanishing import vanishing
 
@@ -57,6 +58,7 @@ class Tables(NamedTuple):
     choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
     chosen: Any  #: shape (T,)
     function: Any  #: shape (T,), that is zero at the event
+    leaves: Any  #: shape (S,), whether sliding or contact ends where it is negative
     plain: Any  #: shape (S,), whether nothing is to be decided at an event but which transition it is
     mode: Any  #: shape (T,), in which it takes place
     target: Any  #: shape (T,), mode that follows, -1 where the motion ends
@@ -73,6 +75,7 @@ class Tables(NamedTuple):
     on: Any  #: shape (T, S), how many of the first terms of the function are zero just after the event, but for rounding
     impacts: Any  #: shape (T,), the number of the contact that may begin after the impact, -1 for none
     contacts: Any  #: shape (T,), the number of the contact that begins, by itself without a zero of its function; -1 for none
+    bounces: Any  #: shape (T,), its function in the mode after an event that may follow itself without lasting contact; or -1
     begins: Any  #: shape (T, 2, N), speed away from the surface and pressure towards it, where contact begins
     releases: Any  #: shape (T,), whether contact ends
     resting: Any  #: shape (M,), whether the mode is one of lasting contact
@@ -149,6 +152,8 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
     modes, matrices = np.array([definition.transitions[k].mode for k in leads]), flow_matrices(rows, rate)
     bounds, steps = np.einsum("si,sij->sj", np.abs(functions), flows["growth"][modes]), flows["steps"][:, None, None]
     which = {k: function for function, group in enumerate(sets) for k in group}
+    on = vanishing(definition, rows, functions, modes, matrices)
+    bounces = [bounced(definition, functions, modes, on, k, which.get(k, 0)) for k in range(len(definition.transitions))]
     return {
         "watched": np.cumsum([0, *map(len, groups)]),
         "functions": functions,
@@ -157,9 +162,20 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
         "function": np.array([which.get(k, 0) for k in range(len(definition.transitions))]),
+        "leaves": np.array([all(definition.transitions[k].leaves for k in group) for group in sets]),
         "plain": np.array([all(plain_of(definition)[k] for k in group) for group in sets]),
-        "on": vanishing(definition, rows.resets, rows.functions, functions, modes, matrices),
+        "bounces": np.array(bounces),
+        "on": on,
     }
+
+
+def bounced(definition: Definition, functions: Floats, modes: Ints, on: Ints, k: int, function: int) -> int:
+    """The function of an event in the mode that follows, if it is watched there and zero, and no contact may last; or -1."""
+    one = definition.transitions[k]
+    if one.begins or one.guard or one.leaves:
+        return -1
+    same = (modes == one.target) & (functions == functions[function]).all(axis=1) & (on[k] > 0) & (on[k] < TERMS)
+    return int(np.argmax(same)) if same.any() else -1
 
 
 def moved_of(definition: Definition, table: Tables, values: Sequence[float], rates: Floats) -> Moved:

@@ -14,7 +14,8 @@ from nsmaps.exact.modes.tables.rows import Rows
 def plain_of(definition: Definition) -> list[bool]:
     """Whether a motion continues from a transition with a linear reset, and neither contact nor sliding may begin there."""
     bound = bool(definition.surfaces) or any(one.begins or one.releases for one in definition.transitions)
-    return [not (bound or one.curved or one.target < 0) for one in definition.transitions]
+    ends = {definition.transitions[start.transition].name for start in definition.starts} if definition.after else set()
+    return [not (bound or one.curved or one.target < 0 or one.name in ends) for one in definition.transitions]
 
 
 def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:

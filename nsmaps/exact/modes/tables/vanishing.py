@@ -4,39 +4,58 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.tables.rows import Rows
+from nsmaps.exact.modes.tables.taylor import TERMS
 
 SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
-FLAT = 3  #: terms of a function that are looked at just after an event
 
 
-def vanishing(definition: Definition, resets: Floats, zeros: Floats, functions: Floats, modes: Ints, flows: Floats) -> Ints:
+def vanishing(definition: Definition, rows: Rows, functions: Floats, modes: Ints, flows: Floats) -> Ints:
     """How many of the first terms of each function are zero just after each event, whatever the state, shape (T, S).
 
-    They are then in proportion to the function of the event, one of `zeros`, as seen through the reset. Terms that a reset by
-    another formula changes are not.
+    They are then sums of what is zero just before it, the function of the event and what its mode holds at zero, as seen through
+    the reset. Terms that a reset by another formula changes are not. All `TERMS` are zero of a function that stays zero.
     """
-    n, width = resets.shape[1:]
-    result = np.zeros((len(zeros), len(functions)), np.int64)
+    n, width = rows.resets.shape[1:]
+    result = np.zeros((len(rows.functions), len(functions)), np.int64)
     for k, one in enumerate(definition.transitions):
-        through, given = np.vstack([resets[k], np.eye(width)[n:]]), [state for state, _ in one.curved]
+        through, given = np.vstack([rows.resets[k], np.eye(width)[n:]]), [state for state, _ in one.curved]
+        zeros = independent(np.vstack([rows.functions[k], rows.held[k]]))
         for i, (function, mode) in enumerate(zip(functions, modes, strict=True)):
             if mode == one.target:
-                result[k, i] = flat_terms(function, flows[mode], through, given, zeros[k])
+                result[k, i] = flat_terms(function, flows[mode], through, given, zeros)
     return result
 
 
-def flat_terms(function: Floats, flow: Floats, through: Floats, given: list[int], zero: Floats) -> int:
-    """How many of the first terms of a function's series are zero where another is, seen through a reset."""
-    term = function
-    for k in range(FLAT):
-        if term[given].any() or not in_proportion(term @ through, zero, np.abs(term) @ np.abs(through)):
+def independent(rows: Floats) -> list[tuple[int, Floats]]:
+    """Rows that span the same space, each with the place of a one where all others are zero."""
+    found: list[tuple[int, Floats]] = []
+    for row in rows:
+        size = np.abs(row)
+        for lead, one in found:
+            row, size = row - row[lead] * one, size + abs(row[lead]) * np.abs(one)
+        row = np.where(np.abs(row) <= SAME * size, 0.0, row)
+        if row.any():
+            k = int(np.argmax(np.abs(row)))
+            row = row / row[k]
+            found = [(lead, one - one[k] * row) for lead, one in found] + [(k, row)]
+    return found
+
+
+def flat_terms(function: Floats, flow: Floats, through: Floats, given: list[int], zeros: list[tuple[int, Floats]]) -> int:
+    """How many of the first terms of a function's series are zero where others are, seen through a reset."""
+    term, size, sizes = function, np.abs(function), np.abs(flow)
+    for k in range(len(function)):
+        if term[given].any() or not combined(term @ through, zeros, size @ np.abs(through)):
             return k
-        term = term @ flow
-    return FLAT
+        term, size = term @ flow, size @ sizes
+    return TERMS  # by Cayley and Hamilton
 
 
-def in_proportion(row: Floats, other: Floats, size: Floats) -> bool:
-    """Whether a row is another times a number, but for rounding of the terms of this size that add up to it."""
-    lead = int(np.argmax(np.abs(other)))
-    multiple = other * (row[lead] / other[lead])
-    return bool((np.abs(row - multiple) <= SAME * (size + np.abs(multiple))).all())
+def combined(row: Floats, others: list[tuple[int, Floats]], size: Floats) -> bool:
+    """Whether a row is a sum of multiples of others, but for rounding of the terms of this size that add up to it."""
+    row = np.where(np.abs(row) <= SAME * size, 0.0, row)
+    left, size = row, size + np.abs(row)
+    for lead, one in others:
+        left, size = left - row[lead] * one, size + np.abs(row[lead] * one)
+    return bool((np.abs(left) <= SAME * size).all())

@@ -1,0 +1,135 @@
+"""How a motion begins in a mode: which functions are zero there, and whether it can go on."""
+
+import math
+
+from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW, dot, velocity
+from nsmaps.exact.modes.march.section import repelled
+from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, next_term
+
+GOES_ON = -1  # in place of an outcome
+AT_ONCE = 16.0 * ROUNDING  # of the sizes of its terms: a function that is zero but for rounding
+MOST_IDLE = 64  # events in a row that take no time but for rounding
+
+
+@inner
+def next_sizes(p, mode, d, k):
+    """Write bounds on the sizes of the term k + 1 of the series of z, from those of the term k."""
+    n, turn, share = p.first.shape[1] - 1, p.rate * p.steps[mode], 1.0 / (k + 1)
+    for i in range(n):
+        total = 0.0
+        for j in range(p.first[mode, i], p.first[mode, i + 1]):
+            total += abs(p.values[j]) * d[k, p.columns[j]]
+        d[k + 1, i] = total * share
+    d[k + 1, n] = 0.0
+    for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
+        c = n + 2 * m - 1
+        d[k + 1, c], d[k + 1, c + 1] = m * turn * share * d[k, c + 1], m * turn * share * d[k, c]
+
+
+@inner
+def sized_value(p, f, z):
+    """The value of a function, and the sum of the sizes of its terms, in which waves are as large as they become."""
+    n, value, size = p.first.shape[1] - 1, 0.0, 0.0
+    for j in range(len(z)):
+        term = p.functions[f, j] * z[j]
+        value += term
+        size += abs(term) if j < n else abs(p.functions[f, j])
+    return value, size
+
+
+@inner
+def leading(p, f, mode, first, w):
+    """The first term of a function's series, from one on, that is not zero but for rounding: (its number, its value).
+
+    All `TERMS` are zero where as many are as there are features: the function stays zero.
+    """
+    n = p.first.shape[1] - 1
+    for j in range(len(w.z)):
+        w.d[0, j], w.e[0, j] = w.z[j], abs(w.z[j]) if j < n else 1.0
+    for k in range(min(first + len(w.z), TERMS - 2)):
+        if k >= first:
+            value, size = 0.0, 0.0
+            for j in range(len(w.z)):
+                value += p.functions[f, j] * w.d[k, j]
+                size += abs(p.functions[f, j]) * w.e[k, j]
+            if abs(value) > AT_ONCE * size:
+                return k, value
+        next_term(p, mode, w.d, k)
+        next_sizes(p, mode, w.e, k)
+    return TERMS, 0.0
+
+
+@inner
+def begins(p, mode, w):
+    """Whether a motion can go on in a mode: GOES_ON, or the outcome that ends it.
+
+    Writes how many of the first terms of each function are zero, or NOW where its event takes place at once: where it is zero and
+    falls, or where sliding or contact begins though its own conditions do not hold, as after a jump of a force.
+    """
+    if w.lapse[1] > 0.0:
+        w.lapse[1] = 0.0
+        return ACCUMULATES
+    if repelled(p, mode, w):
+        return REPELLING
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        if w.on[f] == TERMS:
+            continue
+        if w.on[f] == 0:
+            value, size = sized_value(p, f, w.z)
+            if value > AT_ONCE * size:
+                continue
+            if value < -AT_ONCE * size:
+                velocity(p, mode, w.z, w.field)
+                size += abs(dot(p.functions[f], w.field)[0])  # by rounding of the time too
+            if value < -AT_ONCE * size and not p.leaves[f]:
+                w.both[0], w.both[1] = f, NO_FUNCTION
+                return BLOCKED
+            if value < -AT_ONCE * size:
+                w.on[f] = NOW
+                continue
+        terms, lead = leading(p, f, mode, max(w.on[f], 1), w)
+        w.on[f] = NOW if lead < 0.0 else terms
+    return GOES_ON
+
+
+@inner
+def stalled(which, time, w):
+    """GOES_ON after an event, or the outcome of events that follow one another within rounding of the time.
+
+    Writes the functions of the last two events that differ.
+    """
+    if w.lapse[0] > 4.0 * ROUNDING * time:
+        w.idle[0], w.idle[1], w.idle[2] = 0, which, NO_FUNCTION
+        return GOES_ON
+    if which != w.idle[1]:
+        w.idle[1], w.idle[2] = which, w.idle[1]
+    w.idle[0] += 1
+    if w.lapse[0] > 0.0:
+        w.idle[3] = w.idle[0]
+    if w.idle[0] <= MOST_IDLE:
+        return GOES_ON
+    return without_end(w)
+
+
+@inner
+def without_end(w):
+    """The outcome of events that follow one another at once: one only, or some that took time at first, accumulate."""
+    w.both[0], w.both[1] = w.idle[1], w.idle[2]
+    return ACCUMULATES if w.idle[2] == NO_FUNCTION or w.idle[3] > 0 else BLOCKED
+
+
+@inner
+def timely(outcome, which, time, image, tangent, w):
+    """The outcome of a return that has ended, or GOES_ON as `stalled`; one that took no time has no image."""
+    lasting = stalled(which, time, w)
+    if outcome == GOES_ON:
+        return lasting
+    if outcome != RETURNED or time > 0.0:
+        return outcome
+    for c in range(len(image)):
+        image[c] = math.nan
+        for j in range(w.dz.shape[1]):
+            tangent[c, j] = math.nan
+    return without_end(w)
