@@ -4,9 +4,9 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW, dot, velocity
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW
 from nsmaps.exact.modes.march.section import repelled
-from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, next_term
+from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, next_term, sized
 
 GOES_ON = -1  # in place of an outcome
 AT_ONCE = 16.0 * ROUNDING  # of the sizes of its terms: a function that is zero but for rounding
@@ -29,25 +29,35 @@ def next_sizes(p, mode, d, k):
 
 
 @inner
-def sized_value(p, f, z):
-    """The value of a function, and the sum of the sizes of its terms, in which waves are as large as they become."""
+def sized_value(p, f, known, w):
+    """The value of a function, and the sum of the sizes of its terms.
+
+    States are as large as they are, or, where the function is not `known` to be zero, as they were in this return: of a speed
+    that came to rest only rounding is left. Waves are as large as they become.
+    """
     n, value, size = p.first.shape[1] - 1, 0.0, 0.0
-    for j in range(len(z)):
-        term = p.functions[f, j] * z[j]
-        value += term
-        size += abs(term) if j < n else abs(p.functions[f, j])
+    for j in range(len(w.z)):
+        value += p.functions[f, j] * w.z[j]
+        size += abs(p.functions[f, j]) * (1.0 if j >= n else abs(w.z[j]) if known else w.most[j])
     return value, size
 
 
 @inner
-def leading(p, f, mode, first, w):
+def grown_to(w):
+    """Take note of how large the states have been in a return."""
+    for j in range(len(w.most)):
+        w.most[j] = max(w.most[j], abs(w.z[j]))
+
+
+@inner
+def leading(p, f, mode, first, known, w):
     """The first term of a function's series, from one on, that is not zero but for rounding: (its number, its value).
 
-    All `TERMS` are zero where as many are as there are features: the function stays zero.
+    Sizes are those of `sized_value`. All `TERMS` are zero where as many are as there are features: the function stays zero.
     """
     n = p.first.shape[1] - 1
     for j in range(len(w.z)):
-        w.d[0, j], w.e[0, j] = w.z[j], abs(w.z[j]) if j < n else 1.0
+        w.d[0, j], w.e[0, j] = w.z[j], 1.0 if j >= n else abs(w.z[j]) if known else w.most[j]
     for k in range(min(first + len(w.z), TERMS - 2)):
         if k >= first:
             value, size = 0.0, 0.0
@@ -73,23 +83,22 @@ def begins(p, mode, w):
         return ACCUMULATES
     if repelled(p, mode, w):
         return REPELLING
+    grown_to(w)
     for f in range(p.watched[mode], p.watched[mode + 1]):
         if w.on[f] == TERMS:
             continue
-        if w.on[f] == 0:
-            value, size = sized_value(p, f, w.z)
+        known = w.on[f] > 0
+        if not known:
+            value, size = sized_value(p, f, known, w)
             if value > AT_ONCE * size:
                 continue
-            if value < -AT_ONCE * size:
-                velocity(p, mode, w.z, w.field)
-                size += abs(dot(p.functions[f], w.field)[0])  # by rounding of the time too
-            if value < -AT_ONCE * size and not p.leaves[f]:
-                w.both[0], w.both[1] = f, NO_FUNCTION
-                return BLOCKED
-            if value < -AT_ONCE * size:
+            if value < -AT_ONCE * max(size, sized(p.sizes[f], w.z)):
+                if not p.leaves[f]:
+                    w.both[0], w.both[1] = f, NO_FUNCTION
+                    return BLOCKED
                 w.on[f] = NOW
                 continue
-        terms, lead = leading(p, f, mode, max(w.on[f], 1), w)
+        terms, lead = leading(p, f, mode, max(w.on[f], 1), known, w)
         w.on[f] = NOW if lead < 0.0 else terms
     return GOES_ON
 

@@ -39,7 +39,7 @@ def pressed(p, mode, w):
     """Whether contact lasts at a pressure of zero: by its first derivative that is not zero; also where it stays zero."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
         if p.releases[p.chosen[p.choices[f]]]:
-            return leading(p, f, mode, 0, w)[1] >= 0.0
+            return leading(p, f, mode, 0, True, w)[1] >= 0.0
     return False
 
 
