@@ -43,7 +43,7 @@ _ADVICE = {
     "side at any time, and is not unique. `HybridSystem.reasons` names the surface.",
     Outcome.accumulates: "Infinitely many events follow one another in a finite time, by now faster than rounding resolves, and "
     "nothing says what comes then. Declare `rests=` in the guard of impacts that lose speed; `HybridSystem.reasons` names it.",
-    Outcome.blocked: "The motion comes to a state from which it cannot go on for any time: a guard is negative where its mode "
+    Outcome.blocked: "The motion comes to a state from which it cannot continue for any time: a guard is negative where its mode "
     "begins, or events follow one another at once without end. `HybridSystem.reasons` names the guards and what to declare.",
 }
 

@@ -13,9 +13,8 @@ from nsmaps.exact.modes.definitions.crossings import divided, nothing_changes
 from nsmaps.exact.modes.definitions.definition import Definition, Row, Transition
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
 from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, check_periodic
-from nsmaps.exact.modes.definitions.held import check_held
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
-from nsmaps.exact.modes.definitions.sliding import Rates, slide_rates, slide_transitions, surface_of
+from nsmaps.exact.modes.definitions.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.stated import formulas_stated
 from nsmaps.exact.systems.guards import Guard, Section, Sliding
 

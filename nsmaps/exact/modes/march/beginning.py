@@ -1,4 +1,4 @@
-"""How a motion begins in a mode: which functions are zero there, and whether it can go on."""
+"""How a motion begins in a mode: which functions are zero there, and whether it can continue."""
 
 import math
 
@@ -38,15 +38,15 @@ def sized_value(p, f, known, w):
     n, value, size = p.first.shape[1] - 1, 0.0, 0.0
     for j in range(len(w.z)):
         value += p.functions[f, j] * w.z[j]
-        size += abs(p.functions[f, j]) * (1.0 if j >= n else abs(w.z[j]) if known else w.most[j])
+        size += abs(p.functions[f, j]) * (1.0 if j >= n else abs(w.z[j]) if known else w.scales[j])
     return value, size
 
 
 @inner
 def grown_to(w):
     """Take note of how large the states have been in a return."""
-    for j in range(len(w.most)):
-        w.most[j] = max(w.most[j], abs(w.z[j]))
+    for j in range(len(w.scales)):
+        w.scales[j] = max(w.scales[j], abs(w.z[j]))
 
 
 @inner
@@ -57,7 +57,7 @@ def leading(p, f, mode, first, known, w):
     """
     n = p.first.shape[1] - 1
     for j in range(len(w.z)):
-        w.d[0, j], w.e[0, j] = w.z[j], 1.0 if j >= n else abs(w.z[j]) if known else w.most[j]
+        w.d[0, j], w.e[0, j] = w.z[j], 1.0 if j >= n else abs(w.z[j]) if known else w.scales[j]
     for k in range(min(first + len(w.z), TERMS - 2)):
         if k >= first:
             value, size = 0.0, 0.0
@@ -73,7 +73,7 @@ def leading(p, f, mode, first, known, w):
 
 @inner
 def begins(p, mode, w):
-    """Whether a motion can go on in a mode: GOES_ON, or the outcome that ends it.
+    """Whether a motion can continue in a mode: GOES_ON, or the outcome that ends it.
 
     Writes how many of the first terms of each function are zero, or NOW where its event takes place at once: where it is zero and
     falls, or where sliding or contact begins though its own conditions do not hold, as after a jump of a force.

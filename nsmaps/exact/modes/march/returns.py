@@ -60,7 +60,7 @@ def cleared(p, k, image, tangent, w):
     margins = not math.isnan(w.near[0])
     w.held[1], w.row[0] = 0.0, 0
     w.lapse[1], w.doubt[0], w.both[0] = 0.0, -1.0, NO_FUNCTION
-    w.most[:] = 0.0
+    w.scales[:] = 0.0
     w.idle[0], w.idle[1], w.idle[2], w.idle[3] = 0, NO_FUNCTION, NO_FUNCTION, 0
     if margins:
         w.near[0], w.near[1], w.near[2] = math.inf, math.inf, 0.0

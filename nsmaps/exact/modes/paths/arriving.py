@@ -55,7 +55,7 @@ def arrived_alone(definition: Definition, table: Tables, state: Floats, mode: st
     phase, place = state[n:] if table.rate > 0 else np.zeros(1), np.ascontiguousarray(state[None, :n])
     chosen = modes_of(definition, table, features_of(table, place, phase), phase, [mode])
     found, w = record(np.full((1, len(definition.coordinates)), np.nan), 1, 0), memory(table, 0)
-    arrivals(table, chosen, place, phase, found, w)
+    arrivals(table, chosen, place, phase, found, 0, w)
     return Outcome(found.outcome[0, 0]), float(found.time[0, 0]), int(chosen[0]), w
 
 

@@ -15,7 +15,7 @@ NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
 
 @inner
 def followed_by(p, k, with_reset, phi, w):
-    """As `entered`; no mode where the motion does not go on."""
+    """As `entered`; no mode where the motion does not continue."""
     mode = entered(p, k, with_reset, phi, w)
     return mode if begins(p, mode, w) == GOES_ON else LEFT
 
@@ -29,6 +29,12 @@ def begin(p, row, before, w):
     for i in range(len(before)):
         before[i] = w.z[i]
     return k, followed_by(p, k, not p.after, phi, w), phi
+
+
+@long_entry
+def begin_in(p, mode, w):
+    """Prepare a motion that begins in a mode, its features in `w.z`: the mode, `LEFT` where it cannot continue."""
+    return mode if begins(p, mode, w) == GOES_ON else LEFT
 
 
 @long_entry

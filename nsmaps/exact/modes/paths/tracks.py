@@ -12,7 +12,7 @@ from nsmaps.exact.events import Events, ModeTrack, check_samples
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.resting import INSTANT
 from nsmaps.exact.modes.paths.arriving import features_of
-from nsmaps.exact.modes.paths.path import begin, follow, sample
+from nsmaps.exact.modes.paths.path import begin, begin_in, follow, sample
 from nsmaps.exact.modes.tables.memory import Memory, memory
 from nsmaps.exact.modes.tables.tables import Tables
 
@@ -49,7 +49,7 @@ def events_from(definition: Definition, table: Tables, state: Floats, mode: int)
     n, w = len(definition.states), memory(table, 0)
     phi = float(state[n]) % (2 * np.pi) if table.rate > 0 else 0.0
     w.z[:] = features_of(table, state[None, :n], np.array([phi]))[0]
-    yield from _following(definition, table, mode, phi, w)
+    yield from _following(definition, table, begin_in(table, mode, w), phi, w)
 
 
 def _following(definition: Definition, table: Tables, mode: int, phi: float, w: Memory) -> Iterator[Event]:

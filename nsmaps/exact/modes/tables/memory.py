@@ -42,7 +42,7 @@ class Memory(NamedTuple):
     lapse: Any  #: shape (2,), length of the last flight, and whether the impacts that follow accumulate below rounding
     idle: Any  #: shape (4,), events in a row that take no time, functions of the last two that differ, the last that took time
     doubt: Any  #: shape (2,), function of the first event that is doubtful, -1 without one, and the time until then
-    most: Any  #: shape (n,), the largest sizes of the states at events of the return so far
+    scales: Any  #: shape (n,), the largest sizes of the states at events of the return so far
     spent: Any  #: shape (1,), pieces of flights so far
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
@@ -106,7 +106,7 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         lapse=np.zeros(2),
         idle=np.zeros(4, np.int64),
         doubt=np.array([-1.0, 0.0]),
-        most=np.zeros(n),
+        scales=np.zeros(n),
         spent=np.zeros(1, np.int64),
         new=np.zeros(n),
         slopes=np.zeros((n, directions)),
