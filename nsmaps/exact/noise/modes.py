@@ -10,9 +10,10 @@ import math
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, RETURNED, STUCK, UNDECIDED
+from nsmaps.exact.modes.march.beginning import GOES_ON
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, velocity
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import GOES_ON, MOST_EVENTS, bounded, cleared, met
+from nsmaps.exact.modes.march.returns import MOST_EVENTS, bounded, cleared, met
 from nsmaps.exact.modes.march.section import repelled, starting
 from nsmaps.exact.modes.tables.taylor import ROUNDING, sized, weighed
 from nsmaps.exact.noise.flight import noise_over, quintic
