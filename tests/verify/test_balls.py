@@ -118,7 +118,7 @@ def within(rng: np.random.Generator, x: arb) -> Any:
 
 
 @given(st.sampled_from(KINDS), SEEDS)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_free_motions_of_all_regimes_of_damping(kind: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     data = stated(rng, kind)
@@ -178,7 +178,7 @@ def test_systems_that_make_no_sense_are_refused(name: str, value: Any) -> None:
 
 
 @given(st.sampled_from(KINDS), SEEDS)
-@settings(max_examples=9, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_tables_and_bounds(kind: str, seed: int) -> None:
     """Tables are within their bound of error of the flights of all systems; derivatives are below their bounds."""
     rng = np.random.default_rng(seed)
@@ -210,7 +210,7 @@ def test_tables_and_bounds(kind: str, seed: int) -> None:
 
 
 @given(st.sampled_from(KINDS), SEEDS)
-@settings(max_examples=36, deadline=None)
+@settings(max_examples=24, deadline=None)
 def test_next_impacts_of_boxes(kind: str, seed: int) -> None:
     """Of a box of states and a ball of systems: the wall, the impact, and slopes between two states, or two walls, of the box."""
     rng = np.random.default_rng(seed)

@@ -30,7 +30,7 @@ from nsmaps.verify.cells import Refused
 from nsmaps.verify.certificate import read, statement, verify, write
 from nsmaps.verify.flights import next_impact
 from nsmaps.verify.formula import Doubtful, system_of
-from nsmaps.verify.trap import contraction, holds, trap_of
+from nsmaps.verify.trap import contraction, trap_of
 
 PAIR = {"d": 0.35, "r": 0.5, "g_bar": 0.2113275}
 KEPT = Path(__file__).parents[2] / "docs" / "certificates"
@@ -213,23 +213,6 @@ def test_a_planted_error_of_the_search_is_found(pair, certificate, monkeypatch):
         verify(prove(pair, [0.8334, 0.3636], **SHAPES))
 
 
-def test_cells_in_the_trap_lie_in_it(certificate):
-    """Against the parallelogram in 60 digits."""
-    trap, n = trap_of(certificate.trap), 4096
-    rng = np.random.default_rng(5)
-    phases = np.round((trap.centre[0] + rng.uniform(-0.2, 0.2, 400)) * n / (2 * np.pi)).astype(int)
-    phases, speeds = np.stack([phases, phases + 1], 1), trap.centre[1] + rng.uniform(-0.2, 0.2, 400)
-    boxes = np.stack([speeds, speeds + 2**-12], 1)
-    inside = holds(trap, trap.wall, phases + n, n, boxes)
-    with mp.workdps(60):
-        inverse = mp.matrix(trap.matrix) ** -1
-        for k, (pair, two) in enumerate(zip(phases.tolist(), boxes.tolist(), strict=True)):
-            ways = [inverse * mp.matrix([2 * mp.pi * i / n - trap.centre[0], v - trap.centre[1]]) for i in pair for v in two]
-            assert inside[k] == all(abs(way[i]) <= trap.half[i] for way in ways for i in (0, 1))
-    assert 0.05 < inside.mean() < 0.5
-    assert not holds(trap, 1 - trap.wall, phases, n, boxes).any()
-
-
 def test_impacts_of_a_box_hold_those_of_its_states(pair):
     """The next impact in 60 digits, from the closed form of the pair, and its derivative by differences."""
     data = equation_of(pair)
@@ -266,11 +249,6 @@ def test_impacts_of_a_box_hold_those_of_its_states(pair):
                 slope = arb(mp.nstr((ahead[row] - behind[row]) / (2 * h), 40)) + arb(0, 1e-30)
                 assert thin.derivative[row][column].overlaps(slope)
                 assert wide.derivative[row][column].contains(thin.derivative[row][column])
-
-
-def test_a_box_across_a_graze_is_doubtful(pair):
-    with pytest.raises(Doubtful):
-        next_impact(system_of(equation_of(pair)), 0, arb("0.3636", "1.5"), arb("0.5", "0.4"))
 
 
 @pytest.mark.parametrize(("name", "parameters", "start", "word"), [("bouncing_ball", {"Gamma": 1.2}, [4.19, 0.51], "BB")])

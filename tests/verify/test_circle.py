@@ -206,7 +206,7 @@ def leaf_at(tree: Tree, wall: int, place: Any, speed: float) -> int:
 
 
 @given(st.booleans(), SEEDS)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_arrivals_that_are_below_a_limit_are_in_cells_below_it(cut: bool, seed: int) -> None:
     """Boxes of phases that begin before the cut, end after it, or go round more than once."""
     rng = np.random.default_rng(seed)
@@ -226,7 +226,7 @@ def test_arrivals_that_are_below_a_limit_are_in_cells_below_it(cut: bool, seed: 
 
 
 @given(st.booleans(), SEEDS)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_arrivals_along_a_curve_are_in_cells_below_a_limit(cut: bool, seed: int) -> None:
     """Arrivals whose place and speed are quadratic in departure, speed and time, with remainders, also across the cut."""
     rng = np.random.default_rng(seed)

@@ -91,18 +91,6 @@ def test_impacts_hold_those_of_sixty_digits(name: str, pair: Callable[..., Any])
     assert shown >= 10
 
 
-def test_a_box_holds_the_impacts_from_it(pair: Callable[..., Any]) -> None:
-    rng = np.random.default_rng(5)
-    system = system_of(equation_of(pair(0.35)))
-    box = next_impact(system, 0, arb(0.36, 0.01), arb(0.83, 0.01))
-    for x, y in rng.uniform(-1, 1, (20, 2)):
-        impact = next_impact(system, 0, arb(0.36 + 0.01 * x), arb(0.83 + 0.01 * y))
-        assert impact.wall == box.wall
-        pairs = [(impact.phase, box.phase), (impact.speed, box.speed)]
-        pairs += [(impact.derivative[i][j], box.derivative[i][j]) for i in (0, 1) for j in (0, 1)]
-        assert all(outer.overlaps(inner) and outer.contains(inner.mid()) for inner, outer in pairs)
-
-
 def test_walls_within_a_ball_shift_impacts_as_the_ball_of_the_last_one_says(pair: Callable[..., Any]) -> None:
     """The fourth impacts for capsules of lengths within 1e-3 lie in the ball, which is not much wider."""
     point, matrix = (arb(0.363611564551622), arb(0.833385990208561)), ((arb(1), arb(0)), (arb(0), arb(1)))
