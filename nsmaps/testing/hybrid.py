@@ -32,10 +32,14 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
         raise CheckError(f"the period of {type(system).__name__} is {float(period):.6g}; expected: a positive number, or None")
     starts = _trial_states(system) if states is None else as_states(states, system.coordinates)
     returns = system.first_return(starts, derivative=True)
+    stopped = np.flatnonzero(returns.outcome == Outcome.blocked) if states is not None else []
+    if len(stopped):
+        (why,) = system.reasons(starts[stopped[:1]])
+        raise CheckError(f"{type(system).__name__} cannot continue from {starts[stopped[0]]}: {why}")
     if not returns.valid.any():
         raise CheckError(
             f"none of {len(returns)} states of {type(system).__name__} returns to its section ({returns.counts()}); expected: "
-            "`states` at the section from which the motion returns"
+            f"`states` at the section from which the motion returns. Of {starts[0]}: {system.reasons(starts[:1])[0]}"
         )
     later = _continued(system, returns.select(returns.outcome == Outcome.returned))
     words = [str(word) for word in (*returns.words, *later.words)]
@@ -63,7 +67,7 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
 def _continued(system: HybridSystem, returns: Returns) -> Returns:
     """The returns from the images of others, which must be starts."""
     later = system.first_return(returns.image, derivative=True)
-    lost = np.flatnonzero((later.outcome == Outcome.invalid) & returns.certified)
+    lost = np.flatnonzero(np.isin(later.outcome, [Outcome.invalid, Outcome.blocked]) & returns.certified)
     if lost.size:
         (why,) = system.reasons(returns.image[lost[:1]])
         raise CheckError(

@@ -366,3 +366,17 @@ def test_just_after_an_event_of_several_modes_and_of_parts_of_them():
     assert returns.image == pytest.approx(
         np.array([[-0.5 + 3 * (1 - fade), 3 * fade + 0.5], [1 + 2 * (1 - fade), 2 * fade + 0.5]]), abs=1e-14
     )
+
+
+def test_turning_points_are_never_undecided():
+    """v and -v are zero at once at every turning point; one of both is the section, or both are."""
+
+    class Top(Turning):
+        def section(self, t, y):
+            return Section("U", ("x",))
+
+    starts = np.linspace(0.31, 3, 50)[:, None]
+    for system, images in ((Top(), starts), (Turning(), 0.6 - starts)):
+        returns = system.first_return(starts)
+        assert returns.certified.all()
+        assert returns.image == pytest.approx(images, abs=1e-14)

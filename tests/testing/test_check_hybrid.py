@@ -223,3 +223,26 @@ def test_an_image_that_is_not_a_start_is_found(monkeypatch):
     system = type("Half", (Sides,), {"first_return": one_start})()
     with pytest.raises(CheckError, match=r"returns from .* to \[-.*\], from which no motion continues: .* expected: a section"):
         hybrid.check_hybrid(system, None)
+
+
+@pytest.mark.filterwarnings("ignore:.*has no description", "ignore:no event")
+def test_walls_in_the_wrong_order_are_found():
+    class Crossed(HybridSystem):
+        """A ball between walls at a and -a, for a negative a: behind one wall after an impact on the other."""
+
+        a: float = -1.0
+        states = ("x", "v")
+
+        def modes(self, t, y):
+            return {"fly": {"x": y.v, "v": -y.v / 10}}
+
+        def guards(self, t, y):
+            return {"R": Guard("fly", self.a - y.x, reset={"v": -y.v}), "L": Guard("fly", self.a + y.x, reset={"v": -y.v})}
+
+        def section(self, t, y):
+            return Section("R", ("v",))
+
+    with pytest.raises(CheckError, match=r"cannot continue from \[2\.\]: The guard 'L' is negative where the mode 'fly' begins"):
+        check_system(Crossed(), states=[[2.0]])
+    with pytest.raises(CheckError, match=r"none of 200 states of Crossed returns .* Of \[.*\]: .*'R'"):
+        check_system(Crossed())

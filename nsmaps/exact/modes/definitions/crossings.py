@@ -69,9 +69,12 @@ class Crossings:
         """A crossing at which nothing changes, in a part of its mode where its function is not below zero."""
         functions = self.functions[one.mode]
         k = functions.index(one.function)
-        others = [side(each, flag) for i, (each, flag) in enumerate(zip(functions, below, strict=True)) if i != k]
-        target = self.at(one.mode, below, k, True)
-        yield replace(one, mode=self.numbers[one.mode, below], target=target, where=(*one.where, *others))
+        back = [i for i, each in enumerate(functions) if negative_of(each, one.function)]  # they rise from below zero
+        if all(below[i] for i in back):
+            others = [side(each, below[i]) for i, each in enumerate(functions) if i != k and i not in back]
+            flags = tuple(i == k or (below[i] and i not in back) for i in range(len(functions)))
+            numbers = self.numbers[one.mode, below], self.numbers[one.mode, flags]
+            yield replace(one, mode=numbers[0], target=numbers[1], where=(*one.where, *others))
 
     def changed(self, one: Transition, below: Flags) -> Iterator[Transition]:
         """An event at which something changes, in a part of its mode.
@@ -153,6 +156,13 @@ def equal(one: Row, other: Row) -> bool:
     """Whether two functions are the same."""
     pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
     return all(a == b or sp.simplify(a - b) == 0 for a, b in pairs)
+
+
+def negative_of(one: Row, other: Row) -> bool:
+    """Whether a function is another times a negative number, whatever the parameters."""
+    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
+    lead = next((a / b for a, b in pairs if b != 0), sp.S.One)
+    return sp.simplify(lead).is_negative is True and proportional(one, other)
 
 
 def proportional(one: Row, other: Row) -> bool:
