@@ -11,9 +11,8 @@ from nsmaps.exact.modes.definitions.driven import DEGREE, STEP
 from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.systems.guards import Guard, Section, Sliding
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exports.equations.letters import letters_beside
 from nsmaps.exports.languages.latex import aligned, math, number, page, terms_of, text
-
-T = sp.Symbol("t", real=True)
 
 
 def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
@@ -25,30 +24,36 @@ def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
     y = {name: sp.Symbol(name, real=True) for name in cls.states}
     others = {name: getattr(system, name) for name in cls.model_fields if name not in parameters}
     symbolic, states = cls.model_construct(**parameters, **others), cls._arguments(y | noise)
-    guards, section = symbolic.guards(T, states), symbolic.section(T, states)
+    own = letters_beside([*parameters, *cls.states, *noise])
+    time = sp.Symbol(own["time"], real=True)
+    guards, section = symbolic.guards(time, states), symbolic.section(time, states)
     values = ", ".join(f"${math(name)} = {number(getattr(system, name))}$" for name in parameters)
     period = symbolic.period()
     body = [
         f"Parameters: {values}." if values else "",
-        f"The forcing has the period $P = {math(sp.sympify(period))}$." if period is not None else "",
+        f"The forcing has the period ${own['period']} = {math(sp.sympify(period))}$." if period is not None else "",
         "In each mode the states follow linear differential equations.",
         f"The noise is ${math(noise[cls.noise])}$, zero in the return map." if noise else "",
-        *_modes(definition, [*parameters.values()], [*y.values()], [*noise.values()]),
+        *_modes(definition, [*parameters.values()], [*y.values()], [*noise.values()], time),
         "An event takes place where its function falls through zero; states just after it have a plus sign.",
-        *(row for name, guard in guards.items() for row in _event(name, guard)),
+        *(row for name, guard in guards.items() for row in _event(name, guard, own["function"])),
         _section(section, cls.states),
     ]
     return {f"{name or cls.__name__.lower()}.tex": page(f"The equations of {text(cls.__name__)}", filter(None, body))}
 
 
 def _modes(
-    definition: Definition, parameters: Sequence[sp.Symbol], states: Sequence[sp.Symbol], noise: Sequence[sp.Symbol]
+    definition: Definition,
+    parameters: Sequence[sp.Symbol],
+    states: Sequence[sp.Symbol],
+    noise: Sequence[sp.Symbol],
+    time: sp.Symbol,
 ) -> Iterator[str]:
     """The equations of every mode, those that are derived among them; the noise, none or one, follows the states."""
     driven = [*noise, *(STEP**k * _dotted(one, k) for one in noise for k in range(1, DEGREE + 1))]
     step = [STEP] if noise else []
     plain = dict(zip((*definition.symbols, *definition.variables), (*parameters, *step, *states, *driven), strict=True))
-    clock = {PHI: (definition.phase_rate * T).xreplace(plain)}
+    clock = {PHI: (definition.phase_rate * time).xreplace(plain)}
     for mode, rates in dict(zip(definition.modes, definition.rates, strict=True)).items():
         yield f"Mode {text(mode)}:"
         for state, row in zip(states, rates, strict=False):  # not those of the noise, which come last
@@ -62,7 +67,7 @@ def _dotted(noise: sp.Symbol, k: int) -> sp.Symbol:
     return sp.Symbol(rf"{math(noise)}^{{({k})}}", real=True)
 
 
-def _event(name: str, guard: Guard | Sliding) -> Iterator[str]:
+def _event(name: str, guard: Guard | Sliding, letter: str) -> Iterator[str]:
     """The function of an event, when it takes place, and what follows."""
     function = sp.sympify(guard.function)
     if isinstance(guard, Sliding):
@@ -71,10 +76,10 @@ def _event(name: str, guard: Guard | Sliding) -> Iterator[str]:
             f"Between the modes {above}, where the following function is positive, and {below} the motion crosses its zero, or "
             f"slides along it in the mode {text(name)} while both lead to it:"
         )
-        yield aligned("g", terms_of(function))
+        yield aligned(letter, terms_of(function))
         return
     yield f"Event {text(name)} in {' and '.join(map(text, guard.watched))}{_after(guard)}:"
-    yield aligned("g", terms_of(function))
+    yield aligned(letter, terms_of(function))
     for condition in guard.where:
         yield f"It takes place where ${math(sp.sympify(condition))} \\geq 0$."
     yield from _reset(guard.reset)
