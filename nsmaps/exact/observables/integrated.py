@@ -38,35 +38,32 @@ def integrated_totals(kernel: IntegratedKernel, plan: "Plan", discard: int, leng
     time[:], totals[:] = np.nan, np.nan
     for b in range(-1 if discard else 0, len(time)):
         wanted = discard if b < 0 else length
-        s, sums, passed = _returns(kernel, plan, state.copy(), wanted, chatter)
-        outcome[:] = kernel.first_returns(passed[min(len(s), wanted - 1)][None], False, chatter).outcome
-        if len(s) < wanted:
+        run = kernel.orbits(state[None], wanted, False, chatter)
+        made = int(run.valid.sum())
+        outcome[:] = run.outcome[min(made, wanted - 1)]
+        if made < wanted:
             state[:] = np.nan
             return
-        state[:] = passed[-1]
         if b >= 0:
-            time[b], totals[b] = s.sum(), np.where(plan.largest, sums.max(axis=0), sums.sum(axis=0))
+            sums = _returns(kernel, plan, state.copy(), wanted, chatter)
+            time[b], totals[b] = run.time.sum(), np.where(plan.largest, sums.max(axis=0), sums.sum(axis=0))
+        state[:] = run.image[-1]
 
 
-def _returns(
-    kernel: IntegratedKernel, plan: "Plan", state: Floats, returns: int, chatter: float
-) -> tuple[Floats, Floats, Floats]:
-    """The times (R,) and totals (R, C) of the first returns of a state, R of them or fewer, and all states, shape (R + 1, 2)."""
+def _returns(kernel: IntegratedKernel, plan: "Plan", state: Floats, returns: int, chatter: float) -> Floats:
+    """The totals of the first returns of a state, all of which have images, shape (R, C)."""
     if plan.largest[plan.rows["impacts"].shape[1] :].any():
         raise NsmapsError("the largest value of a formula of integrated flights is not known; expected: one of impacts, or a sum")
-    times, totals, states, n = [np.empty(0)], [np.empty((0, len(plan.columns)))], [state[None]], 2 * returns + 2
+    totals, n = [np.empty((0, len(plan.columns)))], 2 * returns + 2
     while returns > 0:
-        found, flights = kernel.flights(states[-1][-1], n, chatter)
+        found, flights = kernel.flights(state, n, chatter)
         base = np.flatnonzero(found.wall == 0)[: returns + 1]
         if len(base) > 1:
-            times.append(np.diff(found.time[base]))
             totals.append(np.array([_total(kernel, plan, found, flights, slice(*ends)) for ends in pairwise(base)]))
-            states.append(np.column_stack([found.speed, found.phase])[base[1:]])
+            state = np.array([found.speed[base[-1]], found.phase[base[-1]]])
             returns -= len(base) - 1
-        if len(found.wall) < n:
-            break
         n *= 2  # a return may have more impacts
-    return np.concatenate(times), np.concatenate(totals), np.concatenate(states)
+    return np.concatenate(totals)
 
 
 def _total(kernel: IntegratedKernel, plan: "Plan", found: Impacts, flights: list[list[Step]], which: slice) -> Floats:

@@ -1,0 +1,149 @@
+"""What all loops of the engine have in common: chatter, the horizon, and directions of parameters."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from by_equation import Pair
+from hybrid import Friction
+from nsmaps_vi_pair import VIPair
+from pydantic import Field
+
+import nsmaps
+from nsmaps import Guard, HybridSystem, ImpactSystem, Section, Wall
+from nsmaps.errors import ParameterError, SystemDefinitionError
+from nsmaps.exact.outcome import Outcome
+
+
+def starts(n):
+    rng = np.random.default_rng(7)
+    return np.column_stack(
+        [np.append(10 ** rng.uniform(-8, -2, n // 4), rng.uniform(0, 1.2, n - n // 4)), rng.uniform(0, 6.28, n)]
+    )
+
+
+@pytest.mark.parametrize(("kind", "r"), [(VIPair, 0.0), (VIPair, 0.6), (VIPair, 0.9999), (Pair, 0.7)])
+def test_returns_totals_itineraries_impacts_and_sensitivities_agree(kind, r):
+    """Also where the ball chatters on the other wall, against which it is pressed."""
+    pytest.importorskip("heyoka")
+    system, states = kind(d=0.3, g_bar=-0.9, r=r), starts(12)
+    found = system.first_return(states)
+    assert any("T~" in word or "T_" in word for word in found.words) or r > 0.99
+    seen = nsmaps.observe(system, states, 1, ["loss"], batches=1)
+    assert seen.outcome.tolist() == found.outcome.tolist()
+    assert seen.final == pytest.approx(found.image, abs=1e-12, nan_ok=True)
+    known = found.outcome != Outcome.undecided
+    assert system.itineraries(states).outcome[known].tolist() == found.outcome[known].tolist()
+    free = found.valid & (np.char.find(found.words, "~") < 0) & (np.char.find(found.words, "_") < 0)
+    assert np.isfinite(system.sensitivity(states, {"d": 1.0})).all(axis=1)[free].all()
+    for k in np.flatnonzero(found.valid & known)[:6].tolist():
+        impacts = system.impacts(states[k], 300)
+        first = int(np.argmax((impacts.wall == 0) & (np.arange(len(impacts.wall)) > 0)))
+        if first:
+            assert [impacts.speed[first], impacts.phase[first]] == pytest.approx(found.image[k], abs=1e-12)
+            assert impacts.time[first] == pytest.approx(found.time[k], abs=1e-12)
+
+
+class Thrown(ImpactSystem):
+    """A ball thrown up with the speed v comes back after 2 v; the horizon is pi."""
+
+    horizon = 0.5
+    r: float = Field(1.0, description="restitution")
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        return hit.z + hit.w * s - s**2 / 2
+
+
+class ThrownByEquation(Thrown):
+    horizon = 0.5
+
+    def acceleration(self, t, place, velocity):
+        return sp.Integer(-1)
+
+
+class ThrownInModes(HybridSystem):
+    horizon = 0.5
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        return {"fly": {"x": y.v, "v": -1 + 0 * sp.cos(t)}}
+
+    def guards(self, t, y):
+        return {"B": Guard("fly", y.x, reset={"v": -y.v})}
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"))
+
+
+@pytest.mark.parametrize("number", [1, 40])
+@pytest.mark.parametrize(("kind", "sign"), [(Thrown, 1), (ThrownByEquation, 1), (ThrownInModes, -1)])
+def test_a_horizon_of_half_a_period_is_half_a_period(kind, sign, number):
+    if kind is ThrownByEquation:
+        pytest.importorskip("heyoka")
+    speeds = np.repeat([1.0, 1.55, 1.6, 4.0], number)
+    found = kind().first_return(np.column_stack([sign * speeds, 0 * speeds]))
+    assert (found.outcome == np.where(speeds < np.pi / 2, Outcome.returned, Outcome.escaped)).all()
+
+
+def test_a_horizon_is_a_positive_number():
+    class Never(Thrown):
+        horizon = 0.0
+
+        def displacement(self, t, hit):
+            return hit.z + hit.w * (t - hit.t) - (t - hit.t) ** 2 / 2
+
+    with pytest.raises(SystemDefinitionError, match=r"horizon is 0.0; expected: a positive number"):
+        Never().first_return([[1.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    "map",
+    [VIPair(d=0.35, g_bar=0.2), Pair(d=0.35, g_bar=0.2), Friction(mu=0.5), nsmaps.CompleteChatter(VIPair(d=0.35, g_bar=0.2))],
+    ids=["closed form", "integrated", "modes", "complete chatter"],
+)
+def test_a_direction_has_parameters_alone(map):
+    states = np.full((1, len(map.coordinates.names)), 0.3)
+    with pytest.raises(ParameterError, match="unknown parameter 'nothing'; expected: "):
+        map.sensitivity(states, {"nothing": 1.0})
+    with pytest.raises(ParameterError, match="is nan; expected: a finite number"):
+        map.sensitivity(states, {getattr(map, "system", map).parameter_names()[0]: np.nan})
+
+
+class Growing(ImpactSystem):
+    """Restitution that falls with the speed, and a force that presses for a part of each period."""
+
+    q: float = Field(2e5, description="how fast it falls")
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def rebound(self, speed, wall):
+        return speed / (2 + self.q * speed)
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        return hit.z + hit.w * s - s**2 / 2 + 3 * (sp.sin(hit.t) + sp.cos(hit.t) * s - sp.sin(t)) / 2
+
+
+def test_chatter_is_not_summed_while_the_restitution_changes():
+    """The sum of one ratio would shift the accumulation, and with it the phase at which the ball rests."""
+    system, start = Growing(), [1e-5, 4.5]
+    impacts = system.impacts(start, 60, chatter=np.inf)
+    singly = system.impacts(start, 60, chatter=1e-12)
+    ratios = impacts.speed[1:] / impacts.speed[:-1]
+    last = int(np.argmax(impacts.mark != "")) - 1
+    assert last >= 3
+    assert abs(ratios[last - 1] - ratios[last - 2]) < 1e-3
+    assert np.array_equal(impacts.speed[:last], singly.speed[:last])
