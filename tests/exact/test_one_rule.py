@@ -25,7 +25,7 @@ def starts(n):
 def test_returns_totals_itineraries_impacts_and_sensitivities_agree(kind, r):
     """Also where the ball chatters on the other wall, against which it is pressed."""
     pytest.importorskip("heyoka")
-    system, states = kind(d=0.3, g_bar=-0.9, r=r), starts(12)
+    system, states = kind(d=0.3, g_bar=-0.9, r=r), starts(12 if kind is VIPair else 5)
     found = system.first_return(states)
     assert any("T~" in word or "T_" in word for word in found.words) or r > 0.99
     seen = nsmaps.observe(system, states, 1, ["loss"], batches=1)
@@ -142,7 +142,7 @@ def test_chatter_is_not_summed_while_the_restitution_changes():
     system, start = Growing(), [1e-5, 4.5]
     impacts = system.impacts(start, 60, chatter=np.inf)
     singly = system.impacts(start, 60, chatter=1e-12)
-    ratios = impacts.speed[1:] / impacts.speed[:-1]
+    ratios = impacts.speed[1:] / np.where(impacts.speed[:-1] > 0, impacts.speed[:-1], np.nan)
     last = int(np.argmax(impacts.mark != "")) - 1
     assert last >= 3
     assert abs(ratios[last - 1] - ratios[last - 2]) < 1e-3
