@@ -39,9 +39,9 @@ def integrated_totals(kernel: IntegratedKernel, plan: "Plan", discard: int, leng
     for b in range(-1 if discard else 0, len(time)):
         wanted = discard if b < 0 else length
         run = kernel.orbits(state[None], wanted, False, chatter)
-        made = int(run.valid.sum())
-        outcome[:] = run.outcome[min(made, wanted - 1)]
-        if made < wanted:
+        count = int(run.valid.sum())
+        outcome[:] = run.outcome[min(count, wanted - 1)]
+        if count < wanted:
             state[:] = np.nan
             return
         if b >= 0:
