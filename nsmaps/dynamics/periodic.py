@@ -53,7 +53,9 @@ class PeriodicOrbit:
 
     @property
     def label(self) -> str:
-        """The motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`."""
+        """The motion, such as 1:1/2T; "" if a state has no image. See `nsmaps.dynamics.motion.label`."""
+        if not self.returns.valid.all():
+            return ""
         turns = self.returns.known_turns[:, self.returns.coordinates.angles].sum(axis=1)
         return label(self.words, turns.tolist(), len(self.states), self.returns.alphabet)
 

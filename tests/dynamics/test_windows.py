@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from nsmaps import Along, bifurcation, continue_branch, load_system, periodic_orbit
-from nsmaps.dynamics.diagrams.windows import CHANGED, LOCATED, windows
+from nsmaps.dynamics.diagrams.borders import LOCATED
+from nsmaps.dynamics.diagrams.changes import CHANGED
+from nsmaps.dynamics.diagrams.windows import windows
 
 
 def swept(system, low, high, count, start, direction, discard=800, returns=60):
@@ -51,10 +53,10 @@ def test_folds_grazes_and_crises_are_where_the_documentation_has_them():
     assert two.high.value == pytest.approx(0.227713761, abs=1e-9)
     assert single.low.value == pytest.approx(0.234583791, abs=1e-9)
     doubled = next(window for window in up if window.label == "1:1/2T")
-    assert (doubled.low.kind, doubled.low.value) == ("change of words", pytest.approx(0.230488317, abs=1e-9))
+    assert (doubled.low.kind, doubled.low.value) == ("grazing", pytest.approx(0.230488317, abs=1e-9))
     crisis = down[0].high
-    assert (crisis.kind, crisis.precision <= CHANGED * 0.04) == ("change of motion", True)
-    assert 0.2249 < crisis.value < 0.2251
+    assert (crisis.kind, crisis.precision < 1e-4) == ("change of motion", True)
+    assert crisis.value == pytest.approx(0.22505, abs=crisis.precision + 1e-5)
 
 
 def test_values_without_a_map_are_a_window_without_a_motion(paper):

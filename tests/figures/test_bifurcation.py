@@ -11,7 +11,8 @@ from matplotlib.colors import to_hex, to_rgb
 import nsmaps
 from nsmaps import bifurcation as compute
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-from nsmaps.dynamics.diagrams.windows import Border, Window, windows
+from nsmaps.dynamics.diagrams.borders import Border
+from nsmaps.dynamics.diagrams.windows import Window, windows
 from nsmaps.exact.words import encode
 from nsmaps.figures.longrun.bifurcation import ROWS, bifurcation, raster, sheets
 from nsmaps.figures.style import BLACK, GREY, MAGENTA
@@ -94,8 +95,8 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     composite = replace(exact, states=exact.states + 0.2, turns=0 * exact.turns)
     borders = Border(0.0, 0.0, "end of the range"), Border(1.0, 0.0, "end of the range")
     found = {
-        "exact": (Window("1:1/T", "1:1, period 1", *borders),),
-        "composite": (Window("1:1, period 1", "1:1, period 1", *borders),),
+        "exact": (Window("1:1/T", "1:1, period 1", (0.0, 1.0), *borders),),
+        "composite": (Window("1:1, period 1", "1:1, period 1", (0.0, 1.0), *borders),),
     }
     (sheet,) = sheets(replace(result, bifurcation={"exact": exact, "composite": composite}, windows=found))
     figure = sheet.figure()
@@ -136,7 +137,7 @@ def diagram(motions, state=0.0):
 def test_a_narrow_window_is_named_upwards(result, ax):
     ends = [Border(value, 0.0, "fold") for value in (0.0, 0.6, 0.66, 0.68, 1.0)]
     names = ["1:1/T", "1:1/2T", "C", "2:1/T"]
-    found = [Window(name, name, *pair) for name, pair in zip(names, pairwise(ends), strict=True)]
+    found = [Window(name, name, (pair[0].value, pair[1].value), *pair) for name, pair in zip(names, pairwise(ends), strict=True)]
     bifurcation(replace(result, bifurcation={"exact": diagram(["1:1/T"] * 60)}, windows={"exact": tuple(found)}), ax)
     assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}
 

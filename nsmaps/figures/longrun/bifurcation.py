@@ -22,6 +22,7 @@ from nsmaps.figures.style import GREY, dress, family_colours
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.borders import Border
     from nsmaps.study.result import StudyResult
 
 Named = tuple[str, float, float]  #: a motion, and the interval of the parameter over which it attracts
@@ -47,8 +48,8 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     """One coordinate of the attractors over the parameter: a colour for the word of the return to each state, further words grey.
 
     The darker a place, the more of the states kept at a value lie there. The widest windows of the first orbit are named above,
-    between lines at their computed borders; grey bands: values without an attractor. All maps have the same limits, and a motion
-    of the composite map has the name of the exact one with the same impacts and period in returns.
+    between lines at their computed borders, where these were located; grey bands: values without an attractor. All maps have the
+    same limits, and a motion of the composite map has the name of the exact one with the same impacts and period in returns.
     """
     diagrams = BIFURCATION.of(result, "bifurcation")
     diagram, ends = diagrams[of], _range(diagrams, coordinate)
@@ -69,7 +70,7 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
     if ends is not None:
         windows = _named(result, of)
-        for border in dict.fromkeys(end for _, *window in windows for end in window):
+        for border in dict.fromkeys(end.value for window in result.windows.get(of, ()) for end in (window.low, window.high)):
             ax.axvline(border, color="0.6", lw=0.4)
         tall = _name_motions(ax, [*windows, *_chaotic(diagram, windows)])
         ticks = [tick for tick in ax.get_yticks() if ends[0] <= tick <= ends[1]]  # none beside the names
@@ -80,10 +81,15 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
 
 
 def _named(result: "StudyResult", of: str) -> list[Named]:
-    """The windows of a map."""
+    """The windows of a map, each to its borders or, where these were not located, to the values at which it was seen."""
     own, exact = result.windows.get(of, ()), result.windows.get("exact", ())
     names = {} if of == "exact" else {window.by_returns: window.label for window in exact}
-    return [(names.get(window.by_returns, window.label), window.low.value, window.high.value) for window in own]
+    return [(names.get(w.by_returns, w.label), _end(w.low, w.seen[0]), _end(w.high, w.seen[1])) for w in own]
+
+
+def _end(border: "Border", seen: float) -> float:
+    """Where a window is drawn to end."""
+    return seen if np.isnan(border.value) else border.value
 
 
 def _chaotic(diagram: "Bifurcation", windows: Sequence[Named]) -> list[Named]:

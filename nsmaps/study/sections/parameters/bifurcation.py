@@ -23,7 +23,8 @@ from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, m
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.dynamics.diagrams.windows import Border, Window
+    from nsmaps.dynamics.diagrams.borders import Border
+    from nsmaps.dynamics.diagrams.windows import Window
     from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
@@ -133,7 +134,8 @@ def _borders(found: "tuple[Window, ...]") -> dict[str, Any]:
 
 
 def _border(border: "Border") -> dict[str, Any]:
-    return {"value": border.value, "precision": border.precision, "kind": border.kind}
+    known = not np.isnan(border.value)
+    return {"value": border.value if known else None, "precision": border.precision if known else None, "kind": border.kind}
 
 
 def _diagram(diagram: "Bifurcation") -> dict[str, Any]:
@@ -193,7 +195,11 @@ BIFURCATION = Section[BifurcationSection](
     key="bifurcation",
     type=BifurcationSection | None,
     stored=Stored,
-    holds={"dynamics.diagrams.bifurcation": ("Bifurcation",), "dynamics.diagrams.windows": ("Window", "Border")},
+    holds={
+        "dynamics.diagrams.bifurcation": ("Bifurcation",),
+        "dynamics.diagrams.windows": ("Window",),
+        "dynamics.diagrams.borders": ("Border",),
+    },
     needs=_needs,
     check=_check,
     bind=_bind,

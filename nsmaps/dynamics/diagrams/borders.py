@@ -1,0 +1,267 @@
+"""The end of a stable cycle as a parameter changes: the cycle itself is followed, not the orbits that approach it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.continuation.branch import Branch
+from nsmaps.dynamics.continuation.events import DOMAIN, DOUBLING, FOLD, HALVING, TESTS, TORUS, Event
+from nsmaps.dynamics.continuation.follow import continue_branch, doubled_branch
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step
+from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+
+LOCATED = 1e-8  #: share of the range to which an end that is no event of a branch is bisected
+STEP, LONGEST = 0.05, 400  #: longest step of a branch beside its end, in its arclength, and most orbits on it
+ROUNDING = 1e-14  #: of the parameter, as a share of its range and value
+NEWTON, TOLERANCE = 12, 1e-10  #: steps of Newton's method at one value, and its residual
+MOVED, APART = 0.1, 1e-5  #: in the scale: a cycle's largest change in a step, the least difference of its states
+LEFT = 200  #: periods in which an orbit leaves a cycle that has ceased to exist
+AT_ONE = 0.01  #: largest distance from 1 or -1 of a multiplier of the last cycle before a fold or a doubling
+FEIGENBAUM = 4.669201609102990  #: ratio of successive intervals between period doublings, in the limit
+LEAST_RATIO = 1.5  #: least ratio of two such intervals from which their sum is extrapolated with it
+MOST_STATES = 32  #: of the longest cycle that is followed: longer ones lie beside chaos, and cost more than orbits
+LABEL, WORDS, RANGE, LOST = "change of motion", "change of words", "end of the range", "not located"
+NO_RETURN, ACCUMULATION = "no return", "accumulation of period doublings"
+
+
+@dataclass(frozen=True, slots=True)
+class Border:
+    """An end of a window."""
+
+    value: float  #: of the parameter; NaN where it was not located
+    precision: float  #: largest error of the value, that of transients included where orbits had to tell
+    kind: str  #: event of a cycle, as `period doubling`; `change of words`, `no return`, `change of motion`; `not located`
+
+
+NOT_LOCATED = Border(np.nan, np.nan, LOST)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class End:
+    """Where a cycle ceases to exist or to be stable."""
+
+    border: Border
+    event: Event | None = None  #: of its branch, where it is one at which stability is lost
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Located:
+    """A stable cycle at a value of the parameter."""
+
+    value: float
+    cycle: PeriodicOrbit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CycleSearch:
+    """The stable cycles of a map over a parameter."""
+
+    map_of: Callable[[float], ReturnMap]
+    scale: Floats  #: shape (n,), extent of the motion in each coordinate
+    unit: float  #: the range of the parameter
+
+    def at(self, value: float, states: Floats, like: PeriodicOrbit | None = None) -> PeriodicOrbit | None:
+        """The stable cycle of least period near some states (q, n), with the words of another; None where there is none."""
+        map, _ = map_or_reason(self.map_of, value)
+        near = None if map is None or len(states) > MOST_STATES else self._near(map, states) or self._settled(map, states)
+        if map is None or near is None:
+            return None
+        found = self._least(map, near)
+        if not (found.converged and found.exists and found.stable) or (like is not None and found.words != like.words):
+            return None
+        repeated = np.tile(found.states, (len(states) // len(found.states), 1))
+        moved = np.abs(found.returns.coordinates.difference(repeated, states) / self.scale).max()
+        return found if moved <= MOVED else None
+
+    def distance(self, cycle: PeriodicOrbit, state: Floats) -> float:
+        """How far a state is from the nearest one of a cycle, in the scale."""
+        return float((np.abs(cycle.returns.coordinates.difference(cycle.states, state)) / self.scale).max(axis=1).min())
+
+    def _near(self, map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
+        """The cycle to which Newton's whole steps lead from states; None if they go astray, or there is no derivative."""
+        coordinates = Coordinates(map.coordinates)
+        for _ in range(NEWTON):
+            returns = map.first_return(coordinates.wrap(states), derivative=True)
+            if returns.derivative is None or not returns.valid.all():
+                return None
+            cycle, step = PeriodicOrbit(returns, TOLERANCE, self.scale), newton_step(returns, self.scale)
+            size = np.abs(step / self.scale).max()
+            if not size <= 1:
+                return None
+            if size <= TOLERANCE and cycle.converged:
+                return cycle
+            states = np.where(np.abs(step) > ROUNDING * self.scale, returns.start + step, returns.start)  # a rest stays one
+        return None
+
+    def _settled(self, map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
+        """As `_near`, from two periods later, as for a cycle with a rest, whose release no other state of it tells."""
+        q, coordinates = len(states), Coordinates(map.coordinates)
+        path = orbit(map, states[0], 2 * q).states[-q:]
+        if not np.isfinite(path).all():
+            return None
+        turned = [np.roll(path, k, axis=0) for k in range(q)]
+        return self._near(map, min(turned, key=lambda own: float(np.abs(coordinates.difference(own, states) / self.scale).max())))
+
+    def _least(self, map: ReturnMap, cycle: PeriodicOrbit) -> PeriodicOrbit:
+        """A cycle with its least period."""
+        part = self._part(cycle)
+        return cycle if part == len(cycle.states) else self._near(map, cycle.states[:part]) or cycle
+
+    def _part(self, cycle: PeriodicOrbit) -> int:
+        """The least period of a cycle."""
+        q, coordinates = len(cycle.states), cycle.returns.coordinates
+        for part in (part for part in range(1, q) if q % part == 0):
+            gap = coordinates.difference(np.roll(cycle.states, part, axis=0), cycle.states)
+            if np.abs(gap / self.scale).max() <= APART:
+                return part
+        return q
+
+    def end(self, at: Located, limit: float, spacing: float) -> End | None:
+        """Where a cycle ends on the way from its value to a limit; None if it goes on to there.
+
+        It ends at the first event of its branch at which it ceases to be stable. Elsewhere, as where its words change, it ends
+        between the last value at which Newton's method leads to it and one at which the returns from it have other words or no
+        image.
+
+        Args:
+            spacing: of the values of a diagram; the end is expected within one.
+        """
+        reach, way = spacing, np.sign(limit - at.value)
+        while way * (limit - at.value) > 0:
+            reach *= 2
+            far = at.value + way * min(reach, abs(limit - at.value))
+            branch = self._branch(at, far)
+            if halved := self._halved(at, branch, spacing):
+                return halved
+            event = next((event for event in branch.events if event.kind in (HALVING, *TESTS)), None)
+            held = int(np.argmin([*(branch.stable == True), False]))  # noqa: E712
+            if event is not None and held >= len(branch.parameter) - 1:
+                return End(self._border(event), event)
+            if held and branch.parameter[held - 1] == far:
+                at = Located(far, branch.orbits[-1])
+                continue
+            last = Located(float(branch.parameter[held - 1]), branch.orbits[held - 1]) if held else at
+            found = self._walk(last, limit, spacing)
+            if isinstance(found, Located):
+                return None
+            known = next((event for event in branch.events if abs(event.parameter - found.value) <= found.precision), None)
+            sharp = known is not None and found.kind != LOST and known.precision <= found.precision
+            return End(self._border(known) if known and sharp else found)
+        return None
+
+    def _border(self, event: Event) -> Border:
+        """An event as a border, to no less than rounding."""
+        rounding = ROUNDING * (self.unit + abs(event.parameter))
+        return Border(event.parameter, max(event.precision, rounding), event.kind)
+
+    def _halved(self, at: Located, branch: Branch, spacing: float) -> End | None:
+        """Where a cycle takes half its period, if a step of its branch leads to this: at the doubling of the cycle of half."""
+        for value, cycle in zip(branch.parameter.tolist(), branch.orbits, strict=True):
+            if len(cycle.states) % 2 == 0 and self._part(cycle) == len(cycle.states) // 2:
+                half = self.at(value, cycle.states[: len(cycle.states) // 2])
+                found = self.end(Located(value, half), at.value, spacing) if half is not None else None
+                if found is not None and found.border.kind == DOUBLING:
+                    return End(replace(found.border, kind=HALVING))
+        return None
+
+    def _branch(self, at: Located, far: float) -> Branch:
+        cycle = PeriodicOrbit(at.cycle.returns, at.cycle.tolerance, self.scale)
+        direction: Literal["up", "down"] = "up" if far > at.value else "down"
+        return continue_branch(self.map_of, cycle, at.value, _bounds(at.value, far), direction, STEP, LONGEST, tuple(TESTS))
+
+    def _walk(self, at: Located, limit: float, spacing: float) -> "Border | Located":
+        """The end of a cycle by Newton's method at one value after another, with steps that are halved where it fails."""
+        step, way, before, failed = spacing / 4, float(np.sign(limit - at.value)), at, limit
+        while step > LOCATED * self.unit and step > 4 * np.spacing(abs(at.value)):
+            there = at.value + way * min(step, abs(limit - at.value))
+            found = self.at(there, self._predicted(before, at, there), at.cycle)
+            if found is None:
+                step, failed = step / 2, there
+                continue
+            before, at = at, Located(there, found)
+            if there == limit:
+                return at
+            step *= 1 if way * (at.value + way * 2 * step - failed) >= 0 else 2
+        return Border((at.value + failed) / 2, abs(failed - at.value), self._kind(at.cycle, failed))
+
+    def _predicted(self, before: Located, at: Located, value: float) -> Floats:
+        """The states expected at a value from those at two others."""
+        states, coordinates = at.cycle.states, at.cycle.returns.coordinates
+        if before.value == at.value:
+            return states
+        share = (value - at.value) / (at.value - before.value)
+        moved = np.clip(share * coordinates.difference(states, before.cycle.states), -MOVED * self.scale, MOVED * self.scale)
+        return coordinates.wrap(np.where(states == 0, states, states + moved))
+
+    def _kind(self, cycle: PeriodicOrbit, beyond: float) -> str:
+        """What ends a cycle between its value and one beyond."""
+        map, _ = map_or_reason(self.map_of, beyond)
+        if map is None:
+            return DOMAIN
+        there = map.first_return(cycle.states)
+        if not there.valid.all():
+            return NO_RETURN
+        multipliers = cycle.multipliers
+        if np.abs(multipliers + 1).min() < AT_ONE:
+            return DOUBLING
+        if np.abs(multipliers - 1).min() < AT_ONE:
+            return FOLD
+        if np.abs(multipliers).max() > 1 - AT_ONE and np.abs(multipliers.imag).max() > 0:
+            return TORUS
+        return self._leaves(map, cycle)
+
+    def _leaves(self, map: ReturnMap, cycle: PeriodicOrbit) -> str:
+        """How orbits from a cycle that attracted leave it: with other words, without a return, or to other states."""
+        q = len(cycle.states)
+        path = orbit(map, cycle.states[0], LEFT * q)
+        if not np.isfinite(path.final).all():
+            return NO_RETURN
+        if (path.codes.reshape(LEFT, q) != cycle.returns.codes).any():
+            return WORDS
+        moved = cycle.returns.coordinates.difference(path.states[:-1].reshape(LEFT, q, -1), cycle.states)
+        return LABEL if (np.abs(moved) / self.scale).max() > APART else LOST
+
+    def onset(self, event: Event, far: float) -> Border | None:
+        """Where motion without a period begins beyond a period doubling: at the accumulation of further ones, by extrapolation.
+
+        It is the end of a doubled cycle where another event ends it, and None where no stable cycle is born.
+
+        Args:
+            far: a value at which there is no cycle any more.
+        """
+        values = [event.parameter]
+        while 2 * len(event.orbit.states) <= MOST_STATES and abs(far - values[-1]) > LOCATED * self.unit:
+            branch = doubled_branch(self.map_of, event, _bounds(values[-1], far), STEP, LONGEST, tuple(TESTS))
+            if len(branch.parameter) < 2 or not any(branch.stable[1:]):
+                return None if len(values) == 1 else _accumulation(values)
+            end = next((each for each in branch.events if each.kind in TESTS), next(iter(branch.events), None))
+            if end is None or end.kind != DOUBLING:
+                return self._border(end) if end else None
+            event = end
+            values.append(event.parameter)
+            if len(values) > 2:
+                far = values[-1] + (values[-1] - values[-2])
+        return _accumulation(values) if len(values) > 1 else None
+
+
+def _bounds(value: float, far: float) -> tuple[float, float]:
+    """Bounds of a branch from a value to another, and a little to the other side: branches may begin at one value."""
+    near = value - (far - value) / 10
+    return min(near, far), max(near, far)
+
+
+def _accumulation(values: list[float]) -> Border:
+    """The limit of two or more period doublings, and how far it moves if the last one is left out."""
+
+    def limit(known: list[float]) -> float:
+        gaps = np.diff(known[-3:])
+        ratio = gaps[0] / gaps[1] if len(gaps) == 2 and gaps[0] / gaps[1] > LEAST_RATIO else FEIGENBAUM
+        return float(known[-1] + gaps[-1] / (ratio - 1))
+
+    found = limit(values)
+    return Border(found, abs(found - (limit(values[:-1]) if len(values) > 2 else values[-1])), ACCUMULATION)

@@ -1,0 +1,180 @@
+"""The borders between two successive runs of a bifurcation diagram: where one motion ends and where the other begins."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.continuation.events import DOUBLING
+from nsmaps.dynamics.diagrams.borders import LABEL, LOST, NOT_LOCATED, Border, End
+from nsmaps.dynamics.diagrams.runs import LONGER, Runs
+
+CHANGED = 1e-5  #: share of the range to which a change of motion is bisected by orbits
+LASTING = 16  #: times as many returns, for which a motion must last that orbits told to be there
+NEAR, NEARER = 16, 6  #: the distance from the end of a cycle is divided by this up to so many times, to see where orbits go
+
+Pair = tuple[Border, Border]  #: where the first run ends, and where the second begins
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """The change from one run to another that follows it."""
+
+    runs: Runs
+    one: int
+    other: int
+
+    @property
+    def wide(self) -> tuple[bool, bool]:
+        """Which of the runs are windows, whose borders are wanted."""
+        return self.runs.is_wide(self.one), self.runs.is_wide(self.other)
+
+    def borders(self) -> Pair:
+        """Where the motion of the first run ends, and where that of the second begins."""
+        ends, begins = self.runs.end(self.one, 1), self.runs.end(self.other, -1)
+        if self.runs.cycle(self.one, 1) is None:
+            return self._by_orbits() if self.runs.cycle(self.other, -1) is None else self._to_cycle(begins)
+        if self.runs.cycle(self.other, -1) is None:
+            return self._from_cycle(ends)
+        return self._of_cycles(ends, begins)
+
+    @property
+    def inner(self) -> float:
+        """The last value of the first run."""
+        return self.runs.value(self.runs.runs[self.one][1])
+
+    @property
+    def outer(self) -> float:
+        """The first value of the second run."""
+        return self.runs.value(self.runs.runs[self.other][0])
+
+    @property
+    def state(self) -> Floats:
+        """Where an orbit starts that is to tell the motion between the runs."""
+        kept = self.runs.kept(self.runs.runs[self.one][1])[-1]
+        return kept if self.runs.directed and np.isfinite(kept).all() else self.runs.start
+
+    def _beyond(self, value: float, other: float) -> float:
+        """How far a value lies beyond another, in the sense in which the values are taken."""
+        return (value - other) * float(np.sign(self.outer - self.inner))
+
+    def _of_cycles(self, ends: End | None, begins: End | None) -> Pair:
+        """Between two cycles. Where they coexist, one that is followed goes on to its end."""
+        if ends is None or ends.border.kind == LOST:
+            if begins is not None and self._beyond(begins.border.value, self.inner) >= 0:
+                return self._by_orbits()[0], begins.border
+            return (self._stepped(), self._stepped()) if self.runs.directed else self._by_orbits()
+        end = ends.border
+        if begins is None or begins.border.kind == LOST:
+            return (end, end) if self.runs.directed else self._by_orbits()
+        begin = begins.border
+        gap, near = self._beyond(begin.value, end.value), begin.precision + end.precision
+        if abs(gap) <= near:
+            sharp = min(end, begin, key=lambda border: border.precision)
+            return replace(sharp, kind=end.kind), replace(sharp, kind=begin.kind)
+        if gap > 0:
+            return end, begin
+        return (end, end) if self.runs.directed else self._by_orbits()
+
+    def _stepped(self) -> Border:
+        """A change between two values at which an orbit leaves a motion that is still there, as its steps are long."""
+        return Border((self.inner + self.outer) / 2, abs(self.outer - self.inner) / 2, LABEL)
+
+    def _from_cycle(self, ends: End | None) -> Pair:
+        """From a cycle to motion without a period, or none."""
+        if ends is None or ends.border.kind == LOST or not (self.runs.directed or self._ends_before(ends)):
+            return self._by_orbits()
+        if not self.wide[1]:
+            return ends.border, NOT_LOCATED
+        onset = self._onset(ends, self.outer)
+        return ends.border, onset or self._beside(ends.border) or self._bracket(ends.border.value, self._not_yet)
+
+    def _ends_before(self, ends: End) -> bool:
+        """True if a cycle ends before the second run, or orbits that have not converged there go to it."""
+        if self._beyond(ends.border.value, self.outer) <= ends.border.precision:
+            return True
+        cycle = self.runs.cycle(self.one, 1)
+        return cycle is not None and self.runs.arrives(self.runs.runs[self.other][0], self.one, cycle)
+
+    def _onset(self, end: End, chaos: float) -> Border | None:
+        """Where period doublings from the end of a cycle accumulate, before a value without a cycle; None if they do not."""
+        if end.event is None or end.border.kind != DOUBLING:
+            return None
+        value = end.border.value
+        return self.runs.cycles.onset(end.event, value + 3 * (chaos - value))
+
+    def _to_cycle(self, begins: End | None) -> Pair:
+        """From motion without a period, or none, to a cycle."""
+        if begins is None or begins.border.kind == LOST or self._beyond(begins.border.value, self.inner) < 0:
+            return self._across(None if begins is None or begins.border.kind == LOST else begins.border)
+        border = begins.border
+        if not self.wide[0]:
+            return NOT_LOCATED, border
+        if onset := self._onset(begins, self.inner):
+            return onset, border
+        beside = self._beside(border)
+        return (beside, border) if beside else self._by_orbits()
+
+    def _across(self, begin: Border | None) -> Pair:
+        """To a cycle that is there before the first run ends: from its begin on, if the orbits go to it from there on."""
+        first, last = self.runs.runs[self.one]
+        reached = [p for p in range(first, last + 1) if begin is None or self._beyond(begin.value, self.runs.value(p)) <= 0]
+        cycle = self.runs.cycle(self.other, -1)
+        if cycle is None or not self.runs.arrives(reached[0], self.other, cycle):  # they coexist
+            return self._by_orbits()
+        if begin is not None and reached[0] != first:
+            return begin, begin
+        return NOT_LOCATED, Change(self.runs, self.one - 1, self.other).borders()[1] if self.one else NOT_LOCATED
+
+    def _beside(self, border: Border) -> Border | None:
+        """The end of a cycle, to the least distance at which orbits have the motion of the second run; None if they have not."""
+        nearest, motion = 0.0, self.runs.motion(self.other)
+        for k in range(1, NEARER):
+            off = (self.outer - border.value) / NEAR**k
+            if self.runs.motion_at(border.value + off, self.state)[0] != motion:
+                break
+            nearest = abs(off)
+        return replace(border, precision=border.precision + nearest) if nearest else None
+
+    def _by_orbits(self) -> Pair:
+        """By orbits that start from the last states of the first run; in chaos there are windows of other motions."""
+        one, other = (self.runs.cycle(run, way) is not None for run, way in ((self.one, 1), (self.other, -1)))
+        begins = self._bracket(self.inner, self._not_yet) if other else None
+        ends = self._bracket(self.inner, self._still) if one or begins is None else begins
+        return ends, begins or ends
+
+    def _still(self, motion: str) -> bool:
+        return motion == self.runs.motion(self.one)
+
+    def _not_yet(self, motion: str) -> bool:
+        return motion != self.runs.motion(self.other)
+
+    def _bracket(self, low: float, holds: Callable[[str], bool]) -> Border:
+        """Where a statement on the motion ceases to hold; where more returns move this, the bracket has both places."""
+        high, state = self.outer, self.state
+        limits = low if low != self.inner else self.runs.value(sum(self.runs.runs[self.one]) // 2), self._well_outside
+        while abs(high - low) > CHANGED * self.runs.unit:
+            middle = (low + high) / 2
+            motion, states = self.runs.motion_at(middle, state)
+            low, high = (middle, high) if holds(motion) else (low, middle)
+            state = states[-1] if holds(motion) and self.runs.directed and np.isfinite(states[-1]).all() else state
+        while not holds(self.runs.motion_at(low, self.state, LASTING)[0]):
+            if low == limits[0]:
+                return NOT_LOCATED
+            low = self._farther(low, high, limits[0])
+        while holds(self.runs.motion_at(high, state, LONGER)[0]):
+            if high == limits[1]:
+                return NOT_LOCATED
+            high = self._farther(high, low, limits[1])
+        return Border((low + high) / 2, 2 * abs(high - low), LABEL)
+
+    @property
+    def _well_outside(self) -> float:
+        """The value in the middle of the second run."""
+        return self.runs.value(sum(self.runs.runs[self.other]) // 2)
+
+    def _farther(self, value: float, other: float, limit: float) -> float:
+        """A value four times as far from another, at most a limit."""
+        far = other + 4 * (value - other)
+        return limit if abs(far - other) > abs(limit - other) else far

@@ -1,0 +1,132 @@
+"""The runs of one motion in a bifurcation diagram, and where their cycles end."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, bifurcation
+from nsmaps.dynamics.diagrams.borders import CycleSearch, End, Located
+from nsmaps.dynamics.motion import without_turns
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.errors import NsmapsError
+
+NARROWEST = 0.02  #: share of the range of the parameter: narrower windows have no borders
+FEWEST = 4  #: values in a window; beside a doubling, motions that have not converged pass for chaos
+LONGER = 4  #: times as many returns, with which orbits that have not converged, and changes that they told, are tried again
+ARRIVED = 0.02  #: in the scale of the motion: largest distance of an orbit that approaches a cycle
+TRIED = 3  #: values at the end of a run at which its cycle is sought, where it may not have converged
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """A diagram whose values are taken in the order in which they are followed; a place is a position in this order.
+
+    A run is a range of places with one motion of the first orbit: its first and last place.
+    """
+
+    diagram: Bifurcation
+    map_of: Callable[[float], ReturnMap]
+    start: Floats
+    discard: int
+    directed: bool
+    order: NDArray[np.int64]
+    known: dict[tuple[int, int], tuple[Located | None, End | None]] = field(default_factory=dict)
+
+    def value(self, place: int) -> float:
+        """The value of the parameter there."""
+        return float(self.diagram.values[self.order[place]])
+
+    def kept(self, place: int) -> Floats:
+        """The last states of the first orbit there, shape (K, n)."""
+        return self.diagram.states[self.order[place], 0]
+
+    @cached_property
+    def unit(self) -> float:
+        """The range of the parameter."""
+        return float(np.ptp(self.diagram.values))
+
+    @cached_property
+    def labels(self) -> list[str]:
+        """The motion of the first orbit at each place."""
+        found: list[str] = self.diagram.labels[self.order, 0].tolist()
+        return found
+
+    @cached_property
+    def runs(self) -> list[tuple[int, int]]:
+        """The first and the last place of each run."""
+        edges = [k for k in range(1, len(self.labels)) if self.labels[k] != self.labels[k - 1]]
+        return list(zip([0, *edges], [*(k - 1 for k in edges), len(self.labels) - 1], strict=True))
+
+    def is_wide(self, run: int) -> bool:
+        """True if a run is a window."""
+        first, last = self.runs[run]
+        return last - first + 1 >= FEWEST and abs(self.value(last) - self.value(first)) >= NARROWEST * self.unit
+
+    def motion(self, run: int) -> str:
+        """The motion of a run."""
+        return self.labels[self.runs[run][0]]
+
+    @cached_property
+    def cycles(self) -> CycleSearch:
+        """The cycles of the map, in the unit of the diagram."""
+        return CycleSearch(self.map_of, self.diagram.unit, self.unit)
+
+    def name_by_returns(self, run: int) -> str:
+        """The motion of a run, as if whole turns were unknown."""
+        row = self.order[sum(self.runs[run]) // 2]
+        return without_turns(self.motion(run), int(self.diagram.period[row, 0]))
+
+    def cycle(self, run: int, way: int) -> Located | None:
+        """The stable cycle of a run near its end on one side (way 1 or -1); None if it has none."""
+        return self._side(run, way)[0]
+
+    def end(self, run: int, way: int) -> End | None:
+        """Where this cycle ends, up to the middle of the next window; None without one, or if it goes on."""
+        return self._side(run, way)[1]
+
+    def _side(self, run: int, way: int) -> tuple[Located | None, End | None]:
+        if (run, way) not in self.known:
+            at, end = self._cycle(run, way), None
+            if at is not None:
+                beyond = (k for k in range(run + way, len(self.runs) if way > 0 else -1, way) if self.is_wide(k))
+                limit = next((sum(self.runs[k]) // 2 for k in beyond), len(self.labels) - 1 if way > 0 else 0)
+                end = self.cycles.end(at, self.value(limit), self.unit / max(len(self.labels) - 1, 1))
+            self.known[run, way] = at, end
+        return self.known[run, way]
+
+    def _cycle(self, run: int, way: int) -> Located | None:
+        """The cycle at the end of a run, or where it has converged nearest to this."""
+        first, last = self.runs[run]
+        near, far = (last, first) if way > 0 else (first, last)
+        places = (near - way * k for k in range(TRIED) if first <= near - way * k <= last)
+        for place in dict.fromkeys([*places, (near + far) // 2]):
+            period = int(self.diagram.period[self.order[place], 0])
+            states = self.kept(place)[:period]
+            found = self.cycles.at(self.value(place), states) if period == len(states) > 0 else None
+            if found is not None and len(found.states) == period:
+                return Located(self.value(place), found)
+        return None
+
+    def motion_at(self, value: float, state: Floats, longer: int = 1) -> tuple[str, Floats]:
+        """The motion of an orbit at a value of the parameter after so many times the transient, and its states (K, n) then."""
+        try:
+            found = bifurcation(self.map_of, [value], state, self.diagram.states.shape[2], longer * self.discard)
+        except NsmapsError:  # no map
+            return "", np.full((1, self.start.size), np.nan)
+        return str(found.labels[0, 0]), found.states[0, 0]
+
+    def arrives(self, place: int, run: int, cycle: Located) -> bool:
+        """True if the orbit of a place, which has not converged there, goes to the motion of a run, which is such a cycle.
+
+        Where it still has not, it must have come nearer to a cycle of the same words.
+        """
+        value, state = self.value(place), self.kept(place)[-1]
+        motion, later = self.motion_at(value, state, LONGER)
+        there = self.cycles.at(value, later[-len(cycle.cycle.states) :])
+        if motion == self.motion(run) or there is None or sorted(there.words) != sorted(cycle.cycle.words):
+            return motion == self.motion(run)
+        return self.cycles.distance(there, later[-1]) < min(self.cycles.distance(there, state), ARRIVED)
