@@ -72,7 +72,9 @@ class CycleSearch:
         if map is None or near is None:
             return None
         found = self._least(map, near)
-        if not (found.converged and found.returns.valid.all() and found.stable) or (like is not None and found.words != like.words):
+        if not (found.converged and found.returns.valid.all() and found.stable):
+            return None
+        if like is not None and found.words != like.words:
             return None
         repeated = np.tile(found.states, (len(states) // len(found.states), 1))
         moved = np.abs(found.returns.coordinates.difference(repeated, states) / self.scale).max()
