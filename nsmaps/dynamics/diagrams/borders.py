@@ -15,7 +15,7 @@ from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 
-LOCATED = 1e-8  #: share of the range to which an end that is no event of a branch is bisected
+LOCATED = 1e-8  #: share of the range to which an end other than an event of a branch is bisected
 STEP, LONGEST = 0.05, 400  #: longest step of a branch beside its end, in its arclength, and most orbits on it
 ROUNDING = 1e-14  #: of the parameter, as a share of its range and value
 NEWTON, TOLERANCE = 12, 1e-10  #: steps of Newton's method at one value, and its residual
@@ -34,7 +34,7 @@ class Border:
     """An end of a window."""
 
     value: float  #: of the parameter; NaN where it was not located
-    precision: float  #: largest error of the value, that of transients included where orbits had to tell
+    precision: float  #: largest error of the value, that of transients included where orbits had to show it
     kind: str  #: event of a cycle, as `period doubling`; `change of words`, `no return`, `change of motion`; `not located`
 
 
@@ -85,7 +85,7 @@ class CycleSearch:
         return float((np.abs(cycle.returns.coordinates.difference(cycle.states, state)) / self.scale).max(axis=1).min())
 
     def _near(self, map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
-        """The cycle to which Newton's whole steps lead from states; None if they go astray, or there is no derivative."""
+        """The cycle to which Newton's whole steps lead from states; None if they diverge, or without a derivative."""
         coordinates = Coordinates(map.coordinates)
         for _ in range(NEWTON):
             returns = map.first_return(coordinates.wrap(states), derivative=True)
@@ -101,7 +101,7 @@ class CycleSearch:
         return None
 
     def _settled(self, map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
-        """As `_near`, from two periods later, as for a cycle with a rest, whose release no other state of it tells."""
+        """As `_near`, from two periods later, as for a cycle with a rest, whose release no other state determines."""
         q, coordinates = len(states), Coordinates(map.coordinates)
         path = orbit(map, states[0], 2 * q).states[-q:]
         if not np.isfinite(path).all():
@@ -124,7 +124,7 @@ class CycleSearch:
         return q
 
     def end(self, at: Located, limit: float, spacing: float) -> End | None:
-        """Where a cycle ends on the way from its value to a limit; None if it goes on to there.
+        """Where a cycle ends on the way from its value to a limit; None if it continues to there.
 
         It ends at the first event of its branch at which it ceases to be stable. Elsewhere, as where its words change, it ends
         between the last value at which Newton's method leads to it and one at which the returns from it have other words or no

@@ -11,7 +11,7 @@ from nsmaps.dynamics.diagrams.borders import LABEL, LOST, NOT_LOCATED, Border, E
 from nsmaps.dynamics.diagrams.runs import LONGER, Runs
 
 CHANGED = 1e-5  #: share of the range to which a change of motion is bisected by orbits
-LASTING = 16  #: times as many returns, for which a motion must last that orbits told to be there
+LASTING = 16  #: times as many returns, for which a motion must last that orbits have shown
 NEAR, NEARER = 16, 6  #: the distance from the end of a cycle is divided by this up to so many times, to see where orbits go
 
 Pair = tuple[Border, Border]  #: where the first run ends, and where the second begins
@@ -51,7 +51,7 @@ class Change:
 
     @property
     def state(self) -> Floats:
-        """Where an orbit starts that is to tell the motion between the runs."""
+        """Where an orbit starts that shows the motion between the runs."""
         kept = self.runs.kept(self.runs.runs[self.one][1])[-1]
         return kept if self.runs.directed and np.isfinite(kept).all() else self.runs.start
 
@@ -60,7 +60,7 @@ class Change:
         return (value - other) * float(np.sign(self.outer - self.inner))
 
     def _of_cycles(self, ends: End | None, begins: End | None) -> Pair:
-        """Between two cycles. Where they coexist, one that is followed goes on to its end."""
+        """Between two cycles. Where they coexist, one that is followed lasts to its end."""
         if ends is None or ends.border.kind == LOST:
             if begins is not None and self._beyond(begins.border.value, self.inner) >= 0:
                 return self._by_orbits()[0], begins.border

@@ -16,7 +16,7 @@ from nsmaps.errors import NsmapsError
 
 NARROWEST = 0.02  #: share of the range of the parameter: narrower windows have no borders
 FEWEST = 4  #: values in a window; beside a doubling, motions that have not converged pass for chaos
-LONGER = 4  #: times as many returns, with which orbits that have not converged, and changes that they told, are tried again
+LONGER = 4  #: times as many returns, with which orbits that have not converged, and changes that they show, are tried again
 ARRIVED = 0.02  #: in the scale of the motion: largest distance of an orbit that approaches a cycle
 TRIED = 3  #: values at the end of a run at which its cycle is sought, where it may not have converged
 
@@ -85,7 +85,7 @@ class Runs:
         return self._side(run, way)[0]
 
     def end(self, run: int, way: int) -> End | None:
-        """Where this cycle ends, up to the middle of the next window; None without one, or if it goes on."""
+        """Where this cycle ends, up to the middle of the next window; None without one, or if it continues."""
         return self._side(run, way)[1]
 
     def _side(self, run: int, way: int) -> tuple[Located | None, End | None]:
