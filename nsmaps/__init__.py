@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.follow import cascade as cascade
     from nsmaps.dynamics.continuation.follow import continue_branch as continue_branch
     from nsmaps.dynamics.continuation.follow import doubled_branch as doubled_branch
+    from nsmaps.dynamics.continuation.follow import switched_branch as switched_branch
     from nsmaps.dynamics.curves.curve import BifurcationCurve as BifurcationCurve
     from nsmaps.dynamics.curves.curve import bifurcation_curve as bifurcation_curve
     from nsmaps.dynamics.design.optimum import Optimum as Optimum
@@ -150,7 +151,7 @@ _PUBLIC = {
     "dynamics.chatter.cascade": ("ChatterScaling", "IncompleteChatter", "chatter_cascade", "chatter_scaling"),
     "dynamics.chatter.complete": ("CompleteChatter",),
     "dynamics.continuation.events": ("Event",),
-    "dynamics.continuation.follow": ("cascade", "continue_branch", "doubled_branch"),
+    "dynamics.continuation.follow": ("cascade", "continue_branch", "doubled_branch", "switched_branch"),
     "dynamics.attractors.coexistence": ("coexistence",),
     "dynamics.attractors.continued": ("GlobalContinuation",),
     "dynamics.attractors.distance": ("hausdorff",),

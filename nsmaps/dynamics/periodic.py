@@ -18,6 +18,7 @@ from nsmaps.exact.returns import Returns
 MOST_STEPS = 50  #: steps of Newton's method
 ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share of its scale: for an angle, that of a whole turn
 LEAST_SHARE = 2.0**-20  #: shortest share of a step that is tried
+FAMILY = 1e-10  #: least singular value, as a share of the largest, below which equations are not independent
 INSTANT = 1e-6  #: share of the period of the forcing, and of the time that a guess takes, in which no motion closes
 
 
@@ -200,13 +201,29 @@ def shooting_jacobian(derivative: Floats, scale: Floats) -> Floats:
 
 
 def newton_step(returns: Returns, scale: Floats) -> Floats:
-    """Newton's step of all states, shape (q, n); NaN where there is none."""
+    """Newton's step of all states, shape (q, n); NaN where there is none.
+
+    Where an orbit is one of a family, as of motions that keep their energy, it is the shortest of those that lead to the family.
+    """
     assert returns.derivative is not None
+    jacobian, right = shooting_jacobian(returns.derivative, scale), -(_gaps(returns) / scale).ravel()
     try:
-        step = np.linalg.solve(shooting_jacobian(returns.derivative, scale), -(_gaps(returns) / scale).ravel())
+        if np.isfinite(jacobian).all() and dependent(jacobian):
+            step = np.linalg.lstsq(jacobian, right, rcond=FAMILY)[0]
+        else:
+            step = np.linalg.solve(jacobian, right)
     except np.linalg.LinAlgError:
         return np.full_like(returns.start, np.nan)
     return np.asarray(step.reshape(returns.start.shape) * scale, np.float64)
+
+
+def dependent(jacobian: Floats) -> bool:
+    """True if equations with this derivative, each by the length of its gradient, are not independent up to rounding."""
+    lengths = np.linalg.norm(jacobian, axis=1)
+    if not lengths.min() > FAMILY * min(lengths.max(), 1.0):
+        return True
+    sizes = np.linalg.svd(jacobian / lengths[:, None], compute_uv=False)
+    return bool(sizes[-1] <= FAMILY * sizes[0])
 
 
 def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Returns | None:

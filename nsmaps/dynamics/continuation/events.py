@@ -18,6 +18,8 @@ GRAZING, BORDER, DOMAIN = "grazing", "border collision", "end of the valid domai
 CHATTER_ENDS, DETACHMENT, HOMOCLINIC = "end of complete chatter", "detachment", "homoclinic bifurcation"
 ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
 CONSERVED = 1e-9  #: a test of a share within this bound is zero up to rounding, as for area where a map preserves it
+DEFICIENT = 1e-5  #: share of the least singular value beside a point, below which its equations are not independent
+TURNS = "the branch turns back, as the two halves of a pitchfork do"
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
 
 
@@ -25,7 +27,7 @@ COARSEST = 1e-8  #: share of the parameter's range, to which an event must be lo
 class Event:
     """A bifurcation or another event of a periodic orbit at a value of the parameter.
 
-    A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (a multiplier crosses 1 elsewhere),
+    A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (two branches cross),
     `Neimark-Sacker` (a pair leaves the unit circle), `period halving` (a doubled cycle ends on the original one), `grazing`
     (an impact speed or a clearance falls to zero and the words change), `border collision` (the words change without a graze),
     `end of complete chatter` (impacts accumulate at the release; see `CompleteChatter`), `detachment` (beyond it a body that is
@@ -39,6 +41,7 @@ class Event:
     orbit: PeriodicOrbit  #: the orbit there; for a grazing, a border or the end of the domain, the last one before it
     detail: str = ""  #: the margin that falls to zero, the reason why there is no map, or that an event was not located
     border: str = ""  #: `persistence` or `non-smooth fold`, perhaps `with doubling`, or `end at a gap`; "" where unknown
+    towards: Floats | None = None  #: at a branch point, how states and parameter change along the branch, shape (q n + 1,)
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -94,30 +97,50 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
         if swapped(curve, step.start, step.end):
             passed = {HALVING}
     for kind in passed & {*kinds, HALVING}:
+        turns = False
         if kind == HALVING:
             known = halving(curve, step)
         elif ends[kind][1] == 0:
             known = step.length, step.end, float(PRECISION * curve.unit + np.spacing(abs(step.end.value)))
         else:
-            known = located(curve, step.start, step.direction, step.length, TESTS[kind])
+            known = located(curve, step.start, step.direction, step.length, TESTS[kind], kind == BRANCH_POINT)
+            if kind == FOLD and (known is None or crosses(step, known[1])):
+                known = located(curve, step.start, step.direction, step.length, TESTS[kind], crossing=True) or known
+                turns = known is not None and crosses(step, known[1])
         s, point, precision = known or (step.length, step.end, abs(step.end.value - step.start.value))
         if kind != TORUS or np.abs(point.orbit.multipliers.imag).max() > 0:  # otherwise two real ones whose product is one
             detail = "" if known else "not located: somewhere in the step before this orbit"
-            found.append((s, Event(kind, point.value, precision, point.orbit, detail)))
+            event = Event(kind, point.value, precision, point.orbit, detail)
+            if turns:
+                event = replace(event, kind=BRANCH_POINT, detail=TURNS)
+            if event.kind == BRANCH_POINT:
+                event = replace(event, towards=curve.physical(curve.difference(step.end.y, step.start.y)))
+            found.append((s, event))
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 
 
-def located(curve: OrbitCurve, at: OrbitPoint, along: Floats, h: float, test: Test) -> tuple[float, OrbitPoint, float] | None:
+def crosses(step: Step[OrbitPoint], point: OrbitPoint) -> bool:
+    """True if another branch passes through a point within a step: the equations have rank less than their number there."""
+    at, *ends = (np.linalg.svd(each.jacobian, compute_uv=False)[-1] for each in (point, step.start, step.end))
+    return bool(at <= DEFICIENT * max(ends))
+
+
+def located(
+    curve: OrbitCurve, at: OrbitPoint, along: Floats, h: float, test: Test, crossing: bool = False
+) -> tuple[float, OrbitPoint, float] | None:
     """The arclength within h of a point at which a test is zero, the point there, and the precision of its parameter.
 
     None where it is not found, or known to less than a share of 1e-8 of the parameter's range.
     """
-    zero = locate(curve, at, along, h, test)
+    zero = locate(curve, at, along, h, test, crossing)
     if zero is None:
         return None
     point = zero.point
-    if zero.y is not point.y:  # two branches cross: the orbit is one beside the crossing
-        point = replace(point, value=float(zero.y[-1] * curve.unit))
+    if zero.y is not point.y:  # two branches cross: the orbit is that at the crossing, or else one beside it
+        there = curve.evaluate(zero.y)
+        if there is None:
+            return None
+        point = there if curve.exists(there) else replace(point, value=there.value)
     precision = float(zero.error[-1] * curve.unit + np.spacing(abs(point.value)))
     return (zero.arclength, point, precision) if precision <= COARSEST * curve.unit else None
 

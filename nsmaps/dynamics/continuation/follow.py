@@ -9,10 +9,11 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Control, correct, follow, passes, tangent
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
+from nsmaps.dynamics.continuation.crossing import other_tangent
 from nsmaps.dynamics.continuation.ends import SMALLEST, end_of
-from nsmaps.dynamics.continuation.events import DOUBLING, HALVING, TESTS, Event, between
+from nsmaps.dynamics.continuation.events import BRANCH_POINT, DOUBLING, HALVING, TESTS, Event, between
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
-from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.progress import shows
@@ -71,6 +72,8 @@ def continue_branch(
     upward = np.zeros(orbit.states.size + 1)
     upward[-1] = 1.0 if direction == "up" else -1.0
     start = correct(curve, curve.y(orbit.states, value), upward)
+    if why := _family(curve, orbit, value):
+        return Branch.empty(orbit, f"no branch from the orbit at {value:.9g}: {why}")
     if start is None:
         why = curve.missing(value) or f"Newton's method does not converge{_lost(curve, orbit, value)}"
         return Branch.empty(orbit, f"no orbit at {value:.9g}: {why}")
@@ -111,6 +114,39 @@ def doubled_branch(
     start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), event.parameter))
     assert start is not None
     return _follow(curve, start, along, extent, fresh=True)
+
+
+@shows
+def switched_branch(
+    map_of: Callable[[float], ReturnMap],
+    event: Event,
+    bounds: tuple[float, float],
+    side: Literal[1, -1] = 1,
+    step: float = 0.02,
+    max_points: int = 2000,
+    until: Collection[str] = (),
+    tolerance: float = 1e-10,
+    kinds: Collection[str] = tuple(TESTS),
+) -> Branch:
+    """The other branch at a branch point, such as that of the asymmetric orbits at a pitchfork, in one of its two directions.
+
+    Args:
+        side: 1 or -1, the direction. Both halves of a pitchfork are on the same side of the parameter, and mirror images.
+
+    Raises:
+        NsmapsError: the event is not a branch point that was located, no second branch is found there, or other arguments, which
+            are as of `continue_branch`, are invalid.
+    """
+    check_class(event, Event, "a branch that crosses another one begins at an event of that one")
+    if event.kind != BRANCH_POINT or event.towards is None:
+        raise NsmapsError(f"the event is a {event.kind}; expected: a {BRANCH_POINT} of a branch")
+    extent = _extent(bounds, event.parameter, step, max_points, until, kinds)
+    curve = curve_from(map_of, event.orbit, event.parameter, bounds, tolerance)
+    start, own = curve.evaluate(curve.y(event.orbit.states, event.parameter)), curve.scaled(event.towards)
+    along = None if start is None else other_tangent(curve, start, own / np.linalg.norm(own))
+    if start is None or along is None:
+        raise NsmapsError(f"no second branch is found at {event.parameter:.9g}; expected: a {BRANCH_POINT} that was located")
+    return _follow(curve, start, side * along, extent, fresh=True)
 
 
 @shows
@@ -173,6 +209,17 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
             break
         last, fresh = step.turned, False
     return grown.branch(ended or end_of(grown, last), extent.step / 50)
+
+
+def _family(curve: OrbitCurve, orbit: PeriodicOrbit, value: float) -> str:
+    """The reason why an orbit that is one of a family has no branch, or an empty string."""
+    here = curve.evaluate(curve.y(orbit.states, value))
+    if here is None or not curve.exists(here) or not dependent(here.jacobian):
+        return ""
+    return (
+        "it is one of a family, as of motions that keep their energy, or two branches cross there: a multiplier is 1, and the "
+        "parameter does not change that; expected: a map of one coordinate less, on which what is kept has a fixed value"
+    )
 
 
 def _lost(curve: OrbitCurve, orbit: PeriodicOrbit, value: float) -> str:

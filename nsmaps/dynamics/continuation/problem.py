@@ -63,6 +63,14 @@ class OrbitCurve(WithCoordinates):
         shares = (y[:-1] * np.sqrt(self.period)).reshape(self.period, -1)
         return np.asarray(np.where(np.abs(shares) < NOTHING, 0.0, shares) * self.scale)
 
+    def physical(self, change: Floats) -> Floats:
+        """A change of the unknowns as one of states and parameter, shape (q n + 1,); see `scaled`."""
+        return np.append(self.states(change).ravel(), change[-1] * self.unit)
+
+    def scaled(self, change: Floats) -> Floats:
+        """A change of states and parameter as one of the unknowns."""
+        return self.y(change[:-1].reshape(self.period, -1), change[-1])
+
     def evaluate(self, y: Floats) -> OrbitPoint | None:
         """The orbit at these unknowns and the derivatives of its gaps; None where there is no map, or a state has no image."""
         try:

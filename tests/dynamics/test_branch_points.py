@@ -1,0 +1,184 @@
+"""Branches that cross, and orbits of families, on maps and systems whose orbits are known in closed form."""
+
+from dataclasses import dataclass, replace
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+from boxmaps import plain_returns
+from toys import Oscillator
+
+import nsmaps
+from nsmaps import Guard, HybridSystem, Section
+from nsmaps.dynamics.continuation.follow import continue_branch, switched_branch
+from nsmaps.errors import NsmapsError
+
+BOUNDS = (-1.0, 1.5)
+
+
+@dataclass(frozen=True)
+class Pitchfork:
+    """z' = (1 + a) z - 2 z^3 + y/5 of z = x - 3 a, y' = y/2: fixed points z = 0, and z^2 = a/2, which double at a = 1."""
+
+    a: float
+    coordinates = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        start = np.asarray(states, float)
+        z, y, one = start[:, 0] - 3 * self.a, start[:, 1], np.ones(len(start))
+        image = np.column_stack([(1 + self.a) * z - 2 * z**3 + y / 5 + 3 * self.a, y / 2])
+        slopes = np.array([[1 + self.a - 6 * z**2, one / 5], [0 * one, one / 2]]).transpose(2, 0, 1)
+        return plain_returns(self.coordinates, start, image, slopes if derivative else None)
+
+
+def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
+    start = nsmaps.periodic_orbit(Pitchfork(0.5), [1.5, 0.0])
+    (event,) = continue_branch(Pitchfork, start, 0.5, BOUNDS, "down").events
+    assert event.kind == "branch point"
+    assert abs(event.parameter) < 1e-10
+    assert np.abs(event.orbit.states).max() < 1e-9  # on both branches
+    halves = [switched_branch(Pitchfork, event, BOUNDS, side) for side in (1, -1)]
+    for half in halves:
+        z = half.points[:, 0, 0] - 3 * half.parameter
+        assert np.abs(2 * z**2 - half.parameter).max() < 1e-9
+        assert half.parameter[-1] == 1.5
+        (doubling,) = half.events
+        assert doubling.kind == "period doubling"
+        assert doubling.parameter == pytest.approx(1, abs=1e-10)
+    assert np.sign([half.points[-1, 0, 0] - 4.5 for half in halves]).sum() == 0
+    orbit, value = halves[0].orbits[5], halves[0].parameter[5]
+    back = continue_branch(Pitchfork, orbit, value, BOUNDS, "down")
+    (again,) = back.of_kind("branch point")
+    assert not back.of_kind("fold")
+    assert abs(again.parameter) < 10 * again.precision < 1e-7
+    through = switched_branch(Pitchfork, again, BOUNDS, step=0.1)
+    assert np.abs(through.points[:, 0, 0] - 3 * through.parameter).max() < 1e-9
+
+
+@dataclass(frozen=True)
+class Delayed:
+    """The delayed logistic map: x' = a x (1 - y), y' = x."""
+
+    a: float
+    coordinates = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        start = np.asarray(states, float)
+        (x, y), one = start.T, np.ones(len(start))
+        slopes = np.array([[self.a * (1 - y), -self.a * x], [one, 0 * one]]).transpose(2, 0, 1)
+        image = np.column_stack([self.a * x * (1 - y), x])
+        return plain_returns(self.coordinates, start, image, slopes if derivative else None)
+
+
+def test_the_branches_of_the_delayed_logistic_map_cross():
+    """0 and 1 - 1/a, at a = 1."""
+    start = nsmaps.periodic_orbit(Delayed(1.5), [0.33, 0.33])
+    (event,) = continue_branch(Delayed, start, 1.5, (0.5, 1.8), "down").of_kind("branch point")
+    for side in (1, -1):
+        other = switched_branch(Delayed, event, (0.5, 1.8), side, step=0.1)
+        assert np.abs(other.points).max() < 1e-9
+        assert other.parameter[-1] in (0.5, 1.8)
+    with pytest.raises(NsmapsError, match="expected: a branch point of a branch"):
+        switched_branch(Delayed, replace(event, kind="fold"), (0.5, 1.8))
+
+
+def half_turn(v, phi, gap):
+    """From an impact on one wall to the next on the other, of x'' + x'/10 + x = cos(1.7 t): speed, and phase less pi."""
+    z, w, r = mp.mpf(0.05), mp.mpf(1.7), mp.mpf(0.7)
+    k, size = mp.sqrt(1 - z**2), (1 - w**2) ** 2 + (2 * z * w) ** 2
+
+    def forced(t):
+        return ((1 - w**2) * mp.cos(w * t) + 2 * z * w * mp.sin(w * t)) / size
+
+    def rate(t):
+        return w * ((w**2 - 1) * mp.sin(w * t) + 2 * z * w * mp.cos(w * t)) / size
+
+    t, a = phi / w, gap - forced(phi / w)
+    b = (-r * v - rate(t) + z * a) / k
+    s = mp.findroot(lambda s: mp.exp(-z * s) * (a * mp.cos(k * s) + b * mp.sin(k * s)) + forced(t + s) + gap, mp.pi / w)
+    speed = mp.exp(-z * s) * ((k * b - z * a) * mp.cos(k * s) - (z * b + k * a) * mp.sin(k * s)) + rate(t + s)
+    return -speed, phi + w * s - mp.pi
+
+
+def symmetry_lost(v, phi, gap):
+    """Half a turn leads to the mirror image, and has the multiplier -1."""
+    image = half_turn(v, phi, gap)
+    columns = [mp.diff(lambda v: half_turn(v, phi, gap)[0], v), mp.diff(lambda x: half_turn(v, x, gap)[0], phi)]
+    others = [mp.diff(lambda v: half_turn(v, phi, gap)[1], v), mp.diff(lambda x: half_turn(v, x, gap)[1], phi)]
+    slopes = mp.matrix([columns, others])
+    return [image[0] - v, image[1] - phi, mp.det(slopes + mp.eye(2))]
+
+
+@pytest.mark.parametrize("bounds", [(1.5, 6.0), (2.0, 9.0)])
+def test_an_oscillator_between_two_walls_loses_its_symmetry_at_one_place(bounds):
+    """Whatever the range, and so the steps: of walls at 1/a, by mpmath."""
+
+    def of(a):
+        return Oscillator(zeta=0.05, w=1.7, gap=1 / a, r=0.7)
+
+    with mp.workdps(25):
+        *_, gap = mp.findroot(symmetry_lost, [mp.mpf(0.8127), mp.mpf(0.1984), mp.mpf(0.40315)], tol=1e-20)
+    orbit = nsmaps.periodic_orbit(of(5.0), [0.7775, 0.4251])
+    assert orbit.word == "RLR"
+    (event,) = continue_branch(of, orbit, 5.0, bounds, "down").of_kind("branch point")
+    assert abs(event.parameter - float(1 / gap)) < event.precision < 1e-7
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """x' = x + y, y' = y/2 + a (x - x): every state with y = 0 is fixed."""
+
+    a: float
+    coordinates = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        start = np.asarray(states, float)
+        slopes = np.tile([[1.0, 1.0], [0.0, 0.5]], (len(start), 1, 1))
+        return plain_returns(self.coordinates, start, np.einsum("kij,kj->ki", slopes, start), slopes if derivative else None)
+
+
+class Wedge(HybridSystem):
+    """A ball in a wedge of two slopes y = abs(x)/tan(theta), elastic, with gravity 1."""
+
+    theta: float
+
+    states = ("x", "y", "u", "v")
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.u, "y": y.v, "u": 0, "v": -1}}
+
+    def guards(self, t, y):
+        c, s = sp.cos(self.theta), sp.sin(self.theta)
+
+        def mirror(side):
+            into = 2 * (s * y.v - side * c * y.u)
+            return {"u": y.u + side * c * into, "v": y.v - s * into}
+
+        return {side: Guard("flight", s * y.y - sign * c * y.x, reset=mirror(sign)) for side, sign in (("R", 1), ("L", -1))}
+
+    def section(self, t, y):
+        return Section("R", ("x", "u", "v"))
+
+
+def test_an_orbit_of_a_family_is_found_and_has_no_branch():
+    """The nearest member: where a ball meets both slopes at right angles, u^2 + v^2 = x/(sin cos)."""
+    for system, guess, parameter, value in (
+        (Sliding(1.0), [0.3, 0.2], "a", 1.0),
+        (Wedge(theta=1.0), [0.2, 0.3, -0.5], "theta", 1.0),
+    ):
+        orbit = nsmaps.periodic_orbit(system, guess)
+        assert orbit.converged
+        assert np.abs(orbit.multipliers - 1).min() < 1e-9
+        branch = continue_branch(
+            lambda a, system=system, parameter=parameter: replace_in(system, parameter, a), orbit, value, (0.5, 1.5)
+        )
+        assert branch.ended.startswith("no branch from the orbit at 1: it is one of a family")
+    x, u, v = orbit.states[0]
+    assert u**2 + v**2 == pytest.approx(x / (np.sin(1) * np.cos(1)), rel=1e-9)
+    assert u / v == pytest.approx(-1 / np.tan(1), rel=1e-9)
+
+
+def replace_in(system, parameter, value):
+    """A system with another value of a parameter."""
+    return system.at(**{parameter: value}) if isinstance(system, HybridSystem) else replace(system, **{parameter: value})
