@@ -12,6 +12,7 @@ from nsmaps.dynamics.orbit import orbit
 from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid, sweep
+from nsmaps.plugins import study_files
 from nsmaps.reduced.conditions.region import Where
 from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
 from nsmaps.reduced.fit.polyfit import Full
@@ -79,23 +80,23 @@ def test_what_fails_in_a_shipped_study_is_expected_and_says_what_it_shows(name):
 
 
 def test_the_domains_of_case_fp_take_hundreds_of_calls():
-    """Five domains, two of them of a fitted map."""
+    """Six domains, two of them of a fitted map."""
     result, counts = counted("fp")
-    assert len(result.domains) == 5
+    assert len(result.domains) == 6
     assert result.holds
     assert 100 < counts["image_boxes"] < 1000
-    assert 100 < counts["hulls"] < 1400
+    assert 100 < counts["hulls"] < 4000
 
 
 def test_a_trapped_box_without_the_attractor_says_so(case):
-    """Of case FP the fitted map's last box: R1+'s fixed point is 0.015 from the exact one, which the exact map's box holds."""
+    """In no case: every last box that is forward invariant holds the end of the exact orbits."""
     _, result = case
     told = [
         name
         for name in result.domains
         if "it contains no attractor of the study's orbits" in verdict(result, f"domain {name}: forward invariant").text
     ]
-    assert told == (["fitted"] if "fp" in result.study.name else [])
+    assert told == []
 
 
 def test_the_pseudocode_alone_leaves_a_hole(case):
@@ -112,7 +113,7 @@ def test_orbits_of_both_maps_arrive_at_the_attractor(case):
         assert np.isfinite(pair.composite.states).all()
         tail, exact = pair.composite.states[-20:], pair.exact.states[-20:]
         apart = np.abs(tail[:, None] - exact[None]).max(axis=2)
-        assert apart.min(axis=1).max() < {"fp": 1e-3, "pd": 0.02, "cd": 0.15}[name]
+        assert apart.min(axis=1).max() < {"fp": 2e-3, "pd": 5e-3, "cd": 0.15}[name]
 
 
 def test_diagonal_region_is_the_papers_r1(swept, pair):
@@ -158,7 +159,8 @@ def test_domain_fp_of_the_fitted_map(pair):
     assert domain.of == "fitted map R1+"
     assert all(update.forward_invariant for update in domain.updates)
     assert len(domain.updates) == 11
-    assert (domain.sizes[-1] < (0.002, 0.004)).all()
+    assert (domain.sizes[-1] < (0.006, 0.009)).all()
+    assert (np.diff(domain.sizes, axis=0) <= 0).all()
     fixed = orbit(pair(0.35), [0.83, 0.36], 300).final
     assert (np.abs(domain.box.mean(axis=1) - fixed) < (0.005, 0.02)).all()
     polynomial = result.second_iterate
@@ -171,11 +173,11 @@ def test_domain_fp_of_the_fitted_map(pair):
 
 
 def test_p_and_q_of_every_fitted_map_are_found_twice(case):
-    """By iteration and as roots of the second-iterate map, to 1e-10; part 1 of the Statement in FP, part 2 in PD and CD."""
+    """By iteration and as roots of the second-iterate map, to 1e-10; part 1 of the Statement in FP and for v in PD, part 2 elsewhere."""
     name, result = case
     domain = result.domains["fitted"]
     assert domain.status == "outer"
-    assert domain.part == ((1, 1) if name == "fp" else (2, 2))
+    assert domain.part == {"fp": (1, 1), "pd": (1, 2), "cd": (2, 2)}[name]
     for cycle in domain.cycles:
         assert cycle.agree
         assert cycle.stable
@@ -189,16 +191,50 @@ def test_a_bound_holds_the_attractor_of_the_map_that_it_names(case):
     claimed = {key: domain for key, domain in result.domains.items() if domain.forward_invariant}
     assert {key for key, domain in claimed.items() if domain.of == "exact map"} == EXACT_BOUNDS[name]
     for key, domain in claimed.items():
-        assert domain.status == ("enclosed" if domain.of == "exact map" else "outer")
+        assert domain.status == ("outer" if domain.of.startswith("fitted") else "enclosed")
         if domain.of == "exact map":
             assert ((exact >= domain.box[:, 0]) & (exact <= domain.box[:, 1])).all(), key
             continue
         low, high = domain.boxes[0].T
         states = np.random.default_rng(1).uniform(low, high, (1000, 2))
+        own = (
+            result.composite.piece("R1+").map
+            if domain.of == "fitted map R1+"
+            else lambda x: result.composite.first_return(x).image
+        )
         for step in range(3000):
-            states = result.composite.piece("R1+").map(states)
+            states = own(states)
             if step >= 2900:
                 assert ((states >= domain.box[:, 0]) & (states <= domain.box[:, 1])).all(), key
+
+
+def test_the_composite_map_of_a_study_is_the_one_that_is_bounded(case):
+    """A million states of the start box and of the last one stay there under it, and its attractor is in the last one."""
+    name, result = case
+    domain, map = result.domains["composite"], result.composite
+    assert (domain.of, domain.status, domain.forward_invariant, domain.converged) == ("composite map", "enclosed", True, True)
+    for low, high in (domain.boxes[0].T, domain.boxes[-1].T):
+        states = np.random.default_rng(7).uniform(low, high, (10**6, 2))
+        images = map.first_return(states).image
+        assert ((images >= low) & (images <= high)).all()
+    tail = orbit(map, [0.2, 0.1], 2000).states[-500:]
+    assert ((tail >= domain.box[:, 0]) & (tail <= domain.box[:, 1])).all()
+    held = verdict(result, "domain fitted: holds for the composite map")
+    assert (held.of, held.holds, held.required) == ("composite map", True, True)
+
+
+def test_a_required_box_of_a_piece_fails_where_another_piece_decides(tmp_path):
+    """R1+ of case FP carries its box into itself, but in this composite map a reset precedes it there."""
+    text = study_files("vi_pair")["fp"].read_text()
+    reset = "  - {name: first, where: 0.8 < v < 0.9 and 0.3 < phi < 0.4, reset: {v: 0.2}}\n"
+    text = text.replace("  - name: R1+\n", f"{reset}  - name: R1+\n").split("# What is not required")[0]
+    (tmp_path / "s.yaml").write_text(
+        "\n".join(line for line in text.splitlines() if "exact" not in line and "composite, map" not in line)
+    )
+    result = nsmaps.run(tmp_path / "s.yaml")
+    assert result.domains["fitted"].forward_invariant
+    (failed,) = [each for each in result.verdicts if each.required and not each.holds]
+    assert failed.text.startswith("no: the composite map carries 100 % of 100,000 states of the box of R1+, sampled, out of it")
 
 
 EXACT_BOUNDS = {"fp": {"exact", "exact found"}, "pd": {"exact"}, "cd": set()}

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
     from nsmaps.study.sections.sets.domains import DomainSection
 
+SAMPLED = 100_000  #: states of the box of a piece that the composite map is asked for
+
 
 def on_domain(result: "StudyResult", section: "DomainSection", domain: "AttractingDomain") -> str:
     """Possible reasons why a box is not forward invariant, each after a semicolon; empty if there are none."""
@@ -31,6 +33,19 @@ def elsewhere(result: "StudyResult", domain: "AttractingDomain") -> str:
         return ""
     held = any(inside(domain, end.states).any() for end in ends)
     return "" if held else "; it contains no attractor of the study's orbits of the exact map"
+
+
+def share_carried_out(result: "StudyResult", section: "DomainSection", domain: "AttractingDomain") -> float | None:
+    """The share of sampled states of the last box of a piece that the composite map carries out of it; None for other domains.
+
+    A piece is bounded by itself; the composite map has its values only where the piece decides.
+    """
+    map = result.composite
+    if map is None or not domain.forward_invariant or section.map not in {piece.name for piece in map.pieces}:
+        return None
+    low, high = domain.box.T
+    states = np.random.default_rng(0).uniform(low, high, (SAMPLED, len(low)))
+    return float(1 - inside(domain, map.first_return(states).image).mean())
 
 
 def inside(domain: "AttractingDomain", states: Floats) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.auxiliary.bounds import ESTIMATED
 from nsmaps.dynamics.motion import MEANING, kind_of, kinds_explained
 from nsmaps.study.conclusions.diagnostics import inside
-from nsmaps.study.conclusions.texts import EXACT, as_computed, intervals
+from nsmaps.study.conclusions.texts import COMPOSITE, EXACT, as_computed, intervals
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.parameters.motions import NONE
 
@@ -145,9 +145,10 @@ def _stays(result: StudyResult) -> Iterator[tuple[str, str]]:
         yield domain.of, _domain(result, domain)
 
 
-def _rank(domain: "AttractingDomain") -> tuple[bool, bool, float]:
-    """A key by which what is enclosed precedes the rest, the exact map precedes others, and small boxes precede large ones."""
-    return domain.status in DOUBTS, not domain.of.startswith(EXACT), float(np.prod(domain.sizes[-1] / domain.sizes[0]))
+def _rank(domain: "AttractingDomain") -> tuple[bool, int, float]:
+    """A key by which what is enclosed precedes the rest, the exact map, then the composite one others, small boxes large ones."""
+    maps = [domain.of.startswith(EXACT), domain.of == COMPOSITE, True]
+    return domain.status in DOUBTS, maps.index(True), float(np.prod(domain.sizes[-1] / domain.sizes[0]))
 
 
 def _domain(result: StudyResult, domain: "AttractingDomain") -> str:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 EXACT = "exact map"
+COMPOSITE = "composite map"
 
 
 def as_computed(result: "StudyResult", text: str) -> str:

@@ -13,7 +13,7 @@ from nsmaps.progress import Progress
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polyfit import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.conclusions.diagnostics import elsewhere, on_domain
+from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain, share_carried_out
 from nsmaps.study.conclusions.texts import finite, intervals
 from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
@@ -171,10 +171,23 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         if domain is not None:
             yield _verdict(section, domain, "forward_invariant", domain.forward_invariant, trapped_text(result, section, domain))
             yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
+            if (share := share_carried_out(result, section, domain)) is not None:
+                yield _of_composite(section, share)
 
 
 def _verdict(section: DomainSection, domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
     return claimed(section, claim, f"domain {section.name}: {claim.replace('_', ' ')}", domain.of, holds, text)
+
+
+def _of_composite(section: DomainSection, share: float) -> Verdict:
+    """Whether the composite map keeps the box of one of its pieces; required where the box is."""
+    text = f"{SAMPLED:,} states of the box of {section.map}, sampled"
+    if share:
+        text = f"no: the composite map carries {100 * share:.3g} % of {text}, out of it: other pieces decide over a part of it"
+    else:
+        text = f"yes: the composite map carries none of {text}, out of it"
+    name = f"domain {section.name}: holds for the composite map"
+    return Verdict(name, "composite map", not share, "forward_invariant" in section.require, text)
 
 
 def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:
