@@ -149,3 +149,14 @@ def test_chatter_on_the_way_is_no_attractor(w: float, r: float) -> None:
         assert np.abs(run.image[-1] - one.states[0]).max() < 1e-6
         times = run.time.reshape(3, -1).sum(axis=1)
         assert times == pytest.approx(times[0], rel=1e-6)
+
+
+def test_chaos_that_comes_to_rest_is_a_long_cycle() -> None:
+    """A ball that rests leaves the table at one phase, sin(phase) = 1/Gamma: from there on everything repeats."""
+    system = nsmaps.load_system("bouncing_ball", Gamma=3.6, r=0.77)
+    (found,) = nsmaps.basins(system, np.random.default_rng(5).uniform([0.1, 0], [3, 6], (4, 2)), returns=500).attractors
+    run = system.orbits(found.states[:1], 4000)
+    rests = np.flatnonzero(run.outcome == Outcome.stuck)
+    assert run.image[rests, 1] == pytest.approx(np.arcsin(1 / 3.6), abs=1e-6)
+    assert set(np.diff(rests)) == {found.period}
+    assert found.label.startswith("B~B/")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, finite_rows
-from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limit_of, limits
+from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limit_of, limits, unless_resting
 from nsmaps.dynamics.limits.path import ALIGN, Path
 from nsmaps.dynamics.motion import UNRESOLVED
 from nsmaps.dynamics.returnmap import OrbitMap
@@ -93,7 +93,7 @@ def _limit(map: OrbitMap, path: Path, scale: Floats, window: int, tolerance: flo
     """What the orbit of one path ends on; None where it repeats up to rounding in the last returns, or ended."""
     if not np.isfinite(path.states[-1]).all() or path.last(window).repeats(ROUNDED * scale)[0]:
         return None
-    found = limit_of(map, path, scale, tolerance)
+    found = unless_resting(map, limit_of(map, path, scale, tolerance), scale, tolerance)
     if found.kind == UNRESOLVED:
         found = limits(map, path.states[-1], scale, tolerance)[0]
     return found

@@ -12,7 +12,7 @@ from nsmaps.dynamics.attractors.distance import distances, extents
 from nsmaps.dynamics.limits.path import Path, escapes, exponent_of, followed, growth_on
 from nsmaps.dynamics.motion import CHAOS, ESCAPE, QUASI_PERIODIC, UNRESOLVED, label
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import decoded
 
@@ -100,10 +100,25 @@ def limits(map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-
             break
         path, done = followed(map, now, count), done + count
         for place, k in enumerate(open_.tolist()):
-            found[k] = replace(limit_of(map, path.of_one(place), scale, tolerance), more=done)
+            one = unless_resting(map, limit_of(map, path.of_one(place), scale, tolerance), scale, tolerance)
+            found[k] = replace(one, more=done)
         left = [place for place, k in enumerate(open_.tolist()) if found[k].kind == UNRESOLVED]
         open_, now = open_[left], path.states[-1, left]
     return [found[k] for k in range(len(states))]
+
+
+def unless_resting(map: ReturnMap, found: Limit, scale: Floats, tolerance: float) -> Limit:
+    """A limit; of chaos the cycle from release to release instead, where an orbit of compiled returns rests within 4096 more.
+
+    Rare rests make an orbit periodic, however chaotic it is between them; unresolved if it rests at different phases.
+    """
+    if found.kind != CHAOS or not isinstance(map, OrbitMap):
+        return found
+    path = Path.of(map.orbits(found.path.states[-1], FOLLOWED[-1]), 1)
+    if not (path.outcome == Outcome.stuck).any():
+        return found
+    period = _between_releases(path, tolerance * scale)
+    return Limit("" if period else UNRESOLVED, path, period)
 
 
 def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit:
