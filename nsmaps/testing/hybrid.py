@@ -32,8 +32,8 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
         raise CheckError(f"the period of {type(system).__name__} is {float(period):.6g}; expected: a positive number, or None")
     starts = _trial_states(system) if states is None else as_states(states, system.coordinates)
     returns = system.first_return(starts, derivative=True)
-    stopped = np.flatnonzero(returns.outcome == Outcome.blocked) if states is not None else []
-    if len(stopped):
+    stopped = np.flatnonzero(returns.outcome == Outcome.blocked)
+    if states is not None and stopped.size:
         (why,) = system.reasons(starts[stopped[:1]])
         raise CheckError(f"{type(system).__name__} cannot continue from {starts[stopped[0]]}: {why}")
     if not returns.valid.any():
