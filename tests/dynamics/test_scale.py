@@ -201,6 +201,5 @@ def test_a_formula_has_the_same_events_and_attractors_in_any_unit_and_from_any_o
     ]
     values = np.linspace(0.2, 0.6, 17)
     diagram = nsmaps.bifurcation(along, values, on_it.states[0], direction="up", discard=500)
-    first, second = windows(diagram, along, on_it.states[0], 500, "up")
+    first, *_ = windows(diagram, along, on_it.states[0], 500, "up")
     assert (first.high.value, first.high.kind) == (pytest.approx(0.3675, abs=1e-6), "period doubling")
-    assert second.low.value == pytest.approx(0.3675, abs=0.05)
