@@ -121,8 +121,7 @@ def _carried(returns: Returns, frames: Floats) -> _Growth:
 
     m, dim, frames = len(frames), frames.shape[1], frames.copy()
     n = len(returns) // m if m else 1
-    assert returns.derivative is not None
-    growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(returns.derivative).reshape(n, m, dim, dim)
+    growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(returns.slopes).reshape(n, m, dim, dim)
     carried(slopes, frames, growth)
     with np.errstate(divide="ignore", invalid="ignore"):
         log_det = np.log(np.abs(np.linalg.det(slopes)))

@@ -85,8 +85,7 @@ class PeriodicOrbit:
     @property
     def _derivatives(self) -> Floats:
         """The derivatives of the returns, shape (q, n, n)."""
-        assert self.returns.derivative is not None
-        return self.returns.derivative
+        return self.returns.slopes
 
     @property
     def exists(self) -> bool:
@@ -143,7 +142,7 @@ def periodic_orbit(
 
     Raises:
         StateError: a guess of another shape.
-        NsmapsError: a period below one.
+        NsmapsError: a period below one, or a map without a derivative.
     """
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
@@ -205,8 +204,7 @@ def newton_step(returns: Returns, scale: Floats) -> Floats:
 
     Where an orbit is one of a family, as of motions that keep their energy, it is the shortest of those that lead to the family.
     """
-    assert returns.derivative is not None
-    jacobian, right = shooting_jacobian(returns.derivative, scale), -(_gaps(returns) / scale).ravel()
+    jacobian, right = shooting_jacobian(returns.slopes, scale), -(_gaps(returns) / scale).ravel()
     try:
         if np.isfinite(jacobian).all() and dependent(jacobian):
             step = np.linalg.lstsq(jacobian, right, rcond=FAMILY)[0]

@@ -26,10 +26,15 @@ AnyBoxMap = TypeVar("AnyBoxMap", bound=BoxMap)
 
 
 def name_of(map: object) -> str:
-    """The default name of a map in results; a composite map is composed of fitted maps, polynomials of one piece each."""
+    """The default name of a map in results; a composite map is composed of fitted maps, polynomials of one piece each.
+
+    A map of another class has the name of this, such as `map Lozi`.
+    """
     if isinstance(map, ImpactSystem | HybridSystem):
         return "exact map"
-    return "fitted map" if isinstance(map, PolyMap) else "composite map"
+    if isinstance(map, PolyMap):
+        return "fitted map"
+    return "composite map" if isinstance(map, CompositeMap) else f"map {type(map).__name__}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

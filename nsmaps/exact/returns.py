@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief, finite_rows
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
+from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import PLAIN, Alphabet, decoded, encode
 
@@ -64,6 +65,53 @@ class Returns(WithCoordinates):
         shown = ", ".join(f"{words[k]} {numbers[k]}" for k in order) + ", ..." * (len(words) > FEW)
         ends = ", ".join(f"{number} {outcome}" for outcome, number in self.counts().items())
         return f"{len(self)} first returns of ({self.coordinates}): {ends or 'none'}; words: {shown or 'none'}"
+
+    @classmethod
+    def of_map(
+        cls,
+        coordinates: Sequence[str],
+        states: ArrayLike,
+        image: ArrayLike,
+        derivative: ArrayLike | None = None,
+        words: Sequence[str] | None = None,
+        walls: Sequence[str] = (),
+    ) -> "Returns":
+        """The returns of a map by formula, each of which takes one unit of time, for a `first_return` of one's own.
+
+        Args:
+            coordinates: the n names, an `Angle` for one on the circle.
+            states: shape (N, n), as given to `first_return`.
+            image: shape (N, n), as the formula has it, angles beyond a turn too; NaN or infinite where there is none.
+            derivative: shape (N, n, n), d image / d state.
+            words: of the N returns, of the letters `walls`; without them motions are named by their period.
+
+        Raises:
+            StateError: arrays of other shapes, or a word of other letters.
+        """
+        names, start, there = Coordinates(coordinates), np.asarray(states, float), np.asarray(image, float)
+        count, dim = len(start), len(names)
+        slopes = None if derivative is None else np.asarray(derivative, float)
+        shapes = start.shape, there.shape, (count, dim, dim) if slopes is None else slopes.shape
+        if shapes != ((count, dim), (count, dim), (count, dim, dim)):
+            expected = f"(N, {dim}) of states and images, (N, {dim}, {dim}) of derivatives"
+            raise StateError(f"states, images and derivatives have the shapes {shapes}; expected: {expected}")
+        found = finite_rows(start) & finite_rows(there)
+        turns = np.where(names.angles & found[:, None], np.floor(np.where(found[:, None], there, 0.0) / TWO_PI), 0.0)
+        outcome = np.where(found, Outcome.returned, np.where(finite_rows(start), Outcome.escaped, Outcome.invalid))
+        codes = np.array([encode(word, walls) for word in words or [""] * count], np.int64).reshape(count)
+        wrapped = np.where(found[:, None], names.wrap(np.where(found[:, None], there, 0.0)), np.nan)
+        rows = turns.astype(np.int32), np.where(found, codes, 0), outcome.astype(np.int8), np.where(found, 1.0, np.nan)
+        return cls(names, tuple(walls), start, wrapped, *rows, derivative=slopes)
+
+    @property
+    def slopes(self) -> Floats:
+        """The derivative; NsmapsError where the map gave none, although it was requested."""
+        if self.derivative is None:
+            raise NsmapsError(
+                "the map has no derivative; expected: returns with the field `derivative`, shape (N, n, n), from "
+                "`first_return(states, derivative=True)`, such as `Returns.of_map(..., derivative=...)`"
+            )
+        return self.derivative
 
     @property
     def words(self) -> NDArray[np.str_]:

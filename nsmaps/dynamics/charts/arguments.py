@@ -35,6 +35,11 @@ def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
 
 def check_plane(system: "ImpactSystem | HybridSystem", axes: Mapping[str, Floats]) -> None:
     """Refuse anything but two different parameters of the system."""
+    if not hasattr(system, "parameter_names"):
+        raise NsmapsError(
+            f"a {type(system).__name__} has no parameters by name; expected: an ImpactSystem or a HybridSystem. Of any other map "
+            "`stability_diagram` shows the motions over two parameters"
+        )
     known = system.parameter_names()
     if len(axes) != 2:
         raise NsmapsError(

@@ -1,0 +1,94 @@
+"""Maps of one's own: a class with `coordinates` and `first_return`, by a formula."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps import Along, Angle, Coordinates, Returns
+from nsmaps.dynamics.diagrams.windows import windows
+from nsmaps.errors import NsmapsError, StateError
+
+
+@dataclass(frozen=True)
+class Sine:
+    """x -> a sin(pi x), with a derivative or without."""
+
+    a: float = 0.6
+    smooth: bool = True
+    coordinates = Coordinates(("x",))
+
+    def at(self, **parameters):
+        return replace(self, **parameters)
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float)
+        slopes = (np.pi * self.a * np.cos(np.pi * x))[:, :, None]
+        return Returns.of_map(self.coordinates, x, self.a * np.sin(np.pi * x), slopes if derivative and self.smooth else None)
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """The circle map with a tongue of rotation number 0 up to tau = b / (2 pi)."""
+
+    tau: float
+    b: float = 0.4
+    coordinates = Coordinates((Angle("angle"),))
+
+    def at(self, **parameters):
+        return replace(self, **parameters)
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float)
+        slopes = (1 - self.b * np.cos(x))[:, :, None]
+        image = x + 2 * np.pi * self.tau - self.b * np.sin(x)
+        return Returns.of_map(self.coordinates, x, image, slopes if derivative else None)
+
+
+def test_a_map_in_a_few_lines_is_a_return_map():
+    returns = Rotor(0.3).first_return([[6.0], [np.nan]], derivative=True)
+    assert returns.turns.ravel().tolist() == [1, 0]
+    assert returns.image[0, 0] == pytest.approx(6.0 + 0.6 * np.pi - 0.4 * np.sin(6.0) - 2 * np.pi, abs=1e-14)
+    assert returns.counts() == {"returned": 1, "invalid": 1}
+    assert nsmaps.bifurcation(Along(Sine(), "a"), [0.6, 0.8], [0.3]).labels.tolist() == [["period 1"], ["period 2"]]
+
+
+def test_what_a_map_lacks_is_named():
+    for call in (nsmaps.periodic_orbit, lambda map, state: nsmaps.lyapunov(map, state, 100)):
+        with pytest.raises(NsmapsError, match=r"the map has no derivative; expected: .*of_map"):
+            call(Sine(0.6, smooth=False), [0.4])
+    with pytest.raises(NsmapsError, match=r"a Sine has no parameters by name; expected: an ImpactSystem.*stability_diagram"):
+        nsmaps.chart(Sine(), {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
+    with pytest.raises(StateError, match="have the shapes"):
+        Returns.of_map(("x",), [[0.1]], [0.1])
+
+
+def test_a_domain_names_its_map():
+    assert nsmaps.attracting_domain(Sine(), [[0.1, 0.9]]).of == "map Sine"
+
+
+@pytest.mark.parametrize(("count", "direction"), [(24, "up"), (41, "down")])
+def test_the_windows_of_a_map_without_words(count, direction):
+    """The sine map doubles where -1 is the derivative, a cos(pi x) pi = -1 with x = a sin(pi x): tan(pi x) = -pi x."""
+    from scipy.optimize import brentq
+
+    x = brentq(lambda x: np.tan(np.pi * x) + np.pi * x, 0.55, 0.9)
+    doubling = x / np.sin(np.pi * x)
+    map_of = Along(Sine(), "a")
+    made = nsmaps.bifurcation(map_of, np.linspace(0.65, 0.8, count), [0.3], 40, 300, direction)
+    first, second = windows(made, map_of, np.array([0.3]), 300, direction)
+    for border, kind in ((first.high, "period doubling"), (second.low, "period halving")):
+        assert (border.kind, abs(border.value - doubling) <= border.precision + 1e-14, border.precision < 1e-9) == (
+            kind,
+            True,
+            True,
+        )
+
+
+def test_a_tongue_in_which_the_cycle_moves_far_between_two_values():
+    map_of = Along(Rotor(0.0), "tau")
+    made = nsmaps.bifurcation(map_of, np.linspace(0.0, 0.11, 12), [0.1], 40, 300, "up")
+    tongue = windows(made, map_of, np.array([0.1]), 300, "up")[0]
+    assert (tongue.high.kind, tongue.high.precision < 1e-9) == ("fold", True)
+    assert abs(tongue.high.value - 0.4 / (2 * np.pi)) <= tongue.high.precision + 1e-15
