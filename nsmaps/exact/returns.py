@@ -76,7 +76,7 @@ class Returns(WithCoordinates):
         words: Sequence[str] | None = None,
         walls: Sequence[str] = (),
     ) -> "Returns":
-        """The returns of a map by formula, each of which takes one unit of time, for a `first_return` of one's own.
+        """The returns of a map by formula, each of which takes one unit of time, for the `first_return` of a user-defined map.
 
         Args:
             coordinates: the n names, an `Angle` for one on the circle.

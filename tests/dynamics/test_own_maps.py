@@ -1,4 +1,4 @@
-"""Maps of one's own: a class with `coordinates` and `first_return`, by a formula."""
+"""User-defined maps: a class with `coordinates` and `first_return`, by a formula."""
 
 from dataclasses import dataclass, replace
 
