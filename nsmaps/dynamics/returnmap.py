@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import StateLike, as_numbers, as_starts
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.files.complaints import explained
 from nsmaps.progress import beat
@@ -34,7 +34,7 @@ class ReturnMap(Protocol):
         """The n coordinates: `Coordinates`, or names of which an `Angle` lives on the circle."""
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
-        """First returns of states of shape (N, n)."""
+        """First returns of states of shape (N, n), see `Returns.of_map`; N may be 0, and states of orbits that ended are NaN."""
 
 
 @runtime_checkable
@@ -91,7 +91,9 @@ def single_returns(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterat
     """The first n returns of M states, shape (M, dim), by one call for each of the n."""
     before: Returns | None = None
     for _ in range(n):
-        before = continued(map.first_return(states, **how), before)
+        found = map.first_return(states, **how)
+        check_class(found, Returns, f"`first_return` of a {type(map).__name__} gives what `Returns.of_map` makes")
+        before = continued(found, before)
         states = before.image
         yield before
 

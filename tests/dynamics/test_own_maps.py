@@ -46,6 +46,15 @@ class Rotor:
         return Returns.of_map(self.coordinates, x, image, slopes if derivative else None)
 
 
+class Bare:
+    """A map that returns an array."""
+
+    coordinates = Coordinates(("x",))
+
+    def first_return(self, states, derivative=False):
+        return np.asarray(states) / 2
+
+
 def test_a_map_in_a_few_lines_is_a_return_map():
     returns = Rotor(0.3).first_return([[6.0], [np.nan]], derivative=True)
     assert returns.turns.ravel().tolist() == [1, 0]
@@ -60,6 +69,8 @@ def test_what_a_map_lacks_is_named():
             call(Sine(0.6, smooth=False), [0.4])
     with pytest.raises(NsmapsError, match=r"a Sine has no parameters by name; expected: an ImpactSystem.*stability_diagram"):
         nsmaps.chart(Sine(), {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
+    with pytest.raises(NsmapsError, match=r"a ndarray: `first_return` of a Bare gives what `Returns.of_map` makes"):
+        nsmaps.orbit(Bare(), [0.3], 3)
     with pytest.raises(StateError, match="have the shapes"):
         Returns.of_map(("x",), [[0.1]], [0.1])
 
