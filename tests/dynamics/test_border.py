@@ -287,3 +287,15 @@ def test_a_cycle_ends_where_the_map_jumps_and_the_curve_of_such_ends_is_followed
         mu, a = curve.parameters.T
         assert np.ptp(a) > 0.19
         assert np.abs(mu - (0.7 / (1 + a) if way == "up" else 0.21 / 1.3)).max() < 1e-12
+
+
+def test_a_contact_that_is_lost_is_a_graze_after_which_its_section_has_no_orbit():
+    """At the same amplitude, from above: the motion that touches no more never meets the section where contact begins."""
+    w, xi, e = 0.79, 0.05, 1.26
+    touching = e * np.hypot(1 - w**2, 2 * xi * w) / w**2
+    system = SoftImpact(xi=xi, e=e, a=1.02 * touching, beta=29.0, w=w)
+    start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [0.05, 2.0], 500).final)
+    branch = continue_branch(lambda a: system.at(a=a), start, system.a, (0.5 * touching, 1.5 * touching), "down")
+    (event,) = branch.of_kind("grazing")
+    assert event.parameter == pytest.approx(touching, rel=1e-12)
+    assert event.border == ""

@@ -55,10 +55,13 @@ class Border:
         return self.jumps or bool(self.pieces)
 
 
-def border_beside(curve: OrbitCurve, point: OrbitPoint) -> Border:
-    """The border next to an orbit, by states at the first of some distances at which there is another piece."""
+def border_beside(curve: OrbitCurve, point: OrbitPoint, graze: bool) -> Border:
+    """The border next to an orbit, by states at the first of some distances at which there is another piece.
+
+    At a graze pieces are known by words alone: the derivative of the own one is not bounded.
+    """
     there = curve.map_of(point.value)
-    return next(filter(None, (beside(curve, point, there, distance) for distance in BESIDE)), Border())
+    return next(filter(None, (beside(curve, point, there, distance, kinks=not graze) for distance in BESIDE)), Border())
 
 
 def border_type(curve: OrbitCurve, found: Border, point: OrbitPoint, value: float, beyond: float, graze: bool) -> str:
@@ -72,7 +75,7 @@ def border_type(curve: OrbitCurve, found: Border, point: OrbitPoint, value: floa
         value: of the parameter at the border.
         beyond: 1 or -1, the direction of the parameter in which the orbit does not exist.
     """
-    before, after = (_orbits(curve, found, point, value + sign * AWAY * curve.unit) for sign in (-beyond, beyond))
+    before, after = (_orbits(curve, found, point, value + sign * AWAY * curve.unit, not graze) for sign in (-beyond, beyond))
     only = {words for words in before if words not in after}, {words for words in after if words not in before}
     if any(only):
         doubles = not graze and any(_doubles(curve, found, value + sign * AWAY * curve.unit) for sign in (-1, 1))
@@ -100,7 +103,7 @@ def counts(multipliers: Multipliers) -> tuple[int, int]:
     return int((real > 1).sum()), int((real < -1).sum())
 
 
-def _orbits(curve: OrbitCurve, border: Border, point: OrbitPoint, value: float) -> set[tuple[str, ...]]:
+def _orbits(curve: OrbitCurve, border: Border, point: OrbitPoint, value: float, kinks: bool) -> set[tuple[str, ...]]:
     """The words of orbits beside a border, at a value of the parameter, that have a return of another piece."""
     map, found, own = map_or_reason(curve.map_of, value)[0], set[tuple[str, ...]](), _cyclic(point.orbit)
     if map is None:
@@ -108,7 +111,7 @@ def _orbits(curve: OrbitCurve, border: Border, point: OrbitPoint, value: float) 
     for piece in border.pieces:
         for guess in piece.guesses:
             orbit = _near(curve, map, guess)
-            if orbit is not None and (_cyclic(orbit) != own or _kinked(curve, orbit, point.orbit)):
+            if orbit is not None and (_cyclic(orbit) != own or (kinks and _kinked(curve, orbit, point.orbit))):
                 found.add(_cyclic(orbit))
                 break
     return found
@@ -156,7 +159,7 @@ def scaled(curve: OrbitCurve, derivatives: Floats) -> Floats:
     return derivatives * curve.scale / curve.scale[:, None]
 
 
-def beside(curve: OrbitCurve, point: OrbitPoint, map: ReturnMap, distance: float) -> Border:
+def beside(curve: OrbitCurve, point: OrbitPoint, map: ReturnMap, distance: float, kinks: bool) -> Border:
     """The pieces of the map to which states at this distance beside an orbit belong.
 
     Where only the letter differs with which a return arrives, the derivative is that of the orbit: no other piece is entered.
@@ -169,7 +172,7 @@ def beside(curve: OrbitCurve, point: OrbitPoint, map: ReturnMap, distance: float
     for k in range(q):
         tried = map.first_return(curve.coordinates.wrap(returns.start[k] + steps), derivative=True)
         own = _product([returns.derivative[j % q] for j in range(k, k + q)])
-        joining = _Joining(curve, map, returns, k, tried, NEAR * np.sqrt(distance))
+        joining = _Joining(curve, map, returns, k, tried, NEAR * np.sqrt(distance), kinks)
         jumps, words = jumps or joining.jumps, words or bool((tried.codes != returns.codes[k])[tried.valid].any())
         for row, more, derivative, ahead in joining.rows():
             whole = _product([derivative, *(returns.derivative[j % q] for j in range(k + ahead, k + q))])
@@ -199,7 +202,9 @@ class _Joining:
     They are one return in place of one, of two where an impact at the section is missed, or two in place of one.
     """
 
-    def __init__(self, curve: OrbitCurve, map: ReturnMap, orbit: Returns, k: int, tried: Returns, near: float) -> None:
+    def __init__(
+        self, curve: OrbitCurve, map: ReturnMap, orbit: Returns, k: int, tried: Returns, near: float, kinks: bool
+    ) -> None:
         q, n = len(orbit), orbit.start.shape[1]
         self.tried, self.second = tried, map.first_return(tried.image, derivative=True)
         assert orbit.derivative is not None
@@ -212,7 +217,7 @@ class _Joining:
         with np.errstate(invalid="ignore"):
             off = np.abs(scaled(curve, tried.derivative - orbit.derivative[k])).reshape(len(tried), n * n).max(axis=1)
             kinked = off > KINK * (1 + np.abs(scaled(curve, orbit.derivative[k])).max())
-            other, one = (tried.codes != orbit.codes[k]) | kinked, close(tried.image, 1)
+            other, one = (tried.codes != orbit.codes[k]) | (kinked & kinks), close(tried.image, 1)
             self.one = one & other
             self.two = ~one & close(tried.image, 2) if q > 1 else np.zeros_like(one)
             self.more = ~one & ~self.two & self.second.valid & close(self.second.image, 1)

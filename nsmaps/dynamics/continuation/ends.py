@@ -65,7 +65,7 @@ def _grazes(grown: GrowingBranch, beyond: float) -> Event | None:
             continue
         value, precision = _at_zero(found[rows].tolist(), np.array([points[k].value for k in rows]))
         if precision <= WORST * unit:
-            border = border_type(grown.curve, border_beside(grown.curve, last), last, value, beyond, graze=True)
+            border = border_type(grown.curve, border_beside(grown.curve, last, graze=True), last, value, beyond, graze=True)
             return Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border)
     return None
 
@@ -148,7 +148,7 @@ def _rests(curve: OrbitCurve, last: OrbitPoint, value: float) -> bool:
 def _meets_a_border(grown: GrowingBranch, beyond: float) -> Event | None:
     """A border next to the last point, where the map is not smooth, or jumps."""
     last, unit = grown.points[-1], grown.curve.unit
-    found = border_beside(grown.curve, last)
+    found = border_beside(grown.curve, last, graze=False)
     border = border_type(grown.curve, found, last, last.value, beyond, graze=False)
     detail = "the map jumps" if border == GAP else "the words change" if found.words else "the derivative jumps"
     return Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail, border) if border else None
