@@ -380,3 +380,74 @@ def test_turning_points_are_never_undecided():
         returns = system.first_return(starts)
         assert returns.certified.all()
         assert returns.image == pytest.approx(images, abs=1e-14)
+
+
+class Weights(HybridSystem):
+    """A ball that falls on a floor, light for the first half of a period and heavy for the second; sections at its impacts."""
+
+    light: float = 0.7
+    heavy: float = 1.6
+    e: float = 0.6
+    modes_in_order: tuple[str, str] = ("light", "heavy")
+    states = ("z", "w")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        weights = {"light": self.light, "heavy": self.heavy}
+        return {mode: {"z": y.w, "w": -weights[mode]} for mode in self.modes_in_order}
+
+    def guards(self, t, y):
+        rebound = {"w": -self.e * y.w}
+        return {
+            "L": Guard("light", y.z, reset=rebound),
+            "H": Guard("heavy", y.z, reset=rebound),
+            "on": Guard("light", sp.sin(t), to="heavy", letter="s"),
+            "off": Guard("heavy", -sp.sin(t), to="light", letter="s"),
+        }
+
+    def section(self, t, y):
+        return Section(("L", "H"), ("w", "phi"))
+
+    def follow(self, z, v, phi, word):
+        """The speed and the time of the next impact, and its word, from parabola to parabola."""
+        time = 0.0
+        while True:
+            half = int((phi + time) // np.pi) % 2
+            weight, left = (self.light, self.heavy)[half], np.pi - (phi + time) % np.pi
+            s = (v + np.sqrt(v * v + 2 * weight * z)) / weight
+            if s <= left:
+                return v - weight * s, time + s, word + "LH"[half]
+            z, v, time, word = z + v * left - weight * left**2 / 2, v - weight * left, time + left, word + "s"
+            time = round((phi + time) / np.pi) * np.pi - phi
+
+
+@pytest.mark.parametrize("modes", [("light", "heavy"), ("heavy", "light")])
+def test_the_phase_distinguishes_modes_with_one_surface(modes):
+    """A clock may be below zero in its mode, and one mode is as near as the other: it begins in that of its half."""
+    ball, rng = Weights(modes_in_order=modes), np.random.default_rng(7)
+    rows = np.column_stack([rng.uniform(-3, -0.3, 60), rng.uniform(0, 2 * np.pi, 60)])
+    rows = np.concatenate([rows, [[-1.0, 0.0]]])
+    wanted = [ball.follow(0.0, -ball.e * w, phi, "LH"[int(phi // np.pi)]) for w, phi in rows.tolist()]
+    returns = ball.first_return(rows)
+    assert returns.words.tolist() == [word for _, _, word in wanted]
+    assert returns.image[:, 0] == pytest.approx([w for w, _, _ in wanted], abs=1e-13)
+    assert returns.time == pytest.approx([time for _, time, _ in wanted], abs=1e-13)
+    above = np.column_stack([rng.uniform(0.1, 2, 60), rows[:60]])
+    wanted = [ball.follow(*row, "") for row in above.tolist()]
+    arrivals = ball.arrivals(above)
+    assert arrivals.words.tolist() == [word for _, _, word in wanted]
+    assert arrivals.image[:, 0] == pytest.approx([w for w, _, _ in wanted], abs=1e-13)
+
+
+def test_images_of_boxes_are_those_of_the_mode_that_the_phase_gives():
+    ball = Weights()
+    for w, phi in ((-1.0, 0.4), (-1.0, 5.0), (-2.0, 2.5)):
+        box = np.array([[[w, w + 1e-3], [phi, phi + 1e-3]]])
+        corner, image = ball.first_return(box[:, :, 0]), ball.image_boxes(box)
+        assert image.words.tolist() == corner.words.tolist()
+        assert not image.empty.any()
+        assert np.ptp(image.images[0, 0]) < 0.01
+        assert (image.images[0, :, 0] <= corner.image[0] + 1e-12).all()
+        assert (image.images[0, :, 1] >= corner.image[0] - 1e-12).all()

@@ -122,8 +122,8 @@ def rises(clock: Row, function: Row) -> bool:
     return all(c == 0 for c in clock.coefficients) and sp.simplify(clock.remainder / function.remainder).is_negative is True
 
 
-def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple[tuple[Transition, ...], list[int]]:
-    """The transitions of a class of this name between parts of its modes, and the mode of each part.
+def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple[tuple[Transition, ...], list[tuple[int, Flags]]]:
+    """The transitions of a class of this name between parts of its modes; of each part the mode, and what is below zero there.
 
     Raises:
         SystemDefinitionError: there are too many events at which nothing changes, or a reset whose sides cannot be distinguished.
@@ -137,7 +137,7 @@ def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple
         )
     parts = [(mode, flags) for mode, rows in enumerate(functions) for flags in product((False, True), repeat=len(rows))]
     crossings = Crossings(name, functions, {part: k for k, part in enumerate(parts)})
-    return tuple(crossings.all(transitions)), [mode for mode, _ in parts]
+    return tuple(crossings.all(transitions)), parts
 
 
 def silent(like: Transition, mode: int, function: Row, target: int) -> Transition:

@@ -112,6 +112,7 @@ class Definition:
     coordinates: Coordinates
     after: bool  #: whether start and image are taken just after the reset
     starts: tuple[Start, ...]
+    below: tuple[int, ...]  #: of each mode: how many of the functions that are crossed there are below zero
     surfaces: tuple[Surface, ...] = ()
     clock: int = -1  #: the transition whose function gives the phase of the section where no coordinate does; -1 for phase zero
     derivatives: dict[int, "Numbers"] = field(default_factory=dict)

@@ -84,7 +84,7 @@ def _defined(
     starts = starts_of(reader, section, transitions)
     after = section.side == "after" and not all(nothing_changes(transitions[start.transition]) for start in starts)
     surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, Sliding))
-    modes, flows = tuple(tuple(rates)[k] for k in parts), tuple(tuple(rates.values())[k] for k in parts)
+    modes, flows = tuple(tuple(rates)[k] for k, _ in parts), tuple(tuple(rates.values())[k] for k, _ in parts)
     variables = tuple(reader.states.values())
     check_starts(reader, section, transitions, starts, flows, after)
     moved = forced and any(row.remainder.has(PHI) for mode in rates.values() for row in mode)
@@ -101,6 +101,7 @@ def _defined(
         coordinates,
         after,
         starts,
+        tuple(sum(flags) for _, flags in parts),
         surfaces,
         clock,
     )

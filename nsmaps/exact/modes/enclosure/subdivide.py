@@ -12,6 +12,8 @@ from nsmaps.exact.modes.march.returns import lengthened
 from nsmaps.exact.modes.march.section import AS_NEAR
 
 MOST_CELLS = 16  # cells of a box and their halves, to tighten its images
+STEP = 4.0  # a longest step is at least a cell, and shorter than so many
+MOST_BELOW = 1_000_000  # functions below zero at a start
 MOST_FLIGHTS = 96  # flights of the sets of one cell
 SLACK = 1.25  # width of an image over its linear part, above which cells are cut
 
@@ -20,9 +22,7 @@ SLACK = 1.25  # width of an image over its linear part, above which cells are cu
 def distance(p, b, w):
     """Bounds on how far the states of a set are from a start, as `away` of `march/section.py`; its features are `w.z`."""
     nearest, farthest, k = 0.0, 0.0, p.starts[b]
-    mode = 0
-    while p.watched[mode + 1] <= p.function[k]:
-        mode += 1
+    mode = p.mode[k]
     for f in range(p.watched[mode], p.watched[mode + 1]):
         row = p.functions[f, 0]
         apply_row(row, w.z, w.late)
@@ -32,7 +32,8 @@ def distance(p, b, w):
             small += abs(row[j]) * max(abs(w.z[j, 0]) - radius(w.z[j]), 0.0)
         own = f == p.function[k]
         apply_row(p.functions[f, 1], w.z, w.rows[0])
-        large += 2.0 * largest(w.rows[0])  # in a cell's unit of time, which is a longest step but for rounding
+        large += STEP * largest(w.rows[0])
+        small += max(abs(w.rows[0, 0]) - radius(w.rows[0]), 0.0)
         low_wrong = max(least(w.late), -greatest(w.late)) if own else -greatest(w.late)
         high_wrong = largest(w.late) if own else -least(w.late)
         if low_wrong > 0.0:
@@ -52,6 +53,31 @@ def nearest_start(p, cell, w):
         if sure and far < bound:
             bound = far
     return bound + AS_NEAR
+
+
+@inner
+def most_below(p, b, w):
+    """A bound on how many functions are below zero at a start, as `below_after` of `march/section.py`; its features are `w.z`."""
+    mode = p.mode[p.starts[b]]
+    count = p.below[mode]
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        apply_row(p.functions[f, 0], w.z, w.late)
+        if f != p.function[p.starts[b]] and least(w.late) <= AS_NEAR * largest(w.late):
+            count += 1
+    return count
+
+
+@inner
+def fewest_below(p, cell, w):
+    """The least of these bounds at starts where all states of a cell certainly are, and fall."""
+    fewest = MOST_BELOW
+    for b in range(len(p.starts)):
+        _, sure = begun(p, b, cell, w)
+        if sure and distance(p, b, w)[1] <= AS_NEAR:
+            count = most_below(p, b, w)
+            if valid(p, b, w)[1]:
+                fewest = min(fewest, count)
+    return fewest
 
 
 @inner
@@ -94,10 +120,11 @@ def cell_images(p, cell, w):
     w.excess[0] = 0.0
     for c in range(len(w.by)):
         w.by[c] = 0.0
-    reach = nearest_start(p, cell, w) if len(p.starts) > 1 else math.inf
+    several = len(p.starts) > 1
+    reach, fewest = (nearest_start(p, cell, w), fewest_below(p, cell, w)) if several else (math.inf, MOST_BELOW)
     for b in range(len(p.starts)):
         may, surely = begun(p, b, cell, w)
-        if not may or (len(p.starts) > 1 and distance(p, b, w)[0] > reach):
+        if not may or (several and (distance(p, b, w)[0] > reach or p.below[p.mode[p.starts[b]]] > fewest)):
             continue
         may, falls = valid(p, b, w)
         sure_start = sure_start or (surely and falls)

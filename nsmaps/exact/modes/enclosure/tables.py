@@ -41,6 +41,7 @@ class BallTables(NamedTuple):
     bounds: Any  #: shape (S, N), |h Y^RATES| exp(|Y|)
     choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
     chosen: Any  #: shape (T,)
+    mode: Any  #: shape (T,), in which it takes place
     target: Any  #: shape (T,), mode that follows, -1 where the motion ends
     resets: Any  #: shape (T, n, N)
     conditions: Any  #: shape (T + 1,), where the conditions of each transition begin
@@ -51,6 +52,7 @@ class BallTables(NamedTuple):
     rises: Any  #: shape (T, S), whether its rate is then not negative, as that of the function of the event is not positive
     surfaces: Any  #: shape (Q, 3, N), function of each surface of sliding, its rate above, and below with the other sign
     beside: Any  #: shape (Q, M), whether the mode lies above or below the surface
+    below: Any  #: shape (M,), how many of the functions that are crossed in a mode are below zero there
     is_section: Any  #: shape (T,)
     after: bool  #: whether start and image are just after the reset
     starts: Any  #: shape (B,), the transition of each

@@ -147,13 +147,29 @@ def falling(p, k, w):
 
 
 @inner
+def below_after(p, transition, w):
+    """How many functions are below zero just after the state of a transition: those crossed before, or zero and falling."""
+    mode = p.target[transition] if p.after else p.mode[transition]
+    count = p.below[mode]
+    velocity(p, mode, w.z, w.field)
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        own = p.on[transition, f] > 0 if p.after else f == p.function[transition]
+        value, size = dot(p.functions[f], w.z)
+        rate, steep = dot(p.functions[f], w.field)
+        if not own and abs(value) <= ROUNDING * size and rate < -ROUNDING * steep:
+            count += 1
+    return count
+
+
+@inner
 def begun(p, row, phi, w):
     """Write the features at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain.
 
     Among several starts it is the one whose state lies nearest to its surface, or one in lasting contact that is pressed; of
-    those that are as near it is one whose function falls.
+    those that are as near it is one whose function falls, and of these the one in whose mode fewest clocks and other functions
+    are below zero: they distinguish modes with one surface.
     """
-    n, best, least, falls, given = p.first.shape[1] - 1, -1, math.inf, False, w.other
+    n, best, least, falls, fewest, given = p.first.shape[1] - 1, -1, math.inf, False, 0, w.other
     features(phi, w.z, n)
     for j in range(len(w.z)):
         given[j] = w.z[j] if j >= n else 0.0
@@ -170,9 +186,10 @@ def begun(p, row, phi, w):
             far = max(far, lifted(p, j, w.z))
             far = -1.0 if far <= 4.0 * ROUNDING else far
         down = p.after or falling(p, p.starts[k], w)
-        nearer = far < least - AS_NEAR or (far <= least + AS_NEAR and down and not falls)
-        if (holds or p.after) and nearer:
-            best, least, falls = k, far, down
+        count = below_after(p, p.starts[k], w) if len(p.starts) > 1 else 0
+        better = down > falls or (down == falls and count < fewest)
+        if (holds or p.after) and (far < least - AS_NEAR or (far <= least + AS_NEAR and better)):
+            best, least, falls, fewest = k, far, down, count
             for i in range(n):
                 w.new[i] = w.z[i]
     for i in range(n):

@@ -94,8 +94,9 @@ def check_surfaces(definition: Definition, table: Tables, features: Floats, name
 def modes_of(definition: Definition, table: Tables, features: Floats, phase: Floats, given: Sequence[str]) -> Ints:
     """The mode of each state, -1 for none: that given, or the first whose guards are not negative, but for sliding and contact.
 
-    Where guards are zero it is one in which fewest of them fall, and in which others have been passed already. On a surface that
-    repels it is one of the two beside it, from which the motion is not unique.
+    It is one in which fewest functions are below zero just after, those that are crossed and those that are zero and fall; of
+    these one in which fewest fall, as others have been passed already. On a surface that repels it is one of the two beside it,
+    from which the motion is not unique.
     """
     known = np.isfinite(features).all(axis=1) & (np.abs(phase) <= MOST_PHASE)
     features = np.where(known[:, None], features, 0.0)
@@ -113,8 +114,9 @@ def modes_of(definition: Definition, table: Tables, features: Floats, phase: Flo
         obeyed &= (own >= -edge).all(axis=1) & known
         rates = velocities(table, mode, features) @ table.functions[watched].T
         due = ((own <= edge) & (rates < 0)).sum(axis=1)
-        better = obeyed & (due < least)
-        found[better], least[better] = mode, due[better]
+        rank = (table.below[mode] + due) * len(table.functions) + due
+        better = obeyed & (rank < least)
+        found[better], least[better] = mode, rank[better]
     return found
 
 

@@ -81,6 +81,7 @@ class Tables(NamedTuple):
     resting: Any  #: shape (M,), whether the mode is one of lasting contact
     surfaces: Any  #: shape (Q, 3, N), function of each surface of sliding, its rate above, and below with the other sign
     beside: Any  #: shape (Q, M), whether the mode lies above or below the surface
+    below: Any  #: shape (M,), how many of the functions that are crossed in a mode are below zero there
     is_section: Any  #: shape (T,)
     after: bool  #: whether start and image are just after the reset
     phase: float  #: at which the section is, where no coordinate is a phase

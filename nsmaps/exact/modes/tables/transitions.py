@@ -52,6 +52,7 @@ def stated(definition: Definition) -> dict[str, Any]:
         "contacts": np.array([guards.index(one.guard) if one.begins else -1 for one in transitions]),
         "releases": np.array([one.releases for one in transitions]),
         "resting": np.isin(range(len(definition.modes)), [one.mode for one in transitions if one.releases]),
+        "below": np.array(definition.below),
         "is_section": np.array([one.name in names for one in transitions]),
         "beside": np.array([[mode in one.modes for mode in definition.modes] for one in definition.surfaces], bool).reshape(
             len(definition.surfaces), len(definition.modes)
