@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section, Sliding, orbit, periodic_orbit
+from nsmaps import Guard, HybridSystem, Outcome, Section, Sliding, orbit, periodic_orbit
 from nsmaps.errors import ProofError, SystemDefinitionError
 
 
@@ -451,3 +451,37 @@ def test_images_of_boxes_are_those_of_the_mode_that_the_phase_gives():
         assert np.ptp(image.images[0, 0]) < 0.01
         assert (image.images[0, :, 0] <= corner.image[0] + 1e-12).all()
         assert (image.images[0, :, 1] >= corner.image[0] - 1e-12).all()
+
+
+class Held(HybridSystem):
+    """A block on a spring, pushed and held by friction; seen whenever it begins to slip to the right."""
+
+    mu: float = 0.5
+    side: str = "before"
+    states = ("x", "v")
+
+    def period(self):
+        return 5 * sp.pi / 2
+
+    def modes(self, t, y):
+        force = 0.8 * sp.cos(0.8 * t) - y.x - 0.8 * y.v
+        return {"right": {"x": y.v, "v": force - self.mu}, "left": {"x": y.v, "v": force + self.mu}}
+
+    def guards(self, t, y):
+        return {"hold": Sliding("right", "left", y.v)}
+
+    def section(self, t, y):
+        return Section("hold to right", ("phi",), side=self.side)
+
+
+def test_a_start_just_after_an_event_without_a_reset_is_one_where_the_event_takes_place():
+    """The push on the block, which is at 0.8 cos(phi) - mu, grows where sin(phi) < 0; elsewhere it stays held."""
+    phases = np.linspace(0.05, 6.25, 31)[:, None]
+    before, after = (Held(side=side).first_return(phases) for side in ("before", "after"))
+    assert ((after.outcome == Outcome.invalid) == (np.sin(phases[:, 0]) > 0)).all()
+    assert (after.outcome == before.outcome).all()
+    assert after.image == pytest.approx(before.image, abs=1e-13, nan_ok=True)
+    rises = Held(side="after").reasons([[1.0]])[0]
+    assert "'hold to right' has a function that rises" in rises
+    boxes = Held(side="after").image_boxes([[[1.0, 1.01]], [[4.0, 4.01]]])
+    assert boxes.empty.tolist() == [True, False]

@@ -20,6 +20,7 @@ from nsmaps.exact.modes.enclosure.forms import (
 )
 from nsmaps.exact.modes.enclosure.landing import FALLING, LOOSE
 from nsmaps.exact.modes.march.returns import lengthened
+from nsmaps.exact.modes.march.section import seen_before
 
 SMALL = 1e-9  # of the size of a coordinate: half sides that are not subdivided
 
@@ -191,16 +192,16 @@ def begun(p, b, cell, w):
         apply_row(p.states[b, i], w.z, state[i])
     same(a_set[n], state[n])
     copied(state, a_set)
-    if p.after:
-        return True, True
     features(a_set, w.z, n)
+    if not seen_before(p, p.starts[b]):
+        return True, True
     return conditioned(p, p.starts[b], a_set, w.z, w)
 
 
 @inner
 def valid(p, b, w):
     """Narrow the set of a start, whose features are `w.z`, to where its function may fall: (whether it may, whether it does)."""
-    if p.after:
+    if not seen_before(p, p.starts[b]):
         return True, True
     apply_row(p.functions[p.function[p.starts[b]], 1], w.z, w.late)
     if greatest(w.late) <= 0.0:

@@ -43,7 +43,9 @@ class BallTables(NamedTuple):
     chosen: Any  #: shape (T,)
     mode: Any  #: shape (T,), in which it takes place
     target: Any  #: shape (T,), mode that follows, -1 where the motion ends
+    leaves: Any  #: shape (S,), whether sliding or contact ends where it is negative
     resets: Any  #: shape (T, n, N)
+    moves: Any  #: shape (T,), whether there is a reset
     conditions: Any  #: shape (T + 1,), where the conditions of each transition begin
     where: Any  #: rows over the features that must not be negative
     digit: Any  #: shape (T,), of the letter in words, 0 for none

@@ -147,6 +147,12 @@ def falling(p, k, w):
 
 
 @inner
+def seen_before(p, k):
+    """Whether the state of a start is that just before its transition too: there is no reset, or sliding or contact ends."""
+    return not p.after or not p.moves[k] or p.leaves[p.function[k]]
+
+
+@inner
 def below_after(p, transition, w):
     """How many functions are below zero just after the state of a transition: those crossed before, or zero and falling."""
     mode = p.target[transition] if p.after else p.mode[transition]
@@ -185,10 +191,11 @@ def begun(p, row, phi, w):
         if j >= 0:
             far = max(far, lifted(p, j, w.z))
             far = -1.0 if far <= 4.0 * ROUNDING else far
-        down = p.after or falling(p, p.starts[k], w)
+        same = seen_before(p, p.starts[k])
+        down = not same or falling(p, p.starts[k], w)
         count = below_after(p, p.starts[k], w) if len(p.starts) > 1 else 0
         better = down > falls or (down == falls and count < fewest)
-        if (holds or p.after) and (far < least - AS_NEAR or (far <= least + AS_NEAR and better)):
+        if (holds or not same) and (far < least - AS_NEAR or (far <= least + AS_NEAR and better)):
             best, least, falls, fewest = k, far, down, count
             for i in range(n):
                 w.new[i] = w.z[i]
@@ -261,4 +268,4 @@ def starting(p, row, w):
     j = contact_of(p, p.mode[k])
     if j >= 0:
         reset(p, j, phi, w)
-    return (k, phi) if p.after or falling(p, k, w) else (-1, 0.0)
+    return (k, phi) if not seen_before(p, k) or falling(p, k, w) else (-1, 0.0)
