@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -45,7 +46,7 @@ def windows(
         starts: shape (n,) or (S, n).
     """
     order = np.argsort(-diagram.values if direction == "down" else diagram.values, kind="stable")
-    runs = Runs(diagram, map_of, np.atleast_2d(starts)[0], discard, direction is not None, order)
+    runs = Runs(diagram, lru_cache(maxsize=1)(map_of), np.atleast_2d(starts)[0], discard, direction is not None, order)
     wide = [run for run in range(len(runs.runs)) if runs.is_wide(run)]
     needed = {edge for run in wide for edge in (run - 1, run) if 0 <= edge < len(runs.runs) - 1}
     between: dict[int, Pair] = {edge: Change(runs, edge, edge + 1).borders() for edge in sorted(needed)}

@@ -28,6 +28,7 @@ COMING = 1e-3  #: of the scale: distance of a cycle to which an orbit that repea
 NEAR = 0.05  #: of the scale: least repetition from which a cycle is sought that an orbit approaches
 RESONANT = 1e-3  #: of the scale: repetition that is taken for the slow approach of a cycle, not for quasi-periodic motion
 LONGEST, TRIED = 256, 4  #: longest period of such a cycle, and how many are tried
+FALLS = 0.98  #: largest ratio of the differences after a period on successive fifths of an orbit that approaches a cycle
 SAME = 1e-8  #: of the scale: difference of states that count as one, far above the residual of Newton's method
 
 
@@ -217,7 +218,8 @@ def least(map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
 
 def approached(map: ReturnMap, path: Path, scale: Floats) -> Limit | None:
     """The stable cycle that the orbit of one path comes nearer and nearer to; None without one, or without derivatives."""
-    for period in _nearly(path, scale) if _has_slopes(map, path.states[-1:, 0]) else ():
+    periods = [period for period in _nearly(path, scale) if _settles(path, period, scale)]
+    for period in periods if _has_slopes(map, path.states[-1:, 0]) else ():
         found = least(map, periodic_orbit(map, path.states[-period:, 0], period, scale=scale), scale)
         if _is_located(found) and found.stable and _comes_nearer(path, found.states, scale):
             return Limit("", path, len(found.states), found)
@@ -234,6 +236,14 @@ def _nearly(path: Path, scale: Floats, bound: float = NEAR) -> list[int]:
             found.append(period)
             best = off / 2
     return found[:TRIED]
+
+
+def _settles(path: Path, period: int, scale: Floats) -> bool:
+    """True if the differences of an orbit after a period still fall, as on the way to a cycle."""
+    states = path.states[:, 0]
+    off = np.abs(path.coordinates.difference(states[period:], states[:-period]) / scale).max(axis=1)
+    *_, before, last = (float(part.max()) for part in np.array_split(off, 5))
+    return last <= max(FALLS * before, 2 * SAME)
 
 
 def _comes_nearer(path: Path, cycle: Floats, scale: Floats) -> bool:
