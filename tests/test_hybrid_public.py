@@ -112,6 +112,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "continue_branch": branch,
     "curve_cycles": lambda s: nsmaps.curve_cycles(s),
     "doubled_branch": lambda s: nsmaps.doubled_branch(along(s), s, tuple(values(s))),
+    "switched_branch": lambda s: nsmaps.switched_branch(along(s), s, tuple(values(s))),
     "exit_times": lambda s: nsmaps.exit_times(s, {"all": nsmaps.Where(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2),
     "export": lambda s: nsmaps.export(s, "latex"),
     "find_cycles": lambda s: nsmaps.find_cycles(s, box(s), 1, 0, 2),

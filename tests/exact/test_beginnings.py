@@ -389,7 +389,11 @@ def test_ctrl_c_is_heard_between_returns(count):
     assert system.arrivals(rows[:1]).outcome.tolist() == [Outcome.endless]
     assert system.first_return(rows[:1, :1]).outcome.tolist() == [Outcome.endless]
     timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)  # also behind a shell that ignores it
     timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        system.first_return(rows[:, :1]) if count > 1000 else system.arrivals(rows)
-    timer.join()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            system.first_return(rows[:, :1]) if count > 1000 else system.arrivals(rows)
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, handler)

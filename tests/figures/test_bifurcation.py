@@ -95,8 +95,8 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     composite = replace(exact, states=exact.states + 0.2, turns=0 * exact.turns)
     borders = Border(0.0, 0.0, "end of the range"), Border(1.0, 0.0, "end of the range")
     found = {
-        "exact": (Window("1:1/T", "1:1, period 1", (0.0, 1.0), *borders),),
-        "composite": (Window("1:1, period 1", "1:1, period 1", (0.0, 1.0), *borders),),
+        "exact": (Window("1:1/T", "1:1, period 1", *borders, (0.0, 1.0)),),
+        "composite": (Window("1:1, period 1", "1:1, period 1", *borders, (0.0, 1.0)),),
     }
     (sheet,) = sheets(replace(result, bifurcation={"exact": exact, "composite": composite}, windows=found))
     figure = sheet.figure()
@@ -137,7 +137,7 @@ def diagram(motions, state=0.0):
 def test_a_narrow_window_is_named_upwards(result, ax):
     ends = [Border(value, 0.0, "fold") for value in (0.0, 0.6, 0.66, 0.68, 1.0)]
     names = ["1:1/T", "1:1/2T", "C", "2:1/T"]
-    found = [Window(name, name, (pair[0].value, pair[1].value), *pair) for name, pair in zip(names, pairwise(ends), strict=True)]
+    found = [Window(name, name, *pair, (pair[0].value, pair[1].value)) for name, pair in zip(names, pairwise(ends), strict=True)]
     bifurcation(replace(result, bifurcation={"exact": diagram(["1:1/T"] * 60)}, windows={"exact": tuple(found)}), ax)
     assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}
 

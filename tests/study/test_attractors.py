@@ -69,7 +69,7 @@ def test_an_orbit_that_ends_elsewhere_is_not_said_to_be_right(pd: str) -> None:
     assert not verdict.holds
     assert verdict.text.startswith("no: period 2 (1:1/2T) of the exact map, period 1 ")
     stays, leaves = (by_hand(*here, 400) for here in ((result.composite, exact[0]), (result.system, ours[0])))
-    assert np.abs(stays - exact).max() < 0.02
+    assert np.abs(stays - exact).max() < 0.1
     assert np.linalg.norm(leaves - ours, axis=1).min() > 0.5
     also = "the exact map's is also an attractor of the composite map, the composite map's is not one of the exact map"
     assert verdict.text.endswith(f"relative to the extents; {also}")

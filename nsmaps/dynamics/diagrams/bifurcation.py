@@ -203,7 +203,8 @@ def _attractors(
 
     def run(map: ReturnMap, states: Floats) -> Orbit:
         found = orbit_after(map, states, discard, returns)
-        scales.append(np.array([scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states)]))
+        own = [scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states)]
+        scales.append(np.array(own).reshape(states.shape))
         return found
 
     runs, reasons, last = followed(map_of, values, starts, run, directed)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from math import nan
 from typing import Literal
 
 import numpy as np
@@ -21,9 +22,9 @@ class Window:
 
     label: str  #: the motion, such as 1:1/2T
     by_returns: str  #: its name where whole turns are unknown, as of fitted maps, such as 1:1, period 2
-    seen: tuple[float, float]  #: least and greatest value of the diagram in it
     low: Border
     high: Border
+    seen: tuple[float, float] = (nan, nan)  #: least and greatest value of the diagram in it; NaN in runs of earlier versions
 
 
 def windows(
@@ -60,4 +61,4 @@ def _window(runs: Runs, run: int, between: dict[int, Pair]) -> Window:
     ends = between[run][0] if run < len(runs.runs) - 1 else Border(last, 0.0, RANGE)
     seen = (first, begins), (last, ends)
     (low, lower), (high, upper) = sorted(seen, key=lambda pair: pair[0])
-    return Window(runs.motion(run), runs.name_by_returns(run), (low, high), lower, upper)
+    return Window(runs.motion(run), runs.name_by_returns(run), lower, upper, (low, high))

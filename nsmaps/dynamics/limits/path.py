@@ -76,7 +76,9 @@ def escapes(path: Path, scale: Floats) -> bool:
     line = ~path.coordinates.angles
     if not line.any():
         return False
-    sizes = np.array([(np.abs(part[:, line]) / scale[line]).max() for part in np.array_split(path.states[:, 0], 8)])
+    sizes = np.array(
+        [(np.abs(part[:, line]) / scale[line]).max() for part in np.array_split(path.states[:, 0], min(8, len(path.states)))]
+    )
     return bool(sizes[-1] > VAST or (sizes[-1] > LARGE and (sizes[-4:] > GROWS * sizes[-5:-1]).all()))
 
 

@@ -11,7 +11,7 @@ from nsmaps.exact.ode.layout import BOTH, FLOWN, FRESH, PLACES, UP, VELOCITIES, 
 UNIT = 2.0**-53
 SIGMAS = 4.0  #: standard deviations of rounding errors that are taken as their bound
 CLOUDED = 1e-10  #: of the way flown: a flight whose place may have a larger error is undecided
-FAINT = 1e-6  #: of a speed: an impact whose speed may have a larger error is undecided
+FAINT = 3e-5  #: of a speed: an impact whose speed may have a larger error is undecided
 LEADING = 4  #: terms of the velocity with whose sizes the last ones are compared
 
 

@@ -9,7 +9,7 @@ from nsmaps.arrays import Floats
 DOUBTS = (
     "",
     "A flight meets or passes a wall so slowly that rounding errors of its place decide which, or change the speed of the impact "
-    "by more than a millionth: a graze within rounding. Impact speeds far below those of the flight are better known of flights "
+    "by more than 3e-5 of it: a graze within rounding. Impact speeds far below those of the flight are better known of flights "
     "in closed form (`displacement`).",
     "A flight amplifies rounding errors until its place is not known to 1e-10 of the way flown: it is chaotic before it meets a "
     "wall, and the image is one of many.",
