@@ -173,6 +173,7 @@ REFUSED = {
     "compose": "requires a map of pieces; expected: CompositeMap or ParametricMap",
     "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",
     "doubled_branch": "begins at an event of another branch; expected: Event",
+    "switched_branch": "begins at an event of that one; expected: Event",
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",

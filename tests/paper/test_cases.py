@@ -173,7 +173,7 @@ def test_domain_fp_of_the_fitted_map(pair):
 
 
 def test_p_and_q_of_every_fitted_map_are_found_twice(case):
-    """By iteration and as roots of the second-iterate map, to 1e-10; part 1 of the Statement in FP and for v in PD, part 2 elsewhere."""
+    """By iteration and as roots of the second-iterate map, to 1e-10; part 1 of the Statement in FP and for v in PD, else 2."""
     name, result = case
     domain = result.domains["fitted"]
     assert domain.status == "outer"
@@ -210,7 +210,7 @@ def test_a_bound_holds_the_attractor_of_the_map_that_it_names(case):
 
 def test_the_composite_map_of_a_study_is_the_one_that_is_bounded(case):
     """A million states of the start box and of the last one stay there under it, and its attractor is in the last one."""
-    name, result = case
+    _, result = case
     domain, map = result.domains["composite"], result.composite
     assert (domain.of, domain.status, domain.forward_invariant, domain.converged) == ("composite map", "enclosed", True, True)
     for low, high in (domain.boxes[0].T, domain.boxes[-1].T):
