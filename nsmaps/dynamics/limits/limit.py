@@ -29,6 +29,7 @@ NEAR = 0.05  #: of the scale: least repetition from which a cycle is sought that
 RESONANT = 1e-3  #: of the scale: repetition that is taken for the slow approach of a cycle, not for quasi-periodic motion
 LONGEST, TRIED = 256, 4  #: longest period of such a cycle, and how many are tried
 FALLS = 0.98  #: largest ratio of the differences after a period on successive fifths of an orbit that approaches a cycle
+PARTS = 5  #: fifths of the differences after a period, of which the last two are compared
 SAME = 1e-8  #: of the scale: difference of states that count as one, far above the residual of Newton's method
 
 
@@ -242,7 +243,9 @@ def _settles(path: Path, period: int, scale: Floats) -> bool:
     """True if the differences of an orbit after a period still fall, as on the way to a cycle."""
     states = path.states[:, 0]
     off = np.abs(path.coordinates.difference(states[period:], states[:-period]) / scale).max(axis=1)
-    *_, before, last = (float(part.max()) for part in np.array_split(off, 5))
+    if len(off) < PARTS:
+        return False
+    *_, before, last = (float(part.max()) for part in np.array_split(off, PARTS))
     return last <= max(FALLS * before, 2 * SAME)
 
 
