@@ -67,12 +67,35 @@ def test_what_a_map_lacks_is_named():
     for call in (nsmaps.periodic_orbit, lambda map, state: nsmaps.lyapunov(map, state, 100)):
         with pytest.raises(NsmapsError, match=r"the map has no derivative; expected: .*of_map"):
             call(Sine(0.6, smooth=False), [0.4])
-    with pytest.raises(NsmapsError, match=r"a Sine has no parameters by name; expected: an ImpactSystem.*stability_diagram"):
-        nsmaps.chart(Sine(), {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
+    with pytest.raises(NsmapsError, match=r"a Bare has no `at`; expected: a system, or a map whose `at`.*stability_diagram"):
+        nsmaps.chart(Bare(), {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
     with pytest.raises(NsmapsError, match=r"a ndarray: `first_return` of a Bare gives what `Returns.of_map` makes"):
         nsmaps.orbit(Bare(), [0.3], 3)
     with pytest.raises(StateError, match="have the shapes"):
         Returns.of_map(("x",), [[0.1]], [0.1])
+
+
+class Shifted:
+    """x -> a x (1 - x) + b, whose period doublings at b = 0 lie at a = 3 and 1 + sqrt(6)."""
+
+    coordinates = ("x",)
+
+    def __init__(self, a=2.5, b=0.0):
+        self.a, self.b = a, b
+
+    def at(self, **values):
+        return Shifted(**{"a": self.a, "b": self.b} | values)
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float).reshape(-1, 1)
+        return Returns.of_map(("x",), x, self.a * x * (1 - x) + self.b, (self.a * (1 - 2 * x))[..., None] if derivative else None)
+
+
+def test_a_map_with_parameters_has_a_chart():
+    chart = nsmaps.chart(Shifted(), {"a": [2.5, 3.2, 3.5, 4.0], "b": [-0.05, 0.0]}, [0.3], 500, 500)
+    assert [chart.motions[k].label for k in chart.motion[1, :, 0]] == ["period 1", "period 2", "period 4", "C"]
+    assert chart.exponent[1, :2, 0] == pytest.approx([np.log(0.5), np.log(0.16) / 2], abs=1e-9)  # 2 - a; 4 + 2 a - a^2
+    assert chart.exponent[1, 3, 0] == pytest.approx(np.log(2), abs=0.02)
 
 
 def test_a_domain_names_its_map():

@@ -34,17 +34,16 @@ def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
 
 
 def check_plane(system: "ImpactSystem | HybridSystem", axes: Mapping[str, Floats]) -> None:
-    """Refuse anything but two different parameters of the system."""
-    if not hasattr(system, "parameter_names"):
+    """Refuse anything but two different parameters of the system; a map of one's own knows its names in `at` alone."""
+    if not hasattr(system, "at"):
         raise NsmapsError(
-            f"a {type(system).__name__} has no parameters by name; expected: an ImpactSystem or a HybridSystem. Of any other map "
-            "`stability_diagram` shows the motions over two parameters"
+            f"a {type(system).__name__} has no `at`; expected: a system, or a map whose `at` gives the map at values of "
+            "parameters by name. Of any other map `stability_diagram` shows the motions over two parameters"
         )
-    known = system.parameter_names()
+    known = system.parameter_names() if hasattr(system, "parameter_names") else tuple(axes)
     if len(axes) != 2:
-        raise NsmapsError(
-            f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters of {', '.join(known)}"
-        )
+        text = f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters"
+        raise NsmapsError(f"{text} of {', '.join(known)}" if hasattr(system, "parameter_names") else text)
     for name in axes:
         if name not in known:
             close = near_match(name, known)

@@ -58,7 +58,7 @@ def _pass(
         map.first_return(starts[:0])  # a formula may fail at these values
         return map
 
-    runs, reasons, _ = followed(map_at, row[::way], starts, lambda map, states: tail(map, states, length, tolerance), directed)  # type: ignore[arg-type]
+    runs, reasons, _ = followed(map_at, row[::way], starts, lambda map, states: tail(map, states, length, tolerance), directed)
     them = iter(runs)
     return [None if reason else next(them) for reason in reasons][::way], reasons[::way]
 

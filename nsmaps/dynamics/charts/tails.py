@@ -1,6 +1,7 @@
 """The ends of long orbits: the last returns after many, of which exact repetitions are not computed again."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,7 @@ from nsmaps.arrays import Floats, finite_rows
 from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limit_of, limits, unless_resting
 from nsmaps.dynamics.limits.path import ALIGN, Path
 from nsmaps.dynamics.motion import UNRESOLVED
-from nsmaps.dynamics.returnmap import OrbitMap
+from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, single_returns
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -59,7 +60,7 @@ class Tail:
         return self.states[:, -1]
 
 
-def tail(map: OrbitMap, starts: Floats, length: Length, tolerance: float = 1e-6) -> Tail:
+def tail(map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6) -> Tail:
     """The ends of the orbits of starts (S, n) after `discard + returns` returns.
 
     What orbits end on that do not repeat up to rounding in the last ones is decided as by `limits`: in all `returns`, with the
@@ -75,10 +76,11 @@ def tail(map: OrbitMap, starts: Floats, length: Length, tolerance: float = 1e-6)
     for own, n in ((repeats, k), (~repeats, length.returns)):
         which = np.flatnonzero(own)
         if len(which):
-            part = map.orbits(after[which], n, derivative=True)
+            part = _orbits(map, after[which], n, derivative=True)
             _write(found, which, part, n, finite_rows(after[which]))
-            if part.derivative is not None and not repeats[which[0]]:
-                found.growth[which] = _growth(part.derivative.reshape(n, len(which), dim, dim))
+            if not repeats[which[0]]:
+                if part.derivative is not None:
+                    found.growth[which] = _growth(part.derivative.reshape(n, len(which), dim, dim))
                 path = Path.of(part, len(which))
                 paths = [(orbit, path.of_one(place)) for place, orbit in enumerate(which.tolist())]
     found.scale[:] = [scale_of(map, own[-LOOKED:], beside=starts) for own in found.states]
@@ -89,7 +91,16 @@ def tail(map: OrbitMap, starts: Floats, length: Length, tolerance: float = 1e-6)
     return found
 
 
-def _limit(map: OrbitMap, path: Path, scale: Floats, window: int, tolerance: float) -> Limit | None:
+def _orbits(map: ReturnMap, states: Floats, n: int, **how: Any) -> Returns:
+    """The first n returns of states, above none, by one call where the map has many returns in one."""
+    return (
+        map.orbits(states, n, **how)
+        if isinstance(map, OrbitMap)
+        else Returns.concatenated([*single_returns(map, states, n, **how)])
+    )
+
+
+def _limit(map: ReturnMap, path: Path, scale: Floats, window: int, tolerance: float) -> Limit | None:
     """What the orbit of one path ends on; None where it repeats up to rounding in the last returns, or ended."""
     if not np.isfinite(path.states[-1]).all() or path.last(window).repeats(ROUNDED * scale)[0]:
         return None
@@ -99,14 +110,14 @@ def _limit(map: OrbitMap, path: Path, scale: Floats, window: int, tolerance: flo
     return found
 
 
-def _transient(map: OrbitMap, starts: Floats, length: Length) -> tuple[Floats, NDArray[np.bool_], NDArray[np.int8], int]:
+def _transient(map: ReturnMap, starts: Floats, length: Length) -> tuple[Floats, NDArray[np.bool_], NDArray[np.int8], int]:
     """The states from which the last returns begin, which orbits repeat, the outcome of those that ended, and returns made."""
     after, repeats, outcome = starts.copy(), np.zeros(len(starts), bool), np.full(len(starts), Outcome.invalid, np.int8)
     going, done, block, computed = np.arange(len(starts)), 0, FIRST, 0
     last = length.discard + length.returns - length.window
     while done < length.discard and len(going):
         n = min(block, length.discard - done)
-        part = map.orbits(after[going], n)
+        part = _orbits(map, after[going], n)
         images, done, block = part.image.reshape(n, len(going), -1), done + n, min(2 * block, BLOCK // len(going) + 1)
         after[going], outcome[going], computed = images[-1], part.outcome[-len(going) :], computed + n * len(going)
         for column, orbit in enumerate(going.tolist()):
