@@ -98,6 +98,20 @@ def test_a_map_with_parameters_has_a_chart():
     assert chart.exponent[1, 3, 0] == pytest.approx(np.log(2), abs=0.02)
 
 
+@pytest.mark.parametrize(("count", "direction"), [(66, "up"), (71, "down")])
+def test_the_windows_of_the_quadratic_map_end_at_its_doublings(count, direction):
+    values = np.linspace(2.5, 3.52, count)
+    made = nsmaps.bifurcation(Shifted, values, [0.3], discard=1000, direction=direction)
+    one, two, *_ = windows(made, Shifted, np.array([0.3]), 1000, direction)
+    for border, value, kind in (
+        (one.high, 3.0, "period doubling"),
+        (two.low, 3.0, "period halving"),
+        (two.high, 1 + np.sqrt(6), "period doubling"),
+    ):
+        assert (border.kind, border.value) == (kind, pytest.approx(value, abs=border.precision + 1e-12))
+        assert border.precision < 1e-8
+
+
 def test_a_domain_names_its_map():
     assert nsmaps.attracting_domain(Sine(), [[0.1, 0.9]]).of == "map Sine"
 
