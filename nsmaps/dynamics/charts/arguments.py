@@ -34,7 +34,7 @@ def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
 
 
 def check_plane(system: "ImpactSystem | HybridSystem", axes: Mapping[str, Floats]) -> None:
-    """Refuse anything but two different parameters of the system; a map of one's own knows its names in `at` alone."""
+    """Refuse anything but two different parameters of the system; a user-defined map knows its names in `at` alone."""
     if not hasattr(system, "at"):
         raise NsmapsError(
             f"a {type(system).__name__} has no `at`; expected: a system, or a map whose `at` gives the map at values of "

@@ -155,7 +155,7 @@ def chart(
     state to the last bit is not computed any further, since it repeats; all numbers are those of the whole orbit.
 
     Args:
-        system: an exact system, whose other parameters are kept, or a map of one's own whose `at` takes both by name.
+        system: an exact system, whose other parameters are kept, or a user-defined map whose `at` takes both by name.
         plane: the values of two parameters by name, ascending, shapes (V,) and (W,), or an `Axis`; the first is drawn along.
         starts: one state, shape (n,) or by name, or some, shape (S, n), phases in radians.
         returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
