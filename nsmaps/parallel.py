@@ -8,13 +8,10 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import singledispatch, wraps
 from io import BytesIO
-from multiprocessing import get_context
 from pathlib import Path
-from signal import SIG_IGN, SIGINT, signal
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -129,17 +126,6 @@ class Jobs:
             except KeyboardInterrupt:
                 raise Interrupted(_unfinished(found, unfinished), self.path, f"{len(found)} of {len(parts)} parts") from None
         return [found[number] for number in range(len(parts))]
-
-
-@contextmanager
-def processes(count: int) -> Iterator[Executor | None]:
-    """An executor of so many processes, ended at the end; None for one, which is this process. Ctrl-C is heard here alone."""
-    if count == 1:
-        yield None
-        return
-    context = get_context("spawn")  # a fork would have the locks of threads that it does not have
-    with ProcessPoolExecutor(count, context, initializer=signal, initargs=(SIGINT, SIG_IGN)) as pool:
-        yield pool
 
 
 SERIAL = Jobs()  #: no parts at all, in this process

@@ -187,8 +187,8 @@ def run(
     """
     with _reported_errors(), progress_line(quiet):
         begun = perf_counter()
+        from nsmaps.cli.workers import processes
         from nsmaps.interrupts import Interrupted
-        from nsmaps.parallel import processes
         from nsmaps.study.reading.overrides import assignments
         from nsmaps.study.reading.reader import load_study
         from nsmaps.study.run import run as compute
@@ -204,16 +204,20 @@ def run(
             raise typer.Exit(STOPPED) from None
         result, spent = _shown(result, folder, not no_figures, not no_report)
     if not quiet:
-        summary(result)
-        seconds |= result.timings | spent
-        say(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
-        if not no_figures and (more := drawable(result, named_by(result))):
-            say(f"other figures, by nsmaps figures {shlex.quote(str(folder))} --only NAME: {', '.join(more)}")
-        say(f"written to {folder}{'' if no_report else '; to be read: ' + str(folder / 'report.html')}")
+        _say_done(result, folder, seconds | result.timings | spent, not no_figures, not no_report)
     if not result.holds:
         raise typer.Exit(FAILED)
     if result.undrawn and not no_figures:
         raise typer.Exit(BAD)
+
+
+def _say_done(result: "StudyResult", folder: Path, seconds: dict[str, float], figures: bool, report: bool) -> None:
+    """The results of a run, its times, and where all of it is."""
+    summary(result)
+    say(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
+    if figures and (more := drawable(result, named_by(result))):
+        say(f"other figures, by nsmaps figures {shlex.quote(str(folder))} --only NAME: {', '.join(more)}")
+    say(f"written to {folder}{'; to be read: ' + str(folder / 'report.html') if report else ''}")
 
 
 @app.command(epilog=examples("nsmaps bench --returns 2000", "nsmaps bench --start"))

@@ -88,11 +88,11 @@ class Chart(WithCoordinates):
     @property
     def most_differing(self) -> float:
         """The largest share of the filled pixels that may have another motion, at 95 % confidence, by `probes`; 0 without any."""
+        if self.computed.all() or self.differing == self.probes:
+            return 0.0 if self.computed.all() else 1.0
         from scipy.stats import beta
 
-        if self.computed.all():
-            return 0.0
-        return float(beta.ppf(0.95, self.differing + 1, self.probes - self.differing)) if self.differing < self.probes else 1.0
+        return float(beta.ppf(0.95, self.differing + 1, self.probes - self.differing))
 
     def shares(self) -> dict[str, float]:
         """The fraction of the pixels at which each motion attracts an orbit, the most frequent first; pixels may count twice.
@@ -191,7 +191,7 @@ def chart(
     work = _Work(Along(cast("ImpactSystem", system), first, second), columns, rows, how)
     if refine is None or 1 in work.shape:
         work.compute(np.arange(work.known.size), jobs)
-        refinement = Refinement(np.arange(work.known.size), np.ones(work.shape, bool), 0, 0)
+        refinement = work.without_filled()
     else:
         refinement = refined(work.shape, refine, _Levels(work, jobs, 2 * refine.bit_length()).kinds)
     if work.tables["refused"][work.known].all():
@@ -237,7 +237,7 @@ class _Work:
 
         def unfinished(parts: dict[int, Arrays]) -> Chart:
             write(parts)
-            return self.chart(Refinement(np.arange(self.known.size), self.known.reshape(self.shape), 0, 0))
+            return self.chart(self.without_filled())
 
         write(dict(enumerate(jobs.run(pixels, [(self.map_of, row, *self.how) for row in rows], unfinished))))
 
@@ -252,6 +252,10 @@ class _Work:
         self.known[numbers] = True
         self.reason, self.returns = self.reason or str(part["reason"]), self.returns + int(part["computed"])
 
+    def without_filled(self) -> Refinement:
+        """The pixels that are computed; no other has a motion."""
+        return Refinement(np.arange(self.known.size), self.known.reshape(self.shape), 0, 0)
+
     def chart(self, refinement: Refinement) -> Chart:
         """The chart, some of whose pixels have the motions of others; what was not computed has no numbers."""
         known = refinement.computed.ravel()
@@ -259,19 +263,10 @@ class _Work:
         for name in ("exponent", "means", "state"):
             filled[name][~known] = np.nan
         filled = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in filled.items()}
-        names = self.map_of.parameter, str(self.map_of.second)
+        names, observables = (self.map_of.parameter, str(self.map_of.second)), tuple(one.name for one in self.how[-1])
         about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions.known)
-        observables = tuple(one.name for one in self.how[-1])
-        return Chart(
-            *about,
-            **filled,
-            observables=observables,
-            computed=refinement.computed,
-            probes=refinement.probes,
-            differing=refinement.differing,
-            reason=self.reason,
-            returns=self.returns,
-        )
+        filled |= {"returns": self.returns, "probes": refinement.probes, "differing": refinement.differing}
+        return Chart(*about, **filled, observables=observables, computed=refinement.computed, reason=self.reason)
 
 
 @dataclass(slots=True, eq=False)
@@ -289,8 +284,8 @@ class _Levels:
         self.work.compute(numbers, self.jobs.share(self._share(self.done), self._share(self.done + 1), f"round-{self.done:04d}"))
         self.done += 1
         motions = [(motion.label, motion.period) for motion in self.work.motions.known]
-        tables = self.work.tables
-        rows = zip(numbers.tolist(), *(tables[name][numbers].tolist() for name in ("motion", "outcome", "refused")), strict=True)
+        columns = (self.work.tables[name][numbers].tolist() for name in ("motion", "outcome", "refused"))
+        rows = zip(numbers.tolist(), *columns, strict=True)
         return np.array([self._kind(motions, *row) for row in rows], np.int64)
 
     def _kind(self, motions: list[tuple[str, int]], number: int, motion: list[int], outcome: list[int], refused: bool) -> int:
