@@ -13,6 +13,7 @@ from numba.core.registry import cpu_target
 
 import nsmaps
 from nsmaps.exact.compiling import linked
+from nsmaps.exact.modes.paths.tracks import events_from
 from nsmaps.proof.closed import Around
 from nsmaps.proof.prove import prove
 from nsmaps.study.ahead import CALLS
@@ -31,7 +32,9 @@ def call_all() -> None:
     row = np.array([[0.5, 0.1, -0.6, 1.0]])
     capsule.first_return(row)
     capsule.trajectory(row[0], 4)
-    capsule.arrivals(np.array([[0.0, 0.1, 0.2, 0.3, 1.0]]))
+    beyond = np.array([[0.0, 0.1, 0.2, 0.3, 1.0]])
+    capsule.arrivals(beyond)
+    next(events_from(capsule._kernel().definition, capsule._kernel().table, beyond[0], 0))
     for system, start in ((pair, state[0]), (capsule, row[0])):
         nsmaps.observe(system, start, 2, ["loss"], batches=1)
         nsmaps.observe_orbit(
