@@ -188,7 +188,8 @@ def chart(
         raise NsmapsError("there are no starts; expected: one state or more")
     how = now, Length(discard, returns, 2 * max_period), tolerance, direction, observables_of(system, observables)
     (first, columns), (second, rows) = axes.items()
-    work = _Work(Along(cast("ImpactSystem", system), first, second), columns, rows, how)
+    known = np.zeros(rows.size * columns.size, bool)
+    work = _Work(Along(cast("ImpactSystem", system), first, second), columns, rows, how, known)
     if refine is None or 1 in work.shape:
         work.compute(np.arange(work.known.size), jobs)
         refinement = work.without_filled()
@@ -207,14 +208,11 @@ class _Work:
     along: Floats
     across: Floats
     how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...]]  #: starts, returns, tolerance, direction, observables
+    known: Bools  #: of all pixels, by their numbers: which are computed
     tables: Arrays = field(default_factory=dict)
-    known: Bools = field(init=False)  #: of all pixels, by their numbers: which are computed
     motions: Motions = field(default_factory=Motions)
     reason: str = ""
     returns: int = 0
-
-    def __post_init__(self) -> None:
-        self.known = np.zeros(self.along.size * self.across.size, bool)
 
     @property
     def shape(self) -> tuple[int, int]:
