@@ -1,4 +1,4 @@
-"""Auxiliary maps sampled on grids: of any map, and no bound."""
+"""Auxiliary maps sampled on grids: of any map, and no bound. Every extreme is a value that the map takes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -6,11 +6,14 @@ from typing import Self
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Bools, Floats
+from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family, image_function
 from nsmaps.coordinates import Coordinates, WithCoordinates
 
 Function = Callable[[Floats], Floats]
+
+ZOOMS, FINER = 4, 33  #: how often the best of samples is sought on a finer grid between its neighbours, and the points of that
+SIGNS = np.array([-1.0, 1.0])  #: by which images are multiplied, so that the lower map is a maximum too
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,109 +27,135 @@ class Sampled(WithCoordinates):
     grid: tuple[Envelope, ...] = field(repr=False)
     status: str = "sampled"
     same: float = 1e-12
+    peaks: dict[tuple[int, int, int], tuple[float, float]] = field(default_factory=dict, repr=False)  #: those sought
 
     @classmethod
     def of(cls, map: AnyMap, box: Floats, samples: int) -> "Sampled":
-        """From one grid over the box."""
+        """From grids over the box."""
         function = image_function(map, box)
-        axes = [np.linspace(low, high, samples) for low, high in box]
-        images = _images(function, axes)
-        curves = [
-            Envelope(name, axes[i], *_over_others(images[..., i], i), *family(function, i, axes[i], box))
-            for i, name in enumerate(map.coordinates)
-        ]
+        curves = []
+        for i, name in enumerate(map.coordinates):
+            x = np.linspace(box[i, 0], box[i, 1], samples)
+            lower, upper = extremes(function, i, x, box, samples)
+            curves.append(Envelope(name, x, lower, upper, *family(function, i, x, box)))
         return cls(Coordinates(map.coordinates), box, function, samples, tuple(curves))
 
     def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
         """See AuxiliaryMaps."""
-        return extremes(self.function, index, x, self.box, self.samples)
+        lower, upper = extremes(self.function, index, x, self.box, self.samples)
+        return lower, upper
 
     @classmethod
     def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
-        return np.array([[curves[side][0] for curves in map._each(x[:, None])] for map, x in zip(maps, states, strict=True)])
+        (count, n), first = states.shape, maps[0]
+        boxes = np.repeat([map.box for map in maps], n, axis=0)
+        index = np.tile(np.arange(n), count)
+        return _extremes(first.function, boxes, index, states.ravel(), first.samples, (side,)).reshape(states.shape)
 
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
-        """See AuxiliaryMaps: an interval's own ends are evaluated, what lies between them is read off the grid."""
-        found = []
-        for e, interval, (lower, upper) in zip(self.grid, intervals, self._each(intervals), strict=True):
-            between = (e.x > interval[0]) & (e.x < interval[1])
-            least, at_least = _peak(e.x, -e.lower, between, interval, -lower)
-            found.append(((-least, at_least), _peak(e.x, e.upper, between, interval, upper)))
-        values, at = np.moveaxis(np.array(found), 2, 0)
-        return Extremes(values, np.repeat(at[..., None], 2, axis=2))
+        """See AuxiliaryMaps: an interval's own ends are evaluated, and the best of the grid between them is refined."""
+        n = len(intervals)
+        boxes, index = np.tile(self.box, (2 * n, 1, 1)), np.repeat(np.arange(n), 2)
+        ends = _extremes(self.function, boxes, index, intervals.ravel(), self.samples).reshape(2, n, 2)
+        found = np.array([[self._peak(i, side, intervals[i], ends[side, i]) for side in (0, 1)] for i in range(n)])
+        return Extremes(found[..., 0], np.repeat(found[..., 1, None], 2, axis=2))
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""
         return self.grid
 
-    def _each(self, values: Floats) -> list[tuple[Floats, Floats]]:
-        """The lower and upper map of every coordinate at some of its values, shape (n, m), in one call of the map."""
-        axes = [np.linspace(low, high, self.samples) for low, high in self.box]
-        grids = [_states([*axes[:k], x, *axes[k + 1 :]]) for k, x in enumerate(values)]
-        images = self.function(np.concatenate(grids)).reshape(len(values), -1, len(values))
-        shapes = [[self.samples] * k + [len(x)] + [self.samples] * (len(values) - k - 1) for k, x in enumerate(values)]
-        return [_over_others(image[:, k].reshape(shape), k) for k, (image, shape) in enumerate(zip(images, shapes, strict=True))]
+    def _peak(self, index: int, side: int, interval: Floats, ends: Floats) -> tuple[float, float]:
+        """The extreme of one map over an interval, whose ends have the images `ends`, and where it is; NaN without images."""
+        envelope, sign = self.grid[index], SIGNS[side]
+        x, curve = envelope.x, sign * (envelope.upper if side else envelope.lower)
+        if not np.isfinite(curve).all() or not np.isfinite(ends).all():
+            return np.nan, np.nan
+        end = int((sign * ends).argmax())
+        between = np.flatnonzero((x > interval[0]) & (x < interval[1]))
+        k = int(between[curve[between].argmax()]) if len(between) else 0
+        if not len(between) or curve[k] <= sign * ends[end]:
+            return float(ends[end]), float(interval[end])
+        neighbours = x[max(k - 1, 0)], x[min(k + 1, len(x) - 1)]
+        if neighbours[0] < interval[0] or neighbours[1] > interval[1]:
+            return self._refined(index, side, k, np.clip(neighbours, *interval))
+        if (index, side, k) not in self.peaks:
+            self.peaks[index, side, k] = self._refined(index, side, k, np.array(neighbours))
+        return self.peaks[index, side, k]
+
+    def _refined(self, index: int, side: int, k: int, around: Floats) -> tuple[float, float]:
+        """The extreme of one map, and where it is, between the neighbours `around` of its sample k."""
+        envelope = self.grid[index]
+
+        def values(x: Floats) -> Floats:
+            return SIGNS[side] * self.curves(index, x.ravel())[side].reshape(x.shape)
+
+        top = SIGNS[side] * (envelope.upper if side else envelope.lower)[k : k + 1]
+        place, value = zoomed(values, envelope.x[k : k + 1], top, around[None])
+        return float(SIGNS[side] * value[0]), float(place[0])
 
 
-def extremes(function: Callable[[Floats], Floats], index: int, x: ArrayLike, box: Floats, samples: int) -> tuple[Floats, Floats]:
-    """The least and largest image of coordinate `index` at each of its values x, shape (m,), over a grid of the others.
+def extremes(function: Function, index: int, x: ArrayLike, box: Floats, samples: int) -> Floats:
+    """The least and the largest image of coordinate `index` at each of its values x, shape (m,), over the others: shape (2, m).
 
-    The grid has `samples` points along every other coordinate of the box, shape (n, 2), its ends included; an extreme inside
-    the grid is taken at the vertex of the parabola through its neighbours, which leaves an error of fourth order in the spacing.
+    The best of a grid with `samples` points along every other coordinate of the box, shape (n, 2), its ends included, is
+    refined between its neighbours, along one axis after the other. No curve is laid through samples, so that nothing exceeds
+    what the map takes, at a jump either.
     """
-    axes = [np.linspace(low, high, samples) for low, high in box]
-    axes[index] = np.asarray(x, float)
-    return _over_others(_images(function, axes)[..., index], index)
+    values = np.asarray(x, float)
+    return _extremes(function, np.tile(box, (len(values), 1, 1)), np.full(len(values), index), values, samples)
 
 
-def _images(function: Callable[[Floats], Floats], axes: list[Floats]) -> Floats:
-    """The images of a tensor grid, shape (len of each axis, n)."""
-    return function(_states(axes)).reshape(*(len(axis) for axis in axes), len(axes))
+def zoomed(values: Function, at: Floats, top: Floats, around: Floats) -> tuple[Floats, Floats]:
+    """Where a function of one number is largest between the ends `around`, shape (R, 2), and its value there, row by row.
+
+    Args:
+        values: takes numbers of shape (R, m) to their values; those without a value are passed over.
+        at: shape (R,), the best number known.
+        top: shape (R,), its value, which is kept if it is NaN or if none exceeds it.
+    """
+    low, high, row = *around.T, np.arange(len(at))
+    shares = np.linspace(0, 1, FINER)
+    for _ in range(ZOOMS):
+        x = low[:, None] * (1 - shares) + high[:, None] * shares
+        found = values(x)
+        best = np.argmax(np.where(np.isfinite(found), found, -np.inf), axis=1)
+        better = found[row, best] > top
+        at, top = np.where(better, x[row, best], at), np.where(better, found[row, best], top)
+        step = (high - low) / (FINER - 1)
+        low, high = np.maximum(low, at - step), np.minimum(high, at + step)
+    return at, top
 
 
-def _states(axes: list[Floats]) -> Floats:
-    """The states of a tensor grid, row after row."""
-    return np.column_stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")])
+def _extremes(function: Function, boxes: Floats, index: Ints, x: Floats, samples: int, sides: Sequence[int] = (0, 1)) -> Floats:
+    """The least (side 0) and the largest (1) image of a coordinate at one of its values over the others, shape (S, R).
 
+    Args:
+        boxes: shape (R, n, 2).
+        index: shape (R,), the coordinate; `x` its value.
+        sides: which of the two, in this order.
+    """
+    (count, n), row = boxes.shape[:2], np.arange(len(x))
+    others = np.array([[k for k in range(n) if k != i] for i in range(n)], int).reshape(n, n - 1)[index]
+    share = np.indices((samples,) * (n - 1)).reshape(n - 1, samples ** (n - 1)) / (samples - 1)
+    ends = np.take_along_axis(boxes, others[:, :, None], axis=1)
+    grid = np.empty((count, share.shape[1], n))
+    grid[row, :, index] = x[:, None]
+    grid[row[:, None], :, others] = ends[..., :1] * (1 - share) + ends[..., 1:] * share
+    values = function(grid.reshape(-1, n)).reshape(grid.shape)[row, :, index]
+    signed = values * SIGNS[[*sides], None, None]
+    best = np.argmax(signed, axis=2).ravel()  # of a row with NaN, the NaN
+    row, index, others, ends = (np.concatenate([each] * len(sides)) for each in (row, index, others, ends))
+    signs, states, top = np.repeat(SIGNS[[*sides]], count), grid[row, best], signed.reshape(len(row), -1).max(axis=1)
+    row = np.arange(len(row))
+    around = states[row[:, None], others][..., None] + (ends[..., 1:] - ends[..., :1]) / (samples - 1) * SIGNS
+    around = np.clip(around, ends[..., :1], ends[..., 1:])
+    for k in [*range(n - 1)] * (n - 1):  # more than once where the axes depend on each other
 
-def _over_others(values: Floats, index: int) -> tuple[Floats, Floats]:
-    """The least and largest of the values on a grid over all axes but one."""
-    rows = np.moveaxis(values, index, 0)
-    return -_maximum(-rows), _maximum(rows)
+        def along(x: Floats, axis: Ints = others[:, k]) -> Floats:
+            tried = np.repeat(states[:, None], x.shape[1], axis=1)
+            tried[row, :, axis] = x
+            return signs[:, None] * function(tried.reshape(-1, n)).reshape(tried.shape)[row, :, index]
 
-
-def _maximum(grid: Floats) -> Floats:
-    """The maximum over all axes but the first, shape (m,), between grid points too: the vertex along each axis."""
-    values = grid.reshape(len(grid), -1)
-    rows = np.arange(len(values))
-    best = np.argmax(values, axis=1)  # of a row with NaN, the NaN
-    top = values[rows, best]
-    total = top.copy()
-    stride = 1
-    for points in reversed(grid.shape[1:]):
-        place = best // stride % points
-        step = np.where((place > 0) & (place < points - 1), stride, 0)
-        total += vertex_gain(values[rows, best - step], top, values[rows, best + step])
-        stride *= points
-    return total
-
-
-def vertex_gain(before: Floats, top: Floats, after: Floats) -> Floats:
-    """By how much the vertex of the parabola through three equidistant values exceeds the middle one, the largest."""
-    bend = 2 * top - before - after
-    return (after - before) ** 2 / (8 * np.where(bend > 0, bend, np.inf))
-
-
-def _peak(x: Floats, curve: Floats, between: Bools, interval: Floats, ends: Floats) -> tuple[float, float]:
-    """The maximum of a sampled curve over the samples in `between` and the interval's two ends, and where it is."""
-    if not np.isfinite(curve).all() or not np.isfinite(ends).all():
-        return np.nan, np.nan
-    best, at = float(ends.max()), float(interval[int(ends.argmax())])
-    if between.any():
-        k = int(np.argmax(np.where(between, curve, -np.inf)))
-        inner = 0 < k < len(curve) - 1 and between[k - 1] and between[k + 1]
-        gain = float(vertex_gain(curve[k - 1], curve[k], curve[k + 1])) if inner else 0.0
-        if curve[k] + gain > best:
-            best, at = float(curve[k]) + gain, float(x[k])
-    return best, at
+        states[row, others[:, k]], top = zoomed(along, states[row, others[:, k]], top, around[:, k])
+    return (signs * top).reshape(len(sides), count)
