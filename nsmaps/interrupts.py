@@ -3,10 +3,13 @@
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import Any
+
+_THREAD = threading.local()  #: `stop` in it is the event that ends the work of this thread, if there is one
 
 
 class Interrupted(KeyboardInterrupt):
@@ -56,3 +59,22 @@ def heard() -> Iterator[Callable[[], None]]:
         yield ask
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
+def threads(count: int) -> Iterator[ThreadPoolExecutor]:
+    """Threads of long work, which `check_stop` ends as soon as this block is left by an error or by Ctrl-C."""
+    stop = threading.Event()
+    with ThreadPoolExecutor(count, initializer=setattr, initargs=(_THREAD, "stop", stop)) as pool:
+        try:
+            yield pool
+        except BaseException:
+            stop.set()
+            raise
+
+
+def check_stop() -> None:
+    """Raise KeyboardInterrupt in one of `threads` that is to end; called between two calls of compiled code."""
+    stop = getattr(_THREAD, "stop", None)
+    if stop is not None and stop.is_set():
+        raise KeyboardInterrupt

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -24,6 +23,7 @@ from nsmaps.exact.noise import orbit as noisy
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.words import CHATTER, REST
+from nsmaps.interrupts import check_stop, threads
 
 if TYPE_CHECKING:
     from nsmaps.exact.ode.kernel import IntegratedKernel
@@ -76,7 +76,14 @@ class Kernel:
     def orbits(self, start: Floats, n: int, derivative: bool, chatter: float) -> Returns:
         """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
         states, *rows = _room(n, len(start), derivative)
-        orbits(self.flow, float(chatter), start, states, *rows)
+        before, outcome, size = start, rows[2], max(1, CHUNK // max(len(start), 1))
+        for begin in range(0, n, size):  # in chunks, between which Ctrl-C is heard
+            k = slice(begin, begin + size)
+            orbits(self.flow, float(chatter), before, states[k], *(row[k] for row in rows))
+            if begin:  # the outcome of an orbit that ended is repeated
+                ended = np.isnan(before[:, 0])
+                outcome[k, ended] = outcome[begin - 1, ended]
+            before = states[k][-1]
         return self._returns(np.concatenate([start, states[:-1].reshape(-1, 2)]), states, *rows)
 
     def _returns(self, start: Floats, *rows: Any) -> Returns:
@@ -95,6 +102,7 @@ class Kernel:
             normals = rng.standard_normal((STEPS, parts, 3))
             rows = hits, states, turns, codes, outcome, time, eta
             noisy.noisy_orbit(p, constants, step, normals, float(chatter), ball, count, *rows)
+            check_stop()
         noisy.finish(count, states, turns, codes, outcome, time, eta)
 
     @property
@@ -125,7 +133,7 @@ class Kernel:
         if rates.any():
             values = [*self.system.parameters.values(), *rates.tolist()]
             moved = self.formulas.along(self.system.parameter_names()).table(values)
-            sensitivities(self.flow, flow_of(moved), start, float(chatter), moves)
+            in_chunks(len(start), lambda k: sensitivities(self.flow, flow_of(moved), start[k], float(chatter), moves[k]))
         return moves
 
     def reasons(self, start: Floats, chatter: float) -> tuple[str, ...]:
@@ -185,7 +193,7 @@ def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:
             chunks.clear()  # after an error or an interrupt, the threads stop after their chunk
             raise
 
-    with ThreadPoolExecutor(max(cores - 1, 1)) as pool:
+    with threads(max(cores - 1, 1)) as pool:
         workers = [pool.submit(work) for _ in range(cores - 1)]
         work()
     for worker in workers:

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from nsmaps.errors import NsmapsError, StateError, check_class
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.words import decoded
+from nsmaps.interrupts import threads
 from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def noisy_orbits(
     starts = np.broadcast_to(starts, (realisations, dim))
     tasks = [(how, starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, CHUNK)]
     if jobs.executor is None and len(tasks) > 1:
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with threads(os.cpu_count() or 1) as pool:
             results = replace(jobs, executor=pool).run(_realised, tasks)
     else:
         results = jobs.run(_realised, tasks)

@@ -1,10 +1,9 @@
 """Many first returns in parallel: the flights of `march.py` in loops that a compiler turns into vector instructions.
 
-A block of returns is a table with a column each, advanced from impact to impact: launch, march, close in, land. Between the loops
-the columns still open are moved to the front, so that each loop covers only the columns that need it. All decisions and all
-arithmetic are those of `march.py`, and no compiler may fuse or reorder them: the results are those of `first_return`, bit for
-bit. Exceptional returns (rest, chatter, doubt, no wall met) are left to `first_return`, from their start; so are flights whose
-bounds depend on the time.
+A block of returns is a table with a column each, advanced from impact to impact: launch, march, close in, land. Columns that are
+open are moved to the front between the loops. All decisions and all arithmetic are those of `march.py`, and no compiler may fuse
+or reorder them: the results are those of `first_return`, bit for bit. Exceptional returns (rest, chatter, doubt, no wall met)
+are left to `first_return`, from their start; so are flights whose bounds depend on the time.
 """
 
 import numpy as np

@@ -25,6 +25,7 @@ from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, reco
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.files import place_of
+from nsmaps.interrupts import check_stop
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.hybrid import HybridSystem
@@ -116,22 +117,12 @@ class ModeKernel:
     def _batch(self, start: Floats, directions: int, moved: Moved | None = None, units: Floats | None = None) -> Record:
         """First returns of a batch, shape (N, n), on all cores."""
         parts: dict[int, Record] = {}
-        stopped: list[bool] = []
 
         def run(k: slice) -> None:
-            found = record(start[k], 1, directions)
-            try:
-                self._computed(found, memory(self.table, directions, moved, units), stopped)
-            except KeyboardInterrupt:
-                stopped.append(True)
-                raise
-            parts[k.start] = found
+            parts[k.start] = record(start[k], 1, directions)
+            self._computed(parts[k.start], memory(self.table, directions, moved, units))
 
-        try:
-            in_chunks(len(start), run, CHUNK)
-        except KeyboardInterrupt:
-            stopped.append(True)
-            raise
+        in_chunks(len(start), run, CHUNK)
         ordered = [parts[begin] for begin in sorted(parts)] or [record(start, 1, directions)]
         return (
             ordered[0]
@@ -139,18 +130,17 @@ class ModeKernel:
             else Record(*(np.concatenate(arrays, axis=1) for arrays in zip(*ordered, strict=True)))
         )
 
-    def _computed(self, found: Record, memory: Memory, stopped: Sequence[bool] = ()) -> None:
+    def _computed(self, found: Record, memory: Memory) -> None:
         """Compute a record; many returns in blocks, where no more than the image is asked for.
 
-        Ctrl-C is heard within about a second, and so is one that another thread has heard and noted in `stopped`.
+        Ctrl-C is heard within about a second.
         """
         p = self.table
         plain = found.tangents.shape[-1] == 0 and np.isnan(memory.near[0]) and (p.contacts < 0).all()
         wide = plain and found.states.shape[1] >= FEW
         at, o, b = np.zeros(2, np.int64), motions(p, wide), block_of(p)
         while not returns(p, found, at, memory, o, b):
-            if stopped:
-                raise KeyboardInterrupt
+            check_stop()
 
     def _returns(self, found: Record, derivative: bool) -> Returns:
         """A record as a result, one row a return."""

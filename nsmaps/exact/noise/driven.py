@@ -13,6 +13,7 @@ from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.modes.tables.memory import Record, memory
 from nsmaps.exact.modes.tables.tables import Tables, tables_of
 from nsmaps.exact.noise import modes
+from nsmaps.interrupts import check_stop
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.hybrid import HybridSystem
@@ -33,7 +34,10 @@ class DrivenKernel:
         found = Record(*rows, np.empty((n, 1, m, 0)), np.empty((n, 1, 3)))
         modes.ready(p, law[3], rng.standard_normal(), run, count, found, eta, w)
         while count[modes.FATE] == modes.UNDER_WAY and count[modes.MADE] < n:
-            modes.noisy_motion(p, law[2], step, rng.standard_normal((STEPS, parts, 3)), run, count, found, eta, hits, w)
+            normals, at = rng.standard_normal((STEPS, parts, 3)), 0
+            while at < STEPS:
+                at = modes.noisy_motion(p, law[2], step, normals, at, run, count, found, eta, hits, w)
+                check_stop()
         modes.finish(count, found, eta)
 
 

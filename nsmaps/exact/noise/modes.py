@@ -13,7 +13,7 @@ from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS
 from nsmaps.exact.modes.march.beginning import GOES_ON
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, velocity
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import MOST_EVENTS, bounded, cleared, met
+from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met
 from nsmaps.exact.modes.march.section import repelled, starting
 from nsmaps.exact.modes.tables.taylor import ROUNDING, sized, weighed
 from nsmaps.exact.noise.flight import noise_over, quintic
@@ -69,7 +69,7 @@ def returned(p, outcome, run, count, found, eta, w):
     for c in range(len(p.places)):
         found.turns[i, 0, c] = count[WHOLE] if p.places[c] < 0 else 0
     found.codes[i, 0], found.time[i, 0] = count[CODE], run[SINCE]
-    found.outcome[i, 0], eta[i + 1] = UNDECIDED if count[DOUBT] else outcome, w.z[n - 4]
+    found.outcome[i, 0], eta[i + 1] = UNDECIDED if count[DOUBT] > 0 else outcome, w.z[n - 4]
     count[WHOLE], count[MADE] = 0, i + 1
 
 
@@ -91,7 +91,7 @@ def met_one(p, which, run, count, found, eta, hits, w):
         p, count[MODE], which, run[PHASE], count[CODE], count[POWER], image, tangent, w
     )
     count[EVENTS] += 1
-    count[DOUBT] |= 1 if unsure else 0
+    count[DOUBT], w.spent[0] = count[DOUBT] + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
     run[ALOFT] = 0.0
     noted(p, k, speed, run, count, hits)
     if outcome in (RETURNED, STUCK):
@@ -102,6 +102,8 @@ def met_one(p, which, run, count, found, eta, hits, w):
                 count[MODE] = entered(p, k, True, run[PHASE], w)
     elif outcome != GOES_ON:
         count[FATE] = outcome
+    elif count[DOUBT] > MOST_DOUBTS:
+        count[FATE] = UNDECIDED
     elif count[EVENTS] > MOST_EVENTS:
         count[FATE] = ENDLESS
 
@@ -118,7 +120,7 @@ def through(p, h, run, count, found, eta, hits, w):
         left, run[SINCE], run[ALOFT] = left - flight, run[SINCE] + flight, run[ALOFT] + flight
         w.held[0] += flight
         count[WHOLE] += more
-        count[DOUBT] |= 1 if unsure else 0
+        count[DOUBT] += 1 if unsure else 0
         if not bounded(w) or run[ALOFT] > p.horizon:
             count[FATE] = RESTS if p.resting[count[MODE]] else LOST
         elif which == NO_FUNCTION:
@@ -139,10 +141,15 @@ def ready(p, sigma, normal, run, count, found, eta, w):
 
 
 @long_entry
-def noisy_motion(p, h, step, normals, run, count, found, eta, hits, w):
-    """Advance through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns."""
-    n = p.first.shape[1] - 1
-    for j in range(len(normals)):
+def noisy_motion(p, h, step, normals, at, run, count, found, eta, hits, w):
+    """Advance through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns.
+
+    Step `at` is the first; the number of those that are known after about `PAUSE` pieces of flights.
+    """
+    n, w.spent[0] = p.first.shape[1] - 1, 0
+    for j in range(at, len(normals)):
+        if w.spent[0] > PAUSE:
+            return j
         if count[FATE] != UNDER_WAY or count[MADE] == len(found.codes):
             break
         a, b, last = noise_over(normals[j], step, run[ETA])
@@ -155,6 +162,7 @@ def noisy_motion(p, h, step, normals, run, count, found, eta, hits, w):
         through(p, h, run, count, found, eta, hits, w)
         run[ETA] = last
         count[STEPS] += 1
+    return len(normals)
 
 
 @long_entry

@@ -20,9 +20,10 @@ from nsmaps.exact.engine.returns import (
     next_impact,
     onward,
 )
-from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, cleared, evaluated, joined, panels, sampled
+from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, cleared, evaluated, joined, panels, sampled, written
 
 LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
+PAUSE = 10_000  # returns, within about a second, after which Ctrl-C is heard
 MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
 
 
@@ -140,26 +141,29 @@ def observed_return(p, q, v, phi, chatter, counts):
 
 
 @entry
-def observed(p, q, chatter, discard, length, states, outcome, time, totals):
+def observed(p, q, chatter, discard, length, at, states, outcome, time, totals):
     """Follow M states (M, 2) through `discard` returns and then B batches of `length`: times (B, M) and totals (B, M, K + F).
 
-    The states are replaced by the last ones; an orbit that ends has NaN from then on, and the outcome that ended it.
+    The states are replaced by the last ones; an orbit that ends has NaN from then on, and the outcome that ended it. About
+    `PAUSE` returns are computed, from `at` on, the number of a state and of a return: whether all are known.
     """
-    for k in range(len(states)):
-        v, phi = states[k, 0], states[k, 1]
-        for _ in range(discard):
-            outcome[k], v, phi, _ = observed_return(p, q, v, phi, chatter, False)
-            if math.isnan(v):
-                break
-        for b in range(len(time)):
-            cleared(q)
-            since = 0.0
-            for _ in range(length):
-                if math.isnan(v):
-                    break
-                outcome[k], v, phi, s = observed_return(p, q, v, phi, chatter, True)
-                since += s
-            time[b, k] = since if not math.isnan(v) else math.nan
-            for c in range(len(q.total)):
-                totals[b, k, c] = q.total[c] if not math.isnan(v) else math.nan
-        states[k, 0], states[k, 1] = v, phi
+    last = PAUSE
+    while at[0] < len(states):
+        k = at[0]
+        for i in range(at[1], discard + len(time) * length):
+            b = (i - discard) // length if i >= discard else -1
+            if b >= 0 and (i - discard) % length == 0:
+                cleared(q)
+                time[b, k] = 0.0
+            if i == 0 or not math.isnan(states[k, 0]):
+                outcome[k], states[k, 0], states[k, 1], s = observed_return(p, q, states[k, 0], states[k, 1], chatter, b >= 0)
+                last -= 1
+                if b >= 0:
+                    time[b, k] += s
+            if b >= 0 and (i - discard) % length == length - 1:
+                written(q, math.isnan(states[k, 0]), b, k, time, totals)
+            at[1] = i + 1
+            if last == 0:
+                return False
+        at[0], at[1] = k + 1, 0
+    return True

@@ -6,7 +6,7 @@ from nsmaps.exact.engine.jit import inlined, inner, long_entry
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, carried, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import MOST_EVENTS, bounded, cleared, met
+from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met
 from nsmaps.exact.modes.march.section import starting
 from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 from nsmaps.exact.observables.slopes import chained
@@ -60,6 +60,7 @@ def at_instant(p, q, g, mode, phi, s, x):
 @inner
 def over_panel(p, q, g, mode, phi, h, slopes, x):
     """Add the derivatives of a part of a flight."""
+    x.spent[0] += len(q.nodes)
     for j in range(len(q.nodes)):
         at_instant(p, q, g, mode, phi, h * q.nodes[j], x)
         chained(q, g, len(x.new), mode, q.at.shape[1], q.over, h * q.weights[j], slopes)
@@ -118,11 +119,11 @@ def copied(w, x):
 @inner
 def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
     """From a state in a mode to the section; whether there are derivatives."""
-    code, power, time = 0, 1, 0.0
+    code, power, time, doubts = 0, 1, 0.0, 0
     for _ in range(MOST_EVENTS if begins(p, mode, w) == GOES_ON else 0):
         copied(w, x)
         flown, from_phase = mode, phi
-        which, flight, phi, _, _ = fly(p, mode, phi, math.inf, w)
+        which, flight, phi, _, vague = fly(p, mode, phi, math.inf, w)
         w.held[0], time = w.held[0] + flight, time + flight
         if which == NO_FUNCTION or not bounded(w):
             return False
@@ -133,19 +134,26 @@ def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
         taken(q, g, 0, w)
         for c in range(len(g.phase)):
             g.phase[c] = w.dphi[c]
-        outcome, mode, code, power, _, k = met(p, mode, which, phi, code, power, image, tangent, w)
+        outcome, mode, code, power, unsure, k = met(p, mode, which, phi, code, power, image, tangent, w)
+        doubts, w.spent[0] = doubts + (1 if unsure or vague else 0), w.spent[0] + (DOUBTED if unsure else 0)
         if q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
             at_event(q, g, k, phi, slopes, w)
         outcome = timely(outcome, which, time, image, tangent, w)
-        if outcome != GOES_ON:
-            return not math.isnan(image[0])
+        if outcome != GOES_ON or doubts > MOST_DOUBTS:
+            return outcome != GOES_ON and not math.isnan(image[0])
     return False
 
 
 @long_entry
-def mode_slopes(p, q, g, states, slopes, image, tangent, w, x):
-    """The derivatives of the totals of first returns (N, m) along the directions of the memory, slopes (N, C, D)."""
-    for i in range(len(states)):
+def mode_slopes(p, q, g, begin, states, slopes, image, tangent, w, x):
+    """The derivatives of the totals of first returns (N, m) along the directions of the memory, slopes (N, C, D), from one on.
+
+    The number of those that are known after about `PAUSE` pieces of flights.
+    """
+    w.spent[0], x.spent[0] = 0, 0
+    for i in range(begin, len(states)):
+        if w.spent[0] + x.spent[0] > PAUSE:
+            return i
         slopes[i] = 0.0
         k, phi = starting(p, states[i], w)
         cleared(p, k, image, tangent, w)
@@ -160,3 +168,4 @@ def mode_slopes(p, q, g, states, slopes, image, tangent, w, x):
             known = motion_slopes(p, q, g, mode, phi, image, tangent, slopes[i], w, x)
         if not known:
             slopes[i] = math.nan
+    return len(states)

@@ -7,7 +7,7 @@ from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, UNDECIDED
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
 from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import MOST_DOUBTS, MOST_EVENTS, bounded, cleared, met, settled
+from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met, settled
 from nsmaps.exact.modes.march.section import starting
 from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
 from nsmaps.exact.observables import sums
@@ -63,6 +63,7 @@ def over_panel(p, q, mode, phi, h, x):
     """Join the values of a part of a flight, of time h from the states of `x`."""
     first = q.at.shape[1]
     q.peak[:] = -math.inf
+    x.spent[0] += len(q.nodes)
     sampled(q, mode, instant(p, q, mode, phi, 0.0, x), 0.0, 0.0)
     for j in range(len(q.nodes)):
         s = h * q.nodes[j]
@@ -107,7 +108,7 @@ def observed_motion(p, q, mode, phi, image, tangent, counts, w, x):
             over_flight(p, q, flown, from_phase, flight, x)
         before(q, w)
         outcome, mode, code, power, unsure, k = met(p, mode, which, phi, code, power, image, tangent, w)
-        doubts += 1 if unsure else 0
+        doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
         if counts and q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
             event(q, k, phi, w)
         outcome = timely(outcome, which, time, image, tangent, w)
@@ -133,23 +134,26 @@ def observed_return(p, q, row, image, tangent, counts, w, x):
 
 
 @long_entry
-def observed_modes(p, q, discard, length, states, outcome, time, totals, image, tangent, w, x):
-    """As `observed` of an impact system, for states (M, m) of a system with modes."""
-    for k in range(len(states)):
-        alive = True
-        for i in range(discard + len(time) * length):
+def observed_modes(p, q, discard, length, at, states, outcome, time, totals, image, tangent, w, x):
+    """As `observed` of an impact system, for states (M, m) of a system with modes, in about `PAUSE` pieces of flights."""
+    w.spent[0], x.spent[0] = 0, 0
+    while at[0] < len(states):
+        k = at[0]
+        for i in range(at[1], discard + len(time) * length):
             b = (i - discard) // length if i >= discard else -1
             if b >= 0 and (i - discard) % length == 0:
                 sums.cleared(q)
                 time[b, k] = 0.0
-            if alive:
+            if i == 0 or not math.isnan(states[k, 0]):
                 outcome[k], s = observed_return(p, q, states[k], image, tangent, b >= 0, w, x)
-                alive = not math.isnan(image[0])
                 for c in range(len(image)):
                     states[k, c] = image[c]
                 if b >= 0:
                     time[b, k] += s
             if b >= 0 and (i - discard) % length == length - 1:
-                time[b, k] = time[b, k] if alive else math.nan
-                for c in range(len(q.total)):
-                    totals[b, k, c] = q.total[c] if alive else math.nan
+                sums.written(q, math.isnan(states[k, 0]), b, k, time, totals)
+            at[1] = i + 1
+            if w.spent[0] + x.spent[0] > PAUSE:
+                return False
+        at[0], at[1] = k + 1, 0
+    return True

@@ -17,6 +17,14 @@ def cleared(q):
 
 
 @inlined
+def written(q, ended, b, k, time, totals):
+    """Write the totals of a batch of returns, NaN if the orbit has ended."""
+    time[b, k] = math.nan if ended else time[b, k]
+    for c in range(len(q.total)):
+        totals[b, k, c] = math.nan if ended else q.total[c]
+
+
+@inlined
 def joined(q, c, value):
     """Join a value to a total."""
     q.total[c] = max(q.total[c], value) if q.largest[c] else q.total[c] + value

@@ -24,6 +24,7 @@ from nsmaps.exact.observables.mode_slopes import mode_slopes
 from nsmaps.exact.observables.motions import observed_modes
 from nsmaps.exact.observables.slopes import Directions, observed_slopes
 from nsmaps.exact.observables.spec import Observable
+from nsmaps.interrupts import check_stop
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.hybrid import HybridSystem
@@ -132,14 +133,17 @@ def totals_of(
     values = list(system.parameters.values())
 
     def run(k: slice) -> None:
-        rows = states[k], outcome[k], time[:, k], totals[:, k]
+        at, rows = np.zeros(2, np.int64), (states[k], outcome[k], time[:, k], totals[:, k])
         q = plan.memory(values, panel_of(kernel))
         if isinstance(kernel, ModeKernel):
             table, n = kernel.table, states.shape[1]
             room = np.empty(n), np.empty((n, 0)), memory(table, 0), memory(table, 0)
-            observed_modes(table, q, discard, length, *rows, *room)
+            while not observed_modes(table, q, discard, length, at, *rows, *room):
+                check_stop()
         else:
-            observed(flow_of(kernel.table), q, float(chatter), discard, length, *rows)
+            flow = flow_of(kernel.table)
+            while not observed(flow, q, float(chatter), discard, length, at, *rows):
+                check_stop()
 
     if isinstance(kernel, (Kernel, ModeKernel)):
         in_chunks(m, run, CHUNK)
@@ -180,10 +184,14 @@ def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats,
     elif not isinstance(kernel, Kernel):
         slopes = np.full((len(states), len(plan.columns), n + 1), np.nan)
     else:
-        moved = flow_of(kernel.formulas.along(system.parameter_names()).table([*values, *rates.tolist()]))
+        moved = kernel.formulas.along(system.parameter_names()).table([*values, *rates.tolist()])
         slopes = np.empty((len(states), len(plan.columns), 3))
-        q, g = plan.memory(values, panel_of(kernel), slopes=True), _directions(plan, rates, 3, True)
-        observed_slopes(kernel.flow, moved, q, g, states, 1e-12, slopes)
+
+        def run(k: slice) -> None:
+            q, g = plan.memory(values, panel_of(kernel), slopes=True), _directions(plan, rates, 3, True)
+            observed_slopes(kernel.flow, flow_of(moved), q, g, states[k], 1e-12, slopes[k])
+
+        in_chunks(len(states), run)
     slopes[:, plan.largest] = np.nan
     return slopes * plan.scales[:, None]
 
@@ -191,10 +199,17 @@ def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats,
 def _mode_slopes(kernel: ModeKernel, plan: Plan, states: Floats, directions: int, moved: Moved | None, rates: Floats) -> Floats:
     """The derivatives along the coordinates, or along the parameters where a table `moved` is given, shape (N, C, directions)."""
     slopes = np.empty((len(states), len(plan.columns), directions))
-    q, g = plan.memory(kernel.values, np.inf, slopes=True), _directions(plan, rates, directions, moved is not None)
     n = states.shape[1]
-    w, x = (memory(kernel.table, directions, moved) for _ in range(2))
-    mode_slopes(kernel.table, q, g, states, slopes, np.empty(n), np.empty((n, directions)), w, x)
+
+    def run(k: slice) -> None:
+        q, g = plan.memory(kernel.values, np.inf, slopes=True), _directions(plan, rates, directions, moved is not None)
+        w, x = (memory(kernel.table, directions, moved) for _ in range(2))
+        room, done = (np.empty(n), np.empty((n, directions)), w, x), 0
+        while done < len(states[k]):
+            done = mode_slopes(kernel.table, q, g, done, states[k], slopes[k], *room)
+            check_stop()
+
+    in_chunks(len(states), run)
     return slopes
 
 

@@ -18,8 +18,8 @@ from nsmaps.exact.flows.tables import Formulas
 from nsmaps.exact.modes.tables.taylor import ORDER
 from nsmaps.exact.ode.held import pressing
 from nsmaps.exact.ode.integrator import VALUES, Integrator, integrator_of
-from nsmaps.exact.ode.layout import FLOATS, IMPACTS, INTEGERS, WAYS
-from nsmaps.exact.ode.memory import Memory, addresses
+from nsmaps.exact.ode.layout import FLOATS, IMPACTS, INTEGERS
+from nsmaps.exact.ode.memory import Memory, addresses, room
 from nsmaps.exact.ode.returns import advanced, started
 from nsmaps.exact.ode.steps.pieces import DOUBTS, Step
 from nsmaps.exact.ode.steps.resolution import FIRST, INTERVALS, equation_of
@@ -167,15 +167,9 @@ class IntegratedKernel:
             turning=turning,
             next=np.zeros(1, np.int64),
             start=start,
-            states=np.empty((n, m, 2)),
-            turns=np.empty((n, m, 2), np.int32),
-            codes=np.empty((n, m), np.int64),
-            outcome=np.empty((n, m), np.int8),
-            time=np.empty((n, m)),
-            tangents=np.empty((n if derivative or rates is not None else 0, m, 2, WAYS)),
+            **room(n, m, derivative or rates is not None),
             margins=np.empty((m if turning else 0, 3)),
             hits=np.zeros((hits, 5)),
-            doubts=np.zeros((n, m), np.int8),
             inside=np.zeros((INTERVALS + 1, FIRST + 2 * len(kinds))),
             kinds=np.array(kinds, np.int64),
             piece=np.zeros((3, program.tc.shape[1])),

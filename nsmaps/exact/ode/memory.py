@@ -9,6 +9,7 @@ from numba.extending import intrinsic
 from nsmaps.arrays import Ints
 from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.jit import allocating
+from nsmaps.exact.ode.layout import WAYS
 
 
 class Memory(NamedTuple):
@@ -41,6 +42,19 @@ class Memory(NamedTuple):
     kinds: Any  #: shape (functions,), of the equation of motion
     piece: Any  #: shape (3, order + 1), the step of an impact's flight: (1, number of the impact, begin, length), place, velocity
     equation: int  #: address of the compiled equation of motion
+
+
+def room(n: int, m: int, slopes: bool) -> dict[str, Any]:
+    """The arrays for n returns of M states, with their derivatives or without."""
+    return {
+        "states": np.empty((n, m, 2)),
+        "turns": np.empty((n, m, 2), np.int32),
+        "codes": np.empty((n, m), np.int64),
+        "outcome": np.empty((n, m), np.int8),
+        "time": np.empty((n, m)),
+        "tangents": np.empty((n if slopes else 0, m, 2, WAYS)),
+        "doubts": np.zeros((n, m), np.int8),
+    }
 
 
 @intrinsic

@@ -68,17 +68,7 @@ def _defined(
 ) -> Definition:
     """The definition from the rates of the modes that are given, the events, and the section."""
     forced, names = reader.phase_rate != 0, tuple(reader.states)
-    contacts = _derive(reader, guards, rates)
-    events = tuple(_transitions(reader, rates, guards, contacts))
-    held = {one.mode: one.held for one in events if one.held}
-    events = tuple(replace(one, held=held.get(one.mode, ())) for one in events)
-    check_held(reader, tuple(rates), events)
-    left = {one.mode for one in events if not one.begins}
-    if closed := [mode for number, mode in enumerate(rates) if number not in left]:
-        raise SystemDefinitionError(
-            f"{reader.name}.guards: none is watched in the mode {closed[0]!r}, which a motion never leaves; expected: a guard "
-            "there, or `ends=True` for the guards that lead to it"
-        )
+    events = _events(reader, guards, rates)
     transitions, parts = divided(reader.name, events, len(rates))
     coordinates = coordinates_of(reader.name, names, section, forced)
     starts = starts_of(reader, section, transitions)
@@ -105,6 +95,22 @@ def _defined(
         surfaces,
         clock,
     )
+
+
+def _events(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> tuple[Transition, ...]:
+    """The events of guards; the rates of the modes that follow from others are added."""
+    contacts = _derive(reader, guards, rates)
+    events = tuple(_transitions(reader, rates, guards, contacts))
+    held = {one.mode: one.held for one in events if one.held}
+    events = tuple(replace(one, held=held.get(one.mode, ())) for one in events)
+    check_held(reader, tuple(rates), events)
+    left = {one.mode for one in events if not one.begins}
+    if closed := [mode for number, mode in enumerate(rates) if number not in left]:
+        raise SystemDefinitionError(
+            f"{reader.name}.guards: none is watched in the mode {closed[0]!r}, which a motion never leaves; expected: a guard "
+            "there, or `ends=True` for the guards that lead to it"
+        )
+    return events
 
 
 def _rates(reader: Reader, mode: str, given: Mapping[str, Any]) -> tuple[Row, ...]:

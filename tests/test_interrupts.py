@@ -1,0 +1,80 @@
+"""Ctrl-C ends compiled loops before they are done: observables, their derivatives, noise and orbits, also in threads."""
+
+import os
+import signal
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps import Noise, Observable, noisy_orbits
+from nsmaps.exact import kernel
+from nsmaps.exact.noise import modes
+from nsmaps.exact.observables import totals
+
+BELT = nsmaps.load_system("belt", zeta=0.02, vb=0.3, mu_k=0.4, mu_s=0.6, w=0.9, A=0.25)
+PAIR = nsmaps.load_system("vi_pair", d=0.35, r=0.5, g_bar=0.2113)
+STARTS = {BELT: [0.7, 1.0], PAIR: [0.83, 0.36]}
+FORCE = (Observable(name="force", formula="cos(phi)", of="flights"),)
+MANY = 5_000_000  #: returns, which take much longer than until Ctrl-C
+
+
+def summed(system: Any, states: int, returns: int) -> Any:
+    return totals.totals_of(system, totals.plan_of(system, FORCE), np.tile(STARTS[system], (states, 1)), returns)
+
+
+def slopes(states: int) -> Any:
+    start, rates = np.tile(STARTS[BELT], (states, 1)), np.ones(len(BELT.parameters))
+    return totals.slopes_of(BELT, totals.plan_of(BELT, FORCE), start, rates)
+
+
+def noisy(returns: int, realisations: int) -> Any:
+    return noisy_orbits(BELT, STARTS[BELT], returns, Noise(sigma=0.01, tau=0.5), realisations)
+
+
+def under_way(given: Any, result: Any) -> bool:
+    return bool(given[6][modes.MADE] < len(given[7].codes))
+
+
+CASES: dict[str, tuple[Any, str, Callable[[int], Any], Callable[[Any, Any], bool]]] = {
+    "sums with modes": (totals, "observed_modes", lambda n: summed(BELT, 1, n), lambda _, done: not done),
+    "sums with modes in threads": (totals, "observed_modes", lambda n: summed(BELT, 40, n // 10), lambda _, done: not done),
+    "sums of impacts": (totals, "observed", lambda n: summed(PAIR, 1, n), lambda _, done: not done),
+    "sums of impacts in threads": (totals, "observed", lambda n: summed(PAIR, 40, n // 10), lambda _, done: not done),
+    "slopes with modes": (totals, "mode_slopes", lambda n: slopes(n // 10), lambda given, _: len(given[4]) < MANY // 10),
+    "noise with modes": (modes, "noisy_motion", lambda n: noisy(n // 10, 1), under_way),
+    "noise with modes in threads": (modes, "noisy_motion", lambda n: noisy(n // 100, 24), under_way),
+    "orbit": (kernel, "orbits", lambda n: PAIR.orbits([STARTS[PAIR]], n), lambda given, _: len(given[3]) < MANY),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_ctrl_c_ends_compiled_loops(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    where, entry, run, unfinished = CASES[name]
+    run(100)
+    original, begun, ends = getattr(where, entry), threading.Event(), []
+
+    def watched(*given: Any) -> Any:
+        begun.set()
+        result = original(*given)
+        ends.append(unfinished(given, result))
+        return result
+
+    def press() -> None:
+        begun.wait()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(where, entry, watched)
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)  # also behind a shell that ignores it
+    presses = threading.Timer(0.1, press)
+    presses.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run(MANY)
+    finally:
+        presses.join()
+        signal.signal(signal.SIGINT, handler)
+    assert all(ends)
