@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, Self
 
 _THREAD = threading.local()  #: `stop` in it is the event that ends the work of this thread, if there is one
 
@@ -18,12 +18,19 @@ class Interrupted(KeyboardInterrupt):
     Attributes:
         result: what was finished: the result of the call, in which the rest is missing, or None if nothing was finished.
         folder: where that was written, if anywhere.
+        finished: how much that is, such as "3 of 8 parts"; "" if that is not known.
     """
 
     def __init__(self, result: Any, folder: Path | None = None, finished: str = "") -> None:
         super().__init__(f"stopped{f' with {finished}' if finished else ''}; {_advice(result, folder)}")
         self.result = result
         self.folder = folder
+        self.finished = finished
+
+    @classmethod
+    def of(cls, stopped: KeyboardInterrupt, result: Any) -> Self:
+        """The same with another result, of the call that was stopped in a part of it."""
+        return cls(result, getattr(stopped, "folder", None), getattr(stopped, "finished", ""))
 
 
 def _advice(result: Any, folder: Path | None) -> str:

@@ -6,11 +6,12 @@ import pickle
 import warnings
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import singledispatch, wraps
 from io import BytesIO
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -155,6 +156,11 @@ def _unfinished(found: dict[int, Arrays], result: Callable[[dict[int, Arrays]], 
 
 def _report(done: int, parts: int) -> None:
     beat(done / parts, f"{done} of {parts} parts")
+
+
+def begun(found: Mapping[int, Arrays]) -> list[Arrays]:
+    """The arrays of the first parts, up to one that is not finished."""
+    return [found[k] for k in takewhile(found.__contains__, range(max(found) + 1))]
 
 
 def concatenated(parts: Sequence[Arrays]) -> Arrays:

@@ -1,5 +1,6 @@
 """First returns of large batches in parts, in any executor."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, divides
 
 PART = 20_000  #: returns of a part, unless `jobs` says how many states
 ROWS = ("image", "turns", "codes", "outcome", "time", "derivative")  #: of returns, besides their start
@@ -35,6 +36,7 @@ def return_batch(
     Raises:
         StateError: `states` is not a batch of states.
         NsmapsError: n is below 1.
+        Interrupted: Ctrl-C; `result` has the returns of the first states, up to a part that was not finished.
     """
     start = as_states(states, system.coordinates)
     if n < 1:
@@ -42,12 +44,20 @@ def return_batch(
     if not (jobs.divided and len(start)):
         return system.orbits(start, n, derivative)
     cuts = jobs.cuts(len(start), max(1, PART // n))
-    parts = jobs.run(_part, [(system, start[k], n, derivative) for k in cuts])
-    rows: dict[str, Any] = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
-    starts = np.concatenate([start[None], rows["image"][:-1]])
-    joined = {name: row.reshape(-1, *row.shape[2:]) for name, row in rows.items()}
     like = system.orbits(start[:0], n, derivative)
-    return Returns(like.coordinates, like.walls, starts.reshape(-1, start.shape[1]), **joined, integrated=like.integrated)
+
+    def joined(parts: Sequence[Arrays]) -> Returns | None:
+        if not parts:
+            return None
+        rows: dict[str, Any] = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+        starts = np.concatenate([start[None, : rows["image"].shape[1]], rows["image"][:-1]]).reshape(-1, start.shape[1])
+        flat = {name: row.reshape(-1, *row.shape[2:]) for name, row in rows.items()}
+        return Returns(like.coordinates, like.walls, starts, **flat, integrated=like.integrated, alphabet=like.alphabet)
+
+    parts = [(system, start[k], n, derivative) for k in cuts]
+    found = joined(jobs.run(_part, parts, lambda found: joined(begun(found))))
+    assert found is not None, "there are states"
+    return found
 
 
 def _part(system: ImpactSystem | HybridSystem, start: Floats, n: int, derivative: bool) -> Arrays:

@@ -4,7 +4,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.surface import sweep
 
 PAIR = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
 BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
@@ -148,6 +149,74 @@ def test_a_part_of_any_size_has_the_same_numbers(name: str, tmp_path: Path) -> N
     assert shares == sorted(shares)
     assert shares[-1] == 1
     assert min(shares) >= 0
+
+
+def stopped(run: Callable[..., Any], after: int = 2) -> Any:
+    """The result of a call that Ctrl-C stops when some parts are finished."""
+    reports: list[float] = []
+
+    def stop(share: float) -> None:
+        reports.append(share)
+        if len(reports) == after:
+            raise KeyboardInterrupt
+
+    with ThreadPoolExecutor(1) as executor, pytest.raises(nsmaps.Interrupted) as interrupted:
+        run(jobs=nsmaps.Jobs(executor, progress=stop))
+    return interrupted.value.result
+
+
+def test_of_interrupted_basins_other_starts_have_reached_none() -> None:
+    starts = np.random.default_rng(2).uniform([0.1, 0], [1, 6], (80, 2))
+    whole = nsmaps.basins(BISTABLE, starts, returns=300)
+    known = tuple(whole.attractors)
+    result = stopped(partial(nsmaps.basins, BISTABLE, starts, known, 300))
+    assert isinstance(result, nsmaps.Basins)
+    assert result.label[:60].tolist() == whole.label[:60].tolist()
+    assert result.arrival[:60].tolist() == whole.arrival[:60].tolist()
+    assert result.label[60:].tolist() == [-1] * 20
+    assert result.arrival[60:].tolist() == [0] * 20
+
+
+def test_basins_that_are_not_divided_are_interrupted_with_what_has_arrived() -> None:
+    starts = np.random.default_rng(2).uniform([0.1, 0], [1, 6], (80, 2))
+    whole = nsmaps.basins(BISTABLE, starts, returns=300)
+
+    def stop(share: float) -> None:
+        if share > 0.3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(nsmaps.Interrupted) as interrupted:
+        nsmaps.basins(BISTABLE, starts, whole.attractors, 300, jobs=nsmaps.Jobs(progress=stop))
+    result = interrupted.value.result
+    arrived = result.label >= 0
+    assert 0 < arrived.sum() < (whole.label >= 0).sum()
+    assert result.label[arrived].tolist() == whole.label[arrived].tolist()
+    assert result.arrival[arrived].max() <= result.arrival[~arrived].min()
+
+
+def test_of_interrupted_noise_and_batches_there_are_the_first() -> None:
+    noise = partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, seed=4, impacts=5)
+    assert numbers(stopped(partial(noise, 20))) == numbers(noise(16))
+    starts = np.random.default_rng(3).uniform([0.1, 0], [1, 6], (7, 2))
+    batch = partial(nsmaps.return_batch, PAIR, n=3)
+
+    def run(jobs: nsmaps.Jobs) -> Returns:
+        return batch(starts, jobs=replace(jobs, part=2))
+
+    assert numbers(stopped(run)) == numbers(batch(starts[:4]))
+
+
+def test_of_interrupted_surfaces_and_means_there_are_the_values_that_are_finished() -> None:
+    grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.2, high=0.8, points=3), "phi": nsmaps.Axis(low=0, high=6, points=4)})
+    surfaces = partial(sweep, PAIR, "d", [0.26, 0.3, 0.35], grid, [nsmaps.WordFamily(name="one", words=["BTB"])])
+    result, whole = stopped(surfaces), surfaces()
+    assert [value for value, _ in result] == [0.26, 0.3]
+    assert [numbers(found["one"].returns) for _, found in result] == [numbers(found["one"].returns) for _, found in whole[:2]]
+    diagram = nsmaps.bifurcation(ALONG, [0.3, 0.33, 0.35], [0.8, 0.4], 8, 100)
+    means = partial(nsmaps.observe_diagram, ALONG, diagram, ["loss"], 20)
+    result, whole = stopped(means), means()
+    assert np.isnan(result.per_return.value[2]).all()
+    assert result.per_return.value[:2].tolist() == whole.per_return.value[:2].tolist()
 
 
 def test_labels_do_not_depend_on_chunks() -> None:

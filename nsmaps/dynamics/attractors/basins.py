@@ -1,39 +1,28 @@
 """Basins of attraction: the attractor of each start of a grid, the returns until it is reached, and the boundaries of basins."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike, Floats, Ints, brief
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, as_states
+from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, Ends, follow
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
-from nsmaps.dynamics.limits.path import vast
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.surface import Grid, check_axes
-from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
-from nsmaps.progress import Progress, shows
+from nsmaps.interrupts import Interrupted
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.progress import shows
 
-UNRESOLVED, ENDED = -1, -2
 SAMPLE = 100  #: starts of each round of the search for attractors
 CHUNK = 5000  #: starts in a part
 ROUNDS = 10  #: of the search for attractors among the starts that reached none
 ROUND = 0.1  #: share of the work that a round is assumed to leave to later ones, for `progress`
-
-
-class Ends(NamedTuple):
-    """The attractors that some starts reach, as in `Basins`."""
-
-    label: NDArray[np.int32]
-    arrival: NDArray[np.int32]
-    outcome: NDArray[np.int8]
-    stuck: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -144,6 +133,8 @@ def basins(
 
     Raises:
         StateError, NsmapsError: the grid does not have the map's coordinates, or another argument is not valid.
+        Interrupted: Ctrl-C; in `result` the other starts have reached none, in as many returns as `arrival` states. None if no
+            attractor was found.
     """
     if returns < 1 or max_period < 1 or not tolerance > 0:
         text = f"{returns} returns, max_period {max_period}, tolerance {tolerance}"
@@ -152,81 +143,69 @@ def basins(
     if isinstance(grid, Grid):
         check_axes(grid, coordinates)
     start = as_states(grid.states() if isinstance(grid, Grid) else grid, coordinates)
-    known = list(attractors or ())
-    given = jobs.share(0.0, 1.0, "given") if known else SERIAL
-    label, arrival, outcome, stuck = _ends(map, start, known, returns if known else 0, given)
-    for number in range(0 if attractors else ROUNDS):
-        open_ = np.flatnonzero(label == UNRESOLVED)
+    known, ends, over = list(attractors or ()), follow(map, start, (), 0), grid if isinstance(grid, Grid) else None
+
+    def result() -> Basins:
+        order = np.argsort([-(ends.label == k).sum() for k in range(len(known) if attractors is None else 0)], kind="stable")
+        renamed = np.append(np.argsort(order), [ENDED, UNRESOLVED])[ends.label].astype(np.int32)
+        found, label = (known, ends.label) if attractors is not None else ([known[k] for k in order], renamed)
+        return Basins(coordinates, over, start, tuple(found), label, *ends[1:])
+
+    try:
+        if attractors:
+            _arrive(map, start, np.arange(len(start)), known, returns, jobs.share(0.0, 1.0, "given"), ends)
+        else:
+            _search(map, start, known, (returns, tolerance, max_period), jobs, ends)
+    except KeyboardInterrupt as stopped:
+        raise Interrupted.of(stopped, result() if known else None) from None
+    return result()
+
+
+def _search(map: ReturnMap, start: Floats, known: list[Attractor], how: tuple[int, float, int], jobs: Jobs, ends: Ends) -> None:
+    """Add attractors to those known, from samples of the starts that reached none, and write which starts reach them."""
+    for number in range(ROUNDS):
+        open_ = np.flatnonzero(ends.label == UNRESOLVED)
         sample = start[open_[np.unique(np.linspace(0, len(open_) - 1, min(SAMPLE, len(open_))).astype(int))]]
-        found = find_attractors(map, sample, returns, tolerance, max_period, known)
+        found = find_attractors(map, sample, *how, known)
         if not found and known:
             break
         known += found
         round = jobs.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
-        label[open_], arrival[open_], outcome[open_], stuck[open_] = _ends(map, start[open_], known, returns, round)
+        _arrive(map, start, open_, known, how[0], round, ends)
         if not found:
             break
-    if attractors is None:
-        order = np.argsort([-(label == k).sum() for k in range(len(known))], kind="stable")
-        known, label = [known[k] for k in order], np.append(np.argsort(order), [ENDED, UNRESOLVED])[label].astype(np.int32)
-    over = grid if isinstance(grid, Grid) else None
-    return Basins(coordinates, over, start, tuple(known), label, arrival, outcome, stuck)
 
 
-def _ends(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, jobs: Jobs) -> Ends:
-    """The result of `follow`: at once, or in parts that are computed by an executor or stored in a folder."""
-    if not jobs.divided or not attractors:
-        return follow(map, start, attractors, returns, jobs.progress)
-    parts = [(map, start[cut], tuple(attractors), returns) for cut in jobs.cuts(len(start), CHUNK)]
-    return Ends(**concatenated(jobs.run(_followed, parts))) if parts else follow(map, start, attractors, returns)
+def _arrive(
+    map: ReturnMap, start: Floats, which: Ints, attractors: Sequence[Attractor], returns: int, jobs: Jobs, ends: Ends
+) -> None:
+    """Write the ends of some starts: at once, or in parts that are computed by an executor or stored in a folder.
+
+    After Ctrl-C those that are known then are written.
+    """
+    cuts = jobs.cuts(len(which), CHUNK)
+
+    def gathered(parts: Mapping[int, Arrays]) -> Ends:
+        some = ends.of(which)
+        for k, part in parts.items():
+            some.write(cuts[k], Ends(**part))
+        return some
+
+    try:
+        if jobs.divided and attractors and cuts:
+            parts = [(map, start[which[cut]], tuple(attractors), returns) for cut in cuts]
+            found = gathered(dict(enumerate(jobs.run(_followed, parts, gathered))))
+        else:
+            found = follow(map, start[which], attractors, returns, jobs.progress)
+    except Interrupted as stopped:
+        ends.write(which, stopped.result or ())
+        raise
+    ends.write(which, found)
 
 
 def _followed(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int) -> Arrays:
     """The arrays of `follow` by name."""
     return follow(map, start, attractors, returns)._asdict()
-
-
-def follow(
-    map: ReturnMap,
-    start: Floats,
-    attractors: Sequence[Attractor],
-    returns: int,
-    progress: Progress | None = None,
-) -> Ends:
-    """Label, arrival, outcome and stuck of each start, shape (N, n), as in `Basins`."""
-    n = len(start)
-    label, arrival = np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32)
-    outcome, stuck = np.full(n, Outcome.returned, np.int8), np.zeros(n, bool)
-    streak, going, states = np.zeros((len(attractors), n), np.int32), np.arange(n), Coordinates(map.coordinates).wrap(start)
-    scale = Coordinates(map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
-    for k in range(returns + 1):
-        open_ = np.isfinite(states).all(axis=1)
-        if not open_.all():
-            ended = going[~open_]
-            label[ended] = ENDED
-            outcome[ended[outcome[ended] == Outcome.returned]] = Outcome.invalid
-        for number, attractor in enumerate(attractors):
-            near = attractor.near(states)
-            if attractor.stay > 1:
-                streak[number, going] = np.where(near, streak[number, going] + 1, 0)
-                near = streak[number, going] >= attractor.stay
-            near &= open_
-            if near.any():
-                label[going[near]], arrival[going[near]] = number, k - attractor.stay + 1
-                open_ &= ~near
-        if not open_.all():
-            going, states = going[open_], states[open_]
-        if progress is not None:
-            progress(max(k / max(returns, 1), 1 - len(going) / max(n, 1)))
-        if not len(going) or k == returns:
-            break
-        next_returns = map.first_return(states)
-        outcome[going], arrival[going], states = next_returns.outcome, k + next_returns.valid, next_returns.image
-        gone = vast(next_returns.coordinates, states, scale)
-        if gone.any():
-            outcome[going[gone]], states = Outcome.escaped, np.where(gone[:, None], np.nan, states)
-        stuck[going] |= next_returns.outcome == Outcome.stuck
-    return Ends(label, arrival, outcome, stuck)
 
 
 @shows

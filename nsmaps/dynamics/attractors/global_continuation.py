@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import BoxLike, Coordinates, as_box
+from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, follow
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
-from nsmaps.dynamics.attractors.basins import ENDED, UNRESOLVED, basins, follow
+from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.coexistence import numbered
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
@@ -83,7 +84,7 @@ def global_continuation(
         work.follow()
         work.measure(jobs.share(FOUND, 1.0, "stability"))
     except KeyboardInterrupt as error:
-        raise Interrupted(work.result(*about) if work.found else None) from error
+        raise Interrupted.of(error, work.result(*about) if work.found else None) from error
     return work.result(*about)
 
 

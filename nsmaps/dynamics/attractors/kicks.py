@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.continuation.bisection import bisect_change
+from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, follow
 from nsmaps.dynamics.attractors.attractor import Attractor
-from nsmaps.dynamics.attractors.basins import ENDED, UNRESOLVED, follow
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome

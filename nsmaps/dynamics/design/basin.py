@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.attractors.arrivals import follow
 from nsmaps.dynamics.attractors.attractor import Attractor
-from nsmaps.dynamics.attractors.basins import follow
 from nsmaps.dynamics.design.problem import Point
 from nsmaps.dynamics.design.search import Search
 

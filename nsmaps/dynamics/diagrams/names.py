@@ -1,7 +1,6 @@
 """The names of the motions of a bifurcation diagram, whose orbits without a period are followed to what they end on."""
 
 from collections.abc import Callable, Iterable, Mapping
-from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limits
 from nsmaps.dynamics.motion import label
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.words import Alphabet, decoded
-from nsmaps.parallel import Arrays, Jobs
+from nsmaps.parallel import Arrays, Jobs, begun
 
 OPEN = 20  #: orbits without a period in a part, which are followed for longer
 
@@ -66,7 +65,7 @@ def open_ends(
         return _pairs([_limits(*part) for part in parts])
 
     def first(found: Mapping[int, Arrays]) -> Any:
-        return unfinished(_pairs(found[k] for k in takewhile(found.__contains__, range(len(parts)))))
+        return unfinished(_pairs(begun(found)))
 
     return _pairs(jobs.run(_limits, parts, first))
 

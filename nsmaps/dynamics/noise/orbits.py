@@ -1,7 +1,7 @@
 """Orbits under noise: additive Ornstein-Uhlenbeck forcing between events, exact at the points of a grid in time."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.words import decoded
 from nsmaps.interrupts import threads
-from nsmaps.parallel import SERIAL, Arrays, Jobs, concatenated, divides
+from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
 
 if TYPE_CHECKING:
     from nsmaps.exact.kernel import Kernel
@@ -108,6 +108,7 @@ def noisy_orbits(
     Raises:
         StateError: the start has another shape.
         NsmapsError: a count is negative, the step is not in (0, tau], chatter is negative, or a class with modes has no noise.
+        Interrupted: Ctrl-C; `result` has the first realisations, up to a part that was not finished.
     """
     from nsmaps.exact.systems.system import ImpactSystem
 
@@ -126,14 +127,19 @@ def noisy_orbits(
     how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts, seed
     starts = np.broadcast_to(starts, (realisations, dim))
     tasks = [(how, starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, CHUNK)]
+
+    def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
+        tables = concatenated([_blank(n, 0, impacts, dim), *parts])
+        along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
+        return NoisyOrbits(system.coordinates, system.letters, noise, h, seed, **along)
+
+    def first(found: Mapping[int, Arrays]) -> NoisyOrbits | None:
+        return joined(begun(found)) if 0 in found else None
+
     if jobs.executor is None and len(tasks) > 1:
         with threads(os.cpu_count() or 1) as pool:
-            results = replace(jobs, executor=pool).run(_realised, tasks)
-    else:
-        results = jobs.run(_realised, tasks)
-    tables = concatenated([_blank(n, 0, impacts, dim), *results])
-    along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
-    return NoisyOrbits(system.coordinates, system.letters, noise, h, seed, **along)
+            return joined(replace(jobs, executor=pool).run(_realised, tasks, first))
+    return joined(jobs.run(_realised, tasks, first))
 
 
 def usual_step(system: "ImpactSystem | HybridSystem", tau: float) -> float:

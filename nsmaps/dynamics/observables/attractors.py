@@ -1,6 +1,6 @@
 """Means of observables on attractors: of a bifurcation diagram, of basins, and of orbits under noise."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -66,11 +66,19 @@ def observe_diagram(
 
     Raises:
         NsmapsError: as of `observe`.
+        Interrupted: Ctrl-C; in `result` the means of values that are not finished are NaN.
     """
     found = _observables(map_of, diagram.values, observables)
     cuts, last = jobs.cuts(len(diagram.values)), diagram.states[:, :, -1]
     parts = [(map_of, diagram.values[cut], last[cut], diagram.period[cut], found, returns) for cut in cuts]
-    return _means(found, np.concatenate([part["means"] for part in jobs.run(_along, parts)], axis=2))
+
+    def means(parts: Mapping[int, Arrays]) -> AttractorMeans:
+        table = np.full((len(MEANS), 2, *diagram.period.shape, len(found)), np.nan)
+        for k, part in parts.items():
+            table[:, :, cuts[k]] = part["means"]
+        return _means(found, table)
+
+    return means(dict(enumerate(jobs.run(_along, parts, means))))
 
 
 def _observables(

@@ -1,6 +1,6 @@
 """Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
@@ -192,14 +192,24 @@ def sweep(
 ) -> list[tuple[float, dict[str, Surface]]]:
     """The return surfaces for each value of one parameter, in the order of the values.
 
-    Each value is a part of `jobs`, see `nsmaps.Jobs`. Errors as `surfaces`.
+    Each value is a part of `jobs`, see `nsmaps.Jobs`. Errors as `surfaces`; on Ctrl-C Interrupted, whose `result` has the values
+    that are finished.
     """
     check_axes(grid, system.coordinates)
     along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
-    parts = jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in jobs.cuts(len(along))])
-    grids = [{name: rows[k] for name, rows in part.items()} for part in parts for k in range(len(part["codes"]))]
-    found = [surfaces_among(each, _returns_of(each, arrays), grid, families) for each, arrays in zip(along, grids, strict=True)]
-    return [(getattr(each, parameter), surfaces) for each, surfaces in zip(along, found, strict=True)]
+    cuts = jobs.cuts(len(along))
+
+    def found(parts: Mapping[int, Arrays]) -> list[tuple[float, dict[str, Surface]]]:
+        grids = {cuts[number].start + k: _row(part, k) for number, part in parts.items() for k in range(len(part["codes"]))}
+        rows = [(along[k], _returns_of(along[k], grids[k])) for k in sorted(grids)]
+        return [(getattr(each, parameter), surfaces_among(each, returns, grid, families)) for each, returns in rows]
+
+    return found(dict(enumerate(jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], found))))
+
+
+def _row(arrays: Arrays, k: int) -> Arrays:
+    """Row k of each array."""
+    return {name: rows[k] for name, rows in arrays.items()}
 
 
 def _returns_over(systems: Sequence["ImpactSystem"], grid: Grid) -> Arrays:

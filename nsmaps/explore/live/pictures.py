@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.attractors.basins import ENDED, UNRESOLVED, basins
+from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED
+from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.limit_set import LimitSet, limit_set
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, bifurcation
 from nsmaps.dynamics.orbit import Orbit, orbit

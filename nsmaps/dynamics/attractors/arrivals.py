@@ -1,0 +1,98 @@
+"""Starts followed until they reach one of some attractors."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.limits.path import vast
+from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.outcome import Outcome
+from nsmaps.interrupts import Interrupted
+from nsmaps.progress import Progress
+
+UNRESOLVED, ENDED = -1, -2  #: labels of starts that reach no attractor, and of those whose orbit ends
+
+
+class Ends(NamedTuple):
+    """The attractors that some starts reach, as in `Basins`."""
+
+    label: NDArray[np.int32]
+    arrival: NDArray[np.int32]
+    outcome: NDArray[np.int8]
+    stuck: NDArray[np.bool_]
+
+    @classmethod
+    def unreached(cls, n: int) -> "Ends":
+        """Those of n starts before their first return."""
+        return cls(
+            np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32), np.full(n, Outcome.returned, np.int8), np.zeros(n, bool)
+        )
+
+    def of(self, which: Ints) -> "Ends":
+        """Those of some of the starts."""
+        return Ends(self.label[which], self.arrival[which], self.outcome[which], self.stuck[which])
+
+    def write(self, where: Ints | slice, some: Iterable[NDArray[Any]]) -> None:
+        """Write those of some of the starts, if there are any."""
+        for own, new in zip(self, some, strict=False):
+            own[where] = new
+
+
+def follow(
+    map: ReturnMap,
+    start: Floats,
+    attractors: Sequence[Attractor],
+    returns: int,
+    progress: Progress | None = None,
+) -> Ends:
+    """Label, arrival, outcome and stuck of each start, shape (N, n), as in `Basins`.
+
+    Ctrl-C raises Interrupted, with those that are known.
+    """
+    ends = Ends.unreached(len(start))
+    try:
+        _follow(map, start, attractors, returns, progress, ends)
+    except KeyboardInterrupt as stopped:
+        raise Interrupted.of(stopped, ends) from None
+    return ends
+
+
+def _follow(
+    map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, progress: Progress | None, ends: Ends
+) -> None:
+    """As `follow`, written to ends."""
+    n, (label, arrival, outcome, stuck) = len(start), ends
+    streak, going, states = np.zeros((len(attractors), n), np.int32), np.arange(n), Coordinates(map.coordinates).wrap(start)
+    scale = Coordinates(map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
+    for k in range(returns + 1):
+        open_ = np.isfinite(states).all(axis=1)
+        if not open_.all():
+            ended = going[~open_]
+            label[ended] = ENDED
+            outcome[ended[outcome[ended] == Outcome.returned]] = Outcome.invalid
+        for number, attractor in enumerate(attractors):
+            near = attractor.near(states)
+            if attractor.stay > 1:
+                streak[number, going] = np.where(near, streak[number, going] + 1, 0)
+                near = streak[number, going] >= attractor.stay
+            near &= open_
+            if near.any():
+                label[going[near]], arrival[going[near]] = number, k - attractor.stay + 1
+                open_ &= ~near
+        if not open_.all():
+            going, states = going[open_], states[open_]
+        if progress is not None:
+            progress(max(k / max(returns, 1), 1 - len(going) / max(n, 1)))
+        if not len(going) or k == returns:
+            break
+        next_returns = map.first_return(states)
+        outcome[going], arrival[going], states = next_returns.outcome, k + next_returns.valid, next_returns.image
+        gone = vast(next_returns.coordinates, states, scale)
+        if gone.any():
+            outcome[going[gone]], states = Outcome.escaped, np.where(gone[:, None], np.nan, states)
+        stuck[going] |= next_returns.outcome == Outcome.stuck
