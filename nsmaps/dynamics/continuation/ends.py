@@ -1,5 +1,6 @@
 """The ends of branches: at a graze, a border, the end of complete chatter, or where there is no map."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
@@ -11,8 +12,8 @@ from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
 from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event
-from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
-from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, has_rest
+from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import CHATTER, REST
 
@@ -25,16 +26,18 @@ WORST = 1e-4  #: precision of a graze, in the parameter's range, above which it 
 DECADES = 1e-3, 1e-5, 1e-7  #: distances along a branch from its last point, in whose logarithm times may grow
 ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
 FURTHER = np.geomspace(1e-8, 1e-2, 13)  #: distances, in the parameter's range, within which contact may last for all times
+FAR = 2.0  #: times as long as one that is not resolved, a rest to whose place the precision of its end is the distance
+RESTED = 6  #: of which every sixth is released again at other values of the parameter
 IMPACTS = 500  #: returns within which impacts that accumulate are summed
 RELEASE = 1e-12  #: share of the parameter, to which the release from a contact is known
 
 
 @runtime_checkable
-class Resting(Protocol):
-    """A return map in which complete chatter is one event."""
+class Resting(ReturnMap, Protocol):
+    """A return map that knows how long a body rests."""
 
     def rests(self, states: ArrayLike) -> Floats:
-        """How long the ball rests before its release, in radians of phase, shape (N,); NaN without complete chatter."""
+        """How long the body rests before its release, in radians of phase, shape (N,); NaN of returns without rest."""
 
 
 def end_of(grown: GrowingBranch, along: Floats) -> str:
@@ -114,7 +117,7 @@ def _never_returns(grown: GrowingBranch, _: float) -> Event | None:
 def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:
     """The place next to the last point from which on a body that rests, and is released in each period, is so no longer."""
     curve, last = grown.curve, grown.points[-1]
-    if not any(mark in word for word in last.orbit.words for mark in (CHATTER, REST)):
+    if not any(map(has_rest, last.orbit.words)):
         return None
 
     def rests(values: Floats) -> Bools:
@@ -139,7 +142,7 @@ def _rests(curve: OrbitCurve, last: OrbitPoint, value: float) -> bool:
         returns = map.first_return(states)
         if returns.outcome[0] == Outcome.rests:
             return True
-        if not returns.valid[0] or any(mark in returns.words[0] for mark in (CHATTER, REST)):  # released, as before
+        if not returns.valid[0] or has_rest(str(returns.words[0])):  # released, as before
             return False
         states = returns.image
     return False
@@ -158,30 +161,41 @@ def _chatter_ends(grown: GrowingBranch, beyond: float) -> Event | None:
     """The end of complete chatter next to the last point, where the impacts accumulate at the release, by bisection.
 
     Near the release flights of many impacts are so low that rounding of the displacement counts. The precision is the distance
-    at which the rest is one that is not resolved, by linear interpolation, which overestimates it: the rest falls ever faster.
+    from where the rest is twice as long as one that is not resolved: it falls ever faster, so that this overestimates it.
     """
     curve, last = grown.curve, grown.points[-1]
-    map, q = curve.map_of(last.value), curve.period
-    if not (isinstance(map, Resting) and bool((map.rests(last.orbit.states) < CLOSE).any())):
+    if not curve.resting or not _rest_time(grown, last.value) < CLOSE:
         return None
+    shortest = SHORTEST[CHATTER if any(CHATTER in word for word in last.orbit.words) else REST]
 
-    def same(values: Floats) -> Bools:
-        there, _ = map_or_reason(curve.map_of, float(values[0]))
-        states, holds = last.orbit.states, there is not None
-        for _ in range(q + 1):  # after complete chatter the orbit is known from any state of it
-            if there is None or not holds:
-                break
-            returns = there.first_return(states)
-            holds = np.array_equal(returns.codes, last.orbit.returns.codes) and bool(returns.valid.all())
-            states = np.roll(returns.image, 1, axis=0)
-        return np.array([holds])
+    def longer(least: float) -> Callable[[Floats], Bools]:
+        return lambda values: np.array([_rest_time(grown, float(values[0])) > least])
 
-    own, off = np.array([last.value]), 10 * SMALLEST * curve.unit
+    own, off, yes, no = np.array([last.value]), 10 * SMALLEST * curve.unit, np.array([True]), np.array([False])
     for far in (own + off, own - off):
-        if same(own)[0] and not same(far)[0]:
-            low = bisect_change(same, own, far, np.array([True]), np.array([False]))[0]
-            least = float(np.nanmin(map.rests(last.orbit.states)))
-            share = SHORTEST[CHATTER if any(CHATTER in word for word in last.orbit.words) else REST] / least
-            precision = share * abs(float(low[0]) - last.value) + 4 * float(np.spacing(abs(low[0])))
-            return Event(CHATTER_ENDS, float(low[0]), precision, last.orbit, "the rest before the release is zero")
+        if not longer(0.0)(far)[0]:
+            end = bisect_change(longer(0.0), own, far, yes, no)[0]
+            values = [point.value for point in grown.points[::-1]]
+            resolved = next((value for value in values if _rest_time(grown, value) > FAR * shortest), values[-1])
+            near = bisect_change(longer(FAR * shortest), np.array([resolved]), end, yes, no)[0]
+            precision = float(np.abs(end - near)[0]) + 4 * float(np.spacing(abs(end[0])))
+            return Event(CHATTER_ENDS, float(end[0]), precision, last.orbit, "the rest before the release is zero")
     return None
+
+
+def _rest_time(grown: GrowingBranch, value: float) -> float:
+    """How long a body rests at a value of the parameter, after a motion from a release on with the words of the last orbit.
+
+    NaN where the words are others. All states that come to rest are released at one instant: those of earlier orbits rest for
+    longer, and so at other values too.
+    """
+    map, codes, k = map_or_reason(grown.curve.map_of, value)[0], grown.points[-1].orbit.returns.codes, grown.curve.resting[0]
+    if not isinstance(map, Resting):
+        return np.nan
+    rested = map.first_return(np.array([point.orbit.states[k] for point in grown.points[: -POINTS - 1 : -RESTED]]))
+    now = rested.select(np.flatnonzero(rested.valid & (rested.codes == codes[k]))[:1])
+    for code in np.roll(codes, -k - 1):
+        now = map.first_return(now.image)
+        if not (now.valid & (now.codes == code)).any():
+            return np.nan
+    return float(map.rests(now.start)[0])

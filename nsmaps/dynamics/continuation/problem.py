@@ -17,6 +17,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, is_exact, map_or_reason
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.words import CHATTER, REST
 
 NOTHING = 1e-15  #: share of the scale of a coordinate, below which it is zero: no speed is negative by rounding
 ROUNDING = 1e-15  #: share of the parameter's range within which a value counts as an end of the range
@@ -48,6 +49,7 @@ class OrbitCurve(WithCoordinates):
     scale: Floats  #: shape (n,), scale of the coordinates
     speeds: Floats | None = None  #: of `speeds_of`, the units of margins; None of maps that have none
     least_time: float = 0.0  #: time that a motion must take, as of `PeriodicOrbit`
+    resting: tuple[int, ...] = ()  #: numbers of the states whose image does not depend on them, as a body comes to rest
 
     @property
     def unit(self) -> float:
@@ -82,7 +84,8 @@ class OrbitCurve(WithCoordinates):
         value = float(y[-1] * self.unit)
         for end in (self.low, self.high):
             value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # no map may exist beyond
-        map, states = self.map_of(value), self.coordinates.wrap(self.states(y))
+        map = self.map_of(value)
+        states = self.begun(map, self.coordinates.wrap(self.states(y)))
         returns = map.first_return(states, derivative=True)
         if not returns.valid.all() or returns.derivative is None:
             return None
@@ -95,6 +98,16 @@ class OrbitCurve(WithCoordinates):
             return None
         residual = (orbit.gaps / self.scale).ravel()
         return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian)
+
+    def begun(self, map: ReturnMap, states: Floats) -> Floats:
+        """States of which those that follow a rest are the images of those before it, as these do not depend on them.
+
+        The instant of a release is the border of the states that are at rest: one before it, as predicted, is released later.
+        """
+        before = list(self.resting)
+        if before:
+            states[[(k + 1) % self.period for k in before]] = map.first_return(states[before]).image
+        return states
 
     def exists(self, point: OrbitPoint) -> bool:
         """True if an orbit converged and all of its returns are certified by the map."""
@@ -149,6 +162,11 @@ class OrbitCurve(WithCoordinates):
         return ", ".join(dict.fromkeys(ends))
 
 
+def has_rest(word: str) -> bool:
+    """True for the word of a return in which a body comes to rest."""
+    return CHATTER in word or REST in word
+
+
 def curve_from(
     map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: float, bounds: tuple[float, float], tolerance: float
 ) -> OrbitCurve:
@@ -158,7 +176,10 @@ def curve_from(
     if map is not None and not hasattr(map, "extents"):
         scale = np.maximum(scale, np.where(coordinates.angles, 0.0, _moved(map_of, orbit, value, bounds[1] - bounds[0])))
     speeds = None if map is None else speeds_of(map, orbit.states, scale)
-    return OrbitCurve(map_of, len(orbit.states), *bounds, tolerance, coordinates, scale, speeds, orbit.least_time)
+    slopes = np.abs(orbit.returns.slopes) * scale / scale[:, None]
+    constant = slopes.max(axis=(1, 2)) <= NOTHING
+    resting = tuple(k for k, word in enumerate(orbit.words) if constant[k] and has_rest(word))
+    return OrbitCurve(map_of, len(orbit.states), *bounds, tolerance, coordinates, scale, speeds, orbit.least_time, resting)
 
 
 def _moved(map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: float, unit: float) -> Floats:

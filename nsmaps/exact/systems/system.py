@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, Angle, BoxLike, Coordinates, StateLike, as_starts, as_states
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.systems.files import REFUSED, defined_at
 from nsmaps.exact.systems.parameters import ParametricSystem
@@ -138,6 +139,14 @@ class ImpactSystem(ParametricSystem):
         start = as_states(states, self.coordinates)
         _check_chatter(chatter)
         return self._kernel().sensitivities(start, self.direction(rates), chatter)
+
+    def rests(self, states: ArrayLike) -> Floats:
+        """How long the ball rests on the base wall in each first return that ends with its release, shape (N,); NaN of others.
+
+        In radians of phase. Chatter that is summed counts with the rest. Errors as `first_return`.
+        """
+        returns = self.first_return(states)
+        return np.asarray(np.where(returns.outcome == Outcome.stuck, returns.time * self.phase_rate(), np.nan))
 
     def reasons(self, states: ArrayLike, chatter: float = 1e-12) -> tuple[str, ...]:
         """Why each first return ended, a sentence each. Arguments and errors as `first_return`."""
