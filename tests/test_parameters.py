@@ -112,5 +112,6 @@ def test_a_value_without_annotation_is_a_constant_and_hides_no_parameter() -> No
 
     assert Fast().first_return([[1.0]]).time == pytest.approx([1 / 3])
     assert set(Fast().parameters) == {"h", "e"}
+    assert type("Faster", (Fast,), {"speed": sp.sqrt(10), "__module__": __name__})().first_return([[1.0]]).time == 1 / 10**0.5
     with pytest.raises(SystemDefinitionError, match=r"Other\.h is a parameter of its base.*`h: float = \.\.\.`"):
         type("Other", (Runner,), {"h": 0.5, "__module__": __name__})

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo, ModelPrivateAttr
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
@@ -15,6 +16,17 @@ from nsmaps.exact.systems.files import received
 from nsmaps.files.complaints import refused
 
 Model = TypeVar("Model", bound="ParametricSystem")
+
+
+class _Unmarked(type):
+    """The type of `_Constant`."""
+
+    def __instancecheck__(cls, value: object) -> bool:
+        return not isinstance(value, (FieldInfo, ModelPrivateAttr))
+
+
+class _Constant(metaclass=_Unmarked):
+    """Any value, of sympy or numpy too, that is not one of pydantic's descriptions of a field."""
 
 
 class ParametricSystem(BaseModel, ABC):
@@ -28,7 +40,7 @@ class ParametricSystem(BaseModel, ABC):
         extra="forbid",
         allow_inf_nan=False,
         validate_default=True,
-        ignored_types=(int, float, str, tuple, list, dict),
+        ignored_types=(_Constant,),
     )
 
     dimensionless: ClassVar[bool] = False  #: True if states, times and parameters have no unit, which figures then state
