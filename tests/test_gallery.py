@@ -34,6 +34,41 @@ PAPER = """model:abc bifexact regions impact-time 2d-1phi 3d 2Dpi-2pi 2D0-2pi fl
 fig:illauximaps cobweb12d35 cobweb12d35_updates Auximapsd30 Auximapsd30_updates Auximapsd26 highorderiterate comp_stoch ICPP02pi
 R1compared comparert TableDeltaErr r5approx"""  #: labels there
 BESIDE = {"bifapprox": "bifexact"}  #: figures that share a picture with another, which its sentence says
+V, PHI = (r"$v_{k}$", r"$v_{k+1}$"), (r"$\phi_{k}$", r"$\phi_{k+1}$")
+STATES = r"$v_{k}$", r"$\phi_{k}$"
+PLANES = {letter: (V, PHI)[k % 2] for k, letter in enumerate("abcdef")}
+AGAIN = {letter: (axes[0], axes[1].replace("k+1", "k+2")) for letter, axes in PLANES.items()}
+PANELS = {
+    "model:abc": {"a": (r"$\beta$",), "b": ("time $t$", "absolute displacement"), "c": ("relative displacement $Z$",)},
+    "regions": {"a": STATES, "b": (*STATES, r"$\mathcal{R}_{4}$", r"$\mathcal{R}_{5}$")},
+    "2d-1phi": {"a": V, "b": PHI},
+    "3d": {"a": V, "b": PHI},
+    "2Dpi-2pi": {letter: PLANES[letter] for letter in "abcd"},
+    "2D0-2pi": {letter: PLANES[letter] for letter in "abcd"},
+    "3d-area": {"a": V, "b": PHI},
+    "R1compared": {
+        letter: (*PLANES[letter], f"$d$ = {d}") for letter, d in zip("abcdef", (0.35, 0.35, 0.3, 0.3, 0.26, 0.26), strict=True)
+    },
+    "r2approx": {"a": V, "b": PHI, "c": (r"$v_{k+1}$",), "d": V, "e": PHI, "f": (r"$v_{k+1}$",)},
+    "r5approx": {"a": V, "b": PHI, "c": (r"$v_{k+1}$",)},
+    "comparert": dict.fromkeys("abcdef", STATES),
+    "test": dict.fromkeys("abcd", STATES),
+    "glosmallic": PLANES,
+    "fig:illauximaps": {"a": V, "b": PHI, "c": (*V, "$P$", "$Q$"), "d": (*PHI, "$R$", "$O$")},
+    "highorderiterate": AGAIN,
+}  #: by figure of the paper that has lettered panels, what each shows: names of its axes and in it
+BELOW = {
+    "2d-1phi": ("BB", "BTB"),
+    "R1compared": ("37 values of $d$ in [0.26, 0.35]", "one value of $d$"),
+    "glosmallic-fp": tuple(rf"$\mathcal{{R}}_{{{k}}}$" for k in (2, 3, 4, 5)),
+    "glosmallic-pd": tuple(rf"$\mathcal{{R}}_{{{k}}}$" for k in (2, 3, 4, 5)),
+    "glosmallic-cd": tuple(rf"$\mathcal{{R}}_{{{k}}}$" for k in (2, 3, 4, 5)),
+    "illauximaps": ("the other at its least", "upper map", "lower map", "first interval", "worst case"),
+    "highorderiterate-fp": ("$N = 2$", "$N = 11$", "polynomial, degree 9", "$p$, $q$"),
+    "highorderiterate-pd": ("$N = 2$", "$N = 11$", "polynomial, degree 9", "$p$, $q$"),
+    "highorderiterate-cd": ("$p$, $q$",),
+    "comp_stoch": ("B, no noise", "T, no noise", r"B, $\sigma = 0.0447$", r"T, $\sigma = 0.0447$"),
+}  #: by file, what its legend names
 SIGNATURES = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
@@ -41,6 +76,74 @@ def test_every_figure_of_the_paper_is_listed():
     assert {entry["label"] for entry in FIGURES} == set(PAPER.split())
     for label, other in BESIDE.items():
         assert any(label in entry["says"] for entry in FIGURES if entry["label"] == other)
+
+
+def panels(file: str) -> dict[str, set[str]]:
+    """What stands in each part of a drawing, a set of texts: of a panel by its letter, of the page by an empty one."""
+    text = (GALLERY / f"{file}.svg").read_text(encoding="utf-8")
+    found = {}
+    for part in re.split(r'<g id="(?=axes_\d|legend_\d|text_\d+">)', text)[1:]:
+        told = set(re.findall(r"<!-- (.+?) -->", part)) | set(re.findall(r"<text[^>]*>([^<]+)</text>", part))
+        letters = [each[1:-1] for each in told if re.fullmatch(r"\([a-z]\)", each)]
+        found.setdefault(letters[0] if letters else "", set()).update(told)
+    return found
+
+
+@pytest.mark.parametrize("label", PANELS)
+def test_the_panels_of_a_figure_are_those_of_the_paper_and_show_what_they_do_there(label):
+    files = [entry for entry in FIGURES if entry["label"] == label]
+    told = {}
+    for entry in files:
+        for letter, texts in panels(entry["file"]).items():
+            told.setdefault(letter, []).append(texts)
+    letters = set(told) - {""}
+    assert set(PANELS[label]) <= letters
+    for letter in letters - set(PANELS[label]):
+        assert any(re.search(rf"[Pp]anels? \({letter}\)[^.]* ours", entry["says"]) for entry in files), (
+            f"({letter}) is not said to be ours"
+        )
+    for letter, wanted in PANELS[label].items():
+        for texts in told[letter]:
+            missing = [each for each in wanted if not any(text.startswith(each) for text in texts)]
+            assert not missing, f"({letter}) lacks {missing}"
+
+
+@pytest.mark.parametrize("file", BELOW)
+def test_the_legend_of_a_figure_names_what_the_paper_shows(file):
+    told = set.union(*panels(file).values())
+    assert set(BELOW[file]) <= told
+
+
+def test_states_near_the_diagonals_leave_no_stripes():
+    """White between blue or green ones a few pixels to both sides, or above and below: less than a thousandth of these."""
+    with Image.open(GALLERY / "R1compared.png") as picture:
+        pixels = np.asarray(picture.convert("RGB"), int)
+    full = (pixels.max(axis=2) - pixels.min(axis=2) > 60) & (pixels[..., 0] < 160)
+    white = pixels.min(axis=2) > 240
+    reach = 6
+    beside = [
+        np.logical_or.reduce([np.roll(full, sign * k, axis) for k in range(1, reach + 1)]) for axis in (0, 1) for sign in (1, -1)
+    ]
+    stripes = white & ((beside[0] & beside[1]) | (beside[2] & beside[3]))
+    assert full.sum() > 50_000
+    assert stripes.sum() < 1e-3 * full.sum()
+
+
+def test_the_table_of_noise_is_of_the_run_of_the_picture():
+    """The shares of 2:1 motion in the table are an affine function of the heights of the points in panel (c)."""
+    page = (ROOT / "docs" / "dynamics.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([\d.]+) \| ([\d.]+) \| [^|]+ \| [^|]* \| \d+, \d+ \|$", page, re.MULTILINE)
+    sigma, share = np.array(rows, float).T
+    svg = (GALLERY / "comp_stoch.svg").read_text(encoding="utf-8")
+    (panel,) = re.findall(r'<g id="axes_3">.*?<g id="axes_4">', svg, re.DOTALL)
+    lines = [
+        np.array(re.findall(r"[ML] ([\d.]+) ([\d.]+)", path), float)
+        for path in re.findall(r'<path d="([^"]+)" clip-path[^>]*stroke: #e69f00', panel)
+    ]
+    (points,) = [line for line in lines if len(line) == len(rows)]
+    for measured, drawn in zip((sigma, share), points.T, strict=True):
+        fitted = np.polynomial.Polynomial.fit(drawn, measured, 1)
+        assert fitted(drawn) == pytest.approx(measured, abs=2e-3 * np.ptp(measured))
 
 
 def test_files_are_named_once():

@@ -73,8 +73,9 @@ def draw(runs: Path, scratch: Path, study: str, wanted: Sequence[Picture]) -> No
     """Draw the figures of one run that are no animations, by one program."""
     names = [word for figure in dict.fromkeys(each.figure for each in wanted) for word in ("--only", figure)]
     kinds = [word for kind in dict.fromkeys(kind for each in wanted for kind in each.formats) for word in ("--format", kind)]
+    letters = [word for each in wanted if each.letters for word in ("--letters", f"{each.sheet}={each.letters}")]
     out = scratch / study
-    nsmaps("figures", place(runs, study), *names, *kinds, "--dpi", DPI, "--out", out)
+    nsmaps("figures", place(runs, study), *names, *kinds, *letters, "--dpi", DPI, "--out", out)
     for each in wanted:
         for kind in each.formats:
             shutil.copyfile(out / f"{each.sheet}.{kind}", each.path.with_suffix(f".{kind}"))

@@ -37,6 +37,7 @@ class Picture:
     study: str = ""  #: shipped, or a file of the folder `studies`, or `exit_times`
     figure: str = ""  #: or animation
     sheet: str = ""  #: the file that `nsmaps figures` writes, if not called as the figure
+    letters: str = ""  #: of its panels, those that the figure has in the paper; a, b, c, ... if empty
     table: str = ""  #: of a page, from which a picture of measured times is drawn
     formats: tuple[str, ...] = ("png",)
     options: tuple[tuple[str, Any], ...] = ()  #: of an animation
@@ -66,16 +67,18 @@ def listed() -> dict[str, list[dict[str, Any]]]:
 def pictures() -> list[Picture]:
     """Every picture of the list."""
     every, here = listed(), HERE.relative_to(ROOT)
-    drawn = [
-        Picture(here / f"{one['file']}.png", one["study"], one["figure"], one.get("sheet", one["figure"]), formats=FORMATS)
-        for one in every["figures"]
-    ]
+    drawn = [_figure(here / f"{one['file']}.png", one, FORMATS) for one in every["figures"]]
     films = [
         Picture(here / f"{one['file']}.gif", one["study"], one["name"], formats=("gif",), options=tuple(one["options"].items()))
         for one in every["animations"]
     ]
-    pages = [Picture(Path(one["file"]), one["study"], one["figure"], one.get("sheet", one["figure"])) for one in every["pages"]]
+    pages = [_figure(Path(one["file"]), one) for one in every["pages"]]
     return [*drawn, *films, *pages, *(Picture(Path(one["file"]), table=one["table"]) for one in every["tables"])]
+
+
+def _figure(file: Path, one: dict[str, Any], formats: tuple[str, ...] = ("png",)) -> Picture:
+    """The picture of an entry that is a figure of a study."""
+    return Picture(file, one["study"], one["figure"], one.get("sheet", one["figure"]), one.get("letters", ""), formats=formats)
 
 
 def study_of(name: str) -> Path | str:

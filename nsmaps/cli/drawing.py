@@ -1,7 +1,7 @@
 """Commands that draw: `nsmaps figures`, `animate` and `report`."""
 
 import gc
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from enum import StrEnum
@@ -30,6 +30,7 @@ def draw_listed(
     dpi: float = 300,
     width: float = 5.1,
     first: bool = False,
+    letters: Mapping[str, str] | None = None,
 ) -> "tuple[list[Path], StudyResult]":
     """Figures of a run, drawn into a folder, its own if omitted, and the result, which says of each why if it was not drawn.
 
@@ -44,7 +45,7 @@ def draw_listed(
     for name in dict.fromkeys(names):
         try:
             with listed(folder, place) as beside, _settled():
-                drawn = draw(result, [name], beside, kinds, dpi, width, first)
+                drawn = draw(result, [name], beside, kinds, dpi, width, first, letters)
             paths += [place / path.name for path in drawn]
         except OSError:
             raise
@@ -94,6 +95,10 @@ def figures(
     width: Annotated[
         float, typer.Option(metavar="N", min=2, max=40, help="The width of a figure, inches; type stays at 8 points.")
     ] = 5.1,
+    letters: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FILE=LETTERS", help="The letters of the panels of a file, as cobweb=cd, a blank for none."),
+    ] = None,
     installed_only: InstalledOnly = False,
 ) -> None:
     """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for.
@@ -107,7 +112,10 @@ def figures(
         result = read_result(folder, installed_only=installed_only)
         kinds = [kind.value for kind in format or [Format.png]]
         names = only or named_by(result)
-        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, first=not only)
+        lettered = _lettered(letters or [])
+        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered)
+        if unknown := set(lettered) - {path.stem for path in paths} - set(result.undrawn):
+            raise NsmapsError(f"--letters for {', '.join(sorted(unknown))}, which is not among the files drawn")
         if out is None and (folder / "report.html").is_file():
             from nsmaps.report.page import write_report
 
@@ -116,6 +124,15 @@ def figures(
         typer.echo(str(path))
     if say_undrawn(result, names):
         raise typer.Exit(BAD)
+
+
+def _lettered(given: Sequence[str]) -> dict[str, str]:
+    """Letters by file; NsmapsError for what is not FILE=LETTERS."""
+    pairs = [each.partition("=") for each in given]
+    for name, sign, letters in pairs:
+        if not (name and sign and letters):
+            raise NsmapsError(f"--letters {name + sign + letters}; expected: FILE=LETTERS, such as cobweb=cd")
+    return {name: letters for name, _, letters in pairs}
 
 
 def animate(

@@ -4,7 +4,8 @@ Each module has a function of its own name, `cobweb(result, ax, ...) -> Axes`, f
 writes whole figures by name. Importing this package does not load matplotlib; drawing does.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,17 +26,20 @@ def draw(
     dpi: float = 300,
     width: float = 5.1,
     first: bool = False,
+    letters: Mapping[str, str] | None = None,
 ) -> list[Path]:
     """The files of the named figures, written into `folder`, which is made if it is not there; `width` in inches.
 
     All type is of 8 points at every width; 5.1 inches are a page of a journal, 3.4 a column of two.
 
-    Of a figure with a sheet for every domain all are drawn, or that of the `first` domain alone.
+    Of a figure with a sheet for every domain all are drawn, or that of the `first` domain alone. `letters` has those of the
+    panels of some files, by the file's name without its suffix, a blank for a panel without: a, b, c, ... if omitted.
 
     Nothing is written if one of the figures cannot be drawn for want of data.
 
     Raises:
-        NsmapsError: an unknown figure; a figure whose data the result lacks; a format matplotlib cannot write.
+        NsmapsError: an unknown figure; a figure whose data the result lacks; a format matplotlib cannot write; more letters
+            than panels, or fewer.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -47,6 +51,11 @@ def draw(
             if word not in accepted:
                 raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
     sheets = [sheet for name in dict.fromkeys(names) for sheet in CATALOGUE[name].sheets(result, first)]
+    for number, sheet in enumerate(sheets):
+        given = (letters or {}).get(sheet.name, "")
+        if given and len(given) != len(sheet.panels):
+            raise NsmapsError(f"{sheet.name!r} has {len(sheet.panels)} panels, its letters are {given!r}; expected: one a panel")
+        sheets[number] = replace(sheet, letters=given)
     Path(folder).mkdir(parents=True, exist_ok=True)
     with units_of(result.system):
         return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi, width)]

@@ -39,8 +39,8 @@ _ROWS = (
     Row(
         "returns.slices",
         "Images against one coordinate of the initial state while the other is held, coloured by impact word.",
-        "First returns along one coordinate by impact word; the other coordinate is held at the value above. Gaps are jumps "
-        "of the map.",
+        "First returns along one coordinate by impact word; the other coordinate is held at the value above. In its phase plane "
+        "all stand over one value. Gaps are jumps of the map.",
         (data.SLICES,),
     ),
     Row(
@@ -138,9 +138,9 @@ _ROWS = (
     Row(
         "composite.cobweb",
         "Cobweb diagrams of the orbits over the projected surfaces.",
-        "Cobwebs of the composite map in the phase planes, with their last tenth marked, over its pieces: a line where the image "
-        "depends on one coordinate alone, else the range of its values over the other. A cross, if any, is the end of an orbit "
-        "that leaves the domain of the map.",
+        "A cobweb of the composite map in the phase planes, with its last tenth marked, over the pieces: a line where the image "
+        "depends on one coordinate alone, else the range of its values over the other, pale where the orbit does not come. A "
+        "cross, if any, is the end of an orbit that leaves the domain of the map.",
         (data.SURFACES, data.COMPOSITE, data.ORBITS),
         animated=True,
     ),
@@ -222,10 +222,11 @@ _ROWS = (
     ),
     Row(
         "domains.auxiliary",
-        "Families of curves of the map between their upper and lower envelopes.",
-        "The image of each coordinate for values of the other (grey), between the lower and the upper auxiliary map, with the "
-        "worst-case steps from the box (dotted). If the box is forward invariant, the interval of the first step is green. The "
-        "title has the width of the box to which the update leads.",
+        "Families of curves of the map between their upper and lower envelopes, above the first steps between these.",
+        "The image of each coordinate for values of the other (grey), between the lower and the upper auxiliary map; below, the "
+        "worst-case steps from the box (dotted), with the points at which the upper map is largest and the lower one least. If "
+        "the box is forward invariant, the interval of the first step is green. The title has the width of the box to which the "
+        "update leads.",
         (data.ENVELOPED,),
         by_domain=True,
     ),
@@ -248,8 +249,9 @@ _ROWS = (
     Row(
         "domains.second_iterate",
         "The second iterates of the auxiliary maps with their fixed points.",
-        "Second iterates of the auxiliary maps: the lower map of the upper map and the upper map of the lower map, or the worst "
-        "case of both. If the box is forward invariant, p and q bound the coordinate.",
+        "Second iterates of the auxiliary maps at some updates N: the lower map of the upper map (thick), which has p, and the "
+        "upper map of the lower map (thin), which has q, or the worst case of both. If the box is forward invariant, p and q "
+        "bound the coordinate.",
         (data.SECOND_ITERATE, data.DOMAINS),
     ),
     Row(

@@ -47,9 +47,10 @@ class Sheet:
     title: str = ""
     legend: bool = False  #: whether the legends of all panels are drawn as one, below them
     share: float = 1.0  #: of the width of a page that the figure takes
+    letters: str = ""  #: one a panel, a blank for none; a, b, c, ... of several panels, if empty
 
     def figure(self, dpi: float | None = None, width: float = COLUMN) -> Figure:
-        """The figure with every panel drawn and lettered (a), (b), ... where there are several; `width` in inches.
+        """The figure with every panel drawn and lettered; `width` in inches.
 
         Type has the same size at every width, and panels take what it leaves; on a narrow page they stand one below the other.
         """
@@ -63,8 +64,8 @@ class Sheet:
             panel(ax)
             title = ax.get_title()
             ax.set_title(fill(title, int(_LETTERS * each) + sum(map(title.count, _MARKUP))))
-            if len(self.panels) > 1:
-                ax.set_title(f"({_letter(number)})", loc="left", fontweight="bold")
+            if letter := self._letter(number):
+                ax.set_title(f"({letter})", loc="left", fontweight="bold")
             ax.title.set_y(1.0)  # which axes in space lower, into the picture
         if self.title:
             figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")
@@ -72,6 +73,12 @@ class Sheet:
         if self.legend:
             _one_legend(figure)
         return figure
+
+    def _letter(self, number: int) -> str:
+        """The letter of a panel, empty for none."""
+        if self.letters:
+            return self.letters[number].strip()
+        return _letter(number) if len(self.panels) > 1 else ""
 
     def save(self, folder: Path, formats: Sequence[str], dpi: float, width: float = COLUMN) -> list[Path]:
         """The files written, one a format, `width` inches wide; the figure is drawn in the style of the package, and let go."""

@@ -118,10 +118,17 @@ def family_colours(names: Sequence[str]) -> dict[str, str]:
 def piece_colours(names: Sequence[str], resets: Sequence[bool]) -> list[str]:
     """A colour a piece: R1, R2, ... have the first, second, ..., every reset is white, others take what is left.
 
+    An expanded piece, such as R1+, has the colour of the piece whose place it takes.
+
     >>> piece_colours(["reset", "R2", "mine"], [True, False, False]) == ["#FFFFFF", PIECES[1], PIECES[7]]
     True
+    >>> piece_colours(["R1+", "R2"], [False] * 2) == [PIECES[0], PIECES[1]]
+    True
     """
-    numbers = [re.fullmatch(r"R_?(\d+)", name) for name in names]
+    bases = [name.removesuffix("+") for name in names]
+    numbers = [
+        re.fullmatch(r"R_?(\d+)", base if bases.count(base) == 1 else name) for base, name in zip(bases, names, strict=True)
+    ]
     own = {k: (int(found[1]) - 1) % len(PIECES) for k, found in enumerate(numbers) if found and not resets[k]}
     free = [slot for slot in reversed(range(len(PIECES))) if slot not in own.values()] or [0]
     others = [k for k, reset in enumerate(resets) if k not in own and not reset]

@@ -72,8 +72,9 @@ def orbits(result: StudyResult, part: str) -> str:
 
 
 def cobweb(result: StudyResult, part: str) -> str:
-    """Where the orbits of the composite map end."""
-    return _from_to(result, [(pair, _end(result, pair.composite_ends)) for pair in result.orbits if pair.composite is not None])
+    """Where the orbit of the composite map ends that a sheet shows."""
+    pair = result.orbits[int(part) - 1 if part.isdecimal() and 0 < int(part) <= len(result.orbits) else 0]
+    return _from_to(result, [(pair, _end(result, pair.composite_ends))] if pair.composite is not None else [])
 
 
 def _from_to(result: StudyResult, ends: "Sequence[tuple[OrbitPair, str]]") -> str:

@@ -7,17 +7,20 @@ import numpy as np
 import pytest
 from figures.conftest import COORDINATES, study_of, through
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.composite.cobweb import cobweb
-from nsmaps.figures.domains.auxiliary import auxiliary
+from nsmaps.figures.composite.cobweb import sheets as cobweb_sheets
+from nsmaps.figures.domains.auxiliary import auxiliary, first_interval
 from nsmaps.figures.domains.auxiliary import sheets as auxiliary_sheets
 from nsmaps.figures.domains.domain_size import domain_size
 from nsmaps.figures.domains.envelopes import envelopes
 from nsmaps.figures.domains.envelopes import sheets as envelope_sheets
 from nsmaps.figures.domains.second_iterate import second_iterate
 from nsmaps.figures.lines import staircase
+from nsmaps.figures.style import PIECES, REST
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import PolyMap
@@ -45,6 +48,20 @@ def test_cobweb_draws_separable_pieces_as_curves_and_shades_the_others(result, a
     assert area.get_label() == r"$\mathcal{R}_{1}$"
     low, high = area.get_datalim(ax.transData).get_points()
     assert 0.6 <= low[0] < high[0] <= 0.95
+
+
+def test_separable_pieces_have_their_colour_wherever_the_orbit_goes_and_each_orbit_its_sheet(result, ax):
+    stays = through(result, np.array([[0.5, 2.0], [0.52, 2.5], [0.51, 2.4]]))
+    assert 1 not in result.composite.piece_of(stays.composite.states)
+    only_r1 = through(result, np.array([[0.83, 0.36], [0.8, 0.4], [0.82, 0.38]]))
+    for pair, pale in ((stays, {"R1"}), (only_r1, set())):
+        ax.clear()
+        cobweb(replace(result, orbits=(pair,)), ax, "v")
+        curve = by_label(ax)[r"$\mathcal{R}_{2}$"]
+        assert to_rgb(curve.get_color()) == to_rgb(PIECES[1])
+        (area,) = [artist for artist in ax.collections if isinstance(artist, PolyCollection) and artist.get_paths()]
+        assert (to_rgb(area.get_facecolor()[0]) == to_rgb(REST)) == bool(pale)
+    assert [(sheet.name, len(sheet.panels)) for sheet in cobweb_sheets(result)] == [("cobweb", 2), ("cobweb-2", 2)]
 
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])
@@ -77,17 +94,34 @@ def test_families_lie_between_the_maps_that_bound_them(result, ax):
     assert np.allclose(high, 0.95 - 0.15 * 0.8 - 0.2 * envelope.x)
     assert (low <= envelope.upper).all()
     assert (high >= envelope.lower).all()
-    assert ax.get_title().startswith("update 1: to 0.")
+    assert lines["upper map"].get_marker() == lines["lower map"].get_marker() == "D"
 
 
 def test_the_worst_case_of_a_family_begins_with_its_first_interval(result, ax):
-    auxiliary(result, ax, "phi")
+    first_interval(result, ax, "phi")
+    assert ax.get_title().startswith("update 1: to 0.")
     (span,) = ax.patches
     assert np.allclose([span.get_x(), span.get_x() + span.get_width()], result.domains["fitted"].updates[0].worst[1, 1])
     assert "lower map" in by_label(ax)
     assert [(sheet.name, len(sheet.panels), sheet.title) for sheet in auxiliary_sheets(result)] == [
-        ("auxiliary", 2, "fitted map R1: bounded")
+        ("auxiliary", 4, "fitted map R1: bounded")
     ]
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "points"),
+    [("v", {"P": (0.6, 0.815), "Q": (0.95, 0.64)}), ("phi", {"R": (0.1, 0.5175), "O": (0.8, 0.29)})],
+)
+def test_the_extremes_over_the_box_have_the_names_of_the_paper(result, ax, coordinate, points):
+    """v' = 0.95 - 0.15 phi - 0.2 v and phi' = 0.5 - 0.3 phi + 0.05 v over [0.6, 0.95] x [0.1, 0.8], by hand."""
+    first_interval(result, ax, coordinate)
+    named = {text.get_text().strip("$"): text.xy for text in ax.texts}
+    assert set(named) == set(points)
+    for name, place in points.items():
+        assert named[name] == pytest.approx(place, abs=1e-9)
+    (span,) = ax.patches
+    ends = sorted(place[1] for place in points.values())
+    assert [span.get_x(), span.get_x() + span.get_width()] == pytest.approx(ends, abs=1e-9)
 
 
 def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
@@ -105,8 +139,9 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
     domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], updates=2)
     second_iterate(replace(result, domains={"hump": domain}, study=study_of(second_iterate={"domain": "hump"})), ax, "x")
     p, q = domain.updates[-1].worst[-1, 0]
-    for name, fixed in (("lower of upper map", p), ("upper of lower map", q)):
+    for name, fixed in (("$N = 2$", p), ("_upper of lower map 2", q)):
         assert np.interp(fixed, *by_label(ax)[name].get_data()) == pytest.approx(fixed, abs=1e-3)
+    assert "worst case (part 2)" in by_label(ax)
 
 
 def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):
@@ -127,14 +162,15 @@ def test_domain_size_is_logarithmic_over_decades_only(result, ax):
     assert (ax.get_yscale() == "log") == (sizes.max() > 30 * sizes.min())
 
 
-@pytest.mark.parametrize(("update", "polynomial"), [(1, False), (-1, True)])
-def test_second_iterate_meets_the_diagonal_at_p_and_q(result, ax, update, polynomial):
-    second_iterate(result, ax, "v", update)
+@pytest.mark.parametrize(("updates", "polynomial"), [((2,), False), ((2, 5), True), ((), True)])
+def test_second_iterate_meets_the_diagonal_at_p_and_q_at_every_update_shown(result, ax, updates, polynomial):
+    second_iterate(result, ax, "v", updates)
     lines = by_label(ax)
-    p, q = result.domains["fitted"].updates[update].worst[-1, 0]
-    for name, fixed in (("lower of upper map", p), ("upper of lower map", q)):
-        x, y = lines[name].get_data()
-        assert np.interp(fixed, x, y) == pytest.approx(fixed, abs=1e-4)
+    for number in updates or (2, 5):
+        p, q = result.domains["fitted"].updates[number - 1].worst[-1, 0]
+        for name, fixed in ((f"$N = {number}$", p), (f"_upper of lower map {number}", q)):
+            x, y = lines[name].get_data()
+            assert np.interp(fixed, x, y) == pytest.approx(fixed, abs=1e-4)
     assert any(name.startswith("polynomial, degree 1") for name in lines) == polynomial
     assert ax.get_ylabel() == "$v_{k+2}$ (dimensionless)"
 
@@ -196,9 +232,9 @@ def test_teeth_of_samples_are_levelled_outwards_and_cut_at_the_enclosure(result,
     wide = np.arange(len(result.domains["fitted"].updates[0].envelopes[0].x))
     teeth = lambda e: np.where(wide < 12, e.lower - 0.2 * (wide % 2), e.lower)  # noqa: E731
     made, step, first = enclosed(result, teeth)
-    for draw in (envelopes, auxiliary):
+    for draw in (envelopes, auxiliary, first_interval):
         ax.clear()
-        draw(made, ax, "v", **({"update": 0} if draw is envelopes else {}))
+        draw(made, ax, "v", update=0)
         lines = by_label(ax)
         drawn = lines["lower map, samples"].get_ydata()
         assert (drawn >= step.worst[1, 0, 0]).all(), "the worst case is enclosed"
@@ -207,7 +243,7 @@ def test_teeth_of_samples_are_levelled_outwards_and_cut_at_the_enclosure(result,
         assert (drawn <= np.maximum(first.lower, step.worst[1, 0, 0]) + 1e-12).all(), "outwards"
         assert np.array_equal(drawn[22:], first.lower[22:])
         assert np.array_equal(lines["upper map, samples"].get_ydata(), first.upper)
-        assert "worst case, enclosed" in lines
+        assert "worst case, enclosed" in lines or draw is auxiliary
 
 
 def test_maps_without_teeth_are_drawn_as_they_are(result, ax):
@@ -232,11 +268,11 @@ def test_the_interval_of_the_attracting_domain_is_told_with_its_width_and_lets_c
 
 
 def test_where_the_second_iterate_has_no_fixed_point_the_panel_says_so(result, ax):
-    second_iterate(result, ax, "v", 0)
+    second_iterate(result, ax, "v", (1,))
     assert not ax.texts
     study = study_of(second_iterate={"domain": "loose"})
     ax.clear()
-    second_iterate(replace(result, study=study), ax, "v", 0)
+    second_iterate(replace(result, study=study), ax, "v", (1,))
     assert [text.get_text() for text in ax.texts] == ["no fixed point in the box"]
 
 

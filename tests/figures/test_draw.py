@@ -1,5 +1,6 @@
 """Whole figures by name: files, errors, and that nothing global is touched."""
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,12 +10,15 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from figures.conftest import STORED as STORED_RUNS
 from matplotlib.axes import Axes
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from nsmaps_vi_pair import VIPair
+from typer.testing import CliRunner
 
 import nsmaps
+from nsmaps.cli.cli import app
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.figures import NAMES, draw
@@ -124,6 +128,27 @@ def tick_labels(artists):
     axes = [axis for ax in every for axis in (ax.xaxis, ax.yaxis, *([ax.zaxis] if ax.name == "3d" else []))]
     ticks = [tick for axis in axes for tick in (*axis.majorTicks, *axis.minorTicks)]
     return {label for tick in ticks for label in (tick.label1, tick.label2)}
+
+
+def test_panels_have_the_letters_that_are_given(result, tmp_path):
+    letters = {"cobweb-2": "cd", "slices": "ab "}
+    for path in draw(result, ["cobweb", "slices"], tmp_path, ["svg"], letters=letters):
+        told = re.findall(r">\(([a-z]+)\)<", path.read_text(encoding="utf-8"))
+        assert "".join(told) == {"cobweb": "ab", "cobweb-2": "cd", "slices": "ab"}[path.stem]
+    with pytest.raises(NsmapsError, match="'cobweb' has 2 panels, its letters are 'abc'; expected: one a panel"):
+        draw(result, ["cobweb"], tmp_path, letters={"cobweb": "abc"})
+
+
+def test_letters_on_the_command_line_are_of_files_that_are_drawn(tmp_path):
+    folder = STORED_RUNS / "run"
+    words = ["figures", str(folder), "--only", "cobweb", "--format", "svg", "--out", str(tmp_path)]
+    done = CliRunner().invoke(app, [*words, "--letters", "cobweb=ef"])
+    assert done.exit_code == 0, done.output
+    assert re.findall(r">\(([a-z]+)\)<", (tmp_path / "cobweb.svg").read_text(encoding="utf-8")) == ["e", "f"]
+    for wrong, said in (("words=a", "--letters for words, which is not among the files drawn"), ("a", "expected: FILE=LETTERS")):
+        done = CliRunner().invoke(app, [*words, "--letters", wrong])
+        assert done.exit_code == 2
+        assert said in " ".join(done.output.split())
 
 
 @pytest.mark.parametrize("run", STORED)

@@ -63,6 +63,17 @@ def test_the_diagonal_has_rows_for_the_first_the_middle_and_the_last_value(resul
     assert [panel.keywords["value"] for panel in sheet.panels] == [0, 0, 2, 2, 3, 3]
 
 
+def test_the_diagonal_has_rows_for_the_values_that_the_study_names(result):
+    section = SECTIONS["diagonal"]
+    study = study_of(diagonal={**section, "shown": [0.1, 0.3, 0.3 - 0.2 / 3]})
+    (sheet,) = diagonal_sheets(replace(result, study=study))
+    assert [panel.keywords["value"] for panel in sheet.panels[::2]] == [3, 0, 1]
+    with pytest.raises(ValueError, match=r"'shown' has 0\.2, which the sweep lacks; expected: one of its 4, such as 0\.23"):
+        study_of(diagonal={**section, "shown": [0.2]})
+    with pytest.raises(ValueError, match=r"'shown' has 0\.3, which the sweep lacks; expected: none without"):
+        study_of(diagonal={"family": "BTB", "delta": 1.2, "shown": [0.3]})
+
+
 def test_the_diagonal_without_a_sweep_shows_the_studys_own_parameters(result, ax):
     alone = study_of(diagonal={"family": "BTB", "delta": 1.2})
     diagonal(replace(result, study=alone), ax)

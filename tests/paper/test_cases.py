@@ -166,7 +166,8 @@ def test_domain_fp_of_the_fitted_map(pair):
     polynomial = result.second_iterate
     assert len(polynomial.alpha) == 10
     low, high = domain.updates[-1].worst[-1][0]
-    assert min(abs(x - high) for x in polynomial.fixed_points()) < 1e-8  # q_v, eq. seconditerativev
+    assert polynomial.order == "min_first"
+    assert min(abs(x - low) for x in polynomial.fixed_points()) < 1e-8  # p_v, eq. auxv2nd
     assert low < high
     assert domain.part == (1, 1)
     assert [e.kind for e in domain.updates[-1].envelopes] == ["closed form", "closed form"]

@@ -62,7 +62,7 @@ def sheets(fits):
 def test_all_figures_have_their_sheets(fits):
     orders, pieces = ["poly33", "poly22", "poly11"], ["R4", "R5"]
     assert sheets(fits) == [
-        *("diagonal_surface", "diagonal", "orders"),
+        *("diagonal_surface", "orders"),
         *("fit_error", *(f"fit_error-{order}" for order in orders)),
         *("separable", *(f"separable-{piece}" for piece in pieces)),
     ]

@@ -18,7 +18,7 @@ from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.data import COMPOSITE, ORBITS, SURFACES
 from nsmaps.figures.data import position as place
 from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
-from nsmaps.figures.page import Sheet
+from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import HALO, MAGENTA, REST, dress, fill_of, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 
@@ -32,18 +32,20 @@ _MOST = (10, 90)  #: per cent of the outline of an area that the picture holds, 
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: a row an orbit, a column a coordinate."""
+    """A sheet an orbit, the first's named `cobweb`, the second's `cobweb-2`, with a panel a coordinate."""
     coordinates = COMPOSITE.of(result, "cobweb").coordinates
-    count = len(ORBITS.of(result, "cobweb"))
-    panels = tuple(partial(cobweb, result, coordinate=c, number=k) for k in range(count) for c in coordinates)
-    return (Sheet("cobweb", panels, min(len(coordinates), 2), 0.85, legend=True),)
+    drawn = []
+    for k in range(len(ORBITS.of(result, "cobweb"))):
+        panels = tuple(partial(cobweb, result, coordinate=c, number=k) for c in coordinates)
+        drawn.append(Sheet(file_of("cobweb", str(k + 1) if k else ""), panels, min(len(panels), 2), 0.85, legend=True))
+    return tuple(drawn)
 
 
 def cobweb(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
     """The cobweb of one coordinate of a composite orbit, with its last tenth in magenta; of one that ends, a cross at its end.
 
-    A piece whose map is separable in this coordinate is a curve; of any other the area of its images is shaded.
-    Pieces that the orbit does not visit are pale. An attractor that is small is enlarged in an inset. The picture holds the grid,
+    A piece whose map is separable in this coordinate is a curve; of any other the area of its images is shaded, pale where the
+    orbit does not visit it. An attractor that is small is enlarged in an inset. The picture holds the grid,
     the orbit and the curves as far as they stay near; what lies farther out is cut off.
     """
     composite = COMPOSITE.of(result, "cobweb")
@@ -118,13 +120,13 @@ def look(ax: Axes, values: Floats, name: str) -> Axes:
 def draw_pieces(result: "StudyResult", ax: Axes, i: int, visited: Ints | None = None) -> dict[int, list[Line2D | PolyCollection]]:
     """The images of every piece over the grid of the surfaces, against coordinate i; what was drawn, by the piece's number.
 
-    With the numbers of those that are `visited` all others are pale.
-
-    An angle is not wrapped, so that an area across the seam is not the whole circle: it is drawn on each turn.
+    With the numbers of those that are `visited` the areas of all others are pale. An angle is not wrapped, so that an area
+    across the seam is not the whole circle: it is drawn on each turn.
     """
     composite, colours = COMPOSITE.of(result, "cobweb"), colours_of(result, "cobweb")
     if visited is not None:
-        colours = [colour if k in visited else REST for k, colour in enumerate(colours)]
+        shown = [k in visited or _separable(piece, i) for k, piece in enumerate(composite.pieces)]
+        colours = [colour if seen else REST for colour, seen in zip(colours, shown, strict=True)]
     axes = tuple(next(iter(SURFACES.of(result, "cobweb").values())).grid.axes.values())
     x = axes[i].values()
     ax.set_xlim(x[0], x[-1])

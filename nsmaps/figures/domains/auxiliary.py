@@ -1,7 +1,7 @@
-"""The families of curves between the upper and lower map of each coordinate, and their worst case: fig. illauximaps."""
+"""The families of curves between the upper and lower map of each coordinate, and the first steps between: fig. illauximaps."""
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,31 +13,29 @@ from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, tint
 
 if TYPE_CHECKING:
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.auxiliary.worst_case import Update
     from nsmaps.study.result import StudyResult
 
 _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the others
+_EXTREMES = (("P", "Q"), ("R", "O"))  #: names of the largest of the upper and the least of the lower map, a coordinate
+_APART = 12  #: the marks of a curve
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """A sheet a domain that is forward invariant, the first's named `auxiliary`, with a panel a coordinate."""
+    """A sheet a domain that is forward invariant, the first's named `auxiliary`: families above first intervals."""
     drawn = []
     for k, (name, domain) in enumerate(held(ENVELOPED.of(result, "auxiliary")).items()):
-        panels = tuple(partial(auxiliary, result, coordinate=c, domain=name) for c in domain.coordinates)
+        names = domain.coordinates
+        panels = tuple(partial(of, result, coordinate=c, domain=name) for of in (auxiliary, first_interval) for c in names)
         file = file_of("auxiliary", name if k else "")
-        drawn.append(Sheet(file, panels, min(len(panels), 2), 0.76, title=heading(name, domain), legend=True))
+        drawn.append(Sheet(file, panels, min(len(names), 2), 0.76, title=heading(name, domain), legend=True))
     return tuple(drawn)
 
 
 def auxiliary(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = 0, domain: str = "") -> Axes:
-    """The upper and lower map of one coordinate at one update, by position, and the family of curves that they bound.
-
-    Dotted are the steps of the worst case from the update's box (eq. WCScobweb-v, -phi); if that is forward invariant, the first
-    interval is green.
-    """
-    named = ENVELOPED.of(result, "auxiliary")
-    chosen = named[domain or next(iter(held(named)))]
-    i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
-    step, name = chosen.updates[update], chosen.coordinates[i]
+    """The upper and lower map of one coordinate at one update, by position, and the family of curves that they bound."""
+    chosen, step, i = _chosen(result, coordinate, update, domain)
     envelope = step.envelopes[i]
     others = "the other" if len(chosen.coordinates) == 2 else "all others"
     last = len(envelope.family) - 1
@@ -45,13 +43,55 @@ def auxiliary(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
         grey = f"{np.interp(j, [0, last], [float(g) for g in _GREYS]):.2f}"
         text = {0: f"{others} at its least", last: f"{others} at its largest"}.get(j)
         ax.plot(envelope.x, curve, color=grey, lw=0.7, label=text)
-    lower, upper = outer(chosen, step, i)
-    for curve, colour, letter in ((upper, BLUE, "U"), (lower, ORANGE, "L")):
-        ax.plot(envelope.x, curve, color=colour, lw=1.4, zorder=4, label=bounding(letter, chosen))
+    return _between(ax, chosen, step, i, "D")
+
+
+def first_interval(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = 0, domain: str = "") -> Axes:
+    """The steps of the worst case of one coordinate from the box of one update, by position (eq. WCScobweb-v, -phi), dotted.
+
+    P and Q, of the second coordinate R and O, are where the upper map is largest and the lower one least over the box (eq. WCS1);
+    if the box is forward invariant, the interval between their images is green.
+    """
+    chosen, step, i = _chosen(result, coordinate, update, domain)
     if step.forward_invariant:
         ax.axvspan(*step.worst[1, i], color=tint(GREEN, 0.75), lw=0, zorder=0, label="first interval")
     ax.plot(*worst_steps(step, i), color="black", lw=0.9, ls=":", zorder=5, label=worst_case(chosen))
-    frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel()]))
+    _between(ax, chosen, step, i)
+    for name, end in zip(_EXTREMES[i] if i < len(_EXTREMES) else (), (1, 0), strict=False):
+        _name(ax, name, float(step.at[0, i, end].mean()), float(step.worst[1, i, end]))
     ax.set_title(headline(step, i))
+    return ax
+
+
+def _name(ax: Axes, name: str, x: float, y: float) -> None:
+    """A point with its name, which is towards the middle of the axes."""
+    if not np.isfinite([x, y]).all():
+        return
+    ax.plot(x, y, "o", color="black", ms=3.2, zorder=8)
+    right, up = x < np.mean(ax.get_xlim()), y < np.mean(ax.get_ylim())
+    beside: dict[str, Any] = {
+        "ha": "left" if right else "right",
+        "va": "bottom" if up else "top",
+        "textcoords": "offset points",
+        "zorder": 9,
+    }
+    ax.annotate(f"${name}$", (x, y), xytext=(3 if right else -3, 2 if up else -2), **beside)
+
+
+def _chosen(result: "StudyResult", coordinate: str, update: int, domain: str) -> "tuple[AttractingDomain, Update, int]":
+    """A domain, the first that is forward invariant unless one is named, one of its updates, and the place of a coordinate."""
+    named = ENVELOPED.of(result, "auxiliary")
+    chosen = named[domain or next(iter(held(named)))]
+    return chosen, chosen.updates[update], position(chosen.coordinates, coordinate or chosen.coordinates[0])
+
+
+def _between(ax: Axes, domain: "AttractingDomain", step: "Update", i: int, mark: str = "") -> Axes:
+    """The upper and the lower map of one coordinate, with marks if one is given, the limits and the names of the axes."""
+    envelope, name = step.envelopes[i], domain.coordinates[i]
+    lower, upper = outer(domain, step, i)
+    look: dict[str, Any] = {"lw": 1.4, "marker": mark, "ms": 2.8, "markevery": max(1, len(envelope.x) // _APART), "zorder": 4}
+    for curve, colour, letter in ((upper, BLUE, "U"), (lower, ORANGE, "L")):
+        ax.plot(envelope.x, curve, color=colour, label=bounding(letter, domain), **look)
+    frame(ax, envelope.x, np.concatenate([lower, upper, step.worst[:, i].ravel()]))
     ax.legend()
     return dress(ax, (name, "k"), (name, "k+1"))

@@ -1,65 +1,112 @@
 """Second-iterate maps against the diagonal, whose fixed points bound the domain: fig. highorderiterate."""
 
+from collections.abc import Mapping, Sequence
 from functools import partial
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
+from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.data import DOMAINS, SECOND_ITERATE, position, section
-from nsmaps.figures.domains.envelopes import cycle, frame, headline, shown
+from nsmaps.figures.domains.envelopes import frame
 from nsmaps.figures.domains.looks import heading
-from nsmaps.figures.lines import window
+from nsmaps.figures.lines import diagonal, window
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import BLUE, ORANGE, dress
+from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED, dress
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.auxiliary.worst_case import Update
     from nsmaps.study.result import StudyResult
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: the first and the last update as rows, coordinates as columns."""
+    """One sheet with a panel a coordinate."""
     name, domain = _domain(result)
-    rows, columns = shown(domain), min(len(domain.coordinates), 2)
-    panels = tuple(partial(second_iterate, result, coordinate=c, update=u) for u in rows for c in domain.coordinates)
-    return (Sheet("second_iterate", panels, columns, 0.74, title=heading(name, domain), legend=True),)
+    panels = tuple(partial(second_iterate, result, coordinate=c) for c in domain.coordinates)
+    return (Sheet("second_iterate", panels, min(len(panels), 2), 0.84, title=heading(name, domain), legend=True),)
 
 
-def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1) -> Axes:
-    """One coordinate two steps on, at one update of the auxiliary maps, by position (eq. auxv2nd, auxphi2nd).
+def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", updates: Sequence[int] = ()) -> Axes:
+    """One coordinate two steps on, at updates of the auxiliary maps by number, each over its box (eq. auxv2nd, auxphi2nd).
 
-    The lower map of the upper one has the fixed point p, the upper of the lower one q; where part 2 of the Statement
-    applies, the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). At the last
-    update, where the coordinate's maps are closed forms, the polynomial of eq. seconditerativev is dashed over them; its share
-    beyond the box is stated.
+    They are those that the study names, else the second and the last; of a domain that came to rest before, the last. The lower
+    map of the upper one has the fixed point p; the upper of the lower one, thin, has q. Where part 1 of the Statement does not
+    apply it is the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). Where the
+    maps of the last update are closed forms, the polynomial of the study is dashed, over all of the widest box. A last box that
+    is small is enlarged.
     """
-    polynomial, domain = SECOND_ITERATE.of(result, "second_iterate"), _domain(result)[1]
+    domain = _domain(result)[1]
     i = position(domain.coordinates, coordinate or domain.coordinates[0])
-    name, step = domain.coordinates[i], domain.updates[update]
-    x, lower, upper = (getattr(step.envelopes[i], part) for part in ("x", "lower", "upper"))
-    worst = step.part[i] == 2
-    first = _worst(x, lower, upper) if worst else _after(x, lower, upper)
-    second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
-    for curve, colour, text in ((first, BLUE, "lower of upper map"), (second, ORANGE, "upper of lower map")):
-        if np.isfinite(curve).any():
-            ax.plot(x, curve, color=colour, lw=1.3, label=text)
-    closed = step.envelopes[i].kind == "closed form"
-    if str(polynomial.variable) == name and step is domain.updates[-1] and closed:
-        values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
-        inside = (values >= x[0]) & (values <= x[-1])
-        out = "" if inside.all() else f", {100 * (1 - inside.mean()):.0f} % of it beyond the box"
-        ax.plot(x, values, color="black", lw=1, ls="--", label=f"polynomial, degree {len(polynomial.alpha) - 1}{out}")
-    if not any(_meets(x, curve) for curve in (first, second)):
-        ax.text(0.5, 0.05, "no fixed point in the box", transform=ax.transAxes, ha="center", va="bottom")
-    if step.forward_invariant:
-        cycle(ax, step.worst[-1, i])
-    bottom, top = window(x[0], x[-1], np.concatenate([x, *(np.ravel(line.get_ydata()) for line in ax.lines)]), 1.0)
+    named = updates or section(result.study.second_iterate, "second_iterate").updates or (2, len(domain.updates))
+    steps = list(dict.fromkeys(domain.updates[min(number, len(domain.updates)) - 1] for number in named))
+    colours = dict(zip((step.number for step in steps), cycle((BLUE, RED, GREEN, MAGENTA)), strict=False))
+    values = _draw(ax, result, i, steps, colours)
+    x = max((step.envelopes[i].x for step in steps), key=np.ptp)
+    bottom, top = window(x[0], x[-1], np.concatenate([x, values]), 1.0)
     frame(ax, x, np.array([bottom, top]))
-    ax.set_title(f"update {step.number}, worst case" if worst and step.forward_invariant else headline(step, i))
     ax.legend()
-    return dress(ax, (name, "k"), (name, "k+2"))
+    dress(ax, (domain.coordinates[i], "k"), (domain.coordinates[i], "k+2"))
+    last = steps[-1]
+    small = np.tile(last.box[i][:, None], 2) if last.forward_invariant else np.empty((0, 2))
+    lines = [line for line in ax.lines if line.get_transform() == ax.transData and not str(line.get_label()).startswith("_")]
+    taken = np.concatenate([np.column_stack(line.get_data()) for line in lines])
+    inner = inset(ax, small, taken[np.isfinite(taken).all(axis=1)]) if len(small) else None
+    if inner is not None:
+        limits = inner.get_xlim(), inner.get_ylim()
+        _draw(inner, result, i, [last], colours)
+        diagonal(inner, *ax.get_xlim())
+        inner.set(xlim=limits[0], ylim=limits[1])
+    return ax
+
+
+def _draw(ax: Axes, result: "StudyResult", i: int, steps: "Sequence[Update]", colours: Mapping[int, str]) -> Floats:
+    """The second iterates of one coordinate at some updates, with their fixed points; the values of the curves."""
+    drawn, meets, any_worst = [np.empty(0)], False, False
+    for step in steps:
+        colour = colours[step.number]
+        x, lower, upper = (getattr(step.envelopes[i], part) for part in ("x", "lower", "upper"))
+        worst = step.part[i] == 2
+        first = _worst(x, lower, upper) if worst else _after(x, lower, upper)
+        second = _worst(x, upper, lower, -1) if worst else _after(x, upper, lower)
+        ways = (first, 1.5, f"$N = {step.number}$"), (second, 0.6, f"_upper of lower map {step.number}")
+        for curve, width, text in ways:
+            if np.isfinite(curve).any():
+                ax.plot(x, curve, color=colour, lw=width, ls=(0, (5, 1)) if worst else "-", label=text)
+                drawn.append(curve[np.isfinite(curve)])
+            meets |= _meets(x, curve)
+        any_worst |= worst
+        if step.forward_invariant:
+            ends, last = step.worst[-1, i], step is steps[-1]
+            text = "$p$, $q$" if last else "_"
+            ax.plot(ends, ends, "*", color=colour, mec="black", mew=0.4, ms=7, zorder=8 + last, label=text)
+    _polynomial(ax, result, i, steps)
+    ax.plot([], [], color="0.4", lw=0.6, label="upper of lower map")
+    if any_worst:
+        ax.plot([], [], color="0.4", lw=1.5, ls=(0, (5, 1)), label="worst case (part 2)")
+    if not meets:
+        ax.text(0.5, 0.05, "no fixed point in the box", transform=ax.transAxes, ha="center", va="bottom")
+    return np.concatenate(drawn)
+
+
+def _polynomial(ax: Axes, result: "StudyResult", i: int, steps: "Sequence[Update]") -> None:
+    """The polynomial of the study, of its coordinate, if it is of the last update that is shown."""
+    polynomial, domain = SECOND_ITERATE.of(result, "second_iterate"), _domain(result)[1]
+    last, closed = steps[-1], steps[-1].envelopes[i].kind == "closed form"
+    if str(polynomial.variable) != domain.coordinates[i] or last is not domain.updates[-1] or not closed:
+        return
+    own, widest = last.envelopes[i].x, max((step.envelopes[i].x for step in steps), key=np.ptp)
+    alpha = np.array(polynomial.alpha, float)
+    inside = [(own[0] <= value <= own[-1]) for value in np.polynomial.polynomial.polyval(own, alpha)]
+    out = "" if all(inside) else f", {100 * (1 - np.mean(inside)):.0f} % of it beyond the box"
+    x = np.union1d(own, widest)
+    values = np.polynomial.polynomial.polyval(x, alpha)
+    far = np.ptp(widest)
+    values[(values < widest[0] - far) | (values > widest[-1] + far)] = np.nan
+    ax.plot(x, values, color="black", lw=0.8, ls=(0, (3, 2)), zorder=4, label=f"polynomial, degree {len(alpha) - 1}{out}")
 
 
 def _domain(result: "StudyResult") -> tuple[str, "AttractingDomain"]:

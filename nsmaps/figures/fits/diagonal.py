@@ -15,14 +15,16 @@ from nsmaps.figures.style import BLUE, GREEN, dress, symbol, tint
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-_SHOWN = 3  #: values of the parameter, at most: the first, the middle and the last
+_SHOWN = 3  #: values of the parameter, at most, where the study names none: the first, the middle and the last
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: values of the parameter as rows, coordinates as columns."""
     region = DIAGONAL.of(result, "diagonal")
-    last = len(region.values) - 1
-    rows = np.unique(np.ceil(np.linspace(0, last, _SHOWN)).astype(int)).tolist()
+    values, asked = np.array([value for value, _ in region.values]), result.study.diagonal
+    rows = np.unique(np.ceil(np.linspace(0, len(values) - 1, _SHOWN)).astype(int)).tolist()
+    if asked is not None and asked.shown:
+        rows = [int(np.argmin(np.abs(values - value))) for value in asked.shown]
     panels = tuple(partial(diagonal, result, coordinate=c, value=row) for row in rows for c in region.coordinates)
     return (Sheet("diagonal", panels, len(region.coordinates), 0.84, legend=True),)
 

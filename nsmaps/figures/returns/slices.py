@@ -1,7 +1,7 @@
 """First returns along one coordinate while the others are held, coloured by word: fig. 2d-1phi."""
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,30 +9,60 @@ from matplotlib.axes import Axes
 from nsmaps.coordinates import is_angle
 from nsmaps.exact.words import LONGER
 from nsmaps.figures.data import SLICES, position
+from nsmaps.figures.lines import diagonal
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREY, dress, family_colours, symbol
 
 if TYPE_CHECKING:
+    from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.study.result import StudyResult
+
+_ENDS: dict[str, Any] = {"solid_capstyle": "butt", "solid_joinstyle": "bevel"}  #: of lines, which keep within their images
+_THICK = (4.2, 1.2)  #: points, of the lines of words that lie over one another, the first and the last
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: a row a slice, a column a coordinate of the image."""
-    found = SLICES.of(result, "slices")
-    coordinates = found[0].returns.coordinates
-    panels = tuple(partial(slices, result, coordinate=name, number=k) for k in range(len(found)) for name in coordinates)
-    return (Sheet("slices", panels, 2, 0.75, legend=True),)
+    """One sheet: of each slice the phase plane of every coordinate, then images of those held over the coordinate that runs."""
+    panels: list[Any] = []
+    for k, found in enumerate(SLICES.of(result, "slices")):
+        names = found.returns.coordinates
+        panels += [partial(slices, result, coordinate=name, number=k) for name in names]
+        panels += [partial(slices, result, coordinate=name, number=k, over=found.along) for name in names if name != found.along]
+    return (Sheet("slices", tuple(panels), 2 if len(panels) == 2 else 3, 0.94, legend=True),)
 
 
-def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
-    """One coordinate of the image along the coordinate that runs, in the colour of its word, with gaps where the map jumps."""
+def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0, over: str = "") -> Axes:
+    """One coordinate of the image in the colour of its word, with gaps where the map jumps, over the same or another coordinate.
+
+    In the phase plane of a coordinate that is held all images stand over one value, words with few impacts on thin lines
+    over those with more.
+    """
     found = SLICES.of(result, "slices")[number]
+    names = found.returns.coordinates
+    i = position(names, coordinate or names[0])
+    below = position(names, over or names[i])
+    _draw(ax, found, below, i)
+    x, y = found.returns.start[:, below], found.returns.image[:, i]
+    if below == i:
+        ends = np.nanmin([*x, *y]), np.nanmax([*x, *y])
+        diagonal(ax, *((x[0], x[-1]) if names[i] == found.along else ends))
+    if np.ptp(x):
+        ax.set_xlim(x[0], x[-1])
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not is_angle(names[i]) else 0.0)
+    angles = {name for name in names if is_angle(name)}
+    held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items()]
+    ax.set_title(", ".join(held))
+    ax.legend()
+    return dress(ax, (names[below], "k"), (names[i], "k+1"))
+
+
+def _draw(ax: Axes, found: "Slice", below: int, i: int) -> None:
+    """The pieces between jumps and changes of the word: coordinate i of the image over coordinate `below` of the start."""
     returns = found.returns
-    names = returns.coordinates
-    i, along = position(names, coordinate or names[0]), position(names, found.along)
     words = returns.words
     colours = family_colours(sorted((word for word in np.unique(words).tolist() if word and LONGER not in word), key=len))
-    x, y = returns.start[:, along], returns.image[:, i]
+    x, y = returns.start[:, below], returns.image[:, i]
+    stands = not np.ptp(x)
     pieces = np.split(np.arange(len(x)), np.flatnonzero(found.jump | (words[1:] != words[:-1])) + 1)
     named = set()
     for rows in pieces:
@@ -40,14 +70,9 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
         mark = "." if len(rows) == 1 else ""  # a piece of one state is a point, for it has no line
         colour = colours.get(word, GREY)
         known = word in named or (colour == GREY and word in colours)  # which are counted
-        ax.plot(x[rows], y[rows], color=colour, lw=1.3, marker=mark, label="_" if known else word)
+        place = list(colours).index(word) / max(len(colours) - 1, 1) if stands and word in colours else 0.0
+        width = float(np.interp(place, (0, 1), _THICK[::-1])) if stands else 1.3
+        ax.plot(x[rows], y[rows], color=colour, marker=mark, label="_" if known else word, lw=width, zorder=3 - place, **_ENDS)
         named.add(word)
-    ax.set_xlim(x[0], x[-1])
-    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not is_angle(names[i]) else 0.0)
-    angles = {name for name in names if is_angle(name)}
-    held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items()]
-    ax.set_title(", ".join(held))
     if more := sum(colour == GREY for colour in colours.values()):
         ax.plot([], [], color=GREY, lw=1.3, label=f"{more} more words")
-    ax.legend()
-    return dress(ax, (names[along], "k"), (names[i], "k+1"))

@@ -37,6 +37,7 @@ class DiagonalSection(BaseModel):
     slope: Number | None = Field(None, gt=0)
     region: str | None = None
     sweep: Sweep | None = None
+    shown: tuple[Number, ...] = ()  #: values of the sweep
     orders: dict[Name, FitSection] = {}
     deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
     grid: dict[str, Side] | None = None
@@ -45,6 +46,16 @@ class DiagonalSection(BaseModel):
     def _orders_at_deltas(self) -> Self:
         if self.deltas and not self.orders:
             raise ValueError("'deltas' without 'orders' to compare; expected: beside 'orders' only")
+        return self
+
+    @model_validator(mode="after")
+    def _shown_are_swept(self) -> Self:
+        values = np.linspace(self.sweep.low, self.sweep.high, self.sweep.points) if self.sweep else np.empty(0)
+        for value in self.shown:
+            near = np.abs(values - value)
+            if not len(values) or near.min() > 1e-6 * np.ptp(values):
+                some = f"one of its {len(values)}, such as {values[near.argmin()]:.6g}" if len(values) else "none without 'sweep'"
+                raise ValueError(f"'shown' has {value:g}, which the sweep lacks; expected: {some}")
         return self
 
 

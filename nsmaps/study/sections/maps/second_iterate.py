@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap
@@ -18,10 +18,16 @@ if TYPE_CHECKING:
 
 
 class SecondIterateSection(BaseModel):
-    """The second iterate of the piece of one domain, between the bounds of its last auxiliary maps (eq. seconditerativev)."""
+    """The second iterate of the piece of one domain, between the bounds of its last auxiliary maps.
+
+    The order is that of eq. seconditerativev, which has the fixed point q where the map falls with the other coordinate, or that
+    of eq. auxv2nd, which has p.
+    """
 
     model_config = SPEC
     domain: str
+    order: Literal["max_first", "min_first"] = "max_first"
+    updates: tuple[Annotated[int, Field(ge=1)], ...] = ()  #: shown, by number
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -39,6 +45,13 @@ def _check(spec: SecondIterateSection, study: "Study") -> None:
     fitted = [piece.name for piece in study.composite if piece.reset is None]
     of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
     study.source.known(("second_iterate", "domain"), spec.domain, of_pieces, "domain of a fitted piece")
+    limit = next(domain.updates for domain in study.domains if domain.name == spec.domain)
+    for number in spec.updates:
+        if number > limit:
+            raise study.source.error(
+                ("second_iterate", "updates"),
+                f"there is no update {number} of the domain {spec.domain!r}; expected: at most {limit}",
+            )
 
 
 def _compute(spec: SecondIterateSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
@@ -47,10 +60,11 @@ def _compute(spec: SecondIterateSection, plan: "Plan", result: "StudyResult") ->
 
 
 def _again(result: "StudyResult") -> dict[str, Any]:
-    """The second iterate of the first coordinate, between the last bounds of the second (eq. seconditerativev)."""
+    """The second iterate of the first coordinate, between the last bounds of the second."""
     from nsmaps.symbolic.curve_iterates import second_iterate
 
-    name = result.study.second_iterate.domain
+    spec = result.study.second_iterate
+    name = spec.domain
     piece = next(domain.map for domain in result.study.domains if domain.name == name)
     polymap = attracting_of(result.partition) if result.partition and piece == ATTRACTING else None
     if isinstance(polymap, CompositeMap):
@@ -60,7 +74,7 @@ def _again(result: "StudyResult") -> dict[str, Any]:
         assert result.composite is not None
         polymap = result.composite.piece(piece).map
     low, high = result.domains[name].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
-    return {"second_iterate": second_iterate(polymap, float(low), float(high))}
+    return {"second_iterate": second_iterate(polymap, float(low), float(high), spec.order)}
 
 
 def _describe(spec: SecondIterateSection, study: "Study") -> str:
