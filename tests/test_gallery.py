@@ -40,12 +40,12 @@ PLANES = {letter: (V, PHI)[k % 2] for k, letter in enumerate("abcdef")}
 AGAIN = {letter: (axes[0], axes[1].replace("k+1", "k+2")) for letter, axes in PLANES.items()}
 PANELS = {
     "model:abc": {"a": (r"$\beta$",), "b": ("time $t$", "absolute displacement"), "c": ("relative displacement $Z$",)},
-    "regions": {"a": STATES, "b": (*STATES, r"$\mathcal{R}_{4}$", r"$\mathcal{R}_{5}$")},
+    "regions": {"a": STATES, "b": STATES},
     "2d-1phi": {"a": V, "b": PHI},
-    "3d": {"a": V, "b": PHI},
+    "3d": {"a": V[1:], "b": PHI[1:]},
     "2Dpi-2pi": {letter: PLANES[letter] for letter in "abcd"},
     "2D0-2pi": {letter: PLANES[letter] for letter in "abcd"},
-    "3d-area": {"a": V, "b": PHI},
+    "3d-area": {"a": V[1:], "b": PHI[1:]},
     "R1compared": {
         letter: (*PLANES[letter], f"$d$ = {d}") for letter, d in zip("abcdef", (0.35, 0.35, 0.3, 0.3, 0.26, 0.26), strict=True)
     },
@@ -58,6 +58,7 @@ PANELS = {
     "highorderiterate": AGAIN,
 }  #: by figure of the paper that has lettered panels, what each shows: names of its axes and in it
 BELOW = {
+    "regions": ("BB", "BTB", "near diagonals"),
     "2d-1phi": ("BB", "BTB"),
     "R1compared": ("37 values of $d$ in [0.26, 0.35]", "one value of $d$"),
     "glosmallic-fp": tuple(rf"$\mathcal{{R}}_{{{k}}}$" for k in (2, 3, 4, 5)),
@@ -82,7 +83,7 @@ def panels(file: str) -> dict[str, set[str]]:
     """What stands in each part of a drawing, a set of texts: of a panel by its letter, of the page by an empty one."""
     text = (GALLERY / f"{file}.svg").read_text(encoding="utf-8")
     found = {}
-    for part in re.split(r'<g id="(?=axes_\d|legend_\d|text_\d+">)', text)[1:]:
+    for part in re.split(r'<g id="(?=axes_|legend_)', text)[1:]:
         told = set(re.findall(r"<!-- (.+?) -->", part)) | set(re.findall(r"<text[^>]*>([^<]+)</text>", part))
         letters = [each[1:-1] for each in told if re.fullmatch(r"\([a-z]\)", each)]
         found.setdefault(letters[0] if letters else "", set()).update(told)
